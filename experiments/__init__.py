@@ -1,0 +1,1 @@
+"""Scores, figures, sweeps and the `railsim` command."""

@@ -1,0 +1,1 @@
+"""Vehicle, track, contact, engines, sensors: everything that describes and makes a run."""

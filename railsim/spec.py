@@ -1,0 +1,63 @@
+"""Spec: the frozen, validated value object behind every vehicle, sensor, effect and scenario."""
+
+import hashlib
+import json
+from typing import Any, Self
+
+import pydantic
+
+from railsim.errors import InputError
+
+
+def quantity(default: Any = ..., *, unit: str, source: str, **bounds: Any) -> Any:
+    """A field of a `Spec` that knows where its number comes from.
+
+    Parameters
+    ----------
+    default : the value in SI units; omitted where it must be given.
+    unit : SI unit, "-" for a pure number.
+    source : publication or standard; "illustrative" where there is none.
+    bounds : pydantic bounds (`gt`, `ge`, `lt`, `le`).
+    """
+    return pydantic.Field(default, json_schema_extra={"unit": unit, "source": source}, **bounds)
+
+
+class Spec(pydantic.BaseModel, frozen=True, extra="forbid"):
+    """Immutable, hashable settings; unknown keys and values out of bounds are refused."""
+
+    model_config = pydantic.ConfigDict(allow_inf_nan=False, ser_json_inf_nan="constants")
+
+    @classmethod
+    def build(cls, values: Any, where: str = "") -> Self:
+        """Validate `values`; raise `InputError` with one line that names the first wrong key."""
+        try:
+            return cls.model_validate(values)
+        except pydantic.ValidationError as error:
+            raise InputError(_one_line(cls, error, where)) from None
+
+    def but(self, **changes: Any) -> Self:
+        """A copy with `changes`, validated again."""
+        values = {name: getattr(self, name) for name in self.model_fields_set | set(changes)}
+        return type(self).build(values | changes)
+
+    def digest(self) -> str:
+        """SHA-256 over the canonical JSON of all fields."""
+        text = json.dumps([type(self).__name__, self.model_dump(mode="json")], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    @classmethod
+    def about(cls, name: str) -> tuple[str, str]:
+        """(unit, source) of a field."""
+        extra = cls.model_fields[name].json_schema_extra
+        return (str(extra["unit"]), str(extra["source"])) if isinstance(extra, dict) else ("", "")
+
+
+def _one_line(cls: type[Spec], error: pydantic.ValidationError, where: str) -> str:
+    first = error.errors()[0]
+    key = ".".join([where] * bool(where) + [str(part) for part in first["loc"]])
+    if first["type"] == "extra_forbidden":
+        return f"{key}: unknown key; {cls.__name__} knows {', '.join(sorted(cls.model_fields))}"
+    if first["type"] == "missing":
+        return f"{key}: missing; add it"
+    reason = first["msg"].removeprefix("Value error, ")
+    return f"{key or cls.__name__}: {reason} (got {first['input']!r})"

@@ -1,0 +1,1 @@
+"""Shipped track files; SOURCES.md says how each was made."""
