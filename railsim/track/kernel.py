@@ -1,11 +1,11 @@
 """Track tables for the compiled kernels: cubic splines over a uniform grid of distance.
 
-Every channel has a continuous second derivative (friction: first), except CURVATURE, which is *defined* as the derivative
-of the HEADING spline and so is piecewise quadratic with a continuous first derivative: the frame's yaw rate and yaw
-acceleration agree with its heading to rounding. It differs from the file's own spline by less than 1e-5 of the design
-curvature at 0.2 m rows. EAST, NORTH and UP are splines through the exact integral of the tangent (Gauss-Legendre in each
-cell); their derivative agrees with the tangent to 1e-11 in straights and circles and some 1e-9 where a rounded ramp begins;
-HEADING and GRADIENT give directions.
+Every channel has a continuous second derivative (friction: first), except CURVATURE, which is *defined* as the
+derivative of the HEADING spline and so is piecewise quadratic with a continuous first derivative: the frame's yaw rate
+and yaw acceleration agree with its heading to rounding. It differs from the file's own spline by less than 1e-5 of the
+design curvature at 0.2 m rows. EAST, NORTH and UP are splines through the exact integral of the tangent (Gauss-Legendre
+in each cell); their derivative agrees with the tangent to 1e-11 in straights and circles and to some 1e-9 where a
+rounded ramp begins; HEADING and GRADIENT give directions.
 
 Outside the table the distance is clamped to its ends (callers check the range of a run beforehand).
 """
@@ -69,7 +69,7 @@ class TrackTables(NamedTuple):
 
     s0: float
     ds: float
-    count: int
+    count: int  # pyright: ignore[reportIncompatibleMethodOverride]
     coefficients: np.ndarray
     friction_given: bool
 
@@ -200,8 +200,7 @@ def _store_centre_line(coefficients: np.ndarray, nodes: np.ndarray, curvature: P
     """HEADING, CURVATURE and the integrated position; GRADIENT must be stored already."""
     turn = curvature.antiderivative()(nodes)
     ends = curvature(nodes[[0, -1]])
-    heading = CubicSpline(nodes, turn - turn[0], bc_type=((1, ends[0]), (1, ends[1])))
-    c = heading.c[::-1].T
+    c = _clamped(nodes, turn - turn[0], ends[0], ends[1])
     coefficients[:, HEADING] = c
     coefficients[:, CURVATURE] = np.stack([c[:, 1], 2 * c[:, 2], 3 * c[:, 3], np.zeros(len(c))], axis=1)
     x = (_NODES + 1) / 2 * np.diff(nodes)[:, None]
@@ -210,7 +209,7 @@ def _store_centre_line(coefficients: np.ndarray, nodes: np.ndarray, curvature: P
     tangents = {EAST: np.cos(angle) * np.cos(climb), NORTH: np.sin(angle) * np.cos(climb), UP: np.sin(climb)}
     first = coefficients[0, GRADIENT, 0]
     last = _polynomial(coefficients[-1:, GRADIENT], np.diff(nodes)[-1:, None])[0, 0]
-    turned = heading(nodes[-1])
+    turned = turn[-1] - turn[0]
     slopes = {
         EAST: (np.cos(first), np.cos(turned) * np.cos(last)),
         NORTH: (0.0, np.sin(turned) * np.cos(last)),
@@ -218,9 +217,13 @@ def _store_centre_line(coefficients: np.ndarray, nodes: np.ndarray, curvature: P
     }
     for channel, tangent in tangents.items():
         path = np.concatenate([[0.0], np.cumsum((tangent @ _WEIGHTS) * np.diff(nodes) / 2)])
-        start, end = slopes[channel]
-        spline = CubicSpline(nodes, path, bc_type=((1, start), (1, end)))
-        coefficients[:, channel] = spline.c[::-1].T
+        coefficients[:, channel] = _clamped(nodes, path, *slopes[channel])
+
+
+def _clamped(nodes: np.ndarray, values: np.ndarray, start: float, end: float) -> np.ndarray:
+    """Coefficients (cells, 4) of the cubic spline through `values` with the slopes `start` and `end` at its ends."""
+    spline = CubicSpline(nodes, values, bc_type=((1, start), (1, end)))  # pyright: ignore[reportArgumentType]
+    return spline.c[::-1].T
 
 
 def _polynomial(c: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -82,13 +82,14 @@ class Geometry:
 class Track:
     """A track over the distance `s` (m, strictly increasing).
 
-    Between the rows every column is a cubic spline (not-a-knot), so that it has a continuous second derivative; friction
-    and stiffness, which may step, are monotone piecewise cubics (Fritsch and Carlson, 1980) within the range of the data.
+    Between the rows every column is a cubic spline (not-a-knot), so that it has a continuous second derivative;
+    friction and stiffness, which may step, are monotone piecewise cubics (Fritsch and Carlson, 1980) that stay within
+    the range of the data.
 
     Parameters
     ----------
     s : distances of the rows, m, at least four.
-    columns : any of `UNITS` by name, each as long as `s`; missing ones are zero (friction, stiffness: None, scenario's).
+    columns : any of `UNITS` by name, each as long as `s`; missing ones are zero (friction, stiffness: None).
     name : for messages and files.
     comments : where the track comes from, one line each.
 
