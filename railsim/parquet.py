@@ -1,0 +1,80 @@
+"""Tables of float64 columns as Parquet files whose bytes depend on nothing but the numbers."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from railsim.errors import InputError
+
+GROUP_ROWS = 16384
+
+
+def open_writer(path: Path, columns: list[str]) -> pq.ParquetWriter:
+    """A writer of float64 `columns`: byte streams split, Zstandard, no statistics, no time of writing."""
+    schema = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in columns])
+    return pq.ParquetWriter(
+        path,
+        schema,
+        compression="zstd",
+        compression_level=1,
+        use_dictionary=False,
+        use_byte_stream_split=True,
+        write_statistics=False,
+        store_schema=False,
+    )
+
+
+def write_columns(writer: pq.ParquetWriter, columns: list[np.ndarray]) -> None:
+    """Append one row group; `columns` in the order of the writer's schema, each of shape (n,)."""
+    arrays = [pa.array(np.ascontiguousarray(column, dtype=np.float64)) for column in columns]
+    writer.write_table(pa.Table.from_arrays(arrays, schema=writer.schema), row_group_size=max(1, len(columns[0])))
+
+
+def write_frame(path: Path, frame: pd.DataFrame) -> None:
+    """Write a frame of numbers, NaN included, in groups of `GROUP_ROWS` rows."""
+    columns = [frame.iloc[:, i].to_numpy(dtype=np.float64) for i in range(frame.shape[1])]
+    with open_writer(path, [str(name) for name in frame.columns]) as writer:
+        for first in range(0, len(frame), GROUP_ROWS):
+            write_columns(writer, [column[first : first + GROUP_ROWS] for column in columns])
+
+
+def read_names(path: Path) -> tuple[list[str], int]:
+    """(column names, number of rows), from the file's footer alone.
+
+    Raises
+    ------
+    InputError : missing, cut short or not a table of numbers.
+    """
+    with _open(path) as file:
+        for field in file.schema_arrow:
+            if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
+                raise InputError(f"'{path}': column '{field.name}' holds {field.type}; every column must hold numbers")
+        return list(file.schema_arrow.names), int(file.metadata.num_rows)
+
+
+def read_column(path: Path, name: str) -> np.ndarray:
+    """Column `name` as float64, shape (rows,).
+
+    Raises
+    ------
+    InputError : missing, cut short or damaged file.
+    """
+    with _open(path) as file:
+        try:
+            column = file.read(columns=[name]).column(name)
+            return np.asarray(column.to_numpy(), dtype=np.float64)
+        except (OSError, pa.ArrowException):
+            raise InputError(f"'{path}' is damaged at column '{name}'; make or copy it again") from None
+
+
+def _open(path: Path) -> Any:
+    try:
+        return pq.ParquetFile(path)
+    except FileNotFoundError:
+        raise InputError(f"'{path}' is missing; make or copy its folder again") from None
+    except (OSError, pa.ArrowException):
+        raise InputError(f"'{path}' is not a whole Parquet file (cut short?); make or copy it again") from None
