@@ -1,52 +1,18 @@
 """What an estimator is: measured channels and nominal parameters in, a table with its uncertainty out."""
 
-import json
-import os
-import shutil
-import uuid
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
-import numpy as np
 import pandas as pd
 
 from railsim.errors import InputError
+from railsim.files import read_json, write_folder_atomically, write_json
+from railsim.measurements import Measurements
+from railsim.parquet import read_column, read_names, write_frame
 from railsim.spec import Spec
-
-
-@runtime_checkable
-class Measurements(Protocol):
-    """The part of `railsim.recording.Measurements` that estimators use; it has no way to the truth."""
-
-    @property
-    def channels(self) -> list[str]:
-        """Names of the measured channels, `"<sensor>.<quantity> [unit]"`."""
-        ...
-
-    @property
-    def about(self) -> dict[str, Any]:
-        """Contents of about.json."""
-        ...
-
-    @property
-    def vehicle(self) -> dict[str, Any]:
-        """Nominal vehicle parameters in SI units, by field name."""
-        ...
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """Samples of a channel, shape (n,)."""
-        ...
-
-    def time(self, name: str) -> np.ndarray:
-        """Time stamps of a channel in s, shape (n,)."""
-        ...
-
-    def rate(self, name: str) -> float:
-        """Sample rate of a channel in Hz."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -74,20 +40,11 @@ class Estimate:
 
         Raises
         ------
-        InputError : the folder cannot be written.
+        InputError : the folder cannot be written or is somebody else's.
         """
-        folder = Path(folder)
-        aside = folder.with_name(f"{folder.name}.partial-{uuid.uuid4().hex[:8]}")
-        try:
-            aside.mkdir(parents=True)
-            self.series.to_parquet(aside / "estimate.parquet", index=False)
-            text = json.dumps({"name": self.name, "about": self.about}, indent=2, allow_nan=False)
-            (aside / "about.json").write_text(text, encoding="utf-8")
-            _replace(aside, folder)
-        except OSError as error:
-            raise InputError(f"{folder}: cannot write the estimate ({error.strerror}); choose another folder") from None
-        finally:
-            shutil.rmtree(aside, ignore_errors=True)
+        with write_folder_atomically(folder) as aside:
+            write_frame(aside / "estimate.parquet", self.series)
+            write_json(aside / "about.json", {"name": self.name, "about": self.about})
 
     @classmethod
     def open(cls, folder: Path | str) -> Self:
@@ -98,14 +55,15 @@ class Estimate:
         InputError : no complete estimate in the folder.
         """
         folder = Path(folder)
-        try:
-            head = json.loads((folder / "about.json").read_text(encoding="utf-8"))
-            return cls(str(head["name"]), pd.read_parquet(folder / "estimate.parquet"), dict(head["about"]))
-        except (OSError, ValueError, KeyError, TypeError):
-            raise InputError(f"{folder}: not a complete estimate; make one with 'railsim estimate'") from None
+        head = read_json(folder / "about.json", "an estimate")
+        if not isinstance(head.get("name"), str) or not isinstance(head.get("about"), dict):
+            raise InputError(f'\'{folder}\' is not an estimate: its about.json has no "name" or "about"')
+        table = folder / "estimate.parquet"
+        names, _ = read_names(table)
+        return cls(head["name"], pd.DataFrame({name: read_column(table, name) for name in names}), head["about"])
 
 
-class Estimator(Spec):
+class Estimator(Spec, frozen=True):
     """Base of every estimator: its fields are its settings, its module's name is its name."""
 
     requires: ClassVar[tuple[str, ...]] = ()
@@ -145,14 +103,3 @@ class OnlineEstimator(Protocol):
     def online(self, about: Mapping[str, Any], rate: float) -> Online:
         """Start a run; `about` holds what a recording's about.json holds, `rate` is the channels' sample rate in Hz."""
         ...
-
-
-def _replace(aside: Path, folder: Path) -> None:
-    """Put `aside` in the place of `folder`, which may be an older estimate but nothing else."""
-    if folder.exists():
-        if not (folder / "estimate.parquet").exists() and any(folder.iterdir()):
-            raise InputError(f"{folder}: holds something that is not an estimate; choose another folder")
-        old = folder.with_name(f"{folder.name}.partial-{uuid.uuid4().hex[:8]}")
-        os.rename(folder, old)
-        shutil.rmtree(old)
-    os.rename(aside, folder)

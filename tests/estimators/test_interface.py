@@ -1,7 +1,6 @@
 """Estimates survive the disk whole or not at all; estimators say what they miss."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,6 +8,7 @@ import pytest
 
 from estimators.interface import Estimate, Estimator
 from railsim.errors import InputError
+from railsim.measurements import Measurements
 
 
 class _Needy(Estimator):
@@ -17,24 +17,6 @@ class _Needy(Estimator):
     def estimate(self, measurements):
         self.need(measurements)
         return _estimate()
-
-
-class _Nothing:
-    """A recording without a channel."""
-
-    def __init__(self) -> None:
-        self.channels: list[str] = []
-        self.about: dict[str, Any] = {}
-        self.vehicle: dict[str, Any] = {}
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        raise KeyError(name)
-
-    def time(self, name: str) -> np.ndarray:
-        raise KeyError(name)
-
-    def rate(self, name: str) -> float:
-        raise KeyError(name)
 
 
 def _estimate() -> Estimate:
@@ -54,7 +36,7 @@ def test_round_trip_and_replacement(tmp_path: Path) -> None:
 
 def test_foreign_folder_is_kept(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years of work")
-    with pytest.raises(InputError, match="not an estimate"):
+    with pytest.raises(InputError, match="did not write"):
         _estimate().save(tmp_path)
     assert (tmp_path / "thesis.txt").exists()
 
@@ -62,7 +44,7 @@ def test_foreign_folder_is_kept(tmp_path: Path) -> None:
 def test_half_an_estimate_is_refused(tmp_path: Path) -> None:
     _estimate().save(tmp_path / "e")
     (tmp_path / "e" / "estimate.parquet").unlink()
-    with pytest.raises(InputError, match="not a complete estimate"):
+    with pytest.raises(InputError, match="estimate.parquet"):
         Estimate.open(tmp_path / "e")
 
 
@@ -72,6 +54,8 @@ def test_first_column_is_time_or_distance() -> None:
 
 
 def test_missing_channel_is_named() -> None:
-    assert not _Needy().fits(_Nothing())
+    about = {"origin": "test", "vehicle": {}, "sensors": []}
+    other = Measurements(about, {10.0: {"time [s]": [0.0, 0.1], "bogie.rate_roll [rad/s]": [0.0, 0.0]}})
+    assert not _Needy().fits(other)
     with pytest.raises(InputError, match="rate_yaw"):
-        _Needy().estimate(_Nothing())
+        _Needy().estimate(other)
