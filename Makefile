@@ -1,0 +1,37 @@
+# make run, make test, make bench: each makes .venv first, once, from requirements.lock.
+PYTHON ?= python3
+BIN := .venv/bin
+STAMP := .venv/.complete
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+
+.PHONY: run test bench system-check clean
+.DELETE_ON_ERROR:
+
+run: $(STAMP)
+	$(BIN)/railsim run default --out results/default
+
+test: $(STAMP)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+	$(BIN)/pytest -n 2
+
+bench: $(STAMP)
+	$(BIN)/railsim bench
+
+# Says what the system lacks (Python 3.11, libGL.so.1, libX11.so.6) before anything is made.
+system-check:
+	@command -v $(PYTHON) >/dev/null || { echo "railsim: $(PYTHON) is not installed: install python3.11 and python3.11-venv (Debian package names)" >&2; exit 2; }
+	@$(PYTHON) -I railsim/system_check.py
+
+$(STAMP): requirements.lock pyproject.toml | system-check
+	@echo "Making .venv from requirements.lock (once, about a minute) ..."
+	@rm -rf .venv
+	$(PYTHON) -m venv .venv
+	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements.lock
+	$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	@touch $@
+
+clean:
+	rm -rf .venv results build dist *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis

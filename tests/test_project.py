@@ -1,0 +1,152 @@
+"""Facts about the tree that the house rules promise: sizes, places, versions, who imports whom."""
+
+import ast
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+from railsim import system_check
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("railsim", "estimators", "scenarios", "track_data", "experiments")
+ALLOWED_FOLDERS = {*PACKAGES, "tests", "docs", ".ci"}
+ALLOWED_AT_TOP = {
+    "pyproject.toml", "README.md", "Makefile", "requirements.lock", "LICENSE", "CITATION.cff", "CHANGELOG.md",
+    "CONTRIBUTING.md", ".gitignore", ".gitattributes", "conftest.py",
+}  # fmt: skip
+LARGEST_FILE = 2 * 1024 * 1024  # bytes
+LONGEST_FILE = 500  # lines
+
+MACHINE_PATH = re.compile(r"(^|[^.\w])/(work|farm|root|tmp|home|Users)/")
+REGISTRY = re.compile(r'https?://[^ "]*/(simple|packages)(/|"|$)|index-ur[l]|find-link[s]|pypi\.or[g]|pythonhoste[d]')
+UNFINISHED = re.compile(r"TOD[O]|FIXM[E]|NotImplemente[d]Error|xfai[l]|assert Tru[e]")
+HIDDEN_FROM_ESTIMATORS = ("railsim.engines", "railsim.effects", "railsim.truth", "railsim.scenario", "railsim.model")
+
+
+def tracked(suffix: str = "") -> list[Path]:
+    """Files of the repository, relative to its root."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    names = [name for name in listed.split("\0") if name.endswith(suffix) and (ROOT / name).is_file()]
+    assert names, f"git lists no file that ends in '{suffix}'"
+    return [Path(name) for name in names]
+
+
+def text_of(path: Path) -> str:
+    """Content of a tracked file; empty for one that is not text."""
+    content = (ROOT / path).read_bytes()
+    return "" if b"\0" in content else content.decode()
+
+
+def lines_that_match(pattern: re.Pattern[str], paths: list[Path]) -> list[str]:
+    """'file:line: text' of every line in which `pattern` is found."""
+    return [
+        f"{path}:{number}: {line.strip()[:120]}"
+        for path in paths
+        for number, line in enumerate(text_of(path).splitlines(), 1)
+        if pattern.search(line)
+    ]
+
+
+def imports_of(path: Path) -> set[str]:
+    """Full names that a Python file imports, at any depth: modules, and names taken from modules."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(text_of(path))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            package = list(path.parent.parts)[: len(path.parent.parts) + 1 - node.level] if node.level else []
+            module = ".".join([*package, *([node.module] if node.module else [])])
+            names |= {module} | {f"{module}.{alias.name}" for alias in node.names}
+    return names
+
+
+def imports_under(name: str, imported: set[str]) -> bool:
+    """Whether the module `name`, or anything in it, is among the imported names."""
+    return any(other == name or other.startswith(f"{name}.") for other in imported)
+
+
+def test_no_python_file_is_long():
+    long = {str(path): len(text_of(path).splitlines()) for path in tracked(".py")}
+    assert {path: lines for path, lines in long.items() if lines > LONGEST_FILE} == {}
+
+
+def test_no_tracked_file_is_large():
+    sizes = {str(path): (ROOT / path).stat().st_size for path in tracked()}
+    assert {path: size for path, size in sizes.items() if size > LARGEST_FILE} == {}
+
+
+def test_every_file_has_its_place():
+    misplaced = [
+        str(path)
+        for path in tracked()
+        if (path.parts[0] not in ALLOWED_FOLDERS if len(path.parts) > 1 else path.name not in ALLOWED_AT_TOP)
+    ]
+    assert misplaced == []
+
+
+def test_no_path_of_a_machine_and_no_registry():
+    paths = [path for path in tracked() if path.parts[0] != ".ci"]
+    assert lines_that_match(MACHINE_PATH, paths) == []
+    assert lines_that_match(REGISTRY, paths) == []
+
+
+def test_nothing_unfinished():
+    assert lines_that_match(UNFINISHED, tracked(".py")) == []
+
+
+def test_exudyn_is_imported_in_one_place():
+    users = {str(path) for path in tracked(".py") if imports_under("exudyn", imports_of(path))}
+    assert {user for user in users if not user.startswith("tests/")} <= {"railsim/engines/exudyn.py"}
+
+
+def test_nothing_imports_the_command():
+    sources = [path for path in tracked(".py") if path.parts[0] in PACKAGES]
+    assert [str(path) for path in sources if imports_under("experiments.cli", imports_of(path))] == []
+
+
+def test_estimators_see_measurements_only():
+    for path in (path for path in tracked(".py") if path.parts[0] == "estimators"):
+        seen = imports_of(path)
+        assert [name for name in (*HIDDEN_FROM_ESTIMATORS, "experiments") if imports_under(name, seen)] == [], path
+
+
+def test_imports_are_found_at_any_depth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The three tests above rest on `imports_of`: relative, nested and aliased imports count."""
+    (tmp_path / "railsim" / "engines").mkdir(parents=True)
+    file = Path("railsim/engines/any.py")
+    (tmp_path / file).write_text("def f():\n    import exudyn.utilities as eu\n    from ..truth import Truth\n")
+    monkeypatch.setattr(f"{__name__}.ROOT", tmp_path)
+    assert imports_of(file) == {"exudyn.utilities", "railsim.truth", "railsim.truth.Truth"}
+
+
+def test_one_version():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    newest = re.search(r"^## \[(\d[^\]]*)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert newest is not None, "CHANGELOG.md has no entry '## [version] - date'"
+    assert {version, cited["version"], newest[1]} == {version}
+    assert str(cited["date-released"]) == newest[2]
+
+
+def test_lock_pins_every_direct_dependency_with_hashes():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = project["dependencies"] + project["optional-dependencies"]["dev"]
+    lock = (ROOT / "requirements.lock").read_text().replace("\\\n", " ")
+    pinned = {
+        line.split("==")[0]
+        for line in lock.splitlines()
+        if re.match(r"[a-z0-9-]+==[^ ]+ +--hash=sha256:[0-9a-f]{64}", line)
+    }
+    assert {re.split(r"[\[><=;]", name)[0].lower() for name in wanted} - pinned == set()
+    assert [line for line in lock.splitlines() if line and line.split("==")[0] not in pinned and line[0] != "#"] == []
+
+
+def test_system_check_names_what_is_missing():
+    assert "3.10.13 is too old" in (system_check.python_problem((3, 10, 13)) or "")
+    assert system_check.python_problem((3, 11, 0)) is None
+    assert "install libgl1" in (system_check.library_problem("libAbsent.so.1", "libgl1") or "")
+    assert "install python3-venv" in (system_check.module_problem("absent_module", "python3-venv") or "")
