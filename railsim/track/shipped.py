@@ -83,7 +83,8 @@ def _irregularities(s: np.ndarray, spectrum: str, seed: int) -> dict[str, np.nda
 def _notes(spectrum: str, seed: int) -> list[str]:
     return [
         f"Random phases (numpy default_rng, seed {seed}) with the one-sided densities over rad/m of {spectrum} in",
-        f"railsim/track/spectra.py, wavelengths {BAND.shortest:g} to {BAND.longest:g} m (skirts: factor {BAND.skirt:g}),",
+        f"railsim/track/spectra.py, wavelengths {BAND.shortest:g} to {BAND.longest:g} m"
+        f" (skirts: factor {BAND.skirt:g}),",
         "the quantities independent.",
         f"No irregularities up to s = {CLEAN:g} m, full ones from {CLEAN + FADE:g} m on.",
         "Made by python -m railsim.track.shipped; licence MIT, as the program.",
