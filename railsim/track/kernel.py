@@ -76,8 +76,11 @@ class TrackTables(NamedTuple):
 
 @numba.njit(cache=True)
 def locate(s0: float, ds: float, count: int, s: float) -> tuple[int, float]:
-    """Cell of the distance `s` and the distance x into it, m; `s` is clamped to the table."""
-    position = min(max(s - s0, 0.0), count * ds)
+    """Cell of the distance `s` and the distance x into it, m; `s` is clamped to the table, NaN gives x = NaN in cell 0."""
+    position = s - s0
+    if position != position:
+        return 0, position
+    position = min(max(position, 0.0), count * ds)
     cell = min(int(position / ds), count - 1)
     return cell, position - cell * ds
 
@@ -104,7 +107,7 @@ def second(coefficients: np.ndarray, cell: int, channel: int, x: float) -> float
 
 
 @numba.njit(cache=True)
-def _sample(s0, ds, count, coefficients, channel, derivative, s, out):  # noqa: ANN001, ANN202
+def _sample(s0, ds, count, coefficients, channel, derivative, s, out):
     for i in range(s.size):
         cell, x = locate(s0, ds, count, s[i])
         if derivative == 0:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from railsim.track import spectra, synthesis
-from railsim.track.files import format_track, write_track
+from railsim.track.files import write_track
 from railsim.track.synthesis import Segment, Transition
 from railsim.track.track import CANT_BASE, Track
 
@@ -38,12 +38,13 @@ def tracks() -> dict[str, Callable[[], Track]]:
     }
 
 
-def write_all(folder: Path) -> None:
-    """Write every shipped track into `folder` and print its SHA-256."""
+def main(arguments: list[str]) -> None:
+    """Write every shipped track into the folder `arguments[0]` (default track_data) and print its SHA-256."""
+    folder = Path(arguments[0] if arguments else "track_data")
     for name, make in tracks().items():
-        track = make()
-        write_track(track, folder / f"{name}.csv")
-        print(f"{hashlib.sha256(format_track(track).encode()).hexdigest()}  {name}.csv")
+        path = folder / f"{name}.csv"
+        write_track(make(), path)
+        print(f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}")
 
 
 def _straight(name: str, spectrum: str, seed: int) -> Track:
@@ -92,4 +93,4 @@ def _notes(spectrum: str, seed: int) -> list[str]:
 
 
 if __name__ == "__main__":
-    write_all(Path(sys.argv[1] if len(sys.argv) > 1 else "track_data"))
+    main(sys.argv[1:])
