@@ -76,7 +76,7 @@ class TrackTables(NamedTuple):
 
 @numba.njit(cache=True)
 def locate(s0: float, ds: float, count: int, s: float) -> tuple[int, float]:
-    """Cell of the distance `s` and the distance x into it, m; `s` is clamped to the table, NaN gives x = NaN in cell 0."""
+    """Cell of the distance `s` and the distance x into it, m; `s` is clamped to the table; NaN gives cell 0, x NaN."""
     position = s - s0
     if position != position:
         return 0, position
