@@ -1,0 +1,167 @@
+"""Vertical movement of the two wheelsets from the bogie's vertical acceleration and pitch rate.
+
+Equations of motion of the bogie on its four axleboxes (bounce z up, pitch theta nose down, leading wheelset at +Lb, body of mass M on the
+secondary suspension), w_1 and w_2 the vertical displacements of the leading and trailing wheelset:
+
+    m z'' + (4 cp s + 4 kp) z + Z(s) z = (2 kp + 2 cp s) (w_1 + w_2),   Z(s) = 2 (ks + cs s) M s^2 / (M s^2 + 2 cs s + 2 ks)
+    I theta'' + 4 Lb^2 (cp s + kp) theta = -Lb (2 kp + 2 cp s) (w_1 - w_2)
+
+Solved for the wheelsets, twice differentiated and band limited by H(s), with the measured acceleration a and pitch rate q:
+
+    (w_1'' + w_2'') / 2 = H [1 + (m s^2 + Z) / (4 (kp + cp s))] a
+    (w_1'' - w_2'') / 2 = -H Lb s [1 + I s^2 / (4 Lb^2 (kp + cp s))] q
+
+The same idea: Mei and Li, "A study of speed measurement with bogie-based inertial sensors", refs 38-41 of Ward et al. 2011, section 5.1.
+Accelerations are used because the track spectra of ERRI B176 are flat in them: the signals are then nearly white, and the correlation peak is sharp.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import signal
+
+from railsim.errors import InputError
+
+NEEDED = (
+    "bogie_mass",
+    "bogie_pitch_inertia",
+    "body_mass",
+    "primary_vertical_stiffness",
+    "primary_vertical_damping",
+    "secondary_vertical_stiffness",
+    "secondary_vertical_damping",
+    "semi_wheelbase",
+)
+ACCELERATION = "bogie.acceleration_z [m/s2]"
+PITCH_RATE = "bogie.rate_pitch [rad/s]"
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Discrete filters of the inverse.
+
+    Attributes
+    ----------
+    sections : second-order sections, shape (4 or 6, k, 6). Rows: sum and difference of the wheelsets' accelerations (halved), and their
+        inertial shares (that part of each which grows with m/kp and I/(kp Lb^2): where a wrong parameter shows).
+        Rows 0, 2 take the vertical acceleration, rows 1, 3 the pitch rate. Where the accelerometer is not above the centre of
+        gravity, rows 4, 5 take the pitch rate too: what the lever arm adds to rows 0, 2.
+    steady : the sections' states for a constant input of 1, shape (4 or 6, k, 2).
+    delay : mean delay of the band's filters in s (centre of the pass band).
+    bandwidth : equivalent noise bandwidth of the band in Hz: white noise through it has 2 * bandwidth independent values a second.
+    wheelbase : 2 Lb in m.
+    """
+
+    sections: np.ndarray
+    steady: np.ndarray
+    delay: float
+    bandwidth: float
+    wheelbase: float
+
+
+def chain(
+    vehicle: Mapping[str, Any], rate: float, low: float, high: float, inverse: bool, offset: float = 0.0
+) -> Chain:
+    """Design the filters.
+
+    Parameters
+    ----------
+    vehicle : nominal parameters by field name, SI units.
+    rate : sample rate in Hz.
+    low, high : pass band in Hz (Butterworth: second order below, fourth order above).
+    inverse : False leaves the bogie's dynamics in and takes plain sums z -+ Lb theta.
+    offset : longitudinal place of the accelerometer before the centre of gravity in m.
+
+    Raises
+    ------
+    InputError : a vehicle parameter is missing or not positive, or the sample rate is too low for the band.
+    """
+    p = parameters(vehicle)
+    if rate < 4 * high:
+        raise InputError(
+            f"sample rate {rate:g} Hz is too low for a band up to {high:g} Hz; give at least {4 * high:g} Hz"
+        )
+    bounce, pitch, bounce_share, pitch_share = _inverse(p, inverse)
+    differentiate = (np.array([-p["semi_wheelbase"], 0.0]), np.array([1.0]))
+    filters = [bounce, _product(differentiate, pitch), bounce_share, _product(differentiate, pitch_share)]
+    if offset:
+        lever = (np.array([offset, 0.0]), np.array([1.0]))
+        filters += [_product(lever, bounce), _product(lever, bounce_share)]
+    band = _band(low, high)
+    sos = [_discrete(one, band, rate, np.sqrt(low * high)) for one in filters]
+    size = max(len(one) for one in sos)
+    sections = np.stack([_padded(one, size) for one in sos])
+    steady = np.stack([signal.sosfilt_zi(one) for one in sections])
+    return Chain(sections, steady, *_timing(band, low, high), 2 * p["semi_wheelbase"])
+
+
+def parameters(vehicle: Mapping[str, Any]) -> dict[str, float]:
+    """The vehicle parameters that the inverse needs; raise `InputError` for one that is missing or not positive."""
+    for name in NEEDED:
+        value = vehicle.get(name)
+        if not isinstance(value, int | float) or not value > 0:
+            raise InputError(
+                f"vehicle parameter '{name}' is {value!r}; about.json must give a positive number in SI units"
+            )
+    return {name: float(vehicle[name]) for name in NEEDED}
+
+
+Ratio = tuple[np.ndarray, np.ndarray]
+
+
+def _inverse(p: dict[str, float], inverse: bool) -> tuple[Ratio, Ratio, Ratio, Ratio]:
+    """Polynomials in s: bounce, pitch and their inertial shares."""
+    if not inverse:
+        one, none = (np.array([1.0]), np.array([1.0])), (np.array([0.0]), np.array([1.0]))
+        return one, one, none, none
+    primary = 4 * np.array([p["primary_vertical_damping"], p["primary_vertical_stiffness"]])
+    secondary = 2 * np.array([p["secondary_vertical_damping"], p["secondary_vertical_stiffness"]])
+    body = np.array([p["body_mass"], 0.0, 0.0])
+    carried = np.polyadd(body, secondary)
+    load = np.polyadd(np.polymul([p["bogie_mass"], 0.0, 0.0], carried), np.polymul(secondary, body))
+    below = np.polymul(primary, carried)
+    rotary = np.array([p["bogie_pitch_inertia"] / p["semi_wheelbase"] ** 2, 0.0, 0.0])
+    return (
+        (np.polyadd(below, load), below),
+        (np.polyadd(primary, rotary), primary),
+        (load, below),
+        (rotary, primary),
+    )
+
+
+def _product(a: Ratio, b: Ratio) -> Ratio:
+    return np.polymul(a[0], b[0]), np.polymul(a[1], b[1])
+
+
+def _band(low: float, high: float) -> signal.ZerosPolesGain:
+    """Analogue band: Butterworth high pass of second order, low pass of fourth order."""
+    z1, p1, k1 = signal.butter(2, 2 * np.pi * low, "highpass", analog=True, output="zpk")
+    z2, p2, k2 = signal.butter(4, 2 * np.pi * high, "lowpass", analog=True, output="zpk")
+    return signal.ZerosPolesGain(np.append(z1, z2), np.append(p1, p2), k1 * k2)
+
+
+def _discrete(ratio: Ratio, band: signal.ZerosPolesGain, rate: float, exact: float) -> np.ndarray:
+    """Bilinear transform of ratio times band, exact at zero and at `exact` Hz: second-order sections, shape (k, 6)."""
+    numerator, denominator = np.trim_zeros(ratio[0], "f"), ratio[1]
+    zeros = np.append(np.roots(numerator), band.zeros)
+    poles = np.append(np.roots(denominator), band.poles)
+    gain = band.gain * (numerator[0] / denominator[0] if numerator.size else 0.0)
+    warped = np.pi * exact / np.tan(np.pi * exact / rate)
+    return signal.zpk2sos(*signal.bilinear_zpk(zeros, poles, gain, warped))
+
+
+def _padded(sos: np.ndarray, size: int) -> np.ndarray:
+    idle = np.tile([1.0, 0.0, 0.0, 1.0, 0.0, 0.0], (size - len(sos), 1))
+    return np.vstack([sos, idle])
+
+
+def _timing(band: signal.ZerosPolesGain, low: float, high: float) -> tuple[float, float]:
+    """Group delay of the band in s, weighted with the information on a delay in a white signal, and bandwidth in Hz."""
+    omega = 2 * np.pi * np.linspace(0.2 * low, 2 * high, 2001)
+    response = signal.freqs_zpk(band.zeros, band.poles, band.gain, omega)[1]
+    power = np.abs(response) ** 2
+    group = -np.gradient(np.unwrap(np.angle(response)), omega)
+    width = np.trapezoid(power, omega) ** 2 / np.trapezoid(power**2, omega) / (2 * np.pi)
+    return float(np.average(group, weights=omega**2 * power)), float(width)

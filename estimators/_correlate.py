@@ -1,0 +1,40 @@
+"""Running cross-correlation of two signals over a sliding window, sums updated in place."""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def slide(x: np.ndarray, y: np.ndarray, new_x: float, new_y: float, n: int, first: int, sums: np.ndarray) -> None:
+    """Move the window on by one sample: equation (10) of Ward et al. 2011, all lags.
+
+    Parameters
+    ----------
+    x, y : the last N samples, each kept twice one after the other, shape (2 N,): every stretch is then contiguous.
+    new_x, new_y : sample number n.
+    first : the smallest lag in samples; `sums[k]` belongs to lag first + k, which must stay below N.
+    sums : sum over the window of x(i) y(i + lag), shape (lags,); updated.
+    """
+    size = len(x) // 2
+    p = n % size
+    if n >= size:
+        oldest = x[p]
+        for k in range(len(sums)):
+            sums[k] -= oldest * y[p + first + k]
+    x[p] = x[p + size] = new_x
+    y[p] = y[p + size] = new_y
+    for k in range(len(sums)):
+        sums[k] += x[p + size - first - k] * new_y
+
+
+@njit(cache=True, nogil=True)
+def recompute(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -> None:
+    """The sums afresh after sample n, which drops what rounding has left in them."""
+    size = len(x) // 2
+    start = n % size + 1
+    for k in range(len(sums)):
+        lag = first + k
+        total = 0.0
+        for i in range(start, start + size - lag):
+            total += x[i] * y[i + lag]
+        sums[k] = total

@@ -1,0 +1,215 @@
+"""Search for the travel time and lock on to it: the compiled loop of `speed_refined`, the same for records and for `step`."""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+from numba import njit
+
+from estimators._correlate import recompute, slide
+from estimators._delay import REACH, UNKNOWNS, mismatch, travel_time
+from estimators._front import Front, advance
+from estimators._motion import Motion, correct, covariance, mean, predict, start
+
+COLUMNS = ("speed [m/s]", "speed_std [m/s]", "acceleration [m/s2]", "correlation [-]", "valid [-]")
+COARSE = 2e-3  # s; error of the coarse travel time, a quarter of its usual grid
+FIRST_ACCELERATION = 0.5  # m/s2; standard deviation at the first lock
+
+
+class Limits(NamedTuple):
+    """Numbers that stay the same during a run; the fields of `SpeedRefined` in the units of the loop."""
+
+    rate: float
+    stride: int  # samples from one measurement to the next
+    wheelbase: float
+    delay: float
+    slowest: float
+    fastest: float
+    threshold: float
+    floor: float  # least power, (m/s2)^2
+    lost: float
+    forget: float  # share of the averages that a new value takes
+    repeat: float  # measurements that tell as much as one independent one
+    first: int  # smallest lag of the search, in strides
+    spread: np.ndarray  # variances of the inverse's errors, shape (4,)
+
+
+class Lock(NamedTuple):
+    """State of a run.
+
+    Attributes
+    ----------
+    signals : last C samples of S, D, P, Q, each twice, shape (4, 2 C).
+    good : number of usable samples in a row up to each, shape (2 C,).
+    search : every `stride`-th sample of both wheelsets over the window, each twice, shape (2, 2 N).
+    covered : 1 where these can be used, shape (N,).
+    sums : running correlation of the search by lag.
+    power : sums of the search's squares and of `covered`, shape (3,).
+    x, P : mean and covariance after the last measurement, shapes (6,) and (6, 6).
+    level : averages: mismatch squared (long, short), power of the signals (long, short), shape (4,).
+    count : samples so far, measurements so far, locked, good samples in a row, shape (4,).
+    """
+
+    front: Front
+    motion: Motion
+    signals: np.ndarray
+    good: np.ndarray
+    search: np.ndarray
+    covered: np.ndarray
+    sums: np.ndarray
+    power: np.ndarray
+    x: np.ndarray
+    P: np.ndarray
+    level: np.ndarray
+    count: np.ndarray
+
+    @classmethod
+    def new(cls, filters: Front, motion: Motion, limits: Limits, window: float) -> Self:
+        """State before the first sample; `window` of the search in s."""
+        longest = limits.wheelbase / limits.slowest * limits.rate
+        capacity = int(np.ceil(1.2 * longest)) + limits.stride + 4 * REACH
+        last = int(np.ceil(longest / limits.stride))
+        size = max(round(window * limits.rate / limits.stride), 2 * last)
+        return cls(
+            filters,
+            motion,
+            np.zeros((4, 2 * capacity)),
+            np.zeros(2 * capacity),
+            np.zeros((2, 2 * size)),
+            np.zeros(size),
+            np.zeros(last - limits.first + 2),
+            np.zeros(3),
+            np.zeros(UNKNOWNS),
+            np.zeros((UNKNOWNS, UNKNOWNS)),
+            np.zeros(4),
+            np.zeros(4, dtype=np.int64),
+        )
+
+
+@njit(cache=True, nogil=True)
+def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Rows of `COLUMNS` for new samples of acceleration and pitch rate."""
+    rows = np.empty((len(a), 5))
+    out = np.empty(4)
+    size = s.signals.shape[1] // 2
+    for i in range(len(a)):
+        good = advance(s.front, a[i], q[i], out)
+        s.count[3] = s.count[3] + 1 if good else 0
+        p = s.count[0] % size
+        for row in range(4):
+            s.signals[row, p] = s.signals[row, p + size] = out[row] if good else 0.0
+        s.good[p] = s.good[p + size] = s.count[3]
+        if s.count[0] % c.stride == 0:
+            _measure(s, c, p + size, out, good)
+        _report(s, c, rows[i])
+        s.count[0] += 1
+    return rows
+
+
+@njit(cache=True, nogil=True)
+def _measure(s: Lock, c: Limits, newest: int, out: np.ndarray, good: bool) -> None:
+    """Search with the newest sample, follow the lock, gain or drop it."""
+    correlation, lag = _search(s, c, out[0] + out[1] if good else 0.0, out[0] - out[1] if good else 0.0, good)
+    if s.count[2]:
+        _follow(s, c, newest - REACH)
+        if not _holds(s, c, correlation):
+            s.count[2] = 0
+    if not s.count[2] and correlation > c.threshold:
+        _lock(s, c, correlation, lag)
+
+
+@njit(cache=True, nogil=True)
+def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, float]:
+    """Normalised peak of the running correlation (0: none) and its lag in s."""
+    n = s.count[1]
+    size = len(s.covered)
+    p = n % size
+    s.power[0] += x * x - s.search[0, p] ** 2
+    s.power[1] += y * y - s.search[1, p] ** 2
+    s.power[2] += (1.0 if good else 0.0) - s.covered[p]
+    s.covered[p] = 1.0 if good else 0.0
+    slide(s.search[0], s.search[1], x, y, n, c.first, s.sums)
+    if n % (8 * size) == 8 * size - 1:
+        recompute(s.search[0], s.search[1], n, c.first, s.sums)
+        s.power[0] = np.sum(s.search[0, :size] ** 2)
+        s.power[1] = np.sum(s.search[1, :size] ** 2)
+    s.count[1] = n + 1
+    k = int(np.argmax(s.sums))
+    if k == 0 or k == len(s.sums) - 1 or s.power[2] < 0.5 * size:
+        return 0.0, 0.0
+    power = np.sqrt(max(s.power[0] * s.power[1], 0.0))
+    if power < c.floor * s.power[2]:
+        return 0.0, 0.0
+    before, peak, after = s.sums[k - 1], s.sums[k], s.sums[k + 1]
+    lag = c.first + k + (before - after) / 2 / (before - 2 * peak + after)
+    return peak / power / max(1 - lag / s.power[2], 0.2), lag * c.stride / c.rate
+
+
+@njit(cache=True, nogil=True)
+def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
+    speed = c.wheelbase / lag
+    s.x[:] = 0.0
+    s.x[0] = speed
+    variance = np.zeros(UNKNOWNS)
+    variance[0] = (speed * max(0.02, COARSE / lag)) ** 2
+    variance[1] = FIRST_ACCELERATION**2
+    variance[2:] = c.spread
+    s.P[:] = np.diag(variance)
+    start(s.motion, s.x, variance)
+    s.level[2:] = np.sqrt(s.power[0] * s.power[1]) / s.power[2]
+    s.level[:2] = 2 * max(1 - correlation, 0.02) * s.level[2]
+    s.count[2] = 1
+
+
+@njit(cache=True, nogil=True)
+def _follow(s: Lock, c: Limits, now: int) -> None:
+    """One step of the motion models and, where the signals are sound, one measurement at sample `now`."""
+    predict(s.motion, c.stride / c.rate)
+    models = len(s.motion.weight)
+    errors, slopes = np.zeros(models), np.zeros((models, UNKNOWNS))
+    power, error = 0.0, 0.0
+    usable = s.good[now + REACH] > 2 * REACH
+    for j in range(models):
+        x = s.motion.x[j]
+        back = now - travel_time(c.wheelbase, x[0], x[1]) * c.rate
+        if not usable or x[0] < 0.5 * c.slowest or back < REACH + 1 or back > now - 1:
+            usable = False
+            break
+        usable = s.good[int(back) + REACH + 1] > 2 * REACH + 1
+        errors[j], strength = mismatch(s.signals, now, c.rate, c.wheelbase, x, slopes[j])
+        power += s.motion.weight[j] * strength
+        error += s.motion.weight[j] * errors[j]
+    if usable:
+        s.level[2] += c.forget * (power - s.level[2])
+        s.level[3] += 10 * c.forget * (power - s.level[3])
+        if s.level[2] > c.floor:
+            s.level[0] += c.forget * (error * error - s.level[0])
+            s.level[1] += 10 * c.forget * (error * error - s.level[1])
+            noise = max(s.level[0], s.level[1], 1e-4 * s.level[2])
+            correct(s.motion, errors, slopes, noise * c.repeat)
+    s.x[:] = mean(s.motion)
+    s.P[:] = covariance(s.motion, s.x)
+
+
+@njit(cache=True, nogil=True)
+def _holds(s: Lock, c: Limits, correlation: float) -> bool:
+    """Whether the lock is sound: in range, certain, and explaining as much as the best lag of the search."""
+    quality = 1 - s.level[0] / (2 * s.level[2] + 1e-300)
+    in_range = c.slowest < s.x[0] < c.fastest
+    certain = s.P[0, 0] < (c.lost * s.x[0]) ** 2
+    return in_range and certain and quality > c.threshold / 2 and quality > correlation - 0.2
+
+
+@njit(cache=True, nogil=True)
+def _report(s: Lock, c: Limits, row: np.ndarray) -> None:
+    """The state carried on from the middle of the filters' delay to now."""
+    if not s.count[2]:
+        row[:] = np.nan
+        row[3] = row[4] = 0.0
+        return
+    ahead = c.delay + (s.count[0] % c.stride + REACH) / c.rate
+    variance = s.P[0, 0] + 2 * ahead * s.P[0, 1] + ahead**2 * s.P[1, 1]
+    row[0] = s.x[0] + ahead * s.x[1]
+    row[1] = np.sqrt(max(variance, 0.0))
+    row[2] = s.x[1]
+    row[3] = 1 - s.level[0] / (2 * s.level[2] + 1e-300)
+    row[4] = 1.0
