@@ -1,0 +1,108 @@
+"""What stands between a true quantity and a sample: filter, latency, scale, bias, noise, range and resolution."""
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
+from scipy.spatial.transform import Rotation
+
+from railsim.spec import Spec, quantity
+
+_SHEET = "data sheet of the sensor"
+_SCENARIO = "chosen by the scenario; not known in the field"
+
+
+class SensorErrors(Spec, frozen=True):
+    """Error model of one sensor; every default is an ideal sensor. "channel" is the unit of the measured channel.
+
+    The chain is: anti-aliasing filter, latency and sampling, scale, bias, drift, noise, resolution, range. Noise is
+    white up to half the sample rate, as a digital output shows it. Drift is a first-order Gauss-Markov process (IEEE
+    Std 952-1997, "exponentially correlated noise"; its Allan deviation peaks at 0.62 of its standard deviation at 1.89
+    correlation times). Random values that a specimen has for good (bias, scale, mounting) are drawn once a run.
+    """
+
+    range: float | None = quantity(None, unit="channel", source=_SHEET, gt=0)
+    resolution: float = quantity(0.0, unit="channel", source=_SHEET, ge=0)
+    noise_density: float = quantity(0.0, unit="channel/sqrt(Hz), one-sided", source=_SHEET, ge=0)
+    bias: float = quantity(0.0, unit="channel", source=_SCENARIO)
+    bias_std: float = quantity(0.0, unit="channel", source=_SHEET, ge=0)
+    bias_instability: float = quantity(0.0, unit="channel, standard deviation of the drift", source=_SHEET, ge=0)
+    bias_correlation_time: float = quantity(100.0, unit="s", source="illustrative", gt=0)
+    scale_error: float = quantity(0.0, unit="-", source=_SCENARIO, gt=-1)
+    scale_error_std: float = quantity(0.0, unit="-", source=_SHEET, ge=0)
+    misalignment: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), unit="rad, rotation vector of the sensor in body axes", source=_SCENARIO
+    )
+    misalignment_std: float = quantity(0.0, unit="rad, each component", source=_SHEET, ge=0, le=0.3)
+    bandwidth: float | None = quantity(None, unit="Hz, -3 dB", source=_SHEET, gt=0)
+    bandwidth_order: int = quantity(2, unit="order of the Butterworth low-pass", source=_SHEET, ge=1, le=8)
+    latency: float = quantity(0.0, unit="s", source=_SHEET, ge=0)
+
+    hidden: ClassVar[frozenset[str]] = frozenset({"bias", "scale_error", "misalignment"})
+
+    def data_sheet(self) -> dict[str, Any]:
+        """The fields that are known in the field, by name."""
+        return self.model_dump(mode="json", exclude=set(self.hidden))
+
+    def apply(self, signal: np.ndarray, rate: float, step: int, rng: np.random.Generator) -> np.ndarray:
+        """Samples of `signal`, shape (n,), given at `rate` Hz; every `step`-th is taken; shape (ceil(n / step),)."""
+        samples = sample(self.filter(signal, rate), step, self.latency * rate)
+        return self.digitise(self.disturb(samples, rate / step, rng))
+
+    def filter(self, signal: np.ndarray, rate: float) -> np.ndarray:
+        """Causal Butterworth low-pass, at rest at the first value; passes all where the signal holds nothing above."""
+        if self.bandwidth is None or self.bandwidth >= rate / 2:
+            return signal
+        sections = butter(self.bandwidth_order, self.bandwidth, fs=rate, output="sos")
+        return sosfilt(sections, signal, zi=sosfilt_zi(sections) * signal[0])[0]
+
+    def disturb(self, samples: np.ndarray, rate: float, rng: np.random.Generator) -> np.ndarray:
+        """Scale, bias, drift and noise; each has a random stream of its own, so changing one leaves the others."""
+        specimen, drift, noise = rng.spawn(3)
+        bias = self.bias + self.bias_std * specimen.standard_normal()
+        scale = self.scale_error + self.scale_error_std * specimen.standard_normal()
+        samples = samples * (1 + scale) + bias
+        if self.bias_instability:
+            samples += gauss_markov(samples.size, rate, self.bias_instability, self.bias_correlation_time, drift)
+        if self.noise_density:
+            samples += self.noise_density * math.sqrt(rate / 2) * noise.standard_normal(samples.size)
+        return samples
+
+    def digitise(self, samples: np.ndarray) -> np.ndarray:
+        """Round to the resolution, then saturate at the range."""
+        if self.resolution:
+            samples = np.round(samples / self.resolution) * self.resolution
+        return samples if self.range is None else np.clip(samples, -self.range, self.range)
+
+    def mounting(self, rng: np.random.Generator) -> np.ndarray:
+        """Axes of the sensor as columns in body axes, shape (3, 3): stated misalignment plus this run's draw."""
+        angles = np.array(self.misalignment) + self.misalignment_std * rng.standard_normal(3)
+        return Rotation.from_rotvec(angles).as_matrix()
+
+
+def sample(signal: np.ndarray, step: int, delay: float) -> np.ndarray:
+    """Every `step`-th value of `signal` as it was `delay` samples before; before the start it had its first value.
+
+    A fraction of a sample is interpolated by Lagrange's polynomial through six neighbours.
+    """
+    whole = math.floor(delay)
+    fraction = delay - whole
+    at = np.arange(0, signal.size, step) - whole
+    if fraction < 1e-9:
+        return signal[np.maximum(at, 0)]
+    nodes = np.arange(-3, 3)
+    total = np.zeros(at.size)
+    for node in nodes:
+        others = nodes[nodes != node]
+        weight = float(np.prod((-fraction - others) / (node - others)))
+        total += weight * signal[np.clip(at + node, 0, signal.size - 1)]
+    return total
+
+
+def gauss_markov(count: int, rate: float, std: float, correlation_time: float, rng: np.random.Generator) -> np.ndarray:
+    """A stationary first-order Gauss-Markov process of `count` samples at `rate` Hz (IEEE Std 952-1997)."""
+    decay = math.exp(-1 / (rate * correlation_time))
+    drive = std * math.sqrt(-math.expm1(-2 / (rate * correlation_time))) * rng.standard_normal(count)
+    start = std * rng.standard_normal()
+    return lfilter([1.0], [1.0, -decay], drive, zi=[decay * start])[0]

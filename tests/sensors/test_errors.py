@@ -1,0 +1,140 @@
+"""The error model, term by term, against what its data sheet says."""
+
+import numpy as np
+import pytest
+from scipy.signal import welch
+
+from railsim.sensors.errors import SensorErrors, gauss_markov, sample
+
+RATE = 1024.0
+
+
+def rng(seed: int = 1) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def sine(frequency: float, count: int = 8192) -> np.ndarray:
+    return np.sin(2 * np.pi * frequency * np.arange(count) / RATE)
+
+
+def test_ideal_sensor_changes_nothing() -> None:
+    signal = rng().standard_normal(999)
+    np.testing.assert_array_equal(SensorErrors().apply(signal, RATE, 1, rng()), signal)
+    np.testing.assert_array_equal(SensorErrors().apply(signal, RATE, 4, rng()), signal[::4])
+
+
+@pytest.mark.parametrize("step", [1, 4])
+def test_noise_has_the_stated_density_at_every_sample_rate(step: int) -> None:
+    density, count = 0.02, 2**18
+    samples = SensorErrors(noise_density=density).apply(np.zeros(count * step), RATE, step, rng())
+    rate = RATE / step
+    std = density * np.sqrt(rate / 2)
+    assert abs(samples.std() / std - 1) < 5 / np.sqrt(2 * count)
+    assert abs(samples.mean()) < 5 * std / np.sqrt(count)
+    frequency, power = welch(samples, rate, nperseg=256)
+    assert np.all(np.abs(np.sqrt(power[1:-1]) / density - 1) < 0.1)
+    assert frequency[-1] == rate / 2
+
+
+def test_quantisation_steps_and_error() -> None:
+    signal = np.linspace(-1, 1, 10_001)
+    samples = SensorErrors(resolution=0.01).apply(signal, RATE, 1, rng())
+    np.testing.assert_allclose(samples / 0.01, np.round(samples / 0.01), atol=1e-9)
+    assert np.abs(samples - signal).max() <= 0.005 + 1e-12
+    assert np.unique(np.round(samples, 6)).size == 201
+
+
+def test_range_saturates_both_ways() -> None:
+    samples = SensorErrors(range=0.5, resolution=0.3).apply(np.linspace(-1, 1, 101), RATE, 1, rng())
+    assert (samples.min(), samples.max()) == (-0.5, 0.5)
+
+
+def test_scale_and_bias_are_as_stated() -> None:
+    signal = sine(3)
+    samples = SensorErrors(scale_error=0.02, bias=0.3).apply(signal, RATE, 1, rng())
+    np.testing.assert_allclose(samples, 1.02 * signal + 0.3)
+
+
+def test_bias_and_scale_are_drawn_once_a_run_with_the_stated_deviation() -> None:
+    errors = SensorErrors(bias_std=0.2, scale_error_std=0.05)
+    biases, scales = [], []
+    for seed in range(2000):
+        low, high = errors.disturb(np.array([0.0, 1.0]), RATE, rng(seed))
+        biases.append(low)
+        scales.append(high - low - 1)
+    for values, std in [(biases, 0.2), (scales, 0.05)]:
+        assert abs(np.std(values) / std - 1) < 5 / np.sqrt(4000)
+        assert abs(np.mean(values)) < 5 * std / np.sqrt(2000)
+    constant = errors.apply(np.zeros(100), RATE, 1, rng(7))
+    assert np.ptp(constant) == 0
+    np.testing.assert_array_equal(constant, errors.apply(np.zeros(100), RATE, 1, rng(7)))
+
+
+def test_drift_is_a_stationary_gauss_markov_process() -> None:
+    values = gauss_markov(400_000, 10.0, 0.5, 5.0, rng())
+    independent = 400_000 / (2 * 50)
+    assert abs(values.std() / 0.5 - 1) < 5 / np.sqrt(2 * independent)
+    for seconds in (1.0, 5.0):
+        lag = round(seconds * 10)
+        correlation = np.mean(values[lag:] * values[:-lag]) / np.mean(values**2)
+        assert correlation == pytest.approx(np.exp(-seconds / 5), abs=5 / np.sqrt(independent))
+    starts = [gauss_markov(2, 10.0, 0.5, 5.0, rng(seed))[0] for seed in range(2000)]
+    assert np.std(starts) == pytest.approx(0.5, rel=5 / np.sqrt(4000))
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_bandwidth_is_where_half_the_power_is_left(order: int) -> None:
+    errors = SensorErrors(bandwidth=50.0, bandwidth_order=order)
+    for frequency, gain in [(50, np.sqrt(0.5)), (5, 1.0), (200, (50 / 200) ** order)]:
+        samples = errors.filter(sine(frequency), RATE)[4096:]
+        measured = np.sqrt(2) * samples.std()
+        assert measured <= gain * 1.001
+        if frequency <= 50:
+            assert measured == pytest.approx(gain, rel=6e-3)
+
+
+def test_filter_is_causal_and_starts_at_rest() -> None:
+    errors = SensorErrors(bandwidth=50.0)
+    step = np.where(np.arange(200) < 100, 9.81, 12.0)
+    samples = errors.filter(step, RATE)
+    np.testing.assert_allclose(samples[:100], 9.81, rtol=1e-12)
+    assert 9.81 < samples[100] < 12.0
+
+
+def test_bandwidth_beyond_the_signal_passes_it_unchanged() -> None:
+    signal = sine(100)
+    np.testing.assert_array_equal(SensorErrors(bandwidth=1000.0).filter(signal, RATE), signal)
+
+
+@pytest.mark.parametrize("latency", [0.0, 3 / RATE, 0.0021, 0.05])
+def test_latency_shifts(latency: float) -> None:
+    time = np.arange(8192) / RATE
+    samples = SensorErrors(latency=latency).apply(sine(20), RATE, 4, rng())
+    settled = time[::4] > 0.1
+    np.testing.assert_allclose(samples[settled], np.sin(2 * np.pi * 20 * (time[::4] - latency))[settled], atol=2e-6)
+
+
+def test_latency_holds_the_first_value_before_the_start() -> None:
+    np.testing.assert_array_equal(sample(np.arange(1.0, 9.0), 2, 4.0), [1, 1, 1, 3])
+
+
+def test_changing_one_error_leaves_the_draws_of_the_others() -> None:
+    plain = SensorErrors(noise_density=0.1, bias_std=1.0)
+    drifting = SensorErrors(noise_density=0.1, bias_std=1.0, bias_instability=0.4)
+    only_drift = SensorErrors(bias_instability=0.4)
+    silence = np.zeros(500)
+    total = plain.apply(silence, RATE, 1, rng(3)) + only_drift.apply(silence, RATE, 1, rng(3))
+    np.testing.assert_allclose(drifting.apply(silence, RATE, 1, rng(3)), total, atol=1e-12)
+
+
+def test_mounting_is_a_rotation_by_the_stated_angles() -> None:
+    axes = SensorErrors(misalignment=(0.0, 0.0, 0.1)).mounting(rng())
+    np.testing.assert_allclose(axes[:, 0], [np.cos(0.1), np.sin(0.1), 0], atol=1e-15)
+    drawn = [SensorErrors(misalignment_std=0.01).mounting(rng(seed))[1, 0] for seed in range(2000)]
+    assert np.std(drawn) == pytest.approx(0.01, rel=5 / np.sqrt(4000))
+
+
+def test_data_sheet_hides_what_the_field_does_not_know() -> None:
+    sheet = SensorErrors(bias=1.0, bias_std=2.0, misalignment=(0.1, 0, 0)).data_sheet()
+    assert sheet["bias_std"] == 2.0
+    assert not {"bias", "scale_error", "misalignment"} & set(sheet)
