@@ -1,0 +1,1 @@
+"""Wheel-rail contact: geometry tables, Hertzian normal force, creepages, creep laws."""

@@ -1,0 +1,90 @@
+"""Contact functions of one wheel on its rail, tabled over the lateral shift u of the wheel relative to the rail."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from railsim.contact.hertz import hertz_ellipse
+from railsim.contact.kalker import kalker_coefficients
+
+LIFT, RADIUS, HALF_DISTANCE, AXIS_A, AXIS_B, C11, C22, C23 = range(8)
+CHANNELS = 8
+
+
+@dataclass(frozen=True)
+class ContactFunctions:
+    """Left wheel; the right wheel is its mirror image unless given on its own.
+
+    Attributes
+    ----------
+    shift : u [m], uniform grid; positive = wheelset to the left (towards the left rail's gauge face).
+    lift : height H of the wheel's centre above its place at u = 0 at which it just touches the rail [m]; dH/du = tan(contact angle).
+    radius : rolling radius [m]. half_distance : lateral distance of the contact from the track's centre line [m].
+    curvature : sum of the lateral curvatures of wheel and rail at the contact [1/m].
+    """
+
+    shift: np.ndarray
+    lift: np.ndarray
+    radius: np.ndarray
+    half_distance: np.ndarray
+    curvature: np.ndarray
+
+    def contact_angle(self) -> np.ndarray:
+        """Angle of the contact plane over `shift` [rad]."""
+        return np.arctan(CubicSpline(self.shift, self.lift)(self.shift, 1))
+
+    def stiffness(self) -> float:
+        """Hertz stiffness C of N = C p^1.5 at u = 0 [N/m^1.5]; one value serves all shifts, so that the contact has a potential."""
+        middle = len(self.shift) // 2
+        return hertz_ellipse(1.0 / self.radius[middle], self.curvature[middle]).stiffness
+
+    def channels(self) -> np.ndarray:
+        """(points, CHANNELS): geometry, unit-load semi-axes and Kalker coefficients."""
+        columns = np.empty((len(self.shift), CHANNELS))
+        columns[:, LIFT], columns[:, RADIUS], columns[:, HALF_DISTANCE] = self.lift, self.radius, self.half_distance
+        for row, (radius, curvature) in enumerate(zip(self.radius, self.curvature, strict=True)):
+            ellipse = hertz_ellipse(1.0 / radius, curvature)
+            columns[row, AXIS_A], columns[row, AXIS_B] = ellipse.longitudinal, ellipse.lateral
+            columns[row, C11:] = kalker_coefficients(ellipse.longitudinal / ellipse.lateral)
+        return columns
+
+
+@dataclass(frozen=True)
+class ContactTable:
+    """Uniform cubic-spline tables of both wheels: what the kernels read.
+
+    Attributes
+    ----------
+    start, spacing : grid of u [m]. coefficients : (2, cells, CHANNELS, 4), side 0 = left, powers ascending in the cell's fraction.
+    stiffness : (2,) Hertz stiffness [N/m^1.5].
+    """
+
+    start: float
+    spacing: float
+    coefficients: np.ndarray
+    stiffness: np.ndarray
+
+    @classmethod
+    def build(cls, left: ContactFunctions, right: ContactFunctions | None = None) -> "ContactTable":
+        """Tables of a left wheel and, by mirroring u and H's argument, the right one (`right` is given as if it were a left wheel)."""
+        start, spacing = float(left.shift[0]), float(left.shift[1] - left.shift[0])
+        if not np.allclose(left.shift, -left.shift[::-1], atol=1e-12) or not np.allclose(np.diff(left.shift), spacing):
+            raise ValueError("contact functions need a uniform grid that is symmetric about u = 0")
+        other = left if right is None else right
+        mirrored = _cells(other.shift, other.channels())[::-1]
+        tables = np.stack((_cells(left.shift, left.channels()), _reversed_argument(mirrored)))
+        return cls(start, spacing, np.ascontiguousarray(tables), np.array([left.stiffness(), other.stiffness()]))
+
+
+def _cells(shift: np.ndarray, channels: np.ndarray) -> np.ndarray:
+    """(cells, CHANNELS, 4) coefficients in x = (u - u_cell) / spacing."""
+    spacing = shift[1] - shift[0]
+    spline = CubicSpline(shift / spacing, channels)
+    return np.ascontiguousarray(np.transpose(spline.c[::-1], (1, 2, 0)))
+
+
+def _reversed_argument(cells: np.ndarray) -> np.ndarray:
+    """Coefficients of f(1 - x) from those of f(x)."""
+    c0, c1, c2, c3 = np.moveaxis(cells, -1, 0)
+    return np.stack((c0 + c1 + c2 + c3, -(c1 + 2 * c2 + 3 * c3), c2 + 3 * c3, -c3), axis=-1)

@@ -1,0 +1,1 @@
+"""Engines: the same model in, the same channels out."""

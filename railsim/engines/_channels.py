@@ -1,0 +1,35 @@
+"""Names of the truth channels in the order in which both engines write a row."""
+
+from railsim.model import Model
+
+SIDES = ("left", "right")
+RUN = ("s [m]", "speed [m/s]", "acceleration [m/s2]", "position.east [m]", "position.north [m]", "position.up [m]")
+BODY = (
+    "y [m]", "z [m]", "roll [rad]", "pitch [rad]", "yaw [rad]",
+    "y_rate [m/s]", "z_rate [m/s]", "roll_rate [rad/s]", "pitch_rate [rad/s]", "yaw_rate [rad/s]",
+    "specific_force_x [m/s2]", "specific_force_y [m/s2]", "specific_force_z [m/s2]",
+    "angular_velocity_x [rad/s]", "angular_velocity_y [rad/s]", "angular_velocity_z [rad/s]",
+    "angular_acceleration_x [rad/s2]", "angular_acceleration_y [rad/s2]", "angular_acceleration_z [rad/s2]",
+)  # fmt: skip
+SPIN = ("spin_angle [rad]", "spin [rad/s]")
+TRACK = ("curvature [1/m]", "cant [m]", "left_vertical [m]", "right_vertical [m]", "left_lateral [m]", "right_lateral [m]")
+WHEEL = (
+    "normal_force [N]", "creep_force_x [N]", "creep_force_y [N]", "creepage_x [-]", "creepage_y [-]",
+    "spin_creepage [1/m]", "contact_angle [rad]", "rolling_radius [m]", "lateral_shift [m]", "friction [-]",
+)  # fmt: skip
+WHEELSET_ROW = len(SPIN) + len(TRACK) + 2 * len(WHEEL)
+
+
+def channel_names(model: Model) -> list[str]:
+    """Columns of a truth record: time, run, bodies, then spin, track and wheels of each wheelset, then displacements."""
+    names = ["time [s]", *RUN]
+    for body in model.bodies:
+        names += [f"{body.name}.{quantity}" for quantity in BODY]
+    for number, wheelset in enumerate(model.wheelsets, 1):
+        names += [f"{wheelset.body}.{quantity}" for quantity in SPIN]
+        names += [f"track{number}.{quantity}" for quantity in TRACK]
+        for side in SIDES:
+            names += [f"wheel{number}_{side}.{quantity}" for quantity in WHEEL]
+    if model.primary:
+        names += [f"primary{i}_{side}.displacement [m]" for i in range(1, len(model.wheelsets) + 1) for side in SIDES]
+    return names

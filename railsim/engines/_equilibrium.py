@@ -1,0 +1,75 @@
+"""Steady state to start from: all accelerations zero at the first instant."""
+
+import numpy as np
+from scipy.optimize import root
+
+from railsim.engines._integrate import SCRATCH
+from railsim.engines._kernel import derivatives
+from railsim.engines._plant import Plant
+from railsim.errors import InputError
+
+LENGTH, ANGLE, SPIN = 1e-4, 1e-4, 1e-3  # m, rad, relative: scales of the unknowns
+ACCURACY = 1e-9  # m/s2, rad/s2
+
+
+def state_size(plant: Plant) -> int:
+    """Length of the state vector."""
+    return 2 * len(plant.core.mass) + 2 * len(plant.core.radius) + 2
+
+
+def steady_state(plant: Plant, start: float) -> np.ndarray:
+    """State at `start` [m] without acceleration: on straight track the rest position, in a curve the steady one.
+
+    Raises
+    ------
+    InputError : no such state was found (the vehicle cannot stand in this place at this speed).
+    """
+    n, w = len(plant.core.mass), len(plant.core.radius)
+    size = state_size(plant)
+    speed = plant.knots[0, 1]
+    load = float(plant.core.body_mass.sum()) * 9.81 / (2 * w)
+    sunk = (load / plant.core.contact_stiffness.mean()) ** (2.0 / 3.0)
+    scale = np.full(n + w, LENGTH)
+    guess = np.zeros(n + w)
+    for axes in plant.core.coordinate:
+        scale[axes[3:][axes[3:] >= 0]] = ANGLE
+        if axes[2] >= 0:
+            guess[axes[2]] = -sunk / LENGTH
+    scale[n:] = SPIN * speed / plant.core.radius
+    out, scratch = np.empty(size), np.empty(SCRATCH)
+
+    def state(unknown: np.ndarray) -> np.ndarray:
+        x = np.zeros(size)
+        x[:n] = unknown[:n] * scale[:n]
+        x[2 * n + w : 2 * n + 2 * w] = speed / plant.core.radius + unknown[n:] * scale[n:]
+        x[-2:] = start, speed
+        return x
+
+    def residual(unknown: np.ndarray) -> np.ndarray:
+        derivatives(plant, 0.0, state(unknown), out, scratch)
+        return np.concatenate((out[n : 2 * n], out[2 * n + w : 2 * n + 2 * w]))
+
+    found = root(residual, guess, method="hybr", options={"xtol": 1e-14, "maxfev": 20000})
+    best = _polish(residual, found.x)
+    if not np.isfinite(best).all() or np.abs(residual(best)).max() > 1e-4:
+        raise InputError(
+            f"no steady state at s = {start:g} m and {speed:g} m/s: start on straight track or choose a speed that suits the cant"
+        )
+    return state(best)
+
+
+def _polish(residual, unknown: np.ndarray) -> np.ndarray:  # noqa: ANN001
+    """Newton steps with central differences until the accelerations vanish to rounding."""
+    best, value = unknown, residual(unknown)
+    for _ in range(8):
+        if np.abs(value).max() < ACCURACY:
+            break
+        jacobian = np.column_stack(
+            [(residual(best + e) - residual(best - e)) / 2e-4 for e in 1e-4 * np.eye(len(best))]
+        )
+        trial = best - np.linalg.lstsq(jacobian, value, rcond=1e-13)[0]
+        moved = residual(trial)
+        if not np.abs(moved).max() < np.abs(value).max():
+            break
+        best, value = trial, moved
+    return best

@@ -1,0 +1,293 @@
+"""Right-hand side of a vehicle in the moving track frame (compiled).
+
+The vehicle frame is the track frame at distance s: origin on the centre line, velocity V along x, angular velocity Omega = V k(s) with k the curvature
+vector of the frame (heading, gradient, cant). Every body gets the frame's inertial forces at its own place (Goldstein 1980, section 4.10) and gravity turned
+into the frame; suspension forces are linear in the displacements (K holds the preloads' geometric stiffness); contacts are evaluated in the track frame at each
+wheelset's own distance.
+
+State x = [q (n), q' (n), spin angle (w), spin (w), s, V].
+"""
+
+import math
+
+from railsim.compiled import inlined, kernel
+
+from railsim.contact.wheel import FRICTION, wheel_forces
+from railsim.engines._laws import law_force
+from railsim.model import GRAVITY
+from railsim.track.kernel import (
+    CURVATURE,
+    GRADIENT,
+    LEFT_FRICTION,
+    LEFT_LATERAL,
+    LEFT_VERTICAL,
+    ROLL,
+    locate,
+    second,
+    slope,
+    value,
+)
+
+SLIDE_GAIN = 400.0  # 1/s; brake torque of the slide control per spin inertia and spin error
+RAIL_RIGHT = 1  # offset of the right rail's channels from the left one's
+
+
+@inlined
+def knot(knots, t):
+    """Interval and fraction of the speed table at time t."""
+    last = knots.shape[0] - 1
+    i = 0
+    while i < last and t >= knots[i + 1, 0]:
+        i += 1
+    if i == last:
+        return i, i, 0.0, 0.0
+    length = knots[i + 1, 0] - knots[i, 0]
+    return i, i + 1, (t - knots[i, 0]) / length, 1.0 / length
+
+
+@inlined
+def prescribed_speed(knots, t):
+    """Speed [m/s] and acceleration [m/s2] of a prescribed profile."""
+    i, j, x, inverse = knot(knots, t)
+    step = knots[j, 1] - knots[i, 1]
+    return knots[i, 1] + x * step, step * inverse
+
+
+@inlined
+def wheelset_torque(plant, i, t, spin, velocity):
+    """Drive or brake torque on wheelset i [N m]; the slide control holds the wanted slip while that is not 0."""
+    a, b, x, _ = knot(plant.knots, t)
+    torque = plant.knots[a, 2 + i] + x * (plant.knots[b, 2 + i] - plant.knots[a, 2 + i])
+    column = 2 + plant.core.radius.shape[0] + i
+    slip = plant.knots[a, column] + x * (plant.knots[b, column] - plant.knots[a, column])
+    if slip != 0.0:
+        torque -= SLIDE_GAIN * plant.core.spin_inertia[i] * (spin - (1.0 - slip) * velocity / plant.core.radius[i])
+    return torque
+
+
+@inlined
+def frame_motion(plant, s, velocity, acceleration, frame):
+    """Fill frame (9,): Omega [rad/s], its derivative [rad/s2], upward unit vector, in the track frame at s."""
+    frame[:] = 0.0
+    frame[8] = 1.0
+    if not plant.core.curved:
+        return
+    c = plant.track
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    kappa, kappa_1 = value(c, cell, CURVATURE, x), slope(c, cell, CURVATURE, x)
+    roll, roll_1, roll_2 = value(c, cell, ROLL, x), slope(c, cell, ROLL, x), second(c, cell, ROLL, x)
+    climb, climb_1, climb_2 = value(c, cell, GRADIENT, x), slope(c, cell, GRADIENT, x), second(c, cell, GRADIENT, x)
+    sin_r, cos_r, sin_g, cos_g = math.sin(roll), math.cos(roll), math.sin(climb), math.cos(climb)
+    k_x = roll_1 + kappa * sin_g
+    k_y = -climb_1 * cos_r + kappa * sin_r * cos_g
+    k_z = climb_1 * sin_r + kappa * cos_r * cos_g
+    level_1 = kappa_1 * cos_g - kappa * sin_g * climb_1
+    k_x1 = roll_2 + kappa_1 * sin_g + kappa * cos_g * climb_1
+    k_y1 = -climb_2 * cos_r + level_1 * sin_r + roll_1 * k_z
+    k_z1 = climb_2 * sin_r + level_1 * cos_r - roll_1 * k_y
+    frame[0], frame[1], frame[2] = velocity * k_x, velocity * k_y, velocity * k_z
+    square = velocity * velocity
+    frame[3] = square * k_x1 + acceleration * k_x
+    frame[4] = square * k_y1 + acceleration * k_y
+    frame[5] = square * k_z1 + acceleration * k_z
+    frame[6], frame[7], frame[8] = sin_g, cos_g * sin_r, cos_g * cos_r
+
+
+@inlined
+def pose(plant, row, s, out):
+    """Fill out (12,): x, y, z, roll, pitch, yaw of pose table `row` at s, then their derivatives by s."""
+    if not plant.core.curved:
+        out[:] = 0.0
+        return
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    for channel in range(6):
+        c = plant.pose[row, cell, channel]
+        out[channel] = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
+        out[6 + channel] = c[1] + x * (2.0 * c[2] + 3.0 * x * c[3])
+
+
+@inlined
+def wheelset_local(plant, i, s, velocity, q, rate, here, local):
+    """Fill local (8,): y, z, roll, yaw and rates of wheelset i in the track frame at its own distance; `here` is scratch (12,)."""
+    body = plant.core.wheelset_body[i]
+    index = plant.core.coordinate[body]
+    for k, axis in enumerate((1, 2, 3, 5)):
+        j = index[axis]
+        local[k] = q[j] if j >= 0 else 0.0
+        local[4 + k] = rate[j] if j >= 0 else 0.0
+    if not plant.core.curved:
+        return
+    pose(plant, 1 + i, s, here)
+    height = plant.core.radius[i] + local[1]
+    y, z = local[0] - here[1], height - here[2]
+    y_rate, z_rate = local[4] - velocity * here[7], local[5] - velocity * here[8]
+    sin_r, cos_r, turning = math.sin(here[3]), math.cos(here[3]), velocity * here[9]
+    local[0] = y * cos_r + z * sin_r
+    local[1] = z * cos_r - y * sin_r - plant.core.radius[i]
+    local[4] = y_rate * cos_r + z_rate * sin_r + turning * (z * cos_r - y * sin_r)
+    local[5] = z_rate * cos_r - y_rate * sin_r - turning * (y * cos_r + z * sin_r)
+    local[2] -= here[3]
+    local[3] -= here[5]
+    local[6] -= velocity * here[9]
+    local[7] -= velocity * here[11]
+
+
+@inlined
+def contact(plant, i, side, s, velocity, spin, local):
+    """Forces of one wheel (side 0 left, 1 right) of wheelset i whose distance is s, from its local coordinates."""
+    c = plant.track
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    vertical, lateral = LEFT_VERTICAL + side * RAIL_RIGHT, LEFT_LATERAL + side * RAIL_RIGHT
+    friction = plant.core.law[FRICTION]
+    if plant.core.friction_given:
+        friction = value(c, cell, LEFT_FRICTION + side * RAIL_RIGHT, x)
+    return wheel_forces(
+        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
+        1.0 - 2.0 * side, plant.core.radius[i], plant.core.law, friction,
+        local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
+        velocity, value(c, cell, CURVATURE, x) if plant.core.curved else 0.0, spin,
+        value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x),
+        value(c, cell, vertical, x), velocity * slope(c, cell, vertical, x),
+    )  # fmt: skip
+
+
+@kernel
+def derivatives(plant, t, x, out, scratch):
+    """Fill out = dx/dt; scratch (64,) holds frame, pose and local coordinates."""
+    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+    q, rate = x[:n], x[n : 2 * n]
+    force = out[n : 2 * n]
+    s, velocity = x[2 * n + 2 * w], x[2 * n + 2 * w + 1]
+    acceleration = 0.0
+    if not plant.core.driven:
+        velocity, acceleration = prescribed_speed(plant.knots, t)
+    frame, here, local = scratch[:9], scratch[9:21], scratch[21:29]
+    for i in range(n):
+        out[i] = rate[i]
+        total = 0.0
+        for j in range(n):
+            total += plant.core.stiffness[i, j] * q[j] + plant.core.damping[i, j] * rate[j]
+        force[i] = plant.core.preload[i] - total
+    if plant.core.curved and plant.core.chord_body >= 0:
+        pose(plant, 0, s, here)
+        for i in range(n):
+            force[i] -= plant.core.yaw_stiffness[i] * here[5] + plant.core.yaw_damping[i] * velocity * here[11]
+    for e in range(plant.core.elements):
+        elongation, stretching = 0.0, 0.0
+        for i in range(n):
+            elongation += plant.core.direction[e, i] * q[i]
+            stretching += plant.core.direction[e, i] * rate[i]
+        pull = law_force(plant.core.law_code[e], plant.core.parameters[e], elongation, stretching)
+        if pull != 0.0:
+            for i in range(n):
+                force[i] -= plant.core.direction[e, i] * pull
+    along = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local)
+    if plant.core.driven:
+        acceleration = _free_acceleration(plant, s, velocity, along)
+    frame_motion(plant, s, velocity, acceleration, frame)
+    _frame_forces(plant, velocity, x, q, rate, force, frame)
+    for i in range(n):
+        force[i] /= plant.core.mass[i]
+    out[2 * n + 2 * w] = velocity
+    out[2 * n + 2 * w + 1] = acceleration
+
+
+@inlined
+def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local):
+    """Add the contact forces; return the longitudinal resultant [N]."""
+    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+    along = 0.0
+    for i in range(w):
+        body = plant.core.wheelset_body[i]
+        distance = s + plant.core.position[body, 0]
+        wheelset_local(plant, i, s, velocity, q, rate, here, local)
+        spin = x[2 * n + w + i]
+        left = contact(plant, i, 0, distance, velocity, spin, local)
+        right = contact(plant, i, 1, distance, velocity, spin, local)
+        f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z
+        m_x, m_z = left.moment_x + right.moment_x, left.moment_z + right.moment_z
+        if plant.core.curved:
+            f_x, f_y, f_z = (
+                f_x + here[4] * f_z - here[5] * f_y,
+                f_y + here[5] * f_x - here[3] * f_z,
+                f_z + here[3] * f_y - here[4] * f_x,
+            )
+        index = plant.core.coordinate[body]
+        along += f_x
+        if index[1] >= 0:
+            force[index[1]] += f_y
+        if index[2] >= 0:
+            force[index[2]] += f_z
+        if index[3] >= 0:
+            force[index[3]] += m_x
+        if index[5] >= 0:
+            force[index[5]] += m_z
+        torque = wheelset_torque(plant, i, t, spin, velocity)
+        out[2 * n + i] = spin
+        out[2 * n + w + i] = (left.moment_spin + right.moment_spin + torque) / plant.core.spin_inertia[i]
+        # gyroscopic moments of the spinning wheels
+        if index[3] >= 0 and index[5] >= 0:
+            momentum = plant.core.spin_inertia[i] * spin
+            force[index[3]] += momentum * rate[index[5]]
+            force[index[5]] -= momentum * rate[index[3]]
+    return along
+
+
+@inlined
+def _free_acceleration(plant, s, velocity, along):
+    total = 0.0
+    for mass in plant.core.body_mass:
+        total += mass
+    climb = 0.0
+    if plant.core.curved:
+        cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+        climb = math.sin(value(plant.track, cell, GRADIENT, x))
+    a = plant.core.resistance
+    drag = a[0] + velocity * (a[1] + velocity * a[2]) if velocity > 0.0 else 0.0
+    return (along - drag) / total - GRAVITY * climb
+
+
+@inlined
+def _frame_forces(plant, velocity, x, q, rate, force, frame):
+    """Gravity and the moving frame's inertial forces."""
+    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+    o_x, o_y, o_z, a_x, a_y, a_z = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
+    for b in range(plant.core.body_mass.shape[0]):
+        index = plant.core.coordinate[b]
+        mass = plant.core.body_mass[b]
+        if not plant.core.curved:
+            if index[2] >= 0:
+                force[index[2]] -= mass * GRAVITY
+            continue
+        y = q[index[1]] if index[1] >= 0 else 0.0
+        z = q[index[2]] if index[2] >= 0 else 0.0
+        y_rate = rate[index[1]] if index[1] >= 0 else 0.0
+        z_rate = rate[index[2]] if index[2] >= 0 else 0.0
+        p_x, p_y, p_z = plant.core.position[b, 0], plant.core.position[b, 1] + y, plant.core.position[b, 2] + z
+        # v = Omega x r; centripetal = Omega x (v + V e_x + 2 r')
+        c_x = o_y * p_z - o_z * p_y + velocity
+        c_y = o_z * p_x - o_x * p_z + 2.0 * y_rate
+        c_z = o_x * p_y - o_y * p_x + 2.0 * z_rate
+        inertial_y = a_z * p_x - a_x * p_z + o_z * c_x - o_x * c_z
+        inertial_z = a_x * p_y - a_y * p_x + o_x * c_y - o_y * c_x
+        if index[1] >= 0:
+            force[index[1]] -= mass * (inertial_y + GRAVITY * frame[7])
+        if index[2] >= 0:
+            force[index[2]] -= mass * (inertial_z + GRAVITY * frame[8])
+        inertia = plant.core.inertia[b]
+        w_x = o_x + (rate[index[3]] if index[3] >= 0 else 0.0)
+        w_y = o_y + (rate[index[4]] if index[4] >= 0 else 0.0)
+        w_z = o_z + (rate[index[5]] if index[5] >= 0 else 0.0)
+        if index[3] >= 0:
+            force[index[3]] -= inertia[0] * a_x + (inertia[2] - inertia[1]) * w_y * w_z
+        if index[4] >= 0:
+            force[index[4]] -= inertia[1] * a_y + (inertia[0] - inertia[2]) * w_x * w_z
+        if index[5] >= 0:
+            force[index[5]] -= inertia[2] * a_z + (inertia[1] - inertia[0]) * w_x * w_y
+    if plant.core.curved:
+        for i in range(w):
+            index = plant.core.coordinate[plant.core.wheelset_body[i]]
+            momentum = plant.core.spin_inertia[i] * x[2 * n + w + i]
+            if index[3] >= 0 and index[5] >= 0:
+                force[index[3]] += momentum * o_z
+                force[index[5]] -= momentum * o_x

@@ -1,0 +1,176 @@
+"""Plant: the arrays that the compiled kernels read, made from a model, a track and a speed."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from railsim.contact.wheel import ContactLaw
+from railsim.errors import InputError
+from railsim.model import AXES, Model
+from railsim.speed import SpeedTables
+from railsim.track.kernel import (
+    CURVATURE,
+    EAST,
+    GRADIENT,
+    HEADING,
+    NORTH,
+    ROLL,
+    UP,
+    TrackTables,
+    sample,
+)
+
+POSE_CHANNELS = 6  # of the track frame ahead or behind, seen from the vehicle frame: x, y, z [m]; roll, pitch, yaw [rad]
+MOST_ELEMENTS = 24  # nonlinear elements of a model
+POSE_ROUNDING = 1e-13  # m, rad: smaller than this everywhere = straight
+
+
+class Plant(NamedTuple):
+    """What a kernel reads: one record of small fixed-size arrays and four long tables (few arguments, so that calls stay cheap)."""
+
+    core: Any  # numpy record; see `_core_type`
+    track: np.ndarray  # (cells, channels, 4) of `TrackTables`
+    contact: np.ndarray  # (2, cells, channels, 4) of `ContactTable`
+    pose: np.ndarray  # (1 + w, cells, 6, 4): 0 = the chord to the missing bogie, then each wheelset's place
+    knots: np.ndarray  # (k, 2 + 2 w) time, speed, torques, slips of `SpeedTables`
+
+
+def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
+    """Record of a vehicle with n free coordinates, b bodies, w wheelsets; each layout is compiled once."""
+    n, b, w = coordinates, bodies, wheelsets
+    fields = [
+        ("mass", "f8", n),
+        ("stiffness", "f8", (n, n)),
+        ("damping", "f8", (n, n)),
+        ("preload", "f8", n),  # forces of the preloaded springs and static loads at q = 0
+        ("yaw_stiffness", "f8", n),  # column of K for the body whose yaw follows the chord
+        ("yaw_damping", "f8", n),
+        ("coordinate", "i8", (b, 6)),  # index of the free coordinate, -1 where held
+        ("chord_body", "i8"),
+        ("reference_body", "i8"),
+        ("body_mass", "f8", b),
+        ("inertia", "f8", (b, 3)),
+        ("position", "f8", (b, 3)),
+        ("wheelset_body", "i8", w),
+        ("spin_inertia", "f8", w),
+        ("radius", "f8", w),
+        ("axlebox", "f8", w),  # half spacing of the axleboxes
+        ("primary", "i8"),
+        ("elements", "i8"),  # nonlinear elements in use
+        ("law_code", "i8", MOST_ELEMENTS),
+        ("direction", "f8", (MOST_ELEMENTS, n)),
+        ("parameters", "f8", (MOST_ELEMENTS, 8)),
+        ("contact_start", "f8"),
+        ("contact_spacing", "f8"),
+        ("contact_stiffness", "f8", 2),
+        ("law", "f8", len(ContactLaw._fields)),
+        ("s0", "f8"),
+        ("ds", "f8"),
+        ("cells", "i8"),
+        ("friction_given", "i8"),
+        ("curved", "i8"),
+        ("driven", "i8"),
+        ("resistance", "f8", 3),
+    ]
+    return np.dtype([field if len(field) == 2 else (field[0], field[1], field[2]) for field in fields], align=True)
+
+
+def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
+    """Arrays of a run."""
+    free, bodies = model.free, len(model.bodies)
+    if len(model.nonlinear) > MOST_ELEMENTS:
+        raise InputError(f"{len(model.nonlinear)} nonlinear elements; a model takes at most {MOST_ELEMENTS}")
+    core = np.zeros(1, _core_type(len(free), bodies, len(model.wheelsets))).view(np.recarray)[0]
+    coordinate = np.full(6 * bodies, -1)
+    coordinate[free] = np.arange(len(free))
+    chord = -1 if model.chord_yaw is None else model.index(model.chord_yaw)
+    wheelset_body = [model.index(w.body) for w in model.wheelsets]
+    curved = _curved(track)
+    values = {
+        "mass": model.mass[free],
+        "stiffness": model.stiffness[np.ix_(free, free)],
+        "damping": model.damping[np.ix_(free, free)],
+        "preload": model.preload[free],
+        "coordinate": coordinate.reshape(bodies, 6),
+        "chord_body": chord,
+        "reference_body": model.index(model.reference),
+        "body_mass": [b.mass for b in model.bodies],
+        "inertia": [b.inertia for b in model.bodies],
+        "position": [b.position for b in model.bodies],
+        "wheelset_body": wheelset_body,
+        "spin_inertia": [w.spin_inertia for w in model.wheelsets],
+        "radius": [w.radius for w in model.wheelsets],
+        "axlebox": [w.axlebox_half_spacing for w in model.wheelsets],
+        "primary": model.primary,
+        "elements": len(model.nonlinear),
+        "contact_start": model.contact.start,
+        "contact_spacing": model.contact.spacing,
+        "contact_stiffness": model.contact.stiffness,
+        "law": tuple(model.law),
+        "s0": track.s0,
+        "ds": track.ds,
+        "cells": track.count,
+        "friction_given": track.friction_given,
+        "curved": curved,
+        "driven": speed.driven,
+        "resistance": speed.resistance,
+    }
+    if chord >= 0:
+        values["yaw_stiffness"] = model.stiffness[free, 6 * chord + 5]
+        values["yaw_damping"] = model.damping[free, 6 * chord + 5]
+    for name, value in values.items():
+        core[name] = value
+    for row, element in enumerate(model.nonlinear):
+        relative = model.relative(element.upper, element.lower, element.position)
+        core["law_code"][row] = element.law
+        core["direction"][row] = relative[AXES.index(element.axis), free]
+        core["parameters"][row, : len(element.parameters)] = element.parameters
+    ahead = [model.bodies[i].position[0] for i in wheelset_body]
+    pose = _poses(track, [-model.trailing_pivot, *ahead], curved)
+    knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip))
+    return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots)
+
+
+def _curved(track: TrackTables) -> bool:
+    return any(bool(np.abs(track.coefficients[:, c]).max() > POSE_ROUNDING) for c in (CURVATURE, ROLL, GRADIENT))
+
+
+def _poses(track: TrackTables, offsets: list[float], curved: bool) -> np.ndarray:
+    """Pose of the track frame at s + offset seen from the one at s, as cubic splines over s."""
+    if not curved:
+        return np.zeros((len(offsets), 1, POSE_CHANNELS, 4))
+    nodes = track.s0 + track.ds * np.arange(track.count + 1)
+    here, origin = _frame(track, nodes), _origin(track, nodes)
+    tables = []
+    for offset in offsets:
+        there = np.clip(nodes + offset, nodes[0], nodes[-1])
+        frame = _frame(track, there)
+        beyond = (nodes + offset - there)[:, None]  # straight on beyond the ends of the file
+        relative = np.einsum("nji,njk->nik", here, frame)
+        place = np.einsum("nji,nj->ni", here, _origin(track, there) + beyond * frame[:, :, 0] - origin)
+        pitch = -np.arcsin(np.clip(relative[:, 2, 0], -1.0, 1.0))
+        roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
+        yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
+        if offset < -5.0:  # the chord's direction, not the frame's
+            yaw = np.arctan2(-place[:, 1], -place[:, 0])
+        rows = np.column_stack((place, roll, pitch, yaw))
+        spline = CubicSpline(nodes, rows)
+        tables.append(np.transpose(spline.c[::-1], (1, 2, 0)))
+    return np.ascontiguousarray(np.stack(tables))
+
+
+def _frame(track: TrackTables, s: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) rotation of the track frame: heading, then gradient, then roll of the track plane."""
+    heading, climb, roll = (sample(track, c, s) for c in (HEADING, GRADIENT, ROLL))
+    cz, sz, cy, sy, cx, sx = np.cos(heading), np.sin(heading), np.cos(climb), -np.sin(climb), np.cos(roll), np.sin(roll)
+    rows = [
+        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+        [-sy, cy * sx, cy * cx],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def _origin(track: TrackTables, s: np.ndarray) -> np.ndarray:
+    return np.column_stack([sample(track, c, s) for c in (EAST, NORTH, UP)])

@@ -1,0 +1,30 @@
+"""The fast engine: classical Runge-Kutta with fixed step over the compiled right-hand side in the moving track frame."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from railsim.engines._channels import channel_names
+from railsim.engines._equilibrium import steady_state
+from railsim.engines._guard import check_rows
+from railsim.engines._integrate import SCRATCH, run_chunk
+from railsim.engines._plant import build_plant
+from railsim.engines.interface import CHUNK, Run
+
+
+def integrate(run: Run) -> Iterator[np.ndarray]:
+    """Rows of truth of a run, chunk by chunk; see `interface.Engine`.
+
+    Raises
+    ------
+    Diverged : a state is not finite or a wheel left its rail; names time, place and body.
+    """
+    plant = build_plant(run.model, run.track, run.speed)
+    names = channel_names(run.model)
+    x = steady_state(plant, run.start)
+    scratch = np.empty((4, len(x))), np.empty(len(x)), np.empty(SCRATCH)
+    for first in range(0, run.rows, CHUNK):
+        rows = np.zeros((min(CHUNK, run.rows - first), len(names)))
+        finite = run_chunk(plant, x, first, len(rows), run.substeps, run.rate, rows, *scratch)
+        check_rows(rows, finite, names, run)
+        yield rows

@@ -1,0 +1,79 @@
+"""What an engine is given and what it gives."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from railsim.contact.hertz import STEEL_SHEAR
+from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22
+from railsim.errors import InputError
+from railsim.model import GRAVITY, Model
+from railsim.speed import SpeedTables
+from railsim.track.kernel import TrackTables
+
+LONGEST_STEP = 1.0 / 1024.0  # s; the wheelset's bounce on its contacts stays below 1.3 rad a step
+STABLE = 2.2  # largest product of step and creep rate; the RK4 limit on the negative axis is 2.78
+SLOWEST = 0.5  # m/s; the creep rate grows as 1/V, and below this the step is kept
+CHUNK = 8192  # rows of truth that are held in memory at a time
+
+
+class Diverged(InputError):
+    """The run left the finite numbers or the rails."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One simulation: `rate` rows of truth a second from `start` [m] for `duration` [s], `substeps` integration steps a row."""
+
+    model: Model
+    track: TrackTables
+    speed: SpeedTables
+    start: float
+    duration: float
+    rate: float
+    substeps: int
+
+    @property
+    def rows(self) -> int:
+        """Rows of truth, time 0 included."""
+        return round(self.duration * self.rate) + 1
+
+    @property
+    def step(self) -> float:
+        """Integration step [s]."""
+        return 1.0 / (self.rate * self.substeps)
+
+
+class Engine(Protocol):
+    """Integrates a run; yields rows of truth in the order of `channel_names`, at most `CHUNK` at a time."""
+
+    def __call__(self, run: Run) -> Iterator[np.ndarray]: ...
+
+
+def default_substeps(model: Model, speed: SpeedTables, rate: float) -> int:
+    """Smallest power of two of steps a row for which the creep forces' damping of the wheelsets stays well inside stability."""
+    slowest = max(float(speed.speed.min()), SLOWEST)
+    limit = min(LONGEST_STEP, STABLE / creep_rate(model, slowest))
+    return 2 ** max(0, math.ceil(math.log2(1.0 / (rate * limit)) - 1e-9))
+
+
+def creep_rate(model: Model, speed: float) -> float:
+    """Fastest decay rate that linear creep forces give a wheelset's lateral, yaw or spin motion at `speed` [1/s]; Polach's slope is (kA + kS) / 2 of Kalker's."""
+    middle = model.contact.coefficients.shape[1] // 2
+    row = model.contact.coefficients[0, middle, :, 0]
+    load = sum(body.mass for body in model.bodies) * GRAVITY + sum(model.vertical_load.values())
+    normal = load / (2.0 * len(model.wheelsets))
+    area = STEEL_SHEAR * row[AXIS_A] * row[AXIS_B] * normal ** (2.0 / 3.0)
+    rates = []
+    for wheelset in model.wheelsets:
+        body = model.bodies[model.index(wheelset.body)]
+        half = row[2]
+        rates += [
+            2.0 * area * row[C22] / (body.mass * speed),
+            2.0 * area * row[C11] * half**2 / (body.inertia[2] * speed),
+            2.0 * area * row[C11] * wheelset.radius**2 / (wheelset.spin_inertia * speed),
+        ]
+    return max(rates) * 0.5 * (model.law.k_adhesion + model.law.k_slip)

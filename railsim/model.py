@@ -1,0 +1,169 @@
+"""Model: a vehicle as bodies, elements and wheelsets: plain numbers and names that both engines read.
+
+Coordinates are small displacements from the nominal place in the vehicle frame: the track frame at the reference distance s (the bogie's
+centre), x forward, y left, z up from rail level. Six per body in the order of `AXES`; those that a body does not list as free are held.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from railsim.contact.functions import ContactTable
+from railsim.contact.wheel import ContactLaw
+
+GRAVITY = 9.81  # m/s2
+AXES = ("x", "y", "z", "roll", "pitch", "yaw")
+BUMP_STOP = 1  # force law codes of the compiled kernels
+
+
+@dataclass(frozen=True)
+class Body:
+    """Rigid body: mass [kg], principal inertia about its centre of gravity [kg m2], nominal place [m], free axes."""
+
+    name: str
+    mass: float
+    inertia: tuple[float, float, float]
+    position: tuple[float, float, float]
+    free: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class LinearElement:
+    """Linear spring and damper between two bodies, with its axes midway between both bodies' orientations.
+
+    `stiffness` and `damping` (6, 6) act on the displacement and small rotation of `upper` relative to `lower` at `position` (vehicle frame,
+    common to both bodies at rest); `preload` is the force on `upper` at rest [N] in x, y, z.
+    """
+
+    name: str
+    upper: str
+    lower: str
+    position: tuple[float, float, float]
+    stiffness: np.ndarray
+    damping: np.ndarray
+    preload: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class NonlinearElement:
+    """Force along one direction of relative movement at `position`: law code and its parameters (see `engines.laws`)."""
+
+    name: str
+    upper: str
+    lower: str
+    position: tuple[float, float, float]
+    axis: str
+    law: int
+    parameters: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Wheelset:
+    """The wheels of a body: spin inertia [kg m2], nominal radius [m], and the half spacing of the axleboxes [m]."""
+
+    body: str
+    spin_inertia: float
+    radius: float
+    axlebox_half_spacing: float
+
+
+@dataclass(frozen=True)
+class Model:
+    """All of a vehicle.
+
+    `primary`: whether axleboxes carry a frame (displacement transducers exist). `reference`: body whose distance is s.
+    `trailing_pivot`: distance from the reference back to the missing bogie [m]; a body listed in `chord_yaw` keeps the direction of that chord.
+    """
+
+    bodies: tuple[Body, ...]
+    elements: tuple[LinearElement, ...]
+    nonlinear: tuple[NonlinearElement, ...]
+    wheelsets: tuple[Wheelset, ...]
+    contact: ContactTable
+    law: ContactLaw
+    reference: str
+    primary: bool = True
+    trailing_pivot: float = 0.0
+    chord_yaw: str | None = None
+    vertical_load: dict[str, float] = field(default_factory=dict)
+
+    def index(self, name: str) -> int:
+        """Place of a body in `bodies`."""
+        return [body.name for body in self.bodies].index(name)
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """Indices of the free coordinates among the 6 per body."""
+        return np.array([6 * i + AXES.index(a) for i, body in enumerate(self.bodies) for a in AXES if a in body.free])
+
+    @property
+    def names(self) -> list[str]:
+        """Free coordinates by name, e.g. `bogie.pitch`."""
+        return [f"{self.bodies[i // 6].name}.{AXES[i % 6]}" for i in self.free]
+
+    @cached_property
+    def mass(self) -> np.ndarray:
+        """Diagonal of the mass matrix over all coordinates, (6 bodies,)."""
+        return np.concatenate([[b.mass] * 3 + list(b.inertia) for b in self.bodies])
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """K over all coordinates, geometric stiffness of the preloads included [N/m, N/rad, N m/rad]."""
+        total = np.zeros((len(self.mass),) * 2)
+        for element in self.elements:
+            relative = self.relative(element.upper, element.lower, element.position)
+            total += relative.T @ element.stiffness @ relative + self._geometric(element)
+        return total
+
+    @cached_property
+    def damping(self) -> np.ndarray:
+        """C over all coordinates."""
+        total = np.zeros((len(self.mass),) * 2)
+        for element in self.elements:
+            relative = self.relative(element.upper, element.lower, element.position)
+            total += relative.T @ element.damping @ relative
+        return total
+
+    @cached_property
+    def preload(self) -> np.ndarray:
+        """Generalised forces of the elements' preloads and of the static vertical loads at rest [N, N m]."""
+        total = np.zeros(len(self.mass))
+        for element in self.elements:
+            total += self.relative(element.upper, element.lower, element.position)[:3].T @ np.array(element.preload)
+        for name, load in self.vertical_load.items():
+            total[6 * self.index(name) + 2] -= load
+        return total
+
+    def point(self, name: str, position: tuple[float, float, float]) -> np.ndarray:
+        """(6, coordinates): small displacement and rotation of a body's point given in the vehicle frame."""
+        index = self.index(name)
+        x, y, z = np.subtract(position, self.bodies[index].position)
+        jacobian = np.zeros((6, len(self.mass)))
+        jacobian[:, 6 * index : 6 * index + 6] = np.eye(6)
+        jacobian[:3, 6 * index + 3 : 6 * index + 6] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+        return jacobian
+
+    def relative(self, upper: str, lower: str, position: tuple[float, float, float]) -> np.ndarray:
+        """(6, coordinates): displacement and rotation of `upper` relative to `lower`."""
+        return self.point(upper, position) - self.point(lower, position)
+
+    def _geometric(self, element: LinearElement) -> np.ndarray:
+        """Second derivative of -F0 . u, u = A_mid^T (p_upper - p_lower) to second order in the rotations of both bodies."""
+        force = np.array(element.preload)
+        if not force.any():
+            return np.zeros((len(self.mass),) * 2)
+        arms = [np.subtract(element.position, self.bodies[self.index(n)].position) for n in (element.upper, element.lower)]
+        points = [self.point(n, element.position) for n in (element.upper, element.lower)]
+        count = len(self.mass)
+        upper, lower = points[0][3:], points[1][3:]
+        moved = points[0][:3] - points[1][:3]
+        hessian = np.zeros((count, count))
+        for rotation, arm, sign in ((upper, arms[0], 1.0), (lower, arms[1], -1.0)):
+            # F . (1/2 phi x (phi x d)) = 1/2 [(F . phi)(phi . d) - (F . d) phi . phi]
+            product = np.outer(force @ rotation, arm @ rotation)
+            hessian -= sign * (0.5 * (product + product.T) - float(force @ arm) * rotation.T @ rotation)
+        # -1/2 F . ((phi_u + phi_l) x u) = 1/2 (phi_u + phi_l) . (F x u)
+        skew = np.array([[0.0, -force[2], force[1]], [force[2], 0.0, -force[0]], [-force[1], force[0], 0.0]])
+        twist = 0.5 * (upper + lower).T @ skew @ moved
+        return hessian - (twist + twist.T)

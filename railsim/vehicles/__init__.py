@@ -1,0 +1,1 @@
+"""Vehicles and parameter sets: one a file."""

@@ -1,0 +1,167 @@
+"""Half vehicle: half a car body on one bogie with two wheelsets; the missing half holds the body's yaw and pitch.
+
+Defaults are passenger vehicle 1 of the Manchester benchmarks (Iwnicki 1998, as transcribed in reference collections); see `manchester`.
+"""
+
+import math
+
+import numpy as np
+import pydantic
+
+from railsim.contact.functions import ContactTable
+from railsim.contact.pairs import WheelRailPair
+from railsim.contact.wheel import ContactLaw
+from railsim.model import BUMP_STOP, GRAVITY, Body, LinearElement, Model, NonlinearElement, Wheelset
+from railsim.spec import Spec, quantity
+from railsim.vehicles.interface import Vehicle
+
+IWNICKI = "Iwnicki (1998), Manchester benchmarks, passenger vehicle 1"
+HALF = f"{IWNICKI}; half of the whole body"
+ILLUSTRATIVE = "illustrative"
+POLACH = "Polach (2005), dry"
+
+
+class Adhesion(Spec):
+    """Creep law of Polach (2005): mu = friction [(1 - ratio) exp(-decay w) + ratio], reduction factors kA and kS."""
+
+    friction: float = quantity(0.4, unit="-", source="illustrative: dry rail in service", gt=0.0, le=1.0)
+    friction_ratio: float = quantity(0.4, unit="-", source=POLACH, gt=0.0, le=1.0)
+    friction_decay: float = quantity(0.6, unit="s/m", source=POLACH, ge=0.0)
+    k_adhesion: float = quantity(1.0, unit="-", source=POLACH, gt=0.0, le=1.0)
+    k_slip: float = quantity(0.4, unit="-", source=POLACH, gt=0.0, le=1.0)
+    creep: bool = True
+
+
+class HalfVehicle(Vehicle):
+    """Parameters per axlebox (primary) and per side (secondary) unless the name says otherwise."""
+
+    body_mass: float = quantity(16000.0, unit="kg", source=HALF, gt=0.0)
+    body_roll_inertia: float = quantity(28400.0, unit="kg m2", source=HALF, gt=0.0)
+    body_height: float = quantity(1.8, unit="m", source=IWNICKI, gt=0.0)
+    bogie_mass: float = quantity(2615.0, unit="kg", source=IWNICKI, gt=0.0)
+    bogie_roll_inertia: float = quantity(1722.0, unit="kg m2", source=IWNICKI, gt=0.0)
+    bogie_pitch_inertia: float = quantity(1476.0, unit="kg m2", source=IWNICKI, gt=0.0)
+    bogie_yaw_inertia: float = quantity(3067.0, unit="kg m2", source=IWNICKI, gt=0.0)
+    bogie_height: float = quantity(0.6, unit="m", source=IWNICKI, gt=0.0)
+    wheelset_mass: float = quantity(1813.0, unit="kg", source=IWNICKI, gt=0.0)
+    wheelset_yaw_inertia: float = quantity(1120.0, unit="kg m2", source=IWNICKI, gt=0.0)
+    wheelset_spin_inertia: float = quantity(112.0, unit="kg m2", source=IWNICKI, gt=0.0)
+    wheel_radius: float = quantity(0.46, unit="m", source=IWNICKI, gt=0.1)
+    semi_wheelbase: float = quantity(1.28, unit="m", source=IWNICKI, gt=0.0)
+    semi_bogie_spacing: float = quantity(9.5, unit="m", source=IWNICKI, gt=0.0)
+    half_gauge: float = quantity(0.75, unit="m", source="distance of the contacts, 1435 mm gauge", gt=0.3)
+    primary_half_spacing: float = quantity(1.0, unit="m", source=IWNICKI, gt=0.0)
+    primary_longitudinal_stiffness: float = quantity(31.391e6, unit="N/m", source=IWNICKI, gt=0.0)
+    primary_lateral_stiffness: float = quantity(3.884e6, unit="N/m", source=IWNICKI, gt=0.0)
+    primary_vertical_stiffness: float = quantity(1.220e6, unit="N/m", source=IWNICKI, gt=0.0)
+    primary_longitudinal_damping: float = quantity(15e3, unit="N s/m", source=IWNICKI, ge=0.0)
+    primary_lateral_damping: float = quantity(2e3, unit="N s/m", source=IWNICKI, ge=0.0)
+    primary_vertical_damping: float = quantity(4e3, unit="N s/m", source=IWNICKI, ge=0.0)
+    secondary_half_spacing: float = quantity(1.0, unit="m", source=IWNICKI, gt=0.0)
+    secondary_height: float = quantity(0.9, unit="m", source=ILLUSTRATIVE, gt=0.0)
+    secondary_longitudinal_stiffness: float = quantity(160e3, unit="N/m", source=IWNICKI, gt=0.0)
+    secondary_lateral_stiffness: float = quantity(160e3, unit="N/m", source=IWNICKI, gt=0.0)
+    secondary_vertical_stiffness: float = quantity(430e3, unit="N/m", source=IWNICKI, gt=0.0)
+    secondary_lateral_damping: float = quantity(32e3, unit="N s/m", source=IWNICKI, ge=0.0)
+    secondary_vertical_damping: float = quantity(20e3, unit="N s/m", source=IWNICKI, ge=0.0)
+    roll_bar_stiffness: float = quantity(940e3, unit="N m/rad", source=IWNICKI, ge=0.0)
+    yaw_damper_damping: float = quantity(0.0, unit="N s/m", source="none on passenger vehicle 1; per damper", ge=0.0)
+    yaw_damper_half_spacing: float = quantity(1.3, unit="m", source=ILLUSTRATIVE, gt=0.0)
+    bump_stop_gap: float = quantity(0.025, unit="m", source=IWNICKI, gt=0.0)
+    bump_stop_stiffness: float = quantity(30.63e3, unit="N/m", source=f"{IWNICKI}: cubic through 600 N at 30 mm", ge=0.0)
+    bump_stop_cubic: float = quantity(3.575e9, unit="N/m3", source=f"{IWNICKI}: and 230 kN at 65 mm", ge=0.0)
+    contact_damping_ratio: float = quantity(0.1, unit="-", source="illustrative: of the wheelset's bounce on the rails", ge=0.0)
+    pair: WheelRailPair = pydantic.Field(default_factory=WheelRailPair)
+    adhesion: Adhesion = pydantic.Field(default_factory=Adhesion)
+
+    def model(self) -> Model:
+        """Bodies `body`, `bogie`, `wheelset1` (leading), `wheelset2`: 16 free coordinates and two spins."""
+        functions = self.pair.contact_functions(self.wheel_radius, self.half_gauge)
+        return Model(
+            bodies=self._bodies(),
+            elements=(self._secondary(), *(self._primary(i) for i in (1, 2))),
+            nonlinear=(self._bump_stop(),),
+            wheelsets=tuple(
+                Wheelset(f"wheelset{i}", self.wheelset_spin_inertia, self.wheel_radius, self.primary_half_spacing)
+                for i in (1, 2)
+            ),
+            contact=ContactTable.build(functions),
+            law=self._law(functions.stiffness()),
+            reference="bogie",
+            trailing_pivot=2.0 * self.semi_bogie_spacing,
+            chord_yaw="body",
+        )
+
+    @property
+    def wheel_load(self) -> float:
+        """Static vertical force of one wheel [N]."""
+        return (self.body_mass + self.bogie_mass + 2.0 * self.wheelset_mass) * GRAVITY / 4.0
+
+    def _bodies(self) -> tuple[Body, ...]:
+        wheelset_free = ("y", "z", "roll", "yaw")
+        inertia = (self.wheelset_yaw_inertia, self.wheelset_spin_inertia, self.wheelset_yaw_inertia)
+        pitch = self.body_mass * self.semi_bogie_spacing**2 / 3.0  # held: serves only the absolute engine's holding forces
+        return (
+            Body("body", self.body_mass, (self.body_roll_inertia, pitch, pitch), (0.0, 0.0, self.body_height), ("y", "z", "roll")),
+            Body(
+                "bogie",
+                self.bogie_mass,
+                (self.bogie_roll_inertia, self.bogie_pitch_inertia, self.bogie_yaw_inertia),
+                (0.0, 0.0, self.bogie_height),
+                ("y", "z", "roll", "pitch", "yaw"),
+            ),
+            *(
+                Body(f"wheelset{i}", self.wheelset_mass, inertia, (x, 0.0, self.wheel_radius), wheelset_free)
+                for i, x in ((1, self.semi_wheelbase), (2, -self.semi_wheelbase))
+            ),
+        )
+
+    def _secondary(self) -> LinearElement:
+        sides = (self.secondary_half_spacing, -self.secondary_half_spacing)
+        springs = (self.secondary_longitudinal_stiffness, self.secondary_lateral_stiffness, self.secondary_vertical_stiffness)
+        dampers = (0.0, self.secondary_lateral_damping, self.secondary_vertical_damping)
+        stiffness = sum(translational(springs, y) for y in sides)
+        stiffness[3, 3] += self.roll_bar_stiffness
+        damping = sum(translational(dampers, y) for y in sides)
+        for y in (self.yaw_damper_half_spacing, -self.yaw_damper_half_spacing):
+            damping = damping + translational((self.yaw_damper_damping, 0.0, 0.0), y)
+        load = self.body_mass * GRAVITY
+        return LinearElement(
+            "secondary", "body", "bogie", (0.0, 0.0, self.secondary_height), stiffness, damping, (0.0, 0.0, load)
+        )
+
+    def _primary(self, number: int) -> LinearElement:
+        sides = (self.primary_half_spacing, -self.primary_half_spacing)
+        springs = (self.primary_longitudinal_stiffness, self.primary_lateral_stiffness, self.primary_vertical_stiffness)
+        dampers = (self.primary_longitudinal_damping, self.primary_lateral_damping, self.primary_vertical_damping)
+        x = self.semi_wheelbase if number == 1 else -self.semi_wheelbase
+        load = 0.5 * (self.body_mass + self.bogie_mass) * GRAVITY
+        return LinearElement(
+            f"primary{number}",
+            "bogie",
+            f"wheelset{number}",
+            (x, 0.0, self.wheel_radius),
+            sum(translational(springs, y) for y in sides),
+            sum(translational(dampers, y) for y in sides),
+            (0.0, 0.0, load),
+        )
+
+    def _bump_stop(self) -> NonlinearElement:
+        parameters = (self.bump_stop_gap, self.bump_stop_stiffness, self.bump_stop_cubic)
+        return NonlinearElement("bump_stop", "body", "bogie", (0.0, 0.0, self.secondary_height), "y", BUMP_STOP, parameters)
+
+    def _law(self, stiffness: float) -> ContactLaw:
+        """Contact damping as a share of critical of the wheelset's bounce: D = 2 zeta sqrt(k m / 2) / N0, k = 1.5 N0 / p0."""
+        load = self.wheel_load
+        rate = 1.5 * load / (load / stiffness) ** (2.0 / 3.0)
+        damping = 2.0 * self.contact_damping_ratio * math.sqrt(rate * self.wheelset_mass / 2.0) / load
+        a = self.adhesion
+        return ContactLaw(
+            a.friction, a.friction_ratio, a.friction_decay, a.k_adhesion, a.k_slip, damping, 1.0 if a.creep else 0.0
+        )
+
+
+def translational(values: tuple[float, float, float], y: float) -> np.ndarray:
+    """(6, 6) of a spring (or damper) along x, y, z that sits `y` [m] to the left of the element's centre."""
+    jacobian = np.hstack((np.eye(3), [[0.0, 0.0, -y], [0.0, 0.0, 0.0], [y, 0.0, 0.0]]))
+    return jacobian.T @ np.diag(values) @ jacobian
