@@ -1,6 +1,7 @@
 """Folders of results that are there whole or not at all: write aside, then rename."""
 
 import errno
+import fcntl
 import json
 import os
 import shutil
@@ -28,9 +29,10 @@ def write_folder_atomically(target: Path | str) -> Iterator[Path]:
     InputError : `target` cannot be written, is a file or is somebody else's folder.
     """
     target = Path(target).resolve()
-    _check_replaceable(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
+        with _alone_in(target.parent):
+            _check_replaceable(target)
         aside = Path(tempfile.mkdtemp(prefix=f"{target.name}.partial-", dir=target.parent))
     except OSError as error:
         raise InputError(f"cannot write '{target}': {error.strerror}; name a folder that can be written") from None
@@ -39,8 +41,9 @@ def write_folder_atomically(target: Path | str) -> Iterator[Path]:
         content.mkdir()
         yield content
         (content / MARKER).write_text("Written by railsim, which may replace this folder as a whole.\n")
-        _check_replaceable(target)
-        _swap(content, target, aside)
+        with _alone_in(target.parent):
+            _check_replaceable(target)
+            _swap(content, target, aside)
     except OSError as error:
         if error.errno not in _FULL:
             raise
@@ -82,17 +85,26 @@ def _check_replaceable(target: Path) -> None:
         raise InputError(f"'{target}' is a file; name a folder")
 
 
-def _swap(content: Path, target: Path, aside: Path, attempts: int = 10) -> None:
-    """Rename `content` to `target`, an older `target` first into `aside`; another process may be doing the same."""
-    for attempt in range(attempts):
-        replaced = aside / f"replaced{attempt}"
-        with suppress(FileNotFoundError):
-            os.rename(target, replaced)
-        try:
-            os.rename(content, target)
-            return
-        except OSError as error:
-            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST) or attempt == attempts - 1:
-                if replaced.exists() and not target.exists():
-                    os.rename(replaced, target)
-                raise
+def _swap(content: Path, target: Path, aside: Path) -> None:
+    """Rename `content` to `target`, an older `target` first into `aside`; put that back where the first fails."""
+    replaced = aside / "replaced"
+    with suppress(FileNotFoundError):
+        os.rename(target, replaced)
+    try:
+        os.rename(content, target)
+    except OSError:
+        if replaced.exists():
+            os.rename(replaced, target)
+        raise
+
+
+@contextmanager
+def _alone_in(parent: Path) -> Iterator[None]:
+    """Keep other writers of folders in `parent` waiting; a file system without locks goes without."""
+    handle = os.open(parent, os.O_RDONLY)
+    try:
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import estimators.interface
 from railsim.errors import InputError
 from railsim.recording import Measurements, Recording, write_recording
 from railsim.truth import Truth, TruthWriter
@@ -201,3 +202,7 @@ def test_measured_track_is_checked(tmp_path: Path) -> None:
         (folder / "track.csv").write_text(text)
         with pytest.raises(InputError, match=line):
             Recording.open(folder)
+
+
+def test_estimators_can_take_measurements() -> None:
+    assert isinstance(Measurements(ABOUT, frames()), estimators.interface.Measurements)
