@@ -1,10 +1,13 @@
 """Mismatch of the trailing wheelset's signal with the leading one's a delay earlier, and its slopes in every unknown.
 
-Unknowns x = (V, a, alpha, beta, gamma, epsilon): speed, acceleration, and four small errors of the inverse that let one wheelset's
-movement leak into the other's: bogie mass over stiffness, pitch inertia over stiffness (both relative), gain of the pitch rate
-against the acceleration (relative), and lead of the pitch rate before the acceleration (s).
+Unknowns x = (V, a, alpha, beta, gamma, epsilon, delta, eta): speed, acceleration, and small errors of the inverse that let one
+wheelset's movement leak into the other's: bogie mass over stiffness, pitch inertia over stiffness, gain of the pitch rate
+against the acceleration (all relative), lead of the pitch rate before the acceleration (s), primary damping over stiffness (s), secondary damping over
+primary stiffness (s; R = S - P is the acceleration itself in the band).
+With halved sum S and difference D of the wheelsets' signals and their inertial shares P, Q (see `_bounce`):
 
-    w_1'' = S + alpha P + (1 + gamma) D + beta Q + epsilon D',   w_2'' = S + alpha P - (1 + gamma) D - beta Q - epsilon D'
+    S_x = S + alpha P - delta P' + eta R',   D_x = (1 + gamma) D + beta Q + epsilon D' - delta Q'
+    w_1'' = S_x + D_x,   w_2'' = S_x - D_x
     e(x) = w_2''(t) - w_1''(t - T),   2 Lb = V T - a T^2 / 2
 
 At the true x the mismatch of noise-free signals is zero for every stretch of signal, however short: no window, no window's bias.
@@ -13,7 +16,7 @@ At the true x the mismatch of noise-free signals is zero for every stretch of si
 import numpy as np
 from numba import njit
 
-UNKNOWNS = 6
+UNKNOWNS = 8
 REACH = 3  # samples on either side that interpolation and derivatives need
 
 
@@ -48,8 +51,9 @@ def mismatch(
         for k in range(6):
             there[row] += weights[k] * line[whole - 2 + k]
             there_slope[row] += slants[k] * line[whole - 2 + k] * rate
-    second = here[0] + x[2] * here[2] - (1 + x[4]) * here[1] - x[3] * here[3] - x[5] * here_slope[1]
-    first = there[0] + x[2] * there[2] + (1 + x[4]) * there[1] + x[3] * there[3] + x[5] * there_slope[1]
+    sum_here, difference_here = _corrected(here, here_slope, x)
+    sum_there, difference_there = _corrected(there, there_slope, x)
+    second, first = sum_here - difference_here, sum_there + difference_there
     second_slope = here_slope[0] + x[2] * here_slope[2] - (1 + x[4]) * here_slope[1] - x[3] * here_slope[3]
     first_slope = there_slope[0] + x[2] * there_slope[2] + (1 + x[4]) * there_slope[1] + x[3] * there_slope[3]
     per_lag = (first_slope + second_slope) / 2
@@ -60,7 +64,17 @@ def mismatch(
     slopes[3] = -here[3] - there[3]
     slopes[4] = -here[1] - there[1]
     slopes[5] = -here_slope[1] - there_slope[1]
+    slopes[6] = -here_slope[2] + here_slope[3] + there_slope[2] + there_slope[3]
+    slopes[7] = here_slope[0] - here_slope[2] - there_slope[0] + there_slope[2]
     return second - first, (first * first + second * second) / 2
+
+
+@njit(cache=True, nogil=True)
+def _corrected(value: np.ndarray, slope: np.ndarray, x: np.ndarray) -> tuple[float, float]:
+    """Halved sum and difference of the wheelsets' signals with the errors of the inverse taken out."""
+    total = value[0] + x[2] * value[2] - x[6] * slope[2] + x[7] * (slope[0] - slope[2])
+    difference = (1 + x[4]) * value[1] + x[3] * value[3] + x[5] * slope[1] - x[6] * slope[3]
+    return total, difference
 
 
 @njit(cache=True, nogil=True)

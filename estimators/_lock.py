@@ -30,7 +30,8 @@ class Limits(NamedTuple):
     forget: float  # share of the averages that a new value takes
     repeat: float  # measurements that tell as much as one independent one
     first: int  # smallest lag of the search, in strides
-    spread: np.ndarray  # variances of the inverse's errors, shape (4,)
+    spread: np.ndarray  # variances of the inverse's errors, shape (6,)
+    pull: np.ndarray  # see `_noise`, shape (lags, 7)
 
 
 class Lock(NamedTuple):
@@ -44,8 +45,8 @@ class Lock(NamedTuple):
     covered : 1 where these can be used, shape (N,).
     sums : running correlation of the search by lag.
     power : sums of the search's squares and of `covered`, shape (3,).
-    x, P : mean and covariance after the last measurement, shapes (6,) and (6, 6).
-    level : averages: mismatch squared (long, short), power of the signals (long, short), shape (4,).
+    x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8).
+    level : averages: mismatch squared (long, short), power of the signals, mismatch squared without outbursts, shape (4,).
     count : samples so far, measurements so far, locked, good samples in a row, shape (4,).
     """
 
@@ -155,7 +156,8 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
     variance[2:] = c.spread
     s.P[:] = np.diag(variance)
     start(s.motion, s.x, variance)
-    s.level[2:] = np.sqrt(s.power[0] * s.power[1]) / s.power[2]
+    s.level[2] = np.sqrt(s.power[0] * s.power[1]) / s.power[2]
+    s.level[3] = 1e-3 * s.level[2]
     s.level[:2] = 2 * max(1 - correlation, 0.02) * s.level[2]
     s.count[2] = 1
 
@@ -165,7 +167,7 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
     """One step of the motion models and, where the signals are sound, one measurement at sample `now`."""
     predict(s.motion, c.stride / c.rate)
     models = len(s.motion.weight)
-    errors, slopes = np.zeros(models), np.zeros((models, UNKNOWNS))
+    errors, slopes, pull = np.zeros(models), np.zeros((models, UNKNOWNS)), np.zeros((models, UNKNOWNS))
     power, error = 0.0, 0.0
     usable = s.good[now + REACH] > 2 * REACH
     for j in range(models):
@@ -176,18 +178,32 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
             break
         usable = s.good[int(back) + REACH + 1] > 2 * REACH + 1
         errors[j], strength = mismatch(s.signals, now, c.rate, c.wheelbase, x, slopes[j])
+        _pull(c, x, pull[j])
         power += s.motion.weight[j] * strength
         error += s.motion.weight[j] * errors[j]
     if usable:
         s.level[2] += c.forget * (power - s.level[2])
-        s.level[3] += 10 * c.forget * (power - s.level[3])
         if s.level[2] > c.floor:
             s.level[0] += c.forget * (error * error - s.level[0])
             s.level[1] += 10 * c.forget * (error * error - s.level[1])
+            s.level[3] += c.forget * (min(error * error, 9 * s.level[3]) - s.level[3])
             noise = max(s.level[0], s.level[1], 1e-4 * s.level[2])
-            correct(s.motion, errors, slopes, noise * c.repeat)
+            correct(s.motion, errors, slopes, noise * c.repeat, pull * s.level[3])
     s.x[:] = mean(s.motion)
     s.P[:] = covariance(s.motion, s.x)
+
+
+@njit(cache=True, nogil=True)
+def _pull(c: Limits, x: np.ndarray, out: np.ndarray) -> None:
+    """Row of the table of `_noise` for the travel time at `x`, its first column turned into speed and acceleration."""
+    lag = travel_time(c.wheelbase, x[0], x[1])
+    place = min(lag * c.rate, len(c.pull) - 2.0)
+    k = int(place)
+    row = c.pull[k] + (place - k) * (c.pull[k + 1] - c.pull[k])
+    ahead = max(x[0] - x[1] * lag, 0.1)
+    out[0] = -row[0] * lag / ahead
+    out[1] = row[0] * lag * lag / (2 * ahead)
+    out[2:] = row[1:]
 
 
 @njit(cache=True, nogil=True)

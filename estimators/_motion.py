@@ -17,10 +17,10 @@ class Motion(NamedTuple):
 
     Attributes
     ----------
-    x, P : states and covariances of the models, shapes (models, 6) and (models, 6, 6).
+    x, P : states and covariances of the models, shapes (models, 8) and (models, 8, 8).
     weight : probability of each model, shape (models,).
     keep : share of the acceleration kept over a step, shape (models,).
-    Q : variance added to each unknown over a step, shape (models, 6).
+    Q : variance added to each unknown over a step, shape (models, 8).
     switch : probability to leave a model within a step.
     """
 
@@ -38,7 +38,7 @@ def bank(relax: np.ndarray, diffusion: np.ndarray, step: float, switch_rate: flo
     Parameters
     ----------
     relax : time constants of the acceleration's decay in s (infinite: none), shape (models,).
-    diffusion : growth of each unknown's variance per s, shape (models, 6).
+    diffusion : growth of each unknown's variance per s, shape (models, 8).
     switch_rate : how often a model is left, 1/s.
     """
     models = len(relax)
@@ -102,15 +102,18 @@ def predict(motion: Motion, step: float) -> None:
 
 
 @njit(cache=True, nogil=True)
-def correct(motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float) -> None:
-    """Use each model's mismatch (shape (models,)) and its slopes (models, 6); R is the variance of the mismatch's noise."""
+def correct(motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pull: np.ndarray) -> None:
+    """Use each model's mismatch (shape (models,)) and its slopes (models, 8).
+
+    R is the variance of the mismatch's noise, `pull` (models, 8) what noise alone gives for slope times mismatch.
+    """
     log_weight = np.empty(len(errors))
     for j in range(len(errors)):
         gain = motion.P[j] @ slopes[j]
         S = slopes[j] @ gain + R
         limit = 4 * np.sqrt(S)
         error = min(max(errors[j], -limit), limit)
-        motion.x[j] -= gain * (error / S)
+        motion.x[j] -= (gain * error - motion.P[j] @ pull[j]) / S
         motion.P[j] -= np.outer(gain, gain) / S
         motion.P[j] = (motion.P[j] + motion.P[j].T) / 2
         log_weight[j] = np.log(motion.weight[j]) - error * error / (2 * S) - np.log(S) / 2

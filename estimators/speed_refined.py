@@ -10,6 +10,7 @@ from estimators._bounce import ACCELERATION, PITCH_RATE, chain
 from estimators._front import front
 from estimators._lock import COLUMNS, Limits, Lock, run
 from estimators._motion import bank
+from estimators._noise import pull
 from estimators._record import Stepper, accelerometer_offset, read
 from estimators.interface import Estimate, Estimator
 from railsim.errors import InputError
@@ -45,6 +46,10 @@ class SpeedRefined(Estimator, frozen=True):
     inertia_spread: float = quantity(0.1, unit="-", source="parameter scatter between vehicles; illustrative", ge=0)
     gain_spread: float = quantity(0.02, unit="-", source="scale errors of MEMS data sheets", ge=0)
     lead_spread: float = quantity(0.5e-3, unit="s", source="half a sample at 1 kHz between two sensors", ge=0)
+    damping_spread: float = quantity(0.3e-3, unit="s", source="damping over stiffness; 10 % of 3 ms", ge=0)
+    secondary_spread: float = quantity(0.8e-3, unit="s", source="secondary over primary; 10 % of 8 ms", ge=0)
+    acceleration_noise: float = quantity(6e-4, unit="m/s2/Hz^0.5", source="60 ug, industrial MEMS data sheets", gt=0)
+    rate_noise: float = quantity(9e-5, unit="rad/s/Hz^0.5", source="0.005 deg/s, industrial MEMS data sheets", gt=0)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Speed at every sample of the record, causal: the same numbers as `online`.
@@ -80,16 +85,17 @@ class SpeedRefined(Estimator, frozen=True):
             repeat=max(1.0, rate / stride / (2 * filters.bandwidth)),
             first=max(1, int(filters.wheelbase / self.fastest * rate / stride) - 1),
             spread=self._spread(),
+            pull=pull(filters, rate, filters.wheelbase / self.slowest, (self.acceleration_noise, self.rate_noise)),
         )
         lock = Lock.new(front(filters, rate, self.low), self._bank(stride / rate), limits, self.window)
         return Stepper(COLUMNS, rate, lambda a, q: run(lock, limits, a, q))
 
     def _spread(self) -> np.ndarray:
-        return np.array([self.inertia_spread, self.inertia_spread, self.gain_spread, self.lead_spread]) ** 2
+        return np.array([self.inertia_spread, self.inertia_spread, self.gain_spread, self.lead_spread, self.damping_spread, self.secondary_spread]) ** 2
 
     def _bank(self, step: float):
         slow = self._spread() / 1000  # the vehicle may have changed within a quarter of an hour
-        diffusion = np.zeros((3, 6))
+        diffusion = np.zeros((3, 8))
         diffusion[:, 0] = self.steady_speed
         diffusion[:, 1] = self.steady_acceleration, self.steady_acceleration, self.change
         diffusion[:, 2:] = slow
