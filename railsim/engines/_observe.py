@@ -84,7 +84,7 @@ def observe(plant, t, x, x_dot, scratch, row):
             wheel_row(contact(plant, i, side, distance, velocity, row[at - TRACK_COUNT - 1], local), row[at + side * WHEEL_COUNT : at + (side + 1) * WHEEL_COUNT])
         at += 2 * WHEEL_COUNT
     if plant.core.primary:
-        _displacements(plant, q, row[at : at + 2 * w])
+        displacements(plant, q, row[at : at + 2 * w])
 
 
 @kernel
@@ -120,7 +120,7 @@ def _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, 
 
 
 @kernel
-def _displacements(plant, q, row):
+def displacements(plant, q, row):
     """Vertical movement of the bogie above each axlebox, extension +."""
     frame = plant.core.coordinate[plant.core.reference_body]
     for i in range(plant.core.radius.shape[0]):

@@ -117,21 +117,18 @@ class HalfVehicle(Vehicle):
         )
 
     def _secondary(self) -> LinearElement:
-        sides = (self.secondary_half_spacing, -self.secondary_half_spacing)
         springs = (self.secondary_longitudinal_stiffness, self.secondary_lateral_stiffness, self.secondary_vertical_stiffness)
         dampers = (0.0, self.secondary_lateral_damping, self.secondary_vertical_damping)
-        stiffness = sum(translational(springs, y) for y in sides)
+        stiffness = both_sides(springs, self.secondary_half_spacing)
         stiffness[3, 3] += self.roll_bar_stiffness
-        damping = sum(translational(dampers, y) for y in sides)
-        for y in (self.yaw_damper_half_spacing, -self.yaw_damper_half_spacing):
-            damping = damping + translational((self.yaw_damper_damping, 0.0, 0.0), y)
+        damping = both_sides(dampers, self.secondary_half_spacing)
+        damping += both_sides((self.yaw_damper_damping, 0.0, 0.0), self.yaw_damper_half_spacing)
         load = self.body_mass * GRAVITY
         return LinearElement(
             "secondary", "body", "bogie", (0.0, 0.0, self.secondary_height), stiffness, damping, (0.0, 0.0, load)
         )
 
     def _primary(self, number: int) -> LinearElement:
-        sides = (self.primary_half_spacing, -self.primary_half_spacing)
         springs = (self.primary_longitudinal_stiffness, self.primary_lateral_stiffness, self.primary_vertical_stiffness)
         dampers = (self.primary_longitudinal_damping, self.primary_lateral_damping, self.primary_vertical_damping)
         x = self.semi_wheelbase if number == 1 else -self.semi_wheelbase
@@ -141,8 +138,8 @@ class HalfVehicle(Vehicle):
             "bogie",
             f"wheelset{number}",
             (x, 0.0, self.wheel_radius),
-            sum(translational(springs, y) for y in sides),
-            sum(translational(dampers, y) for y in sides),
+            both_sides(springs, self.primary_half_spacing),
+            both_sides(dampers, self.primary_half_spacing),
             (0.0, 0.0, load),
         )
 
@@ -161,7 +158,15 @@ class HalfVehicle(Vehicle):
         )
 
 
-def translational(values: tuple[float, float, float], y: float) -> np.ndarray:
-    """(6, 6) of a spring (or damper) along x, y, z that sits `y` [m] to the left of the element's centre."""
-    jacobian = np.hstack((np.eye(3), [[0.0, 0.0, -y], [0.0, 0.0, 0.0], [y, 0.0, 0.0]]))
-    return jacobian.T @ np.diag(values) @ jacobian
+def both_sides(values: tuple[float, float, float], half_spacing: float) -> np.ndarray:
+    """(6, 6) of two equal springs (or dampers) along x, y, z, `half_spacing` [m] to the left and right of the element's centre.
+
+    Along x only the couple that turns the bodies in yaw is kept: every body is held at its place along the track, and against that holding the
+    springs' common longitudinal stiffness would resist the bogie's pitch, which wheelsets that are free to roll do not.
+    """
+    total = np.zeros((6, 6))
+    for y in (half_spacing, -half_spacing):
+        jacobian = np.hstack((np.eye(3), [[0.0, 0.0, -y], [0.0, 0.0, 0.0], [y, 0.0, 0.0]]))
+        total += jacobian.T @ np.diag(values) @ jacobian
+    total[0, :] = total[:, 0] = 0.0
+    return total

@@ -1,0 +1,199 @@
+"""The reference engine: a multibody system in Exudyn, in absolute coordinates.
+
+Rigid bodies with six coordinates each, Exudyn connectors for the linear suspension (large rotations included), gravity as Exudyn loads, and one user function for
+contacts, nonlinear elements and what holds the vehicle to its place along the track. The wheels' spins are coordinates of their own.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import exudyn
+import numpy as np
+from exudyn import itemInterface as items
+from scipy.spatial.transform import Rotation
+
+from railsim.engines._absolute import track_frame
+from railsim.engines._call import bind_forces
+from railsim.engines._channels import channel_names
+from railsim.engines._equilibrium import steady_state
+from railsim.engines._guard import check_rows
+from railsim.engines._observe_absolute import observe_all
+from railsim.engines._plant import Plant, build_plant
+from railsim.engines.interface import CHUNK, Diverged, Run
+from railsim.model import GRAVITY, Model
+
+IMPLICIT_BELOW = 3.0  # m/s; creep damping is stiff as 1/V
+WORK = 128  # numbers of scratch for each body
+TIME_TOLERANCE = 1e-9  # s
+
+
+def integrate(run: Run) -> Iterator[np.ndarray]:
+    """Rows of truth of a run, chunk by chunk; see `interface.Engine`.
+
+    Raises
+    ------
+    Diverged : the solver fails, a state is not finite or a wheel left its rail; names time, place and body.
+    """
+    system = System(run)
+    names = channel_names(run.model)
+    first = 0
+    while first < run.rows:
+        last = min(first + CHUNK, run.rows)
+        rows = system.advance(first, last, len(names))
+        check_rows(rows, len(rows), names, run)
+        yield rows
+        first = last
+
+
+class System:
+    """The assembled multibody system of a run and its solver.
+
+    Attributes
+    ----------
+    mbs : the Exudyn system; coordinates are 6 per body in the model's order, then the wheelsets' spin angles.
+    """
+
+    def __init__(self, run: Run) -> None:
+        exudyn.config.printToConsole = False
+        self.run = run
+        self.plant = build_plant(run.model, run.track, run.speed)
+        self._count = 6 * len(run.model.bodies) + len(run.model.wheelsets)
+        self._memory = run.start + np.array([body.position[0] for body in run.model.bodies])
+        self._work = np.zeros((len(run.model.bodies) + 1, WORK))
+        self._container = exudyn.SystemContainer()
+        self.mbs: Any = self._container.AddSystem()
+        self._assemble()
+
+    def _assemble(self) -> None:
+        model, mbs = self.run.model, self.mbs
+        place, pace = absolute_state(self.plant, model, steady_state(self.plant, self.run.start))
+        nodes, numbers = [], []
+        for b, body in enumerate(model.bodies):
+            own = slice(6 * b, 6 * b + 6)
+            nodes.append(mbs.AddNode(items.NodeRigidBodyRxyz(initialCoordinates=place[own], initialVelocities=pace[own])))
+            inertia = [*body.inertia, 0.0, 0.0, 0.0]
+            numbers.append(
+                mbs.AddObject(items.ObjectRigidBody(physicsMass=body.mass, physicsInertia=inertia, nodeNumber=nodes[-1]))
+            )
+            load = [0.0, 0.0, -body.mass * GRAVITY - model.vertical_load.get(body.name, 0.0)]
+            marker = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=numbers[-1]))
+            mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=load))
+        for i, wheelset in enumerate(model.wheelsets):
+            at = 6 * len(model.bodies) + i
+            node = items.NodeGenericODE2(
+                numberOfODE2Coordinates=1,
+                referenceCoordinates=[0.0],
+                initialCoordinates=[place[at]],
+                initialCoordinates_t=[pace[at]],
+            )
+            nodes.append(mbs.AddNode(node))
+            mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes[-1:], massMatrix=[[wheelset.spin_inertia]]))
+        for element in model.elements:
+            self._connect(element, numbers)
+        contacts = items.ObjectGenericODE2(
+            nodeNumbers=nodes, massMatrix=np.zeros((self._count,) * 2), forceUserFunction=self._user_function()
+        )
+        mbs.AddObject(contacts)
+        kinds = exudyn.OutputVariableType
+        self._sensors = [
+            [mbs.AddSensor(items.SensorNode(nodeNumber=n, storeInternal=True, outputVariableType=kind)) for n in nodes]
+            for kind in (kinds.Coordinates, kinds.Coordinates_t, kinds.Coordinates_tt)
+        ]
+        mbs.Assemble()
+
+    def _connect(self, element: Any, numbers: list[int]) -> None:
+        """A linear element: marker 0 on the lower body, marker 1 on the upper one; the preload is an offset of the spring."""
+        model = self.run.model
+        markers = []
+        for name in (element.lower, element.upper):
+            index = model.index(name)
+            local = np.subtract(element.position, model.bodies[index].position)
+            markers.append(self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=numbers[index], localPosition=local)))
+        preload = np.array([*element.preload, 0.0, 0.0, 0.0])
+        offset = np.linalg.lstsq(element.stiffness, preload, rcond=None)[0]
+        connector = items.ObjectConnectorRigidBodySpringDamper(
+            markerNumbers=markers,
+            stiffness=element.stiffness,
+            damping=element.damping,
+            offset=offset,
+            useIntrinsicFormulation=True,
+        )
+        self.mbs.AddObject(connector)
+
+    def _user_function(self) -> Any:
+        """Generalised forces; called four times a step, so everything is bound beforehand."""
+        plant, memory, work = self.plant, self._memory, self._work
+        q, v, out = np.zeros(self._count), np.zeros(self._count), np.zeros(self._count)
+        evaluate = bind_forces(plant, self.run.start, q, v, memory, work, out)
+
+        def force(mbs: Any, t: float, item: int, coordinates: list[float], rates: list[float]) -> list[float]:
+            del mbs, item
+            q[:] = coordinates
+            v[:] = rates
+            evaluate(t)
+            return out.tolist()
+
+        return force
+
+    def advance(self, first: int, last: int, columns: int) -> np.ndarray:
+        """Rows `first` ... `last` - 1; the state stays at row `last` for the next call."""
+        settings, kind = self._settings(first, last)
+        mbs = self.mbs
+        if first:
+            current = mbs.systemData.GetSystemState(configuration=exudyn.ConfigurationType.Current)
+            mbs.systemData.SetSystemState(current, configuration=exudyn.ConfigurationType.Initial)
+        try:
+            mbs.SolveDynamic(settings, solverType=kind)
+        except Exception as error:  # exu.SolverError, exu.ModelError: Exudyn's own reasons
+            raise Diverged(f"Exudyn's solver stopped between t = {first / self.run.rate:.3f} and {last / self.run.rate:.3f} s: "
+                           f"{str(error).splitlines()[0] if str(error) else type(error).__name__}") from None  # fmt: skip
+        wanted = np.arange(first, last) / self.run.rate
+        stores = [np.hstack([self._stored(s, wanted) for s in group]) for group in self._sensors]
+        rows = np.zeros((last - first, columns))
+        observe_all(self.plant, wanted, *stores, self._memory, self._work, rows)
+        return rows
+
+    def _stored(self, sensor: int, wanted: np.ndarray) -> np.ndarray:
+        data = np.atleast_2d(self.mbs.GetSensorStoredData(sensor))
+        at = np.searchsorted(data[:, 0], wanted - TIME_TOLERANCE)
+        if at[-1] >= len(data) or np.abs(data[at, 0] - wanted).max() > 1e-6:
+            raise Diverged(f"Exudyn stored no state at t = {wanted[-1]:.4f} s; choose an output_rate that is a power of two")
+        return np.ascontiguousarray(data[at, 1:])
+
+    def _settings(self, first: int, last: int) -> tuple[Any, Any]:
+        run = self.run
+        settings = exudyn.SimulationSettings()
+        integration = settings.timeIntegration
+        steps = (last - first) * run.substeps
+        integration.startTime, integration.endTime = first / run.rate, last / run.rate
+        integration.numberOfSteps = steps
+        settings.solution.file.write = False
+        settings.solution.sensors.writePeriod = (1.0 - 1e-6) / run.rate
+        if run.speed.speed.min() >= IMPLICIT_BELOW:
+            return settings, exudyn.DynamicSolverType.RK44
+        integration.newton.useModifiedNewton = True
+        return settings, exudyn.DynamicSolverType.TrapezoidalIndex2
+
+
+def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Absolute coordinates and velocities from a state of the compiled engine without relative velocities."""
+    n, w = len(plant.core.mass), len(plant.core.radius)
+    frame = np.zeros(16)
+    track_frame(plant, x[-2], frame)
+    turn, origin, turning = frame[:9].reshape(3, 3), frame[9:12], x[-1] * frame[12:15]
+    place, pace = np.zeros(6 * len(model.bodies) + w), np.zeros(6 * len(model.bodies) + w)
+    for b, body in enumerate(model.bodies):
+        small = np.array([x[j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
+        arm = np.add(body.position, small[:3])
+        own = slice(6 * b, 6 * b + 6)
+        orientation = turn @ Rotation.from_euler("ZYX", small[:2:-1]).as_matrix()
+        angles = Rotation.from_matrix(orientation).as_euler("XYZ")
+        a, c = angles[0], angles[1]
+        rates = np.array(
+            [[1.0, 0.0, np.sin(c)], [0.0, np.cos(a), -np.sin(a) * np.cos(c)], [0.0, np.sin(a), np.cos(a) * np.cos(c)]]
+        )
+        place[own] = [*(origin + turn @ arm), *angles]
+        velocity = np.array([x[-1], 0.0, 0.0]) + np.cross(turning, arm)
+        pace[own] = [*(turn @ velocity), *np.linalg.solve(rates, turn @ turning)]
+    pace[6 * len(model.bodies) :] = x[2 * n + w : 2 * n + 2 * w]
+    return place, pace
