@@ -1,0 +1,344 @@
+"""Scenario: everything that describes a run, read from YAML, checked before anything is simulated."""
+
+import hashlib
+import importlib.resources
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Self, get_args
+
+import numpy as np
+import pydantic
+import yaml
+
+from railsim import registry, vehicles
+from railsim.engines.interface import LONGEST_STEP, SLOWEST, creep_rate, default_substeps
+from railsim.errors import InputError
+from railsim.model import Model
+from railsim.overrides import override
+from railsim.sensors.interface import Sensor
+from railsim.sensors.suite import build_sensors
+from railsim.spec import Spec, quantity
+from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction, speed_tables
+from railsim.track.files import read_track, shipped_tracks
+from railsim.track.survey import TrackErrors
+from railsim.track.track import Track
+from railsim.vehicles.interface import Vehicle
+
+CHOSEN = "scenario"
+UNSTABLE = 2.7  # product of step and creep rate; the Runge-Kutta limit on the negative axis is 2.78
+LONGEST_STABLE_STEP = 2.0 * LONGEST_STEP  # s; beyond it the wheelset's bounce on its contacts grows without bound
+
+
+class Scenario(Spec, frozen=True):
+    """A run: vehicle, track and speed, what is measured on the way, and the seed of every random number.
+
+    `Scenario.build` takes what a YAML file holds (names of vehicles, kinds of sensors and speeds); the fields hold
+    what these names stand for.
+    """
+
+    name: str = quantity("scenario", unit="-", source=CHOSEN, pattern=r"^[^/\\\n]+$")
+    description: str = quantity("", unit="-", source=CHOSEN)
+    track: str = quantity(unit="name of a shipped track, or path", source=CHOSEN)
+    track_measured: bool = quantity(True, unit="whether the recording holds the track as measured", source=CHOSEN)
+    track_errors: TrackErrors = quantity(TrackErrors(), unit="-", source=CHOSEN)
+    vehicle: pydantic.SerializeAsAny[Vehicle] = quantity(unit="-", source=CHOSEN)
+    effects: tuple[Spec, ...] = quantity((), unit="-", source=CHOSEN)
+    sensors: tuple[pydantic.SerializeAsAny[Sensor], ...] = quantity((), unit="-", source=CHOSEN)
+    speed: Constant | Profile | Driven = quantity(unit="m/s", source=CHOSEN)
+    traction: tuple[Traction, ...] = quantity((), unit="N m or slip", source=CHOSEN)
+    start: float = quantity(25.0, unit="m, distance of the bogie's centre at time 0", source=CHOSEN)
+    duration: float = quantity(unit="s", source=CHOSEN, gt=0.0)
+    output_rate: Annotated[float, pydantic.Field(le=100e3)] = quantity(1024.0, unit="Hz", source=CHOSEN, gt=0.0)
+    substeps: int | None = quantity(None, unit="steps a row of truth; chosen if not given", source=CHOSEN, ge=1)
+    seed: int = quantity(1, unit="-", source=CHOSEN, ge=0)
+
+    @classmethod
+    def build(cls, values: Any, where: str = "") -> Self:
+        """A checked scenario from names and numbers.
+
+        Raises
+        ------
+        InputError : one line that names the dotted key that is wrong, or what of the whole does not fit together.
+        """
+        if not isinstance(values, Mapping):
+            raise InputError(f"{where or 'scenario'}: give keys and values, not {type(values).__name__}")
+        given = dict(values)
+        for key, resolve in _RESOLVERS.items():
+            if key in given:
+                given[key] = resolve(given[key])
+        scenario = super().build(given, where)
+        scenario.check()
+        return scenario
+
+    @property
+    def vehicle_name(self) -> str:
+        """Name of the vehicle: that of its module."""
+        return _plugin_name(self.vehicle)
+
+    @cached_property
+    def geometry(self) -> Track:
+        """The track, read from its file."""
+        return read_track(self.track)
+
+    @cached_property
+    def model(self) -> Model:
+        """The vehicle's bodies, elements and contacts."""
+        return self.vehicle.model()
+
+    @property
+    def speed_tables(self) -> SpeedTables:
+        """Speed, torques and slides over time."""
+        return speed_tables(self.speed, self.traction, len(self.model.wheelsets), self.duration)
+
+    @property
+    def steps_a_row(self) -> int:
+        """Integration steps between two rows of truth."""
+        return self.substeps or default_substeps(self.model, self.speed_tables, self.output_rate)
+
+    @property
+    def step(self) -> float:
+        """Integration step [s]."""
+        return 1.0 / (self.output_rate * self.steps_a_row)
+
+    @property
+    def distance(self) -> float | None:
+        """How far the run goes [m]; None where forces decide."""
+        if isinstance(self.speed, Driven):
+            return None
+        time, speed = self.speed.knots(self.duration)
+        inner = [t for t in time if 0.0 < t < self.duration]
+        knots = np.array([0.0, *inner, self.duration])
+        return float(np.trapezoid(np.interp(knots, time, speed), knots))
+
+    @property
+    def overhang(self) -> tuple[float, float]:
+        """How far the rearmost and the foremost wheelset stand from the bogie's centre [m]; the first is negative."""
+        places = [self.model.bodies[self.model.index(w.body)].position[0] for w in self.model.wheelsets]
+        return min(places), max(places)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all fields are the same; what is kept of them (track, model) does not count."""
+        return isinstance(other, Scenario) and self.values() == other.values()
+
+    def __hash__(self) -> int:
+        """Hash of the YAML text."""
+        return hash(self.to_yaml())
+
+    def check(self) -> None:
+        """Raise `InputError` where parts of the scenario do not fit together."""
+        self._check_wheelsets()
+        self._check_sensors()
+        self._check_step()
+        self._check_track()
+
+    def digest(self) -> str:
+        """SHA-256 over all fields, with the track's contents in place of its name."""
+        return digest_of(self.values() | {"track": self.geometry.digest()})
+
+    def values(self) -> dict[str, Any]:
+        """All fields as plain values that `build` reads."""
+        plain = self.model_dump(mode="json")
+        plain["vehicle"] = {"name": self.vehicle_name, **plain["vehicle"]}
+        plain["sensors"] = [sensor.settings() for sensor in self.sensors]
+        return plain
+
+    def to_yaml(self, **changes: Any) -> str:
+        """YAML of all fields, defaults included, with `changes` of plain values; `load_scenario` reads it."""
+        return yaml.safe_dump(self.values() | changes, sort_keys=False, allow_unicode=True, width=120)
+
+    def _check_wheelsets(self) -> None:
+        count = len(self.model.wheelsets)
+        for number, entry in enumerate(self.traction):
+            if entry.wheelset > count:
+                raise InputError(f"traction.{number}.wheelset: {entry.wheelset}, but the vehicle has {count} wheelsets")
+
+    def _check_sensors(self) -> None:
+        bodies = [body.name for body in self.model.bodies]
+        for sensor in self.sensors:
+            if sensor.body not in bodies:
+                known = ", ".join(bodies)
+                raise InputError(f"sensors.{sensor.name}.body: no body '{sensor.body}'; the vehicle has {known}")
+            ratio = self.output_rate / sensor.rate
+            if abs(ratio - round(ratio)) > 1e-9 * ratio or ratio < 0.5:
+                raise InputError(
+                    f"sensors.{sensor.name}.rate: {sensor.rate:g} Hz does not divide output_rate "
+                    f"({self.output_rate:g} Hz); use {_nearest_rate(self.output_rate, sensor.rate):g} Hz, "
+                    "or change output_rate"
+                )
+
+    def _check_step(self) -> None:
+        if self.substeps is None:
+            return
+        slowest = max(float(self.speed_tables.speed.min()), SLOWEST)
+        limit = min(UNSTABLE / creep_rate(self.model, slowest), LONGEST_STABLE_STEP)
+        if self.step > limit:
+            needed = int(np.ceil(1.0 / (self.output_rate * limit)))
+            raise InputError(
+                f"substeps: a step of {1e3 * self.step:.3g} ms is unstable for this vehicle at {slowest:g} m/s; "
+                f"give at least {needed} or leave it out"
+            )
+
+    def _check_track(self) -> None:
+        track, (rear, front) = self.geometry, self.overhang
+        first, last = float(track.s[0]), float(track.s[-1])
+        if self.start + rear < first:
+            raise InputError(
+                f"start: {self.start:g} m puts the rear wheelset at {self.start + rear:g} m, before track "
+                f"'{track.name}' begins ({first:g} m); start at {first - rear:g} m or later"
+            )
+        end = self.start + (self.distance or 0.0)
+        if end + front > last:
+            raise InputError(
+                f"track: '{track.name}' ends at {last:.1f} m, but the run goes from {self.start:g} m to {end:.1f} m "
+                f"and its front wheelset to {end + front:.1f} m; shorten duration to "
+                f"{self._longest(last - front):.2f} s, drive slower or use a longer track"
+            )
+
+    def _longest(self, end: float) -> float:
+        """Duration after which the bogie's centre is at `end` [m], rounded down to 10 ms."""
+        time = np.linspace(0.0, self.duration, 20001)
+        knots, speed = self.speed.knots(self.duration)
+        way = np.concatenate([[0.0], np.cumsum(np.interp(time[1:] - time[1] / 2, knots, speed) * time[1])])
+        return max(0.0, np.floor(100.0 * float(np.interp(end - self.start, way, time)) - 0.5) / 100.0)
+
+
+def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[str] = ()) -> Scenario:
+    """Read a scenario.
+
+    Parameters
+    ----------
+    source : name of a shipped scenario, or path of a YAML file.
+    overrides : values by dotted key (`{"vehicle.body_mass": 18000}`), or texts as `--set` takes them
+        (`["vehicle.body_mass=18000", "sensors.0.rate=512"]`); a number is a place in a list, from 0.
+
+    Raises
+    ------
+    InputError : no such file, not YAML, an unknown key, a value out of bounds, parts that do not fit together.
+    """
+    path, text = _read(source)
+    try:
+        values = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise InputError(f"'{path}' is not YAML: {_first_line(error)}") from None
+    if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
+        raise InputError(f"'{path}' is not a scenario: it must hold keys and values, for example 'track: smooth'")
+    for key, value in _pairs(overrides):
+        values = override(values, key, value)
+    values.setdefault("name", path.stem)
+    if isinstance(values.get("track"), str):
+        values["track"] = _locate_track(values["track"], path.parent)
+    return Scenario.build(values)
+
+
+def shipped_scenarios() -> list[str]:
+    """Names of the scenarios that come with the program."""
+    folder = importlib.resources.files("scenarios")
+    return sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+
+
+def digest_of(values: Any) -> str:
+    """SHA-256 over the canonical JSON of plain values."""
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
+def _read(source: str | Path) -> tuple[Path, str]:
+    bare = Path(source).name == str(source) and not Path(source).suffix
+    if bare and str(source) in shipped_scenarios():
+        shipped = importlib.resources.files("scenarios").joinpath(f"{source}.yaml")
+        return Path(str(shipped)), shipped.read_text(encoding="utf-8")
+    path = Path(source)
+    try:
+        return path, path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        hint = f"shipped ones are: {', '.join(shipped_scenarios())}" if bare else "check the path"
+        raise InputError(f"no scenario '{source}'; {hint}") from None
+    except OSError as error:
+        raise InputError(f"cannot read scenario '{source}': {error.strerror}; give a YAML file") from None
+    except UnicodeDecodeError:
+        raise InputError(f"'{source}' is not text; give a scenario as YAML") from None
+
+
+def _pairs(overrides: Mapping[str, Any] | Sequence[str]) -> Iterable[tuple[str, Any]]:
+    if isinstance(overrides, Mapping):
+        return overrides.items()
+    pairs = []
+    for text in overrides:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise InputError(f"--set {text}: write key=value, for example vehicle.body_mass=18000")
+        try:
+            pairs.append((key.strip(), yaml.safe_load(value)))
+        except yaml.YAMLError as error:
+            raise InputError(f"--set {text}: the value is not YAML: {_first_line(error)}") from None
+    return pairs
+
+
+def _locate_track(given: str, folder: Path) -> str:
+    """A shipped name as it is; a path taken from the scenario's folder, or else from the working folder."""
+    if given in shipped_tracks():
+        return given
+    found = [path for path in (folder / given, Path(given)) if path.is_file()]
+    return str(found[0].resolve()) if found else given
+
+
+def _first_line(error: yaml.YAMLError) -> str:
+    mark = getattr(error, "problem_mark", None)
+    problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+    return f"{problem} (line {mark.line + 1})" if mark else problem
+
+
+def _nearest_rate(output_rate: float, wanted: float) -> float:
+    """The rate nearest to `wanted` that divides the other, in whole Hz where there is one."""
+    rates = output_rate / np.arange(1.0, max(2.0, output_rate) + 1.0)
+    whole = rates[rates == np.round(rates)]
+    candidates = whole if whole.size else rates
+    return float(candidates[np.argmin(np.abs(candidates - wanted))])
+
+
+def _plugin_name(value: object) -> str:
+    return type(value).__module__.rpartition(".")[2]
+
+
+def _vehicle(given: Any) -> Vehicle:
+    if isinstance(given, Vehicle):
+        return given
+    values = {"name": given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping) else {}
+    found = registry.discover(vehicles, Vehicle)
+    if not isinstance(values.get("name"), str):
+        raise InputError(f"vehicle: give a name, or a name and parameters; there are: {', '.join(sorted(found))}")
+    return registry.pick(found, values.pop("name"), "vehicle").build(values, "vehicle")
+
+
+def _speed(given: Any) -> Any:
+    kinds = {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in (Constant, Profile, Driven)}
+    if isinstance(given, tuple(kinds.values())):
+        return given
+    if not isinstance(given, Mapping):
+        raise InputError("speed: give for example {kind: constant, speed: 20}")
+    return registry.pick(kinds, str(given.get("kind", "constant")), "kind of speed").build(given, "speed")
+
+
+def _traction(given: Any) -> Any:
+    if not isinstance(given, list | tuple):
+        raise InputError("traction: give a list, for example [{wheelset: 1, time: [0, 10], torque: [0, 2000]}]")
+    return tuple(
+        entry if isinstance(entry, Traction) else Traction.build(entry, f"traction.{number}")
+        for number, entry in enumerate(given)
+    )
+
+
+def _sensors(given: Any) -> tuple[Sensor, ...]:
+    if not isinstance(given, list | tuple):
+        raise InputError("sensors: give a list, for example [{kind: gyro, name: bogie, body: bogie, rate: 256}]")
+    return build_sensors(given)
+
+
+def _effects(given: Any) -> tuple[()]:
+    if given:
+        raise InputError("effects: there are none in this version; leave the list empty")
+    return ()
+
+
+_RESOLVERS = {"vehicle": _vehicle, "speed": _speed, "traction": _traction, "sensors": _sensors, "effects": _effects}

@@ -1,0 +1,205 @@
+"""simulate: a scenario becomes truth (slow, cached). measure: truth becomes a recording (cheap, random)."""
+
+import importlib
+import pkgutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+from railsim import engines
+from railsim.cache import cached
+from railsim.engines._channels import channel_names
+from railsim.engines.interface import Engine, Run
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+from railsim.recording import Recording, software_versions, write_recording
+from railsim.registry import pick
+from railsim.scenario import Scenario, digest_of
+from railsim.sensors.suite import data_sheets, measure_all
+from railsim.track.files import write_track
+from railsim.track.kernel import build_tables
+from railsim.track.survey import survey
+from railsim.truth import Truth, TruthWriter
+
+REFERENCE = "exudyn"
+_TRACK_STREAM = 0x747261636B  # "track": keeps the survey's random numbers apart from the sensors'
+_SHAPING = ("engines", "contact", "track", "vehicles", "effects", "model.py", "speed.py", "simulation.py")
+_NUMERICS = ("exudyn", "numba", "numpy", "scipy", "python")
+
+
+def simulate(
+    scenario: Scenario,
+    engine: str = REFERENCE,
+    folder: Path | str | None = None,
+    *,
+    cache: bool = True,
+    progress: bool = False,
+) -> Truth:
+    """Run a scenario and keep every channel of it on disk.
+
+    Parameters
+    ----------
+    scenario : what to run; sensors and seed do not matter here.
+    engine : "exudyn" (the reference) or "compiled" (the fast one).
+    folder : where the truth shall be; None puts it into the cache (`RAILSIM_CACHE`, else ~/.cache/railsim/truth).
+    cache : False simulates even where the cache has the run.
+    progress : show a bar on stderr if the run takes more than two seconds and stderr is a terminal.
+
+    Raises
+    ------
+    InputError : the scenario does not fit together, the folder cannot be written.
+    Diverged : the run left the finite numbers or the rails; names time, place and body.
+    """
+    scenario.check()
+    load_engine(engine)
+    key = run_digest(scenario, engine)
+
+    def write(target: Path) -> None:
+        _integrate(scenario, engine, key, target, progress)
+
+    if folder is not None:
+        write(Path(folder))
+        return Truth.open(folder)
+    return cached(key, write, again=not cache)
+
+
+def engine_names() -> list[str]:
+    """Names of the engines: the public modules of `railsim.engines`; none of them is imported."""
+    found = (module.name for module in pkgutil.iter_modules(engines.__path__))
+    return sorted(name for name in found if not name.startswith("_") and name != "interface")
+
+
+def load_engine(name: str) -> Engine:
+    """The engine's `integrate`.
+
+    Raises
+    ------
+    InputError : no such engine, or a library that it needs is missing.
+    """
+    pick(dict.fromkeys(engine_names()), name, "engine")
+    try:
+        return importlib.import_module(f"{engines.__name__}.{name}").integrate
+    except (ImportError, OSError) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"engine '{name}' cannot be loaded: {reason}; install that, or use another engine") from None
+
+
+def build_run(scenario: Scenario) -> Run:
+    """What an engine is given."""
+    return Run(
+        model=scenario.model,
+        track=build_tables(scenario.geometry),
+        speed=scenario.speed_tables,
+        start=scenario.start,
+        duration=scenario.duration,
+        rate=scenario.output_rate,
+        substeps=scenario.steps_a_row,
+    )
+
+
+def run_digest(scenario: Scenario, engine: str) -> str:
+    """SHA-256 over all that shapes the truth: run, track's contents, engine, its code, numerical libraries."""
+    apart = ("name", "description", "sensors", "seed", "track_measured", "track_errors")
+    run = {key: value for key, value in scenario.values().items() if key not in apart}
+    run |= {"track": scenario.geometry.digest(), "substeps": scenario.steps_a_row}
+    versions = {name: version for name, version in software_versions().items() if name in _NUMERICS}
+    return digest_of([engine, run, versions, _code_digest()])
+
+
+def measure(truth: Truth, scenario: Scenario, seed: int | None = None, folder: Path | str | None = None) -> Recording:
+    """What the scenario's sensors give of a run.
+
+    Parameters
+    ----------
+    truth : the run.
+    scenario : its sensors are used, and its track and vehicle described.
+    seed : of all random numbers; None takes the scenario's.
+    folder : where the recording shall be, with its truth; None keeps it in memory (its folder is then the truth's).
+
+    Raises
+    ------
+    InputError : a sensor does not fit the run, the folder cannot be written.
+    """
+    seed = scenario.seed if seed is None else seed
+    frames = measure_all(scenario.sensors, truth, seed)
+    track = _measured_track(scenario, seed)
+    about = about_recording(scenario)
+    if folder is None:
+        return Recording(truth.folder, Measurements(about, frames, track), truth)
+    text = scenario.to_yaml(track="track.csv", seed=seed)
+    with tempfile.TemporaryDirectory() as aside:
+        true_track = Path(aside) / "track.csv"
+        write_track(scenario.geometry, true_track)
+        write_recording(folder, frames, about, truth, track=track, true_track=true_track, scenario=text)
+    del frames
+    return Recording.open(folder)
+
+
+def about_recording(scenario: Scenario) -> dict[str, Any]:
+    """What a field engineer would know of the scenario, for about.json."""
+    about: dict[str, Any] = {
+        "origin": "railsim simulation",
+        "vehicle": {"name": scenario.vehicle_name, **scenario.vehicle.nominal()},
+        "sensors": data_sheets(scenario.sensors),
+    }
+    if scenario.track_measured:
+        about["track"] = {"errors": scenario.track_errors.model_dump(mode="json")}
+    return about
+
+
+def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress: bool) -> None:
+    run = build_run(scenario)
+    names = channel_names(run.model)
+    about = {
+        "vehicle": _vehicle_data(scenario),
+        "digest": key,
+        "engine": engine,
+        "step [s]": run.step,
+        "software": software_versions(),
+    }
+    bar = tqdm(total=run.rows, desc=engine, unit=" rows", delay=2.0, leave=False, disable=None if progress else True)
+    with TruthWriter(target, names, run.rate, about) as writer, bar:
+        for rows in _on_track(load_engine(engine)(run), scenario):
+            writer.append(rows)
+            bar.update(len(rows))
+
+
+def _on_track(chunks: Iterator[np.ndarray], scenario: Scenario) -> Iterator[np.ndarray]:
+    """The chunks as they come; ends a run whose forces carry it off the track."""
+    rear, front = scenario.overhang
+    first, last = float(scenario.geometry.s[0]) - rear, float(scenario.geometry.s[-1]) - front
+    for rows in chunks:
+        outside = (rows[:, 1] < first - 1e-6) | (rows[:, 1] > last + 1e-6)
+        if outside.any():
+            raise InputError(
+                f"track: the run leaves '{scenario.geometry.name}' at t = {rows[int(outside.argmax()), 0]:.2f} s; "
+                "shorten duration, change traction or use a longer track"
+            )
+        yield rows
+
+
+def _vehicle_data(scenario: Scenario) -> dict[str, Any]:
+    """Nominal parameters with their units in the keys."""
+    vehicle = scenario.vehicle
+    return {"name": scenario.vehicle_name} | {f"{k} [{vehicle.about(k)[0]}]": v for k, v in vehicle.nominal().items()}
+
+
+def _measured_track(scenario: Scenario, seed: int) -> pd.DataFrame | None:
+    if not scenario.track_measured:
+        return None
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_TRACK_STREAM,)))
+    return survey(scenario.geometry, scenario.track_errors, rng)
+
+
+def _code_digest() -> str:
+    """SHA-256 over the source of everything that shapes a run."""
+    root = Path(str(engines.__file__)).parents[1]
+    wanted = [
+        path for name in _SHAPING for path in ([root / name] if name.endswith(".py") else (root / name).rglob("*.py"))
+    ]
+    return digest_of([[path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")] for path in sorted(wanted)])
