@@ -4,6 +4,7 @@ Coordinates are small displacements from the nominal place in the vehicle frame:
 centre), x forward, y left, z up from rail level. Six per body in the order of `AXES`; those that a body does not list as free are held.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -33,7 +34,8 @@ class LinearElement:
     """Linear spring and damper between two bodies, with its axes midway between both bodies' orientations.
 
     `stiffness` and `damping` (6, 6) act on the displacement and small rotation of `upper` relative to `lower` at `position` (vehicle frame,
-    common to both bodies at rest); `preload` is the force on `upper` at rest [N] in x, y, z.
+    common to both bodies at rest); `preload` is the force on `upper` at rest [N] in x, y, z. `finite`: displacements are so large (centimetres in
+    curves) that the compiled engine evaluates the element to second order in the rotations instead of through K and C; Exudyn always does.
     """
 
     name: str
@@ -43,6 +45,7 @@ class LinearElement:
     stiffness: np.ndarray
     damping: np.ndarray
     preload: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    finite: bool = False
 
 
 @dataclass(frozen=True)
@@ -110,27 +113,29 @@ class Model:
     @cached_property
     def stiffness(self) -> np.ndarray:
         """K over all coordinates, geometric stiffness of the preloads included [N/m, N/rad, N m/rad]."""
-        total = np.zeros((len(self.mass),) * 2)
-        for element in self.elements:
-            relative = self.relative(element.upper, element.lower, element.position)
-            total += relative.T @ element.stiffness @ relative + self._geometric(element)
-        return total
+        return self.assembled(self.elements)[0]
 
     @cached_property
     def damping(self) -> np.ndarray:
         """C over all coordinates."""
-        total = np.zeros((len(self.mass),) * 2)
-        for element in self.elements:
+        return self.assembled(self.elements)[1]
+
+    def assembled(self, elements: Sequence[LinearElement]) -> tuple[np.ndarray, np.ndarray]:
+        """K and C of some of the elements."""
+        stiffness, damping = np.zeros((2, len(self.mass), len(self.mass)))
+        for element in elements:
             relative = self.relative(element.upper, element.lower, element.position)
-            total += relative.T @ element.damping @ relative
-        return total
+            stiffness += relative.T @ element.stiffness @ relative + self._geometric(element)
+            damping += relative.T @ element.damping @ relative
+        return stiffness, damping
 
     @cached_property
     def preload(self) -> np.ndarray:
-        """Generalised forces of the elements' preloads and of the static vertical loads at rest [N, N m]."""
+        """Generalised forces of the preloads of all but the finite elements, and of the static vertical loads at rest [N, N m]."""
         total = np.zeros(len(self.mass))
         for element in self.elements:
-            total += self.relative(element.upper, element.lower, element.position)[:3].T @ np.array(element.preload)
+            if not element.finite:
+                total += self.relative(element.upper, element.lower, element.position)[:3].T @ np.array(element.preload)
         for name, load in self.vertical_load.items():
             total[6 * self.index(name) + 2] -= load
         return total

@@ -6,7 +6,7 @@ from railsim.compiled import kernel
 from railsim.engines._kernel import derivatives
 from railsim.engines._observe import observe
 
-SCRATCH = 64
+SCRATCH = 128
 
 
 @kernel

@@ -168,10 +168,8 @@ def derivatives(plant, t, x, out, scratch):
         for j in range(n):
             total += plant.core.stiffness[i, j] * q[j] + plant.core.damping[i, j] * rate[j]
         force[i] = plant.core.preload[i] - total
-    if plant.core.curved and plant.core.chord_body >= 0:
-        pose(plant, 0, s, here)
-        for i in range(n):
-            force[i] -= plant.core.yaw_stiffness[i] * here[5] + plant.core.yaw_damping[i] * velocity * here[11]
+    for e in range(plant.core.finite):
+        finite_element(plant, e, s, velocity, q, rate, force, scratch[32:])
     for e in range(plant.core.elements):
         elongation, stretching = 0.0, 0.0
         for i in range(n):
@@ -190,6 +188,86 @@ def derivatives(plant, t, x, out, scratch):
         force[i] /= plant.core.mass[i]
     out[2 * n + 2 * w] = velocity
     out[2 * n + 2 * w + 1] = acceleration
+
+
+@kernel
+def body_coordinates(plant, b, s, velocity, q, rate, here, place, pace):
+    """Fill place (6,) and pace (6,) with a body's displacements and rates; held ones are zero but for the chord's yaw."""
+    for k in range(6):
+        j = plant.core.coordinate[b, k]
+        place[k] = q[j] if j >= 0 else 0.0
+        pace[k] = rate[j] if j >= 0 else 0.0
+    if plant.core.curved and b == plant.core.chord_body:
+        pose(plant, 0, s, here)
+        place[5], pace[5] = here[5], velocity * here[11]
+
+
+@kernel
+def cross(a, b, out):
+    """out = a x b."""
+    out[0], out[1], out[2] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@kernel
+def turned_arm(rotation, arm, spare, out):
+    """out = rotation x arm + 1/2 rotation x (rotation x arm): how a point of a body moves by its rotation."""
+    cross(rotation, arm, spare)
+    cross(rotation, spare, out)
+    for k in range(3):
+        out[k] = spare[k] + 0.5 * out[k]
+
+
+@kernel
+def finite_element(plant, e, s, velocity, q, rate, force, work):
+    """Linear element with its axes midway between both bodies' orientations, to second order in the rotations; work (96,)."""
+    upper, lower = plant.core.finite_bodies[e, 0], plant.core.finite_bodies[e, 1]
+    arms = plant.core.finite_arms[e]
+    place_u, pace_u, place_l, pace_l = work[0:6], work[6:12], work[12:18], work[18:24]
+    moved_u, moved_l, stretch, speed = work[24:27], work[27:30], work[30:36], work[36:42]
+    middle, spare, turned, pull, moment = work[42:45], work[45:48], work[48:51], work[51:54], work[54:57]
+    body_coordinates(plant, upper, s, velocity, q, rate, work[60:72], place_u, pace_u)
+    body_coordinates(plant, lower, s, velocity, q, rate, work[60:72], place_l, pace_l)
+    turned_arm(place_u[3:], arms[0], spare, moved_u)
+    turned_arm(place_l[3:], arms[1], spare, moved_l)
+    cross(pace_u[3:], arms[0], spare)
+    cross(pace_l[3:], arms[1], turned)
+    for k in range(3):
+        middle[k] = 0.5 * (place_u[3 + k] + place_l[3 + k])
+        stretch[k] = place_u[k] + moved_u[k] - place_l[k] - moved_l[k]
+        stretch[3 + k] = place_u[3 + k] - place_l[3 + k]
+        speed[k] = pace_u[k] + spare[k] - pace_l[k] - turned[k]
+        speed[3 + k] = pace_u[3 + k] - pace_l[3 + k]
+    cross(middle, stretch, spare)
+    cross(middle, speed, turned)
+    for k in range(3):
+        work[72 + k], work[75 + k] = stretch[k] - spare[k], stretch[3 + k]
+        work[78 + k], work[81 + k] = speed[k] - turned[k], speed[3 + k]
+    for i in range(6):
+        total = 0.0
+        for j in range(6):
+            total += plant.core.finite_stiffness[e, i, j] * work[72 + j] + plant.core.finite_damping[e, i, j] * work[78 + j]
+        work[84 + i] = -total
+    for k in range(3):
+        work[84 + k] += plant.core.finite_preload[e, k]
+    cross(middle, work[84:87], spare)
+    cross(middle, work[87:90], turned)
+    for k in range(3):
+        pull[k], moment[k] = work[84 + k] + spare[k], work[87 + k] + turned[k]
+        moved_u[k] += arms[0, k] - 0.5 * stretch[k]
+        moved_l[k] += arms[1, k] + 0.5 * stretch[k]
+    cross(moved_u, pull, spare)
+    cross(moved_l, pull, turned)
+    for k in range(3):
+        i, j = plant.core.coordinate[upper, k], plant.core.coordinate[lower, k]
+        if i >= 0:
+            force[i] += pull[k]
+        if j >= 0:
+            force[j] -= pull[k]
+        i, j = plant.core.coordinate[upper, 3 + k], plant.core.coordinate[lower, 3 + k]
+        if i >= 0:
+            force[i] += spare[k] + moment[k]
+        if j >= 0:
+            force[j] -= turned[k] + moment[k]
 
 
 @inlined

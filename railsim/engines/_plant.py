@@ -23,6 +23,7 @@ from railsim.track.kernel import (
 
 POSE_CHANNELS = 6  # of the track frame ahead or behind, seen from the vehicle frame: x, y, z [m]; roll, pitch, yaw [rad]
 MOST_ELEMENTS = 24  # nonlinear elements of a model
+MOST_FINITE = 2  # elements that are evaluated to second order
 POSE_ROUNDING = 1e-13  # m, rad: smaller than this everywhere = straight
 
 
@@ -44,8 +45,6 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("stiffness", "f8", (n, n)),
         ("damping", "f8", (n, n)),
         ("preload", "f8", n),  # forces of the preloaded springs and static loads at q = 0
-        ("yaw_stiffness", "f8", n),  # column of K for the body whose yaw follows the chord
-        ("yaw_damping", "f8", n),
         ("coordinate", "i8", (b, 6)),  # index of the free coordinate, -1 where held
         ("chord_body", "i8"),
         ("reference_body", "i8"),
@@ -61,6 +60,12 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("law_code", "i8", MOST_ELEMENTS),
         ("direction", "f8", (MOST_ELEMENTS, n)),
         ("parameters", "f8", (MOST_ELEMENTS, 8)),
+        ("finite", "i8"),  # finite elements in use
+        ("finite_bodies", "i8", (MOST_FINITE, 2)),  # upper, lower
+        ("finite_arms", "f8", (MOST_FINITE, 2, 3)),  # from the bodies' centres of gravity
+        ("finite_stiffness", "f8", (MOST_FINITE, 6, 6)),
+        ("finite_damping", "f8", (MOST_FINITE, 6, 6)),
+        ("finite_preload", "f8", (MOST_FINITE, 3)),
         ("contact_start", "f8"),
         ("contact_spacing", "f8"),
         ("contact_stiffness", "f8", 2),
@@ -79,18 +84,20 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
 def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     """Arrays of a run."""
     free, bodies = model.free, len(model.bodies)
-    if len(model.nonlinear) > MOST_ELEMENTS:
-        raise InputError(f"{len(model.nonlinear)} nonlinear elements; a model takes at most {MOST_ELEMENTS}")
+    if len(model.nonlinear) > MOST_ELEMENTS or sum(e.finite for e in model.elements) > MOST_FINITE:
+        raise InputError(f"a model takes at most {MOST_ELEMENTS} nonlinear and {MOST_FINITE} finite elements")
     core = np.zeros(1, _core_type(len(free), bodies, len(model.wheelsets))).view(np.recarray)[0]
     coordinate = np.full(6 * bodies, -1)
     coordinate[free] = np.arange(len(free))
     chord = -1 if model.chord_yaw is None else model.index(model.chord_yaw)
     wheelset_body = [model.index(w.body) for w in model.wheelsets]
     curved = _curved(track)
+    finite = [element for element in model.elements if element.finite]
+    stiffness, damping = model.assembled([element for element in model.elements if not element.finite])
     values = {
         "mass": model.mass[free],
-        "stiffness": model.stiffness[np.ix_(free, free)],
-        "damping": model.damping[np.ix_(free, free)],
+        "stiffness": stiffness[np.ix_(free, free)],
+        "damping": damping[np.ix_(free, free)],
         "preload": model.preload[free],
         "coordinate": coordinate.reshape(bodies, 6),
         "chord_body": chord,
@@ -104,6 +111,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "axlebox": [w.axlebox_half_spacing for w in model.wheelsets],
         "primary": model.primary,
         "elements": len(model.nonlinear),
+        "finite": len(finite),
         "contact_start": model.contact.start,
         "contact_spacing": model.contact.spacing,
         "contact_stiffness": model.contact.stiffness,
@@ -116,9 +124,6 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "driven": speed.driven,
         "resistance": speed.resistance,
     }
-    if chord >= 0:
-        values["yaw_stiffness"] = model.stiffness[free, 6 * chord + 5]
-        values["yaw_damping"] = model.damping[free, 6 * chord + 5]
     for name, value in values.items():
         core[name] = value
     for row, element in enumerate(model.nonlinear):
@@ -126,6 +131,12 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         core["law_code"][row] = element.law
         core["direction"][row] = relative[AXES.index(element.axis), free]
         core["parameters"][row, : len(element.parameters)] = element.parameters
+    for row, element in enumerate(finite):
+        pair = [model.index(element.upper), model.index(element.lower)]
+        core["finite_bodies"][row] = pair
+        core["finite_arms"][row] = [np.subtract(element.position, model.bodies[i].position) for i in pair]
+        core["finite_stiffness"][row], core["finite_damping"][row] = element.stiffness, element.damping
+        core["finite_preload"][row] = element.preload
     ahead = [model.bodies[i].position[0] for i in wheelset_body]
     pose = _poses(track, [-model.trailing_pivot, *ahead], curved)
     knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip))

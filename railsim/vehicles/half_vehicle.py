@@ -125,7 +125,7 @@ class HalfVehicle(Vehicle):
         damping += both_sides((self.yaw_damper_damping, 0.0, 0.0), self.yaw_damper_half_spacing)
         load = self.body_mass * GRAVITY
         return LinearElement(
-            "secondary", "body", "bogie", (0.0, 0.0, self.secondary_height), stiffness, damping, (0.0, 0.0, load)
+            "secondary", "body", "bogie", (0.0, 0.0, self.secondary_height), stiffness, damping, (0.0, 0.0, load), finite=True
         )
 
     def _primary(self, number: int) -> LinearElement:
