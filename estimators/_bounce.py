@@ -1,23 +1,24 @@
 """Vertical movement of the two wheelsets from the bogie's vertical acceleration and pitch rate.
 
-Equations of motion of the bogie on its four axleboxes (bounce z up, pitch theta nose down, leading wheelset at +Lb, body of mass M on the
-secondary suspension), w_1 and w_2 the vertical displacements of the leading and trailing wheelset:
+Equations of motion of the bogie on its four axleboxes (bounce z up, pitch theta nose down, leading wheelset at +Lb,
+body of mass M on the secondary suspension), w_1, w_2 the vertical displacements of the leading and trailing wheelset:
 
-    m z'' + (4 cp s + 4 kp) z + Z(s) z = (2 kp + 2 cp s) (w_1 + w_2),   Z(s) = 2 (ks + cs s) M s^2 / (M s^2 + 2 cs s + 2 ks)
+    m z'' + (4 cp s + 4 kp) z + Z(s) z = (2 kp + 2 cp s) (w_1 + w_2)
+    Z(s) = 2 (ks + cs s) M s^2 / (M s^2 + 2 cs s + 2 ks)
     I theta'' + 4 Lb^2 (cp s + kp) theta = -Lb (2 kp + 2 cp s) (w_1 - w_2)
 
-Solved for the wheelsets, twice differentiated and band limited by H(s), with the measured acceleration a and pitch rate q:
+Solved for the wheelsets, twice differentiated and band limited by H(s), with measured acceleration a and pitch rate q:
 
     (w_1'' + w_2'') / 2 = H [1 + (m s^2 + Z) / (4 (kp + cp s))] a
     (w_1'' - w_2'') / 2 = -H Lb s [1 + I s^2 / (4 Lb^2 (kp + cp s))] q
 
-The same idea: Mei and Li, "A study of speed measurement with bogie-based inertial sensors", refs 38-41 of Ward et al. 2011, section 5.1.
-Accelerations are used because the track spectra of ERRI B176 are flat in them: the signals are then nearly white, and the correlation peak is sharp.
+After section 5.1 of Ward et al. 2011 (Fig. 17; references 38-41 there). Accelerations are used because the track
+spectra of ERRI B176 are flat in them: the signals are then nearly white, and the correlation peak is sharp.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import signal
@@ -44,13 +45,13 @@ class Chain:
 
     Attributes
     ----------
-    sections : second-order sections, shape (4 or 6, k, 6). Rows: sum and difference of the wheelsets' accelerations (halved), and their
-        inertial shares (that part of each which grows with m/kp and I/(kp Lb^2): where a wrong parameter shows).
-        Rows 0, 2 take the vertical acceleration, rows 1, 3 the pitch rate. Where the accelerometer is not above the centre of
-        gravity, rows 4, 5 take the pitch rate too: what the lever arm adds to rows 0, 2.
+    sections : second-order sections, shape (4 or 6, k, 6). Rows: sum and difference of the wheelsets' accelerations
+        (halved), and their inertial shares (that part of each which grows with m/kp and I/(kp Lb^2): where a wrong
+        parameter shows). Rows 0, 2 take the vertical acceleration, rows 1, 3 the pitch rate. Where the accelerometer is
+        not above the centre of gravity, rows 4, 5 take the pitch rate too: what the lever arm adds to rows 0, 2.
     steady : the sections' states for a constant input of 1, shape (4 or 6, k, 2).
     delay : mean delay of the band's filters in s (centre of the pass band).
-    bandwidth : equivalent noise bandwidth of the band in Hz: white noise through it has 2 * bandwidth independent values a second.
+    bandwidth : of the band in Hz: white noise through it has 2 * bandwidth independent values a second.
     wheelbase : 2 Lb in m.
     """
 
@@ -111,6 +112,12 @@ def parameters(vehicle: Mapping[str, Any]) -> dict[str, float]:
 Ratio = tuple[np.ndarray, np.ndarray]
 
 
+class _Band(NamedTuple):
+    zeros: np.ndarray
+    poles: np.ndarray
+    gain: float
+
+
 def _inverse(p: dict[str, float], inverse: bool) -> tuple[Ratio, Ratio, Ratio, Ratio]:
     """Polynomials in s: bounce, pitch and their inertial shares."""
     if not inverse:
@@ -135,14 +142,18 @@ def _product(a: Ratio, b: Ratio) -> Ratio:
     return np.polymul(a[0], b[0]), np.polymul(a[1], b[1])
 
 
-def _band(low: float, high: float) -> signal.ZerosPolesGain:
+def _band(low: float, high: float) -> _Band:
     """Analogue band: Butterworth high pass of second order, low pass of fourth order."""
-    z1, p1, k1 = signal.butter(2, 2 * np.pi * low, "highpass", analog=True, output="zpk")
-    z2, p2, k2 = signal.butter(4, 2 * np.pi * high, "lowpass", analog=True, output="zpk")
-    return signal.ZerosPolesGain(np.append(z1, z2), np.append(p1, p2), k1 * k2)
+    z1, p1, k1 = _butterworth(2, low, "highpass")
+    z2, p2, k2 = _butterworth(4, high, "lowpass")
+    return _Band(np.append(z1, z2), np.append(p1, p2), k1 * k2)
 
 
-def _discrete(ratio: Ratio, band: signal.ZerosPolesGain, rate: float, exact: float) -> np.ndarray:
+def _butterworth(order: int, corner: float, kind: str) -> Any:  # SciPy has no types
+    return signal.butter(order, 2 * np.pi * corner, kind, analog=True, output="zpk")
+
+
+def _discrete(ratio: Ratio, band: _Band, rate: float, exact: float) -> np.ndarray:
     """Bilinear transform of ratio times band, exact at zero and at `exact` Hz: second-order sections, shape (k, 6)."""
     numerator, denominator = np.trim_zeros(ratio[0], "f"), ratio[1]
     zeros = np.append(np.roots(numerator), band.zeros)
@@ -157,10 +168,11 @@ def _padded(sos: np.ndarray, size: int) -> np.ndarray:
     return np.vstack([sos, idle])
 
 
-def _timing(band: signal.ZerosPolesGain, low: float, high: float) -> tuple[float, float]:
+def _timing(band: _Band, low: float, high: float) -> tuple[float, float]:
     """Group delay of the band in s, weighted with the information on a delay in a white signal, and bandwidth in Hz."""
     omega = 2 * np.pi * np.linspace(0.2 * low, 2 * high, 2001)
-    response = signal.freqs_zpk(band.zeros, band.poles, band.gain, omega)[1]
+    s = 1j * omega[:, None]
+    response = band.gain * np.prod(s - band.zeros, axis=1) / np.prod(s - band.poles, axis=1)
     power = np.abs(response) ** 2
     group = -np.gradient(np.unwrap(np.angle(response)), omega)
     width = np.trapezoid(power, omega) ** 2 / np.trapezoid(power**2, omega) / (2 * np.pi)

@@ -38,3 +38,20 @@ def recompute(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray
         for i in range(start, start + size - lag):
             total += x[i] * y[i + lag]
         sums[k] = total
+
+
+@njit(cache=True, nogil=True)
+def runner_up(sums: np.ndarray, k: int) -> float:
+    """Largest correlation outside the lobe of peak `k`, which ends where the sums change sign; 0 if none."""
+    left = k
+    while left >= 0 and sums[left] > 0:
+        left -= 1
+    right = k
+    while right < len(sums) and sums[right] > 0:
+        right += 1
+    highest = 0.0
+    for j in range(left + 1):
+        highest = max(highest, sums[j])
+    for j in range(right, len(sums)):
+        highest = max(highest, sums[j])
+    return highest

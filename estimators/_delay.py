@@ -1,16 +1,17 @@
-"""Mismatch of the trailing wheelset's signal with the leading one's a delay earlier, and its slopes in every unknown.
+"""Mismatch of the trailing wheelset's signal with the leading one's a delay earlier; its slopes in every unknown.
 
-Unknowns x = (V, a, alpha, beta, gamma, epsilon, delta, eta): speed, acceleration, and small errors of the inverse that let one
-wheelset's movement leak into the other's: bogie mass over stiffness, pitch inertia over stiffness, gain of the pitch rate
-against the acceleration (all relative), lead of the pitch rate before the acceleration (s), primary damping over stiffness (s), secondary damping over
-primary stiffness (s; R = S - P is the acceleration itself in the band).
+Unknowns x = (V, a, alpha, beta, gamma, epsilon, delta, eta): speed, acceleration, and small errors of the inverse that
+let one wheelset's movement leak into the other's: bogie mass over stiffness, pitch inertia over stiffness, gain of the
+pitch rate against the acceleration (all relative), lead of the pitch rate before the acceleration (s), primary damping
+over stiffness (s), secondary damping over primary stiffness (s; R = S - P is the acceleration itself in the band).
 With halved sum S and difference D of the wheelsets' signals and their inertial shares P, Q (see `_bounce`):
 
     S_x = S + alpha P - delta P' + eta R',   D_x = (1 + gamma) D + beta Q + epsilon D' - delta Q'
     w_1'' = S_x + D_x,   w_2'' = S_x - D_x
     e(x) = w_2''(t) - w_1''(t - T),   2 Lb = V T - a T^2 / 2
 
-At the true x the mismatch of noise-free signals is zero for every stretch of signal, however short: no window, no window's bias.
+At the true x the mismatch of noise-free signals is zero for every stretch of signal, however short: there is no window
+and no bias from its ends.
 """
 
 import numpy as np

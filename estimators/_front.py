@@ -17,7 +17,7 @@ class Front(NamedTuple):
     state : of the sections, shape (4 or 6, k, 2).
     last : last good acceleration and pitch rate, shape (2,).
     settle : samples until the filters have forgotten a fault.
-    count : samples still to wait (negative: no good sample so far), shape (1,).
+    counts : samples still to wait (negative: no good sample so far), shape (1,).
     """
 
     sections: np.ndarray
@@ -25,7 +25,7 @@ class Front(NamedTuple):
     state: np.ndarray
     last: np.ndarray
     settle: int
-    count: np.ndarray
+    counts: np.ndarray
 
 
 def front(filters: Chain, rate: float, low: float) -> Front:
@@ -44,18 +44,18 @@ def advance(f: Front, a: float, q: float, out: np.ndarray) -> bool:
     """
     if np.isfinite(a) and np.isfinite(q):
         f.last[0], f.last[1] = a, q
-        if f.count[0] < 0:
+        if f.counts[0] < 0:
             reset(f.sections, f.steady, a, q, f.state)
-            f.count[0] = f.settle
-        elif f.count[0] > 0:
-            f.count[0] -= 1
-    elif f.count[0] < 0:
+            f.counts[0] = f.settle
+        elif f.counts[0] > 0:
+            f.counts[0] -= 1
+    elif f.counts[0] < 0:
         out[:] = 0.0
         return False
     else:
-        f.count[0] = f.settle
+        f.counts[0] = f.settle
     filtered(f.sections, f.state, f.last[0], f.last[1], out)
-    return f.count[0] == 0
+    return f.counts[0] == 0
 
 
 @njit(cache=True, nogil=True)

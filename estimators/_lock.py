@@ -1,11 +1,11 @@
-"""Search for the travel time and lock on to it: the compiled loop of `speed_refined`, the same for records and for `step`."""
+"""Search for the travel time, then lock on to it: compiled loop of `speed_refined`, for records and for `step`."""
 
 from typing import NamedTuple, Self
 
 import numpy as np
 from numba import njit
 
-from estimators._correlate import recompute, slide
+from estimators._correlate import recompute, runner_up, slide
 from estimators._delay import REACH, UNKNOWNS, mismatch, travel_time
 from estimators._front import Front, advance
 from estimators._motion import Motion, correct, covariance, mean, predict, start
@@ -25,6 +25,7 @@ class Limits(NamedTuple):
     slowest: float
     fastest: float
     threshold: float
+    ambiguity: float
     floor: float  # least power, (m/s2)^2
     lost: float
     forget: float  # share of the averages that a new value takes
@@ -46,8 +47,8 @@ class Lock(NamedTuple):
     sums : running correlation of the search by lag.
     power : sums of the search's squares and of `covered`, shape (3,).
     x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8).
-    level : averages: mismatch squared (long, short), power of the signals, mismatch squared without outbursts, shape (4,).
-    count : samples so far, measurements so far, locked, good samples in a row, shape (4,).
+    level : averages: mismatch squared (long, short), power of the signals, mismatch squared without outbursts; (4,).
+    counts : samples so far, measurements so far, locked, good samples in a row, shape (4,).
     """
 
     front: Front
@@ -61,7 +62,7 @@ class Lock(NamedTuple):
     x: np.ndarray
     P: np.ndarray
     level: np.ndarray
-    count: np.ndarray
+    counts: np.ndarray
 
     @classmethod
     def new(cls, filters: Front, motion: Motion, limits: Limits, window: float) -> Self:
@@ -94,15 +95,15 @@ def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray) -> np.ndarray:
     size = s.signals.shape[1] // 2
     for i in range(len(a)):
         good = advance(s.front, a[i], q[i], out)
-        s.count[3] = s.count[3] + 1 if good else 0
-        p = s.count[0] % size
+        s.counts[3] = s.counts[3] + 1 if good else 0
+        p = s.counts[0] % size
         for row in range(4):
             s.signals[row, p] = s.signals[row, p + size] = out[row] if good else 0.0
-        s.good[p] = s.good[p + size] = s.count[3]
-        if s.count[0] % c.stride == 0:
+        s.good[p] = s.good[p + size] = s.counts[3]
+        if s.counts[0] % c.stride == 0:
             _measure(s, c, p + size, out, good)
         _report(s, c, rows[i])
-        s.count[0] += 1
+        s.counts[0] += 1
     return rows
 
 
@@ -110,18 +111,18 @@ def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray) -> np.ndarray:
 def _measure(s: Lock, c: Limits, newest: int, out: np.ndarray, good: bool) -> None:
     """Search with the newest sample, follow the lock, gain or drop it."""
     correlation, lag = _search(s, c, out[0] + out[1] if good else 0.0, out[0] - out[1] if good else 0.0, good)
-    if s.count[2]:
+    if s.counts[2]:
         _follow(s, c, newest - REACH)
         if not _holds(s, c, correlation):
-            s.count[2] = 0
-    if not s.count[2] and correlation > c.threshold:
+            s.counts[2] = 0
+    if not s.counts[2] and correlation > c.threshold and _alone(s, c):
         _lock(s, c, correlation, lag)
 
 
 @njit(cache=True, nogil=True)
 def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, float]:
     """Normalised peak of the running correlation (0: none) and its lag in s."""
-    n = s.count[1]
+    n = s.counts[1]
     size = len(s.covered)
     p = n % size
     s.power[0] += x * x - s.search[0, p] ** 2
@@ -133,7 +134,7 @@ def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, 
         recompute(s.search[0], s.search[1], n, c.first, s.sums)
         s.power[0] = np.sum(s.search[0, :size] ** 2)
         s.power[1] = np.sum(s.search[1, :size] ** 2)
-    s.count[1] = n + 1
+    s.counts[1] = n + 1
     k = int(np.argmax(s.sums))
     if k == 0 or k == len(s.sums) - 1 or s.power[2] < 0.5 * size:
         return 0.0, 0.0
@@ -143,6 +144,13 @@ def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, 
     before, peak, after = s.sums[k - 1], s.sums[k], s.sums[k + 1]
     lag = c.first + k + (before - after) / 2 / (before - 2 * peak + after)
     return peak / power / max(1 - lag / s.power[2], 0.2), lag * c.stride / c.rate
+
+
+@njit(cache=True, nogil=True)
+def _alone(s: Lock, c: Limits) -> bool:
+    """Whether the peak of the search stands out."""
+    k = int(np.argmax(s.sums))
+    return s.sums[k] > c.ambiguity * runner_up(s.sums, k)
 
 
 @njit(cache=True, nogil=True)
@@ -159,7 +167,7 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
     s.level[2] = np.sqrt(s.power[0] * s.power[1]) / s.power[2]
     s.level[3] = 1e-3 * s.level[2]
     s.level[:2] = 2 * max(1 - correlation, 0.02) * s.level[2]
-    s.count[2] = 1
+    s.counts[2] = 1
 
 
 @njit(cache=True, nogil=True)
@@ -183,11 +191,11 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
         error += s.motion.weight[j] * errors[j]
     if usable:
         s.level[2] += c.forget * (power - s.level[2])
-        if s.level[2] > c.floor:
+        if s.level[2] > 0.01 * c.floor:
             s.level[0] += c.forget * (error * error - s.level[0])
             s.level[1] += 10 * c.forget * (error * error - s.level[1])
             s.level[3] += c.forget * (min(error * error, 9 * s.level[3]) - s.level[3])
-            noise = max(s.level[0], s.level[1], 1e-4 * s.level[2])
+            noise = max(s.level[0], s.level[1] / 10, 1e-4 * s.level[2])
             correct(s.motion, errors, slopes, noise * c.repeat, pull * s.level[3])
     s.x[:] = mean(s.motion)
     s.P[:] = covariance(s.motion, s.x)
@@ -218,11 +226,11 @@ def _holds(s: Lock, c: Limits, correlation: float) -> bool:
 @njit(cache=True, nogil=True)
 def _report(s: Lock, c: Limits, row: np.ndarray) -> None:
     """The state carried on from the middle of the filters' delay to now."""
-    if not s.count[2]:
+    if not s.counts[2]:
         row[:] = np.nan
         row[3] = row[4] = 0.0
         return
-    ahead = c.delay + (s.count[0] % c.stride + REACH) / c.rate
+    ahead = c.delay + (s.counts[0] % c.stride + REACH) / c.rate
     variance = s.P[0, 0] + 2 * ahead * s.P[0, 1] + ahead**2 * s.P[1, 1]
     row[0] = s.x[0] + ahead * s.x[1]
     row[1] = np.sqrt(max(variance, 0.0))

@@ -1,7 +1,7 @@
 """Interacting multiple models of a train's motion with the mismatch of the wheelsets' signals as the only measurement.
 
-Blom and Bar-Shalom 1988. Every model is an extended Kalman filter over the unknowns of `_delay`; they differ in how freely speed and
-acceleration may change.
+Blom and Bar-Shalom 1988. Every model is an extended Kalman filter over the unknowns of `_delay`; they differ in how
+freely speed and acceleration may change.
 """
 
 from typing import NamedTuple

@@ -1,8 +1,8 @@
 """Pull of sensor noise on the unknowns of `_delay`: slopes and mismatch share their noise (errors in variables).
 
-Least squares on the mismatch would shrink whatever passes most noise. The expectation of slope times mismatch from noise alone,
-relative to the mismatch's noise power, depends on the filters, the travel time and the ratio of the two sensors' noise densities
-only; it is tabulated here and taken out of every correction.
+Least squares on the mismatch would shrink whatever passes most noise. The expectation of slope times mismatch from
+noise alone, relative to the mismatch's noise power, depends only on the filters, the travel time and the ratio of the
+two sensors' noise densities; it is tabulated here and taken out of every correction.
 """
 
 import numpy as np
@@ -22,8 +22,8 @@ def pull(filters: Chain, rate: float, longest: float, densities: tuple[float, fl
 
     Returns
     -------
-    Shape (lags, 7), row = travel time in samples. First column: slope in the travel time itself (1/s), then the errors of the
-    inverse in the order of `_delay`.
+    Shape (lags, 7), row = travel time in samples. First column: slope in the travel time itself (1/s), then the errors
+    of the inverse in the order of `_delay`.
     """
     frequency = np.linspace(0, min(rate / 2, 100.0), 1001)[1:]
     s = 2j * np.pi * frequency

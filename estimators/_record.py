@@ -1,4 +1,4 @@
-"""What the speed estimators read from a recording: two channels on one uniform grid, and where the accelerometer sits."""
+"""What the speed estimators read from a recording: two channels on one uniform grid, the accelerometer's place."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -62,7 +62,7 @@ def missing(steps: np.ndarray, rate: float) -> np.ndarray:
 
 
 def accelerometer_offset(about: Mapping[str, Any]) -> float:
-    """Longitudinal place of the bogie's accelerometer before its centre of gravity in m; 0 where about.json does not say."""
+    """Longitudinal place of the accelerometer before the bogie's centre of gravity in m; 0 where it is not stated."""
     for sheet in about.get("sensors", []):
         if ACCELERATION in sheet.get("channels", ()):
             return float(sheet.get("position", (0.0,))[0])

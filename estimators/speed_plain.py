@@ -8,7 +8,7 @@ import pandas as pd
 from numba import njit
 
 from estimators._bounce import ACCELERATION, PITCH_RATE, chain
-from estimators._correlate import recompute, slide
+from estimators._correlate import recompute, runner_up, slide
 from estimators._front import Front, advance, front
 from estimators._record import Stepper, accelerometer_offset, read
 from estimators.interface import Estimate, Estimator
@@ -35,7 +35,8 @@ class SpeedPlain(Estimator, frozen=True):
     slowest: float = quantity(3.0, unit="m/s", source="2 Lb / slowest must fit well into the window", gt=0.5)
     fastest: float = quantity(80.0, unit="m/s", source="above every conventional train", gt=5)
     threshold: float = quantity(0.3, unit="-", source="normalised peak of unrelated signals stays below", ge=0, lt=1)
-    floor: float = quantity(0.01, unit="m/s2", source="root mean square that sensor noise alone stays below", gt=0)
+    ambiguity: float = quantity(1.2, unit="-", source="peak over the next one; trial on bogie_rig", ge=1)
+    floor: float = quantity(0.02, unit="m/s2", source="root mean square of MEMS noise after the inverse", gt=0)
     inverse: bool = quantity(True, unit="-", source="False: plain sums z -+ Lb theta, biased; for comparison only")
 
     def estimate(self, measurements: Measurements) -> Estimate:
@@ -73,7 +74,7 @@ class SpeedPlain(Estimator, frozen=True):
             np.zeros(3),
             np.zeros(1, dtype=np.int64),
         )
-        limits = np.array([filters.wheelbase * rate, self.threshold, self.floor])
+        limits = np.array([filters.wheelbase * rate, self.threshold, self.floor, self.ambiguity])
         return Stepper(COLUMNS, rate, lambda a, q: _run(state, first, limits, a, q))
 
 
@@ -83,12 +84,12 @@ class _State(NamedTuple):
     good: np.ndarray  # 1 where they can be used, shape (2 N,)
     sums: np.ndarray  # running correlation by lag
     power: np.ndarray  # sums of x^2, y^2, good over the window
-    count: np.ndarray  # number of samples so far, shape (1,)
+    counts: np.ndarray  # number of samples so far, shape (1,)
 
 
 @njit(cache=True, nogil=True)
 def _run(state: _State, first: int, limits: np.ndarray, a: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Rows of `COLUMNS` for new samples of acceleration and pitch rate; `limits`: 2 Lb * rate, threshold, floor."""
+    """Rows of `COLUMNS` for new samples of acceleration and pitch rate; `limits`: see `online`."""
     rows = np.empty((len(a), 4))
     out = np.empty(4)
     for i in range(len(a)):
@@ -101,7 +102,7 @@ def _run(state: _State, first: int, limits: np.ndarray, a: np.ndarray, q: np.nda
 
 @njit(cache=True, nogil=True)
 def _take(state: _State, first: int, x: float, y: float, good: float) -> None:
-    n = state.count[0]
+    n = state.counts[0]
     size = len(state.good) // 2
     p = n % size
     state.power[0] += x * x - state.signals[0, p] ** 2
@@ -113,7 +114,7 @@ def _take(state: _State, first: int, x: float, y: float, good: float) -> None:
         recompute(state.signals[0], state.signals[1], n, first, state.sums)
         state.power[0] = np.sum(state.signals[0, :size] ** 2)
         state.power[1] = np.sum(state.signals[1, :size] ** 2)
-    state.count[0] = n + 1
+    state.counts[0] = n + 1
 
 
 @njit(cache=True, nogil=True)
@@ -126,8 +127,9 @@ def _peak(state: _State, first: int, limits: np.ndarray, row: np.ndarray) -> Non
     strong = scale > limits[2] ** 2 * (size - lag)
     row[2] = state.sums[k] / scale if strong else 0.0
     inside = 0 < k < len(state.sums) - 1
-    covered = state.power[2] > 0.8 * size
-    row[3] = 1.0 if strong and inside and covered and row[2] > limits[1] else 0.0
+    covered = state.power[2] > 0.5 * size
+    clear = strong and inside and covered and row[2] > limits[1]
+    row[3] = 1.0 if clear and state.sums[k] > limits[3] * runner_up(state.sums, k) else 0.0
     speed = limits[0] / lag
     row[0] = speed if row[3] > 0 else np.nan
     row[1] = speed / lag / np.sqrt(12.0) if row[3] > 0 else np.nan

@@ -1,4 +1,4 @@
-"""True speed by locking on to the travel time between the wheelsets with a motion model: sub-sample, no window, no delay."""
+"""True speed by locking on to the travel time between the wheelsets with a motion model: sub-sample, without delay."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -9,7 +9,7 @@ import pandas as pd
 from estimators._bounce import ACCELERATION, PITCH_RATE, chain
 from estimators._front import front
 from estimators._lock import COLUMNS, Limits, Lock, run
-from estimators._motion import bank
+from estimators._motion import Motion, bank
 from estimators._noise import pull
 from estimators._record import Stepper, accelerometer_offset, read
 from estimators.interface import Estimate, Estimator
@@ -21,28 +21,32 @@ TRIAL = "trial on tests/estimators/bogie_rig.py"
 
 
 class SpeedRefined(Estimator, frozen=True):
-    """Speed from the mismatch w_2''(t) - w_1''(t - T) of the wheelsets' vertical accelerations, where V T - a T^2/2 = 2 Lb.
+    """Speed from the mismatch w_2''(t) - w_1''(t - T) of the wheelsets' vertical accelerations, V T - a T^2/2 = 2 Lb.
 
     A running correlation finds the travel time coarsely; a bank of extended Kalman filters (steady speed, steady
-    acceleration, change) then drives the mismatch to zero sample by sample. Their memory is as long as the noise asks for and
-    the motion allows. Errors of the vehicle's parameters that let one wheelset leak into the other are estimated with it.
+    acceleration, change) then drives the mismatch to zero step by step. Their memory is as long as the noise asks for
+    and the motion allows. Errors of the vehicle's parameters that let one wheelset leak into the other are
+    estimated too.
     """
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
 
     low: float = quantity(1.0, unit="Hz", source="body bounce stays below; " + TRIAL, gt=0.05, lt=50)
-    high: float = quantity(15.0, unit="Hz", source="least Cramer-Rao bound with MEMS noise, 5 to 60 m/s", gt=1)
+    high: float = quantity(13.0, unit="Hz", source="near the least Cramer-Rao bound with MEMS noise, 5 to 60 m/s", gt=1)
     slowest: float = quantity(3.0, unit="m/s", source="travel time well inside the search window", gt=0.5)
     fastest: float = quantity(80.0, unit="m/s", source="above every conventional train", gt=5)
     window: float = quantity(4.0, unit="s", source="of the first search; as speed_plain", gt=0.2, le=60)
-    threshold: float = quantity(0.4, unit="-", source="peak of unrelated signals stays below; " + TRIAL, gt=0, lt=1)
-    floor: float = quantity(0.01, unit="m/s2", source="root mean square of sensor noise stays below", gt=0)
+    threshold: float = quantity(0.5, unit="-", source="peak of unrelated signals stays below; " + TRIAL, gt=0, lt=1)
+    ambiguity: float = quantity(1.5, unit="-", source="peak over the next one; " + TRIAL, ge=1)
+    floor: float = quantity(0.02, unit="m/s2", source="root mean square of MEMS noise after the inverse", gt=0)
     lost: float = quantity(0.05, unit="-", source="relative standard deviation at which a new search is better", gt=0)
     memory: float = quantity(3.0, unit="s", source="averaging of the mismatch's power; several travel times", gt=0.1)
     steady_speed: float = quantity(1e-6, unit="m2/s3", source="cruise drifts by some mm/s in 10 s; illustrative", gt=0)
-    steady_acceleration: float = quantity(1e-5, unit="m2/s5", source="illustrative", gt=0)
+    steady_acceleration: float = quantity(
+        3e-7, unit="m2/s5", source="sum of gradient and thrust while coasting; illustrative", gt=0
+    )
     change: float = quantity(0.5, unit="m2/s5", source="1 m/s2 reached within 2 s, EN 13452-1 service braking", gt=0)
-    switch_rate: float = quantity(0.05, unit="1/s", source="a change of motion about every 20 s; illustrative", gt=0)
+    switch_rate: float = quantity(0.01, unit="1/s", source="a change of motion about every 100 s; illustrative", gt=0)
     inertia_spread: float = quantity(0.1, unit="-", source="parameter scatter between vehicles; illustrative", ge=0)
     gain_spread: float = quantity(0.02, unit="-", source="scale errors of MEMS data sheets", ge=0)
     lead_spread: float = quantity(0.5e-3, unit="s", source="half a sample at 1 kHz between two sensors", ge=0)
@@ -79,6 +83,7 @@ class SpeedRefined(Estimator, frozen=True):
             slowest=self.slowest,
             fastest=self.fastest,
             threshold=self.threshold,
+            ambiguity=self.ambiguity,
             floor=self.floor**2,
             lost=self.lost,
             forget=stride / (self.memory * rate),
@@ -91,9 +96,21 @@ class SpeedRefined(Estimator, frozen=True):
         return Stepper(COLUMNS, rate, lambda a, q: run(lock, limits, a, q))
 
     def _spread(self) -> np.ndarray:
-        return np.array([self.inertia_spread, self.inertia_spread, self.gain_spread, self.lead_spread, self.damping_spread, self.secondary_spread]) ** 2
+        return (
+            np.array(
+                [
+                    self.inertia_spread,
+                    self.inertia_spread,
+                    self.gain_spread,
+                    self.lead_spread,
+                    self.damping_spread,
+                    self.secondary_spread,
+                ]
+            )
+            ** 2
+        )
 
-    def _bank(self, step: float):
+    def _bank(self, step: float) -> Motion:
         slow = self._spread() / 1000  # the vehicle may have changed within a quarter of an hour
         diffusion = np.zeros((3, 8))
         diffusion[:, 0] = self.steady_speed

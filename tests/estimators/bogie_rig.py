@@ -1,7 +1,7 @@
-"""A throw-away vehicle for tests of speed estimators: modes of a half-vehicle on a random profile, exact between samples.
+"""A throw-away vehicle for tests of speed estimators: modes of a half-vehicle on a random profile.
 
-It shares nothing with the estimators: the wheelsets have mass and stand on contact springs, the body and both wheelsets are
-degrees of freedom, and the parameters can be put off the nominal ones that the estimator is told.
+It shares nothing with the estimators: the wheelsets have mass and stand on contact springs, the body and both wheelsets
+are degrees of freedom, and the parameters can be put off the nominal ones that the estimator is told.
 """
 
 import numpy as np
@@ -66,7 +66,7 @@ def measurements(time: np.ndarray, acceleration: np.ndarray, pitch_rate: np.ndar
 
 
 def _response(p: dict[str, float], under: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bogie's vertical acceleration and pitch rate for the profile under both wheelsets, by modes, input linear between samples."""
+    """Bogie's vertical acceleration and pitch rate over the profile under both wheelsets; exact for linear pieces."""
     mass, damping, stiffness = _matrices(p)
     lower = np.linalg.solve(mass, np.hstack([-stiffness, -damping]))
     system = np.vstack([np.hstack([np.zeros((5, 5)), np.eye(5)]), lower])
@@ -83,8 +83,8 @@ def _response(p: dict[str, float], under: np.ndarray) -> tuple[np.ndarray, np.nd
     states = np.stack(
         [signal.lfilter([r, f - r], [1, -x], d) for r, f, x, d in zip(ramp, first, e, drive, strict=True)]
     )
-    rates = (vectors[5:] @ states).real
-    accelerations = (lower @ (vectors @ states)).real + force - force[:, :1]
+    rates = np.real(vectors[5:] @ states)
+    accelerations = np.real(lower @ (vectors @ states)) + force - force[:, :1]
     return accelerations[1], rates[2]
 
 

@@ -11,7 +11,7 @@ from railsim.errors import InputError
 from railsim.measurements import Measurements
 
 
-class _Needy(Estimator):
+class _Needy(Estimator, frozen=True):
     requires = ("bogie.rate_yaw [rad/s]",)
 
     def estimate(self, measurements):
