@@ -54,14 +54,14 @@ def _straight(name: str, spectrum: str, seed: int) -> Track:
 
 
 def _curve(name: str, spectrum: str, seed: int) -> Track:
-    s = synthesis.distances(700.0, SPACING)
+    s = synthesis.distances(1000.0, SPACING)
     arc = Segment(300.0, curvature=1 / 400, cant=CANT_BASE * np.sin(np.radians(6.0)))
-    pieces = [Segment(100.0), Transition(60.0), arc, Transition(60.0), Segment(180.0)]
+    pieces = [Segment(300.0), Transition(60.0), arc, Transition(60.0), Segment(280.0)]
     columns = {key: value for key, value in synthesis.design(pieces, s).items() if key != "gradient"}
     rounded = {key: np.round(value, _DIGITS[key]) for key, value in columns.items()}
     comments = [
-        "Left-hand curve: straight 100 m, clothoid 60 m, radius 400 m with cant 6 degrees (156.8 mm over 1.5 m)",
-        f"for 300 m, clothoid 60 m, straight 180 m; with irregularities of the spectrum {spectrum}.",
+        "Left-hand curve: straight 300 m, clothoid 60 m, radius 400 m with cant 6 degrees (156.8 mm over 1.5 m)",
+        f"for 300 m, clothoid 60 m, straight 280 m; with irregularities of the spectrum {spectrum}.",
         f"Corners of the curvature and cant ramps are rounded over {synthesis.ROUNDING:g} m (raised-cosine average);",
         "the total change of heading is that of the sharp ramps.",
         *_notes(spectrum, seed),

@@ -133,8 +133,8 @@ def test_coarse_and_irregular_rows_are_kept() -> None:
 
 
 def test_distances_outside_are_clamped(tables: TrackTables) -> None:
-    ends = sample(tables, kernel.EAST, [0.0, 700.0])
-    assert np.array_equal(sample(tables, kernel.EAST, [-5.0, 705.0]), ends)
+    ends = sample(tables, kernel.EAST, [0.0, 1000.0])
+    assert np.array_equal(sample(tables, kernel.EAST, [-5.0, 1005.0]), ends)
     assert np.array_equal(sample(tables, kernel.EAST, [-np.inf, np.inf]), ends)
     assert np.isnan(sample(tables, kernel.EAST, [np.nan])).all()
 

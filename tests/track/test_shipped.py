@@ -55,14 +55,14 @@ def test_straights_have_their_spectrum(level: str) -> None:
 
 def test_curve_is_the_papers() -> None:
     track = read_track("curve_r400")
-    arc = track.at([200.0, 300.0, 440.0])
+    arc = track.at([400.0, 500.0, 640.0])
     assert 1 / arc.curvature == pytest.approx([400] * 3)
     assert np.degrees(np.arcsin(arc.cant / CANT_BASE)) == pytest.approx([6] * 3, abs=1e-5)
-    ends = track.at([0, 90, 540, 700])
+    ends = track.at([0, 290, 740, 1000])
     assert np.abs(ends.curvature).max() == 0
     assert np.abs(ends.cant).max() == 0
     tables = build_tables(track)
-    assert sample(tables, kernel.HEADING, [700.0])[0] == pytest.approx(360 / 400, abs=1e-7)
-    assert sample(tables, kernel.NORTH, [700.0])[0] > 100  # to the left
-    assert sample(tables, kernel.ROLL, [300.0])[0] == pytest.approx(np.radians(-6), abs=1e-7)
+    assert sample(tables, kernel.HEADING, [1000.0])[0] == pytest.approx(360 / 400, abs=1e-7)
+    assert sample(tables, kernel.NORTH, [1000.0])[0] > 100  # to the left
+    assert sample(tables, kernel.ROLL, [500.0])[0] == pytest.approx(np.radians(-6), abs=1e-7)
     assert track.length >= 20 + 28 * 20 + 20  # 20 s at 28 m/s
