@@ -63,7 +63,7 @@ def _friction(s: np.ndarray, columns: Columns) -> None:
         (_spike, "lateral jumps at 2 place(s): a spike of"),
         (_stuck, "cross_level is stuck at"),
         (_cant, "cant leans out of the curve on"),
-        (_spacing, "spacing is irregular: 1 of 3500 rows are not 0.2 m"),
+        (_spacing, "spacing is irregular: 1 of 5000 rows are not 0.2 m"),
         (_curvature_in_km, "curvature reaches 2.5 1/m, a radius of 0 m"),
         (_vertical_in_mm, "irregularities reach"),
         (_cant_too_high, "cant reaches 0.47"),
