@@ -1,1 +1,1 @@
-"""Figures of the paper: one a file."""
+"""Figures of the paper: one a file, found by its module name; computing, drawing and checking apart."""

@@ -1,0 +1,134 @@
+"""The `railsim` command: reads arguments, calls one of `experiments.commands`, turns errors into one line."""
+
+import argparse
+import importlib
+import json
+import os
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
+from typing import NoReturn
+
+import pydantic
+
+from experiments.commands.interface import Outcome
+from railsim.errors import InputError
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+KINDS = ("scenarios", "estimators", "effects", "sensors", "vehicles", "tracks", "figures")
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_INPUT, f"railsim: {message}; see '{self.prog} --help'\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns 0 on success, 1 where a check or claim did not hold, 2 on bad input, 130 on Ctrl-C."""
+    given = build_parser().parse_args(arguments)
+    try:
+        outcome = _execute(given)
+        print(json.dumps(outcome.result, allow_nan=False, ensure_ascii=False) if given.json else outcome.text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone, which is its right
+        return 0
+    except KeyboardInterrupt:
+        return _complain("interrupted; nothing was written", INTERRUPTED)
+    except InputError as error:
+        return _complain(str(error))
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        return _complain(f"{'.'.join(map(str, first['loc'])) or error.title}: {first['msg']}")
+    except OSError as error:
+        where = f"'{error.filename}': " if error.filename else ""
+        return _complain(f"{where}{error.strerror or error}; check the path, its permissions and the disk")
+    except MemoryError:
+        return _complain("not enough memory; shorten duration or lower output_rate")
+    return 0 if outcome.held else 1
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of all subcommands."""
+    parser = _Parser(prog="railsim", description="Simulate a railway vehicle, measure, estimate, score.")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, (text, configure) in _COMMANDS.items():
+        sub = commands.add_parser(name, help=text, description=text, formatter_class=argparse.RawTextHelpFormatter)
+        sub.add_argument("--json", action="store_true", help="one JSON object on stdout")
+        configure(sub)
+    return parser
+
+
+def _execute(given: argparse.Namespace) -> Outcome:
+    """Import the command's module only now, so that the others cost no time; what it prints goes to stderr."""
+    with redirect_stdout(sys.stderr):
+        return importlib.import_module(f"experiments.commands.{given.command}").execute(given)
+
+
+def _complain(text: str, code: int = BAD_INPUT) -> int:
+    print(f"railsim: {' '.join(text.split())}", file=sys.stderr)
+    return code
+
+
+def _scenario(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", metavar="SCENARIO", help="name of a shipped scenario, or path of a YAML file")
+    parser.add_argument(
+        "--engine", default="exudyn", metavar="NAME", help="exudyn (the reference, default) or compiled"
+    )
+    parser.add_argument("--seed", type=int, metavar="N", help="of the sensors' random errors (default: the scenario's)")
+    parser.add_argument(
+        "--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="e.g. vehicle.body_mass=18000"
+    )
+
+
+def _run(parser: argparse.ArgumentParser) -> None:
+    _scenario(parser)
+    parser.add_argument("--out", metavar="DIR", help="folder of results (default: results/SCENARIO)")
+
+
+def _simulate(parser: argparse.ArgumentParser) -> None:
+    _scenario(parser)
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of the recording")
+
+
+def _estimate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", metavar="NAME", help="see 'railsim list estimators'")
+    parser.add_argument("recording", metavar="RECORDING", help="folder of a recording")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of the estimate")
+
+
+def _score(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("estimate", metavar="ESTIMATE_DIR", help="folder of an estimate")
+    parser.add_argument("recording", metavar="RECORDING", help="recording that it was made from, with its truth")
+
+
+def _figure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", metavar="NAME|all", help="see 'railsim list figures'")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of the pictures and tables")
+    parser.add_argument("--fast", action="store_true", help="shorter runs, the compiled engine")
+
+
+def _inspect(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("what", metavar="RECORDING|SCENARIO|TRACK", help="a name or a path")
+
+
+def _list(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("kind", choices=KINDS, nargs="?", help="all kinds where none is named")
+
+
+_COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
+    "run": ("simulate, measure, estimate, score and draw a scenario", _run),
+    "simulate": ("make a recording with its truth from a scenario", _simulate),
+    "estimate": ("run one estimator on a recording", _estimate),
+    "score": ("compare an estimate with the truth of its recording", _score),
+    "figure": ("draw figures of the paper and check its claims", _figure),
+    "list": ("what there is", _list),
+    "inspect": ("check a recording, scenario or track and say what is wrong with it", _inspect),
+    "bench": ("speed of the engines and estimators", lambda parser: None),
+}
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Subcommands of `railsim`: one a file, with `execute(arguments) -> Outcome`."""

@@ -1,0 +1,25 @@
+"""`railsim figure`: draw figures of the paper and check what they claim."""
+
+import argparse
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from experiments import figures
+from experiments.commands.interface import Outcome, table
+from experiments.figures.interface import Figure, publish
+from railsim.registry import discover, pick
+
+
+def execute(given: argparse.Namespace) -> Outcome:
+    """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held."""
+    found = discover(figures, Figure)
+    chosen: Mapping[str, Callable[[], Figure]] = (
+        found if given.name == "all" else {given.name: pick(found, given.name, "figure")}
+    )
+    results: dict[str, Any] = {name: publish(kind(), given.out, given.fast) for name, kind in chosen.items()}
+    claims = [[name, claim] for name, result in results.items() for claim in result["claims"]]
+    rows = [[name, c["claim"], c["value"], c["target"], "held" if c["held"] else "NOT HELD"] for name, c in claims]
+    files = [path for result in results.values() for path in result["files"]]
+    text = table(["figure", "claim", "value", "target", ""], rows) if rows else "No claims."
+    held = all(claim["held"] for _, claim in claims)
+    return Outcome({"figures": results}, "\n".join([text, "", *files]), held)

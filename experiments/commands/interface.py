@@ -1,0 +1,40 @@
+"""What a subcommand gives back, and tables for people."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result of a subcommand: the JSON object, the same for people, and whether every check held."""
+
+    result: dict[str, Any]
+    text: str
+    held: bool = True
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[Any]], decimals: int = 3) -> str:
+    """Columns of text, aligned: numbers to the right with so many decimals, the rest to the left."""
+    cells = [[*header], *([show(value, decimals) for value in row] for row in rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
+    right = [all(isinstance(row[i], int | float) or row[i] is None for row in rows) for i in range(len(header))]
+    lines = [
+        "  ".join(
+            cell.rjust(width) if flag else cell.ljust(width)
+            for cell, width, flag in zip(row, widths, right, strict=True)
+        )
+        for row in cells
+    ]
+    rule = "  ".join("-" * width for width in widths)
+    return "\n".join(line.rstrip() for line in [lines[0], rule, *lines[1:]])
+
+
+def show(value: Any, decimals: int = 3) -> str:
+    """A cell: nothing for None, powers of ten for the very large and small."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        plain = value == 0.0 or 0.5 * 10.0**-decimals <= abs(value) < 1e6
+        return f"{value:.{decimals}f}" if plain else f"{value:.2e}"
+    return str(value)

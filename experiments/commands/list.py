@@ -1,0 +1,65 @@
+"""`railsim list`: what there is, with a line on each."""
+
+import argparse
+import importlib
+import importlib.util
+from collections.abc import Callable
+
+import estimators
+from estimators.interface import Estimator
+from experiments import figures
+from experiments.commands.interface import Outcome, table
+from experiments.figures.interface import Figure
+from railsim import sensors, vehicles
+from railsim.registry import discover
+from railsim.scenario import load_scenario, shipped_scenarios
+from railsim.sensors.interface import Sensor
+from railsim.spec import Spec
+from railsim.track.files import read_track, shipped_tracks
+from railsim.vehicles.interface import Vehicle
+
+_EFFECTS = "railsim.effects"
+
+
+def execute(given: argparse.Namespace) -> Outcome:
+    """Names and descriptions of one kind, or of all."""
+    chosen = [given.kind] if given.kind else list(LISTERS)
+    found = {kind: LISTERS[kind]() for kind in chosen}
+    result = {kind: [{"name": name, "description": text} for name, text in one.items()] for kind, one in found.items()}
+    parts = [_text(kind, one, bool(given.kind)) for kind, one in found.items()]
+    return Outcome(result, "\n\n".join(parts))
+
+
+def _text(kind: str, found: dict[str, str], alone: bool) -> str:
+    if not found:
+        return f"There are no {kind} in this version."
+    rows = [[name, text] for name, text in found.items()]
+    return table([kind if not alone else "name", "description"], rows)
+
+
+def _first_line(thing: object) -> str:
+    return (thing.__doc__ or "").strip().splitlines()[0] if thing.__doc__ else ""
+
+
+def _effects() -> dict[str, str]:
+    """The plug-ins of the package of effects, where this version has one."""
+    if importlib.util.find_spec(_EFFECTS) is None:
+        return {}
+    found = discover(importlib.import_module(_EFFECTS), Spec)
+    return {name: _first_line(kind) for name, kind in found.items()}
+
+
+def _track_description(name: str) -> str:
+    return next(iter(read_track(name).comments), "").rstrip(",")
+
+
+LISTERS: dict[str, Callable[[], dict[str, str]]] = {
+    "scenarios": lambda: {name: load_scenario(name).description for name in shipped_scenarios()},
+    "estimators": lambda: {name: _first_line(kind) for name, kind in discover(estimators, Estimator).items()},
+    "effects": _effects,
+    "sensors": lambda: {name: _first_line(kind) for name, kind in discover(sensors, Sensor).items()},
+    "vehicles": lambda: {name: _first_line(kind) for name, kind in discover(vehicles, Vehicle).items()},
+    "tracks": lambda: {name: _track_description(name) for name in shipped_tracks()},
+    "figures": lambda: {name: _first_line(kind) for name, kind in discover(figures, Figure).items()},
+}
+"""By kind: what there is, as name and description."""

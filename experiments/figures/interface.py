@@ -1,0 +1,83 @@
+"""What a figure is: a table that is computed, a picture drawn from it, and claims that it must bear out."""
+
+import os
+import tempfile
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from railsim.errors import InputError
+
+DPI = 130
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement about a figure, by the paper or by this program: value found, what it should be, whether it is."""
+
+    claim: str
+    value: float
+    target: str
+    held: bool
+
+
+class Figure(ABC):
+    """One figure; its name is that of the module that defines it."""
+
+    @property
+    def name(self) -> str:
+        """Name of the figure."""
+        return type(self).__module__.rpartition(".")[2]
+
+    @abstractmethod
+    def compute(self, fast: bool) -> pd.DataFrame:
+        """The numbers behind the picture; `fast`: shorter runs, the compiled engine, but the same columns."""
+
+    @abstractmethod
+    def draw(self, table: pd.DataFrame) -> Picture:
+        """The picture."""
+
+    @abstractmethod
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        """The claims, each held or not."""
+
+
+def publish(figure: Figure, folder: Path | str, fast: bool) -> dict[str, Any]:
+    """Compute, draw and check a figure; write NAME.csv and NAME.png, each of which appears whole or not at all.
+
+    Returns
+    -------
+    The figure's part of the command's JSON: "files" and "claims".
+
+    Raises
+    ------
+    InputError : the folder cannot be written.
+    """
+    folder = Path(folder)
+    _replace(folder, ".probe", lambda path: path.touch(), keep=False)
+    table = figure.compute(fast)
+    picture = figure.draw(table)
+    files = [
+        _replace(folder, f"{figure.name}.csv", lambda path: table.to_csv(path, index=False)),
+        _replace(folder, f"{figure.name}.png", lambda path: picture.savefig(path, dpi=DPI, format="png")),
+    ]
+    return {"files": [str(path) for path in files], "claims": [asdict(claim) for claim in figure.check(table)]}
+
+
+def _replace(folder: Path, name: str, write: Callable[[Path], object], keep: bool = True) -> Path:
+    """Let `write` fill a file aside, then rename it to `name`."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{name}.partial-", dir=folder) as aside:
+            write(Path(aside) / name)
+            if keep:
+                os.replace(Path(aside) / name, folder / name)
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"cannot write '{folder / name}': {reason}; name a folder that can be written") from None
+    return folder / name
