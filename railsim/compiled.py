@@ -8,7 +8,12 @@ from numba import njit
 F = TypeVar("F", bound=Callable[..., Any])
 
 # Contraction and reassociation are allowed; NaN and infinity keep their meaning, so that a run that diverges is seen.
-_OPTIONS: dict[str, Any] = {"cache": True, "fastmath": {"contract", "reassoc", "nsz"}, "error_model": "numpy", "_nrt": False}
+_OPTIONS: dict[str, Any] = {
+    "cache": True,
+    "fastmath": {"contract", "reassoc", "nsz"},
+    "error_model": "numpy",
+    "_nrt": False,
+}
 
 
 def kernel(function: F) -> F:
@@ -17,5 +22,7 @@ def kernel(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """A kernel that is copied into its callers: for small functions that are given many arrays, whose passing would cost more."""
+    """A kernel that is copied into its callers: for small functions that are given many arrays, whose passing would
+    cost more.
+    """
     return cast(F, njit(forceinline=True, **_OPTIONS)(function))

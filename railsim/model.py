@@ -1,7 +1,8 @@
 """Model: a vehicle as bodies, elements and wheelsets: plain numbers and names that both engines read.
 
-Coordinates are small displacements from the nominal place in the vehicle frame: the track frame at the reference distance s (the bogie's
-centre), x forward, y left, z up from rail level. Six per body in the order of `AXES`; those that a body does not list as free are held.
+Coordinates are small displacements from the nominal place in the vehicle frame: the track frame at the reference
+distance s (the bogie's centre), x forward, y left, z up from rail level. Six per body in the order of `AXES`; those
+that a body does not list as free are held.
 """
 
 from collections.abc import Sequence
@@ -33,9 +34,10 @@ class Body:
 class LinearElement:
     """Linear spring and damper between two bodies, with its axes midway between both bodies' orientations.
 
-    `stiffness` and `damping` (6, 6) act on the displacement and small rotation of `upper` relative to `lower` at `position` (vehicle frame,
-    common to both bodies at rest); `preload` is the force on `upper` at rest [N] in x, y, z. `finite`: displacements are so large (centimetres in
-    curves) that the compiled engine evaluates the element to second order in the rotations instead of through K and C; Exudyn always does.
+    `stiffness` and `damping` (6, 6) act on the displacement and small rotation of `upper` relative to `lower` at
+    `position` (vehicle frame, common to both bodies at rest); `preload` is the force on `upper` at rest [N] in x, y,
+    z. `finite`: displacements are so large (centimetres in curves) that the compiled engine evaluates the element to
+    second order in the rotations instead of through K and C; Exudyn always does.
     """
 
     name: str
@@ -50,7 +52,9 @@ class LinearElement:
 
 @dataclass(frozen=True)
 class NonlinearElement:
-    """Force along one direction of relative movement at `position`: law code and its parameters (see `engines.laws`)."""
+    """Force along one direction of relative movement at `position`: law code and its parameters (see
+    `engines.laws`).
+    """
 
     name: str
     upper: str
@@ -76,7 +80,8 @@ class Model:
     """All of a vehicle.
 
     `primary`: whether axleboxes carry a frame (displacement transducers exist). `reference`: body whose distance is s.
-    `trailing_pivot`: distance from the reference back to the missing bogie [m]; a body listed in `chord_yaw` keeps the direction of that chord.
+    `trailing_pivot`: distance from the reference back to the missing bogie [m]; a body listed in `chord_yaw` keeps
+    the direction of that chord.
     """
 
     bodies: tuple[Body, ...]
@@ -131,7 +136,9 @@ class Model:
 
     @cached_property
     def preload(self) -> np.ndarray:
-        """Generalised forces of the preloads of all but the finite elements, and of the static vertical loads at rest [N, N m]."""
+        """Generalised forces of the preloads of all but the finite elements, and of the static vertical loads at
+        rest [N, N m].
+        """
         total = np.zeros(len(self.mass))
         for element in self.elements:
             if not element.finite:
@@ -154,11 +161,15 @@ class Model:
         return self.point(upper, position) - self.point(lower, position)
 
     def _geometric(self, element: LinearElement) -> np.ndarray:
-        """Second derivative of -F0 . u, u = A_mid^T (p_upper - p_lower) to second order in the rotations of both bodies."""
+        """Second derivative of -F0 . u, u = A_mid^T (p_upper - p_lower) to second order in the rotations of both
+        bodies.
+        """
         force = np.array(element.preload)
         if not force.any():
             return np.zeros((len(self.mass),) * 2)
-        arms = [np.subtract(element.position, self.bodies[self.index(n)].position) for n in (element.upper, element.lower)]
+        arms = [
+            np.subtract(element.position, self.bodies[self.index(n)].position) for n in (element.upper, element.lower)
+        ]
         points = [self.point(n, element.position) for n in (element.upper, element.lower)]
         count = len(self.mass)
         upper, lower = points[0][3:], points[1][3:]

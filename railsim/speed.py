@@ -21,7 +21,7 @@ class SpeedTables(NamedTuple):
     resistance: np.ndarray  # (3,) N, N s/m, N s2/m2
 
 
-class Constant(Spec):
+class Constant(Spec, frozen=True):
     """The same speed all the time."""
 
     kind: Literal["constant"] = "constant"
@@ -32,7 +32,7 @@ class Constant(Spec):
         return [0.0, duration], [self.speed, self.speed]
 
 
-class Profile(Spec):
+class Profile(Spec, frozen=True):
     """Speed piecewise linear over time, held after the last point."""
 
     kind: Literal["profile"]
@@ -51,7 +51,7 @@ class Profile(Spec):
         return list(self.time), list(self.speed)
 
 
-class Driven(Spec):
+class Driven(Spec, frozen=True):
     """Speed follows from the forces: wheelset torques (`traction`), gradient and running resistance A + B V + C V^2."""
 
     kind: Literal["driven"]
@@ -66,8 +66,10 @@ class Driven(Spec):
 Speed = Annotated[Constant | Profile | Driven, pydantic.Field(discriminator="kind")]
 
 
-class Traction(Spec):
-    """Torque of drive or brake on one wheelset over time, or a slide held at `slip` by the brake, as a slide control does."""
+class Traction(Spec, frozen=True):
+    """Torque of drive or brake on one wheelset over time, or a slide held at `slip` by the brake, as a slide control
+    does.
+    """
 
     wheelset: int = pydantic.Field(ge=1)
     time: tuple[float, ...]
@@ -82,7 +84,9 @@ class Traction(Spec):
         return self
 
 
-def speed_tables(speed: Constant | Profile | Driven, traction: tuple[Traction, ...], wheelsets: int, duration: float) -> SpeedTables:
+def speed_tables(
+    speed: Constant | Profile | Driven, traction: tuple[Traction, ...], wheelsets: int, duration: float
+) -> SpeedTables:
     """Everything on one common set of knots."""
     time, values = speed.knots(duration)
     knots = np.unique(np.concatenate([time, *(t.time for t in traction), [0.0]]))

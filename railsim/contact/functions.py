@@ -19,7 +19,8 @@ class ContactFunctions:
     Attributes
     ----------
     shift : u [m], uniform grid; positive = wheelset to the left (towards the left rail's gauge face).
-    lift : height H of the wheel's centre above its place at u = 0 at which it just touches the rail [m]; dH/du = tan(contact angle).
+    lift : height H of the wheel's centre above its place at u = 0 at which it just touches the rail [m]; dH/du =
+    tan(contact angle).
     radius : rolling radius [m]. half_distance : lateral distance of the contact from the track's centre line [m].
     curvature : sum of the lateral curvatures of wheel and rail at the contact [1/m].
     """
@@ -35,7 +36,9 @@ class ContactFunctions:
         return np.arctan(CubicSpline(self.shift, self.lift)(self.shift, 1))
 
     def stiffness(self) -> float:
-        """Hertz stiffness C of N = C p^1.5 at u = 0 [N/m^1.5]; one value serves all shifts, so that the contact has a potential."""
+        """Hertz stiffness C of N = C p^1.5 at u = 0 [N/m^1.5]; one value serves all shifts, so that the contact has
+        a potential.
+        """
         middle = len(self.shift) // 2
         return hertz_ellipse(1.0 / self.radius[middle], self.curvature[middle]).stiffness
 
@@ -56,7 +59,8 @@ class ContactTable:
 
     Attributes
     ----------
-    start, spacing : grid of u [m]. coefficients : (2, cells, CHANNELS, 4), side 0 = left, powers ascending in the cell's fraction.
+    start, spacing : grid of u [m]. coefficients : (2, cells, CHANNELS, 4), side 0 = left, powers ascending in the
+    cell's fraction.
     stiffness : (2,) Hertz stiffness [N/m^1.5].
     """
 
@@ -67,7 +71,9 @@ class ContactTable:
 
     @classmethod
     def build(cls, left: ContactFunctions, right: ContactFunctions | None = None) -> "ContactTable":
-        """Tables of a left wheel and, by mirroring u and H's argument, the right one (`right` is given as if it were a left wheel)."""
+        """Tables of a left wheel and, by mirroring u and H's argument, the right one (`right` is given as if it were
+        a left wheel).
+        """
         start, spacing = float(left.shift[0]), float(left.shift[1] - left.shift[0])
         if not np.allclose(left.shift, -left.shift[::-1], atol=1e-12) or not np.allclose(np.diff(left.shift), spacing):
             raise ValueError("contact functions need a uniform grid that is symmetric about u = 0")

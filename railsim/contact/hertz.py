@@ -1,9 +1,10 @@
 """Hertzian contact of two bodies with given principal curvatures (Johnson 1985, Contact Mechanics, section 4.2)."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.special import ellipe, ellipk
 
 STEEL_YOUNG = 210e9  # Pa
@@ -27,7 +28,8 @@ class HertzEllipse:
 
 
 def hertz_ellipse(curvature_longitudinal: float, curvature_lateral: float) -> HertzEllipse:
-    """Ellipse for the sums of both bodies' curvatures in the two directions [1/m], both positive (Johnson 1985, eq. 4.26).
+    """Ellipse for the sums of both bodies' curvatures in the two directions [1/m], both positive (Johnson 1985, eq.
+    4.26).
 
     Raises
     ------
@@ -57,4 +59,4 @@ def _axis_ratio(curvature_ratio: float) -> float:
         first, second = ellipk(parameter), ellipe(parameter)
         return float(np.log((ratio**2 * second - first) / (first - second)) - np.log(curvature_ratio))
 
-    return float(np.exp(brentq(mismatch, 1e-6, 12.0, xtol=1e-14)))
+    return math.exp(root_scalar(mismatch, bracket=(1e-6, 12.0), xtol=1e-14).root)

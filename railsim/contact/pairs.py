@@ -11,16 +11,18 @@ from railsim.spec import Spec, quantity
 ILLUSTRATIVE = "illustrative"
 
 
-class WheelRailPair(Spec):
+class WheelRailPair(Spec, frozen=True):
     """Geometry of the contact, the same for all four wheels.
 
-    `conical`: straight tread of the stated conicity. `smooth`: circular arcs of radius R_w (concave tread) and R_r (rail head), for
-    which contact angle, rolling radius and contact position follow in closed form (Wickens 2003, Fundamentals of Rail Vehicle
-    Dynamics, section 2.5), joined by a smooth step of the contact angle to a flange.
+    `conical`: straight tread of the stated conicity. `smooth`: circular arcs of radius R_w (concave tread) and R_r
+    (rail head), for which contact angle, rolling radius and contact position follow in closed form (Wickens 2003,
+    Fundamentals of Rail Vehicle Dynamics, section 2.5), joined by a smooth step of the contact angle to a flange.
     """
 
     kind: Literal["conical", "smooth"] = "smooth"
-    conicity: float = quantity(0.125, unit="-", source="illustrative: lightly worn S1002 is 0.1 ... 0.2", gt=0.0, le=0.6)
+    conicity: float = quantity(
+        0.125, unit="-", source="illustrative: lightly worn S1002 is 0.1 ... 0.2", gt=0.0, le=0.6
+    )
     wheel_profile_radius: float = quantity(0.5, unit="m", source=ILLUSTRATIVE, gt=0.1)
     rail_head_radius: float = quantity(0.3, unit="m", source="UIC 60 rail head, R 300 mm", gt=0.05)
     flange_clearance: float = quantity(0.0075, unit="m", source=ILLUSTRATIVE, gt=0.002, le=0.013)

@@ -1,9 +1,10 @@
-"""Creep force after Polach (1999), with the reduction factors and the falling friction of Polach (2005): compiled kernel."""
+"""Creep force after Polach (1999), with the reduction factors and the falling friction of Polach (2005): compiled
+kernel.
+"""
 
 import math
 
 from railsim.compiled import kernel
-
 from railsim.contact.hertz import STEEL_SHEAR
 
 SHEAR = STEEL_SHEAR
@@ -29,9 +30,9 @@ def polach_force(creep_x, creep_y, spin, a, b, c11, c22, c23, normal, friction, 
 
     Notes
     -----
-    `creep_yc` shifts the lateral creepage by spin * a where that is larger (Polach 1999, eq. 12); the translation's slope uses
-    the same resultant, so that the limit of vanishing creepage is Kalker's linear law (pure creepages; kA = kS = 1).
-    The resultant of translation and spin is limited to mu N (Polach's sum of both may exceed it slightly).
+    `creep_yc` shifts the lateral creepage by spin * a where that is larger (Polach 1999, eq. 12); the translation's
+    slope uses the same resultant, so that the limit of vanishing creepage is Kalker's linear law (pure creepages; kA
+    = kS = 1). The resultant of translation and spin is limited to mu N (Polach's sum of both may exceed it slightly).
     """
     limit = friction * normal
     if limit <= 0.0:

@@ -1,13 +1,15 @@
-"""Forces of one wheel on its rail: penetration with a potential, creepages, creep law. Compiled; everything in the local track frame.
+"""Forces of one wheel on its rail: penetration with a potential, creepages, creep law. Compiled; everything in the
+local track frame.
 
 The vertical penetration of wheel and rail is a function of the wheelset's coordinates relative to the track,
 
     p = H(u) + w - z - phi * arm + psi^2 / 2 * (r0 H'^2 - side H' b),   u = y + r0 phi - d,   arm = side b(u) + d - y,
 
-with H the lift and b the half distance of the contact functions, d and w the rail's lateral and vertical deviation, side = +1 left and -1 right.
-It is exact to first order in the roll angle (its derivative by phi is the contact's lateral place) and second order in yaw, so that a cone
-gives the gravitational stiffnesses W lambda / l and -l W lambda of Ward et al. (2011), eqs. (16) and (17). The normal penetration is
-p_n = p cos(delta), N = C p_n^1.5, and the generalised forces are -N dp_n/dq: the contact conserves energy as long as damping and creep are off.
+with H the lift and b the half distance of the contact functions, d and w the rail's lateral and vertical deviation,
+side = +1 left and -1 right. It is exact to first order in the roll angle (its derivative by phi is the contact's
+lateral place) and second order in yaw, so that a cone gives the gravitational stiffnesses W lambda / l and -l W
+lambda of Ward et al. (2011), eqs. (16) and (17). The normal penetration is p_n = p cos(delta), N = C p_n^1.5, and
+the generalised forces are -N dp_n/dq: the contact conserves energy as long as damping and creep are off.
 """
 
 import math
@@ -16,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from railsim.compiled import inlined
-
 from railsim.contact.polach import friction_coefficient, polach_force
 
 SPEED_FLOOR = 0.1  # m/s; creepage = slip velocity / sqrt(V^2 + SPEED_FLOOR^2), finite at standstill
@@ -69,9 +70,11 @@ def wheel_forces(
     y, z, roll, yaw, y_rate, z_rate, roll_rate, yaw_rate,
     speed, curvature, spin, rail_y, rail_y_rate, rail_z, rail_z_rate,
 ):  # fmt: skip
-    """Forces of one wheel; lengths m, angles rad, rates per second; `cells` (cells, channels, 4) of `ContactTable`; `law` as an array.
+    """Forces of one wheel; lengths m, angles rad, rates per second; `cells` (cells, channels, 4) of `ContactTable`;
+    `law` as an array.
 
-    `friction` is mu0 at this place. All coordinates are relative to the track frame at the wheelset; `curvature` is the track's.
+    `friction` is mu0 at this place. All coordinates are relative to the track frame at the wheelset; `curvature` is
+    the track's.
     """
     shift = y + r0 * roll - rail_y
     place = (shift - start) / spacing
@@ -101,7 +104,11 @@ def wheel_forces(
             0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.atan(lift_1 + roll),
             _cubic(cells[cell, 1], x), shift, friction,
         )  # fmt: skip
-    p_u = lift_1 - side * half_1 * roll + yaw_square * (lift_2 * (2.0 * r0 * lift_1 - side * half) - side * lift_1 * half_1)
+    p_u = (
+        lift_1
+        - side * half_1 * roll
+        + yaw_square * (lift_2 * (2.0 * r0 * lift_1 - side * half) - side * lift_1 * half_1)
+    )
     p_y = p_u + roll
     p_roll = r0 * p_u - arm
     p_yaw = yaw * yaw_factor

@@ -1,10 +1,14 @@
-"""Contacts, holding forces and nonlinear elements of a vehicle in absolute coordinates (compiled); the Exudyn engine's user function.
+"""Contacts, holding forces and nonlinear elements of a vehicle in absolute coordinates (compiled); the Exudyn
+engine's user function.
 
-Bodies have six absolute coordinates each, X, Y, Z and Tait-Bryan angles a, b, c with A = Rx(a) Ry(b) Rz(c); the wheels' spins follow. A body's place along the
-track is found by projection on the centre line; its displacements relative to the track frame there are exact (finite rotations). No inertial force of a moving
-frame appears here: curvature, cant and gradient act through the contacts alone, which makes this an independent check of the moving frame of `_kernel`.
+Bodies have six absolute coordinates each, X, Y, Z and Tait-Bryan angles a, b, c with A = Rx(a) Ry(b) Rz(c); the
+wheels' spins follow. A body's place along the track is found by projection on the centre line; its displacements
+relative to the track frame there are exact (finite rotations). No inertial force of a moving frame appears here:
+curvature, cant and gradient act through the contacts alone, which makes this an independent check of the moving
+frame of `_kernel`.
 
-Longitudinal movement, and the rotations that a body does not list as free, are held to the track frame by critically damped springs.
+Longitudinal movement, and height and the rotations that a body does not list as free, are held to the track frame by critically
+damped springs.
 """
 
 import math
@@ -12,7 +16,7 @@ import math
 from railsim.compiled import kernel
 from railsim.engines._kernel import contact, pose, prescribed_speed, wheelset_torque
 from railsim.engines._laws import law_force
-
+from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, EAST, GRADIENT, HEADING, NORTH, ROLL, UP, locate, slope, value
 
 HOLD = 400.0  # rad/s; natural frequency of the holding springs
@@ -40,7 +44,14 @@ def track_frame(plant, s, f):
     cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
     heading, climb, roll = value(c, cell, HEADING, x), value(c, cell, GRADIENT, x), value(c, cell, ROLL, x)
     kappa, climb_1, roll_1 = value(c, cell, CURVATURE, x), slope(c, cell, GRADIENT, x), slope(c, cell, ROLL, x)
-    cz, sz, cg, sg, cx, sx = math.cos(heading), math.sin(heading), math.cos(climb), math.sin(climb), math.cos(roll), math.sin(roll)
+    cz, sz, cg, sg, cx, sx = (
+        math.cos(heading),
+        math.sin(heading),
+        math.cos(climb),
+        math.sin(climb),
+        math.cos(roll),
+        math.sin(roll),
+    )
     f[0], f[1], f[2] = cz * cg, -cz * sg * sx - sz * cx, -cz * sg * cx + sz * sx
     f[3], f[4], f[5] = sz * cg, -sz * sg * sx + cz * cx, -sz * sg * cx - cz * sx
     f[6], f[7], f[8] = sg, cg * sx, cg * cx
@@ -74,7 +85,8 @@ def project(plant, guess, x, y, z, f):
 def seen_from(f, q, v, turn, out):
     """Fill out[:13]: x, y, z; roll, pitch, yaw; their rates; the frame's own speed, for a body with coordinates q, v.
 
-    `turn` (9,) is the body's rotation matrix. The frame moves along the track so that the body stays in its cross plane (out[12] = ds/dt).
+    `turn` (9,) is the body's rotation matrix. The frame moves along the track so that the body stays in its cross
+    plane (out[12] = ds/dt).
     """
     dx, dy, dz = q[0] - f[9], q[1] - f[10], q[2] - f[11]
     p_x = f[0] * dx + f[3] * dy + f[6] * dz
@@ -152,8 +164,8 @@ def add_moment(q, g_x, g_y, g_z, out):
 def forces(plant, t, start, q, v, memory, work, out):
     """Fill out (6 b + w,) with generalised forces.
 
-    `start`: distance of the reference body at time 0. memory (b,): last distance of each body (start of the projection).
-    work (b + 1, 48): per body track frame, motion relative to it, rotation matrix.
+    `start`: distance of the reference body at time 0. memory (b,): last distance of each body (start of the
+    projection). work (b + 1, 48): per body track frame, motion relative to it, rotation matrix.
     """
     bodies, w = plant.core.body_mass.shape[0], plant.core.radius.shape[0]
     reference = plant.core.reference_body
@@ -207,14 +219,19 @@ def _drag(plant, b, velocity, q, work, out):
 
 @kernel
 def _hold(plant, b, target, velocity, acceleration, q, work, out):
-    """Longitudinal place, and pitch and yaw where they are not free."""
+    """Longitudinal place; height, roll, pitch and yaw where they are not free; static vertical load."""
     f, motion = work[b, :16], work[b, 16:29]
     index = plant.core.coordinate[b]
     mass, inertia = plant.core.body_mass[b], plant.core.inertia[b]
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
     lag = target + plant.core.position[b, 0] - f[15]
     pull = mass * (acceleration + HOLD * (HOLD * lag + 2.0 * (velocity - motion[12])))
-    m_y, m_z = 0.0, 0.0
+    m_x, m_y, m_z = 0.0, 0.0, 0.0
+    f_z = -plant.core.vertical_load[b]
+    if index[2] < 0:
+        f_z += mass * (GRAVITY * f[8] + HOLD * (HOLD * (plant.core.position[b, 2] - motion[2]) - 2.0 * motion[8]))
+    if index[3] < 0:
+        m_x = -inertia[0] * HOLD * (HOLD * motion[3] + 2.0 * motion[9])
     if index[4] < 0:
         m_y = -inertia[1] * HOLD * (HOLD * motion[4] + 2.0 * motion[10])
     if index[5] < 0:
@@ -224,7 +241,7 @@ def _hold(plant, b, target, velocity, acceleration, q, work, out):
             pose(plant, 0, f[15], here)
             wanted, wanted_rate = here[5], motion[12] * here[11]
         m_z = inertia[2] * HOLD * (HOLD * (wanted - motion[5]) + 2.0 * (wanted_rate - motion[11]))
-    add_wrench(f, own, pull, 0.0, 0.0, 0.0, m_y, m_z, mine)
+    add_wrench(f, own, pull, 0.0, f_z, m_x, m_y, m_z, mine)
     if plant.core.driven:  # the reaction pulls the reference body
         r = plant.core.reference_body
         add_wrench(work[r, :16], q[6 * r : 6 * r + 6], -pull, 0.0, 0.0, 0.0, 0.0, 0.0, out[6 * r : 6 * r + 6])
@@ -264,7 +281,9 @@ def _wheelset(plant, i, t, q, v, work, out):
 
 @kernel
 def vehicle_coordinates(plant, q, v, work, q_free, v_free):
-    """Displacements and rates of the free coordinates in the vehicle frame (track frame at the reference body's distance)."""
+    """Displacements and rates of the free coordinates in the vehicle frame (track frame at the reference body's
+    distance).
+    """
     r = plant.core.reference_body
     f, pace = work[r, :16], work[r, 28]
     out = work[work.shape[0] - 1, 20:33]

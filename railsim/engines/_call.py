@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import carray, njit, types
+from numba import carray, njit, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic
 
 from railsim.engines._absolute import forces
@@ -14,8 +14,7 @@ from railsim.engines._plant import Plant
 CORE, TRACK, CONTACT, POSE, KNOTS, Q, V, MEMORY, WORK, OUT = range(10)
 
 
-@intrinsic
-def _pointer(typing_context: Any, address: Any) -> Any:
+def _as_pointer(typing_context: Any, address: Any) -> Any:
     """An address as a pointer."""
     del typing_context
 
@@ -26,11 +25,21 @@ def _pointer(typing_context: Any, address: Any) -> Any:
     return types.voidptr(address), generate
 
 
-def bind_forces(plant: Plant, start: float, q: np.ndarray, v: np.ndarray, memory: np.ndarray, work: np.ndarray, out: np.ndarray) -> Callable[[float], None]:
-    """`forces` of `_absolute` for fixed arrays: call with the time, read `out`. The arrays must outlive the function."""
+_pointer: Any = intrinsic(_as_pointer)
+
+
+def bind_forces(
+    plant: Plant, start: float, q: np.ndarray, v: np.ndarray, memory: np.ndarray, work: np.ndarray, out: np.ndarray
+) -> Callable[[float], None]:
+    """`forces` of `_absolute` for fixed arrays: call with the time, read `out`. The arrays must outlive the
+    function.
+    """
     arrays = [plant.core, plant.track, plant.contact, plant.pose, plant.knots, q, v, memory, work, out]
     addresses = np.array([a.__array_interface__["data"][0] for a in arrays], dtype=np.int64)
-    sizes = np.array([len(plant.track), plant.contact.shape[1], *plant.pose.shape[:2], *plant.knots.shape, len(q), *work.shape], dtype=np.int64)
+    sizes = np.array(
+        [len(plant.track), plant.contact.shape[1], *plant.pose.shape[:2], *plant.knots.shape, len(q), *work.shape],
+        dtype=np.int64,
+    )
     function = _compiled(np.dtype(plant.core.dtype))
     table, shape = addresses.ctypes.data, sizes.ctypes.data
     keep = (arrays, addresses, sizes)

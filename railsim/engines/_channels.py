@@ -12,7 +12,14 @@ BODY = (
     "angular_acceleration_x [rad/s2]", "angular_acceleration_y [rad/s2]", "angular_acceleration_z [rad/s2]",
 )  # fmt: skip
 SPIN = ("spin_angle [rad]", "spin [rad/s]")
-TRACK = ("curvature [1/m]", "cant [m]", "left_vertical [m]", "right_vertical [m]", "left_lateral [m]", "right_lateral [m]")
+TRACK = (
+    "curvature [1/m]",
+    "cant [m]",
+    "left_vertical [m]",
+    "right_vertical [m]",
+    "left_lateral [m]",
+    "right_lateral [m]",
+)
 WHEEL = (
     "normal_force [N]", "creep_force_x [N]", "creep_force_y [N]", "creepage_x [-]", "creepage_y [-]",
     "spin_creepage [1/m]", "contact_angle [rad]", "rolling_radius [m]", "lateral_shift [m]", "friction [-]",
@@ -21,7 +28,9 @@ WHEELSET_ROW = len(SPIN) + len(TRACK) + 2 * len(WHEEL)
 
 
 def channel_names(model: Model) -> list[str]:
-    """Columns of a truth record: time, run, bodies, then spin, track and wheels of each wheelset, then displacements."""
+    """Columns of a truth record: time, run, bodies, then spin, track and wheels of each wheelset, then
+    displacements.
+    """
     names = ["time [s]", *RUN]
     for body in model.bodies:
         names += [f"{body.name}.{quantity}" for quantity in BODY]

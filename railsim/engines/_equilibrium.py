@@ -6,7 +6,9 @@ from scipy.optimize import root
 from railsim.engines._integrate import SCRATCH
 from railsim.engines._kernel import derivatives
 from railsim.engines._plant import Plant
+from railsim.engines.interface import Run
 from railsim.errors import InputError
+from railsim.model import GRAVITY
 
 LENGTH, ANGLE, SPIN = 1e-4, 1e-4, 1e-3  # m, rad, relative: scales of the unknowns
 ACCURACY = 1e-9  # m/s2, rad/s2
@@ -15,6 +17,23 @@ ACCURACY = 1e-9  # m/s2, rad/s2
 def state_size(plant: Plant) -> int:
     """Length of the state vector."""
     return 2 * len(plant.core.mass) + 2 * len(plant.core.radius) + 2
+
+
+def initial_state(plant: Plant, run: Run) -> np.ndarray:
+    """The run's own initial state, or the steady one at its start.
+
+    Raises
+    ------
+    InputError : the state does not fit the model, or no steady one was found.
+    """
+    if run.initial is None:
+        return steady_state(plant, run.start)
+    state = np.array(run.initial, dtype=float)
+    if state.shape != (state_size(plant),) or not np.isfinite(state).all():
+        raise InputError(
+            f"initial state: give {state_size(plant)} finite numbers (got an array of shape {state.shape})"
+        )
+    return state
 
 
 def steady_state(plant: Plant, start: float) -> np.ndarray:
@@ -27,7 +46,9 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     n, w = len(plant.core.mass), len(plant.core.radius)
     size = state_size(plant)
     speed = plant.knots[0, 1]
-    load = float(plant.core.body_mass.sum()) * 9.81 / (2 * w)
+    vertical = plant.core.coordinate[:, 2]
+    weight = float((plant.core.body_mass * (vertical >= 0)).sum()) * GRAVITY + float(plant.core.vertical_load.sum())
+    load = weight / (2 * w)
     sunk = (load / plant.core.contact_stiffness.mean()) ** (2.0 / 3.0)
     scale = np.full(n + w, LENGTH)
     guess = np.zeros(n + w)
@@ -53,20 +74,19 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     best = _polish(residual, found.x)
     if not np.isfinite(best).all() or np.abs(residual(best)).max() > 1e-4:
         raise InputError(
-            f"no steady state at s = {start:g} m and {speed:g} m/s: start on straight track or choose a speed that suits the cant"
+            f"no steady state at s = {start:g} m and {speed:g} m/s: "
+            "start on straight track or choose a speed that suits the cant"
         )
     return state(best)
 
 
-def _polish(residual, unknown: np.ndarray) -> np.ndarray:  # noqa: ANN001
+def _polish(residual, unknown: np.ndarray) -> np.ndarray:
     """Newton steps with central differences until the accelerations vanish to rounding."""
     best, value = unknown, residual(unknown)
     for _ in range(8):
         if np.abs(value).max() < ACCURACY:
             break
-        jacobian = np.column_stack(
-            [(residual(best + e) - residual(best - e)) / 2e-4 for e in 1e-4 * np.eye(len(best))]
-        )
+        jacobian = np.column_stack([(residual(best + e) - residual(best - e)) / 2e-4 for e in 1e-4 * np.eye(len(best))])
         trial = best - np.linalg.lstsq(jacobian, value, rcond=1e-13)[0]
         moved = residual(trial)
         if not np.abs(moved).max() < np.abs(value).max():

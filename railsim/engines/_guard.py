@@ -8,7 +8,9 @@ DERAILED = 0.0145  # m; lateral shift of a wheel relative to its rail beyond whi
 
 
 def check_rows(rows: np.ndarray, finite: int, names: list[str], run: Run) -> None:
-    """Raise `Diverged` where a row is not finite or a wheel is off its rail; `finite` rows come before the first bad state."""
+    """Raise `Diverged` where a row is not finite or a wheel is off its rail; `finite` rows come before the first bad
+    state.
+    """
     good = np.isfinite(rows).all(axis=1)
     last = min(finite, int(good.argmin()) if not good.all() else len(rows))
     shifts = [i for i, name in enumerate(names) if name.endswith("lateral_shift [m]")]
@@ -16,11 +18,15 @@ def check_rows(rows: np.ndarray, finite: int, names: list[str], run: Run) -> Non
     if off.any():
         row = int(off.any(axis=1).argmax())
         wheel = names[shifts[int(off[row].argmax())]].split(".")[0]
-        raise Diverged(f"{wheel} leaves its rail {_place(rows, row)}; lower the speed, smooth the track or check the vehicle")
+        raise Diverged(
+            f"{wheel} leaves its rail {_place(rows, row)}; lower the speed, smooth the track or check the vehicle"
+        )
     if last < len(rows):
         bad = [n for n, v in zip(names, rows[last], strict=True) if not np.isfinite(v)]
         body = bad[0].split(".")[0] if bad else run.model.bodies[0].name
-        raise Diverged(f"{body}: state is not finite {_place(rows, max(last - 1, 0))}; a shorter step or a softer model is needed")
+        raise Diverged(
+            f"{body}: state is not finite {_place(rows, max(last - 1, 0))}; a shorter step or a softer model is needed"
+        )
 
 
 def _place(rows: np.ndarray, row: int) -> str:

@@ -1,8 +1,8 @@
 """Fixed-step classical Runge-Kutta loop over the compiled right-hand side."""
 
 import numpy as np
-from railsim.compiled import kernel
 
+from railsim.compiled import kernel
 from railsim.engines._kernel import derivatives
 from railsim.engines._observe import observe
 
@@ -11,7 +11,9 @@ SCRATCH = 128
 
 @kernel
 def rk4_step(plant, t, h, x, stages, trial, scratch):
-    """Advance x by one step of length h; stages (4, size) with dx/dt at t in its first row, trial (size,) is scratch."""
+    """Advance x by one step of length h; stages (4, size) with dx/dt at t in its first row, trial (size,) is
+    scratch.
+    """
     size = x.shape[0]
     for i in range(size):
         trial[i] = x[i] + 0.5 * h * stages[0, i]
@@ -28,7 +30,9 @@ def rk4_step(plant, t, h, x, stages, trial, scratch):
 
 @kernel
 def run_chunk(plant, x, first, rows, substeps, rate, out, stages, trial, scratch):
-    """Fill `rows` rows of truth at 1/rate, row k at time (first + k)/rate; x is advanced in place. Return the rows that are finite."""
+    """Fill `rows` rows of truth at 1/rate, row k at time (first + k)/rate; x is advanced in place. Return the rows
+    that are finite.
+    """
     h = 1.0 / (rate * substeps)
     for k in range(rows):
         base = (first + k) / rate

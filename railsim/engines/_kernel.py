@@ -1,9 +1,10 @@
 """Right-hand side of a vehicle in the moving track frame (compiled).
 
-The vehicle frame is the track frame at distance s: origin on the centre line, velocity V along x, angular velocity Omega = V k(s) with k the curvature
-vector of the frame (heading, gradient, cant). Every body gets the frame's inertial forces at its own place (Goldstein 1980, section 4.10) and gravity turned
-into the frame; suspension forces are linear in the displacements (K holds the preloads' geometric stiffness); contacts are evaluated in the track frame at each
-wheelset's own distance.
+The vehicle frame is the track frame at distance s: origin on the centre line, velocity V along x, angular velocity
+Omega = V k(s) with k the curvature vector of the frame (heading, gradient, cant). Every body gets the frame's
+inertial forces at its own place (Goldstein 1980, section 4.10) and gravity turned into the frame; suspension forces
+are linear in the displacements (K holds the preloads' geometric stiffness); contacts are evaluated in the track
+frame at each wheelset's own distance.
 
 State x = [q (n), q' (n), spin angle (w), spin (w), s, V].
 """
@@ -11,7 +12,6 @@ State x = [q (n), q' (n), spin angle (w), spin (w), s, V].
 import math
 
 from railsim.compiled import inlined, kernel
-
 from railsim.contact.wheel import FRICTION, wheel_forces
 from railsim.engines._laws import law_force
 from railsim.model import GRAVITY
@@ -108,7 +108,9 @@ def pose(plant, row, s, out):
 
 @inlined
 def wheelset_local(plant, i, s, velocity, q, rate, here, local):
-    """Fill local (8,): y, z, roll, yaw and rates of wheelset i in the track frame at its own distance; `here` is scratch (12,)."""
+    """Fill local (8,): y, z, roll, yaw and rates of wheelset i in the track frame at its own distance; `here` is
+    scratch (12,).
+    """
     body = plant.core.wheelset_body[i]
     index = plant.core.coordinate[body]
     for k, axis in enumerate((1, 2, 3, 5)):
@@ -192,7 +194,9 @@ def derivatives(plant, t, x, out, scratch):
 
 @kernel
 def body_coordinates(plant, b, s, velocity, q, rate, here, place, pace):
-    """Fill place (6,) and pace (6,) with a body's displacements and rates; held ones are zero but for the chord's yaw."""
+    """Fill place (6,) and pace (6,) with a body's displacements and rates; held ones are zero but for the chord's
+    yaw.
+    """
     for k in range(6):
         j = plant.core.coordinate[b, k]
         place[k] = q[j] if j >= 0 else 0.0
@@ -219,7 +223,9 @@ def turned_arm(rotation, arm, spare, out):
 
 @kernel
 def finite_element(plant, e, s, velocity, q, rate, force, work):
-    """Linear element with its axes midway between both bodies' orientations, to second order in the rotations; work (96,)."""
+    """Linear element with its axes midway between both bodies' orientations, to second order in the rotations; work
+    (96,).
+    """
     upper, lower = plant.core.finite_bodies[e, 0], plant.core.finite_bodies[e, 1]
     arms = plant.core.finite_arms[e]
     place_u, pace_u, place_l, pace_l = work[0:6], work[6:12], work[12:18], work[18:24]
@@ -245,7 +251,9 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
     for i in range(6):
         total = 0.0
         for j in range(6):
-            total += plant.core.finite_stiffness[e, i, j] * work[72 + j] + plant.core.finite_damping[e, i, j] * work[78 + j]
+            total += (
+                plant.core.finite_stiffness[e, i, j] * work[72 + j] + plant.core.finite_damping[e, i, j] * work[78 + j]
+            )
         work[84 + i] = -total
     for k in range(3):
         work[84 + k] += plant.core.finite_preload[e, k]

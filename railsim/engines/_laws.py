@@ -1,7 +1,6 @@
 """Nonlinear force laws: force against elongation and its rate, by law code (compiled)."""
 
 from railsim.compiled import kernel
-
 from railsim.model import BUMP_STOP
 
 

@@ -3,7 +3,6 @@
 import math
 
 from railsim.compiled import kernel
-
 from railsim.contact.wheel import WheelForces
 from railsim.engines._channels import BODY, RUN, SPIN, TRACK, WHEEL
 from railsim.engines._kernel import contact, frame_motion, pose, wheelset_local
@@ -17,7 +16,9 @@ ROLL_ROW, PITCH_ROW, YAW_ROW = 2, 3, 4
 
 @kernel
 def body_axes(roll, pitch, yaw, x, y, z):
-    """Components of a vector in body axes, from those in the frame in which the body has this yaw, pitch, roll (in this order)."""
+    """Components of a vector in body axes, from those in the frame in which the body has this yaw, pitch, roll (in
+    this order).
+    """
     c, s = math.cos(yaw), math.sin(yaw)
     x, y = c * x + s * y, c * y - s * x
     c, s = math.cos(pitch), math.sin(pitch)
@@ -81,7 +82,10 @@ def observe(plant, t, x, x_dot, scratch, row):
         track_row(plant, distance, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
         at += SPIN_COUNT + TRACK_COUNT
         for side in range(2):
-            wheel_row(contact(plant, i, side, distance, velocity, row[at - TRACK_COUNT - 1], local), row[at + side * WHEEL_COUNT : at + (side + 1) * WHEEL_COUNT])
+            wheel_row(
+                contact(plant, i, side, distance, velocity, row[at - TRACK_COUNT - 1], local),
+                row[at + side * WHEEL_COUNT : at + (side + 1) * WHEEL_COUNT],
+            )
         at += 2 * WHEEL_COUNT
     if plant.core.primary:
         displacements(plant, q, row[at : at + 2 * w])

@@ -21,14 +21,18 @@ from railsim.track.kernel import (
     sample,
 )
 
-POSE_CHANNELS = 6  # of the track frame ahead or behind, seen from the vehicle frame: x, y, z [m]; roll, pitch, yaw [rad]
+POSE_CHANNELS = (
+    6  # of the track frame ahead or behind, seen from the vehicle frame: x, y, z [m]; roll, pitch, yaw [rad]
+)
 MOST_ELEMENTS = 24  # nonlinear elements of a model
 MOST_FINITE = 2  # elements that are evaluated to second order
 POSE_ROUNDING = 1e-13  # m, rad: smaller than this everywhere = straight
 
 
 class Plant(NamedTuple):
-    """What a kernel reads: one record of small fixed-size arrays and four long tables (few arguments, so that calls stay cheap)."""
+    """What a kernel reads: one record of small fixed-size arrays and four long tables (few arguments, so that calls
+    stay cheap).
+    """
 
     core: Any  # numpy record; see `_core_type`
     track: np.ndarray  # (cells, channels, 4) of `TrackTables`
@@ -49,6 +53,7 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("chord_body", "i8"),
         ("reference_body", "i8"),
         ("body_mass", "f8", b),
+        ("vertical_load", "f8", b),  # static, downwards in the track frame
         ("inertia", "f8", (b, 3)),
         ("position", "f8", (b, 3)),
         ("wheelset_body", "i8", w),
@@ -103,6 +108,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "chord_body": chord,
         "reference_body": model.index(model.reference),
         "body_mass": [b.mass for b in model.bodies],
+        "vertical_load": [model.vertical_load.get(b.name, 0.0) for b in model.bodies],
         "inertia": [b.inertia for b in model.bodies],
         "position": [b.position for b in model.bodies],
         "wheelset_body": wheelset_body,

@@ -1,11 +1,13 @@
-"""The fast engine: classical Runge-Kutta with fixed step over the compiled right-hand side in the moving track frame."""
+"""The fast engine: classical Runge-Kutta with fixed step over the compiled right-hand side in the moving track
+frame.
+"""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from railsim.engines._channels import channel_names
-from railsim.engines._equilibrium import steady_state
+from railsim.engines._equilibrium import initial_state
 from railsim.engines._guard import check_rows
 from railsim.engines._integrate import SCRATCH, run_chunk
 from railsim.engines._plant import build_plant
@@ -21,7 +23,7 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     """
     plant = build_plant(run.model, run.track, run.speed)
     names = channel_names(run.model)
-    x = steady_state(plant, run.start)
+    x = initial_state(plant, run)
     scratch = np.empty((4, len(x))), np.empty(len(x)), np.empty(SCRATCH)
     for first in range(0, run.rows, CHUNK):
         rows = np.zeros((min(CHUNK, run.rows - first), len(names)))

@@ -1,7 +1,8 @@
 """The reference engine: a multibody system in Exudyn, in absolute coordinates.
 
-Rigid bodies with six coordinates each, Exudyn connectors for the linear suspension (large rotations included), gravity as Exudyn loads, and one user function for
-contacts, nonlinear elements and what holds the vehicle to its place along the track. The wheels' spins are coordinates of their own.
+Rigid bodies with six coordinates each, Exudyn connectors for the linear suspension (large rotations included),
+gravity as Exudyn loads, and one user function for contacts, nonlinear elements and what holds the vehicle to its
+place along the track. The wheels' spins are coordinates of their own.
 """
 
 from collections.abc import Iterator
@@ -9,13 +10,13 @@ from typing import Any
 
 import exudyn
 import numpy as np
-from exudyn import itemInterface as items
+from exudyn import itemInterface as items  # noqa: N813
 from scipy.spatial.transform import Rotation
 
 from railsim.engines._absolute import track_frame
 from railsim.engines._call import bind_forces
 from railsim.engines._channels import channel_names
-from railsim.engines._equilibrium import steady_state
+from railsim.engines._equilibrium import initial_state
 from railsim.engines._guard import check_rows
 from railsim.engines._observe_absolute import observe_all
 from railsim.engines._plant import Plant, build_plant
@@ -66,16 +67,20 @@ class System:
 
     def _assemble(self) -> None:
         model, mbs = self.run.model, self.mbs
-        place, pace = absolute_state(self.plant, model, steady_state(self.plant, self.run.start))
+        place, pace = absolute_state(self.plant, model, initial_state(self.plant, self.run))
         nodes, numbers = [], []
         for b, body in enumerate(model.bodies):
             own = slice(6 * b, 6 * b + 6)
-            nodes.append(mbs.AddNode(items.NodeRigidBodyRxyz(initialCoordinates=place[own], initialVelocities=pace[own])))
+            nodes.append(
+                mbs.AddNode(items.NodeRigidBodyRxyz(initialCoordinates=place[own], initialVelocities=pace[own]))
+            )
             inertia = [*body.inertia, 0.0, 0.0, 0.0]
             numbers.append(
-                mbs.AddObject(items.ObjectRigidBody(physicsMass=body.mass, physicsInertia=inertia, nodeNumber=nodes[-1]))
+                mbs.AddObject(
+                    items.ObjectRigidBody(physicsMass=body.mass, physicsInertia=inertia, nodeNumber=nodes[-1])
+                )
             )
-            load = [0.0, 0.0, -body.mass * GRAVITY - model.vertical_load.get(body.name, 0.0)]
+            load = [0.0, 0.0, -body.mass * GRAVITY]
             marker = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=numbers[-1]))
             mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=load))
         for i, wheelset in enumerate(model.wheelsets):
@@ -94,7 +99,7 @@ class System:
             nodeNumbers=nodes, massMatrix=np.zeros((self._count,) * 2), forceUserFunction=self._user_function()
         )
         mbs.AddObject(contacts)
-        kinds = exudyn.OutputVariableType
+        kinds: Any = exudyn.OutputVariableType
         self._sensors = [
             [mbs.AddSensor(items.SensorNode(nodeNumber=n, storeInternal=True, outputVariableType=kind)) for n in nodes]
             for kind in (kinds.Coordinates, kinds.Coordinates_t, kinds.Coordinates_tt)
@@ -102,7 +107,9 @@ class System:
         mbs.Assemble()
 
     def _connect(self, element: Any, numbers: list[int]) -> None:
-        """A linear element: marker 0 on the lower body, marker 1 on the upper one; the preload is an offset of the spring."""
+        """A linear element: marker 0 on the lower body, marker 1 on the upper one; the preload is an offset of the
+        spring.
+        """
         model = self.run.model
         markers = []
         for name in (element.lower, element.upper):
@@ -144,20 +151,23 @@ class System:
             mbs.systemData.SetSystemState(current, configuration=exudyn.ConfigurationType.Initial)
         try:
             mbs.SolveDynamic(settings, solverType=kind)
-        except Exception as error:  # exu.SolverError, exu.ModelError: Exudyn's own reasons
-            raise Diverged(f"Exudyn's solver stopped between t = {first / self.run.rate:.3f} and {last / self.run.rate:.3f} s: "
-                           f"{str(error).splitlines()[0] if str(error) else type(error).__name__}") from None  # fmt: skip
+        except exudyn.ExudynError as error:
+            reason = (str(error).splitlines() or [type(error).__name__])[0]
+            place = f"between t = {first / self.run.rate:.3f} and {last / self.run.rate:.3f} s"
+            raise Diverged(f"Exudyn's solver stopped {place}: {reason}") from None
         wanted = np.arange(first, last) / self.run.rate
-        stores = [np.hstack([self._stored(s, wanted) for s in group]) for group in self._sensors]
+        place, pace, change = (np.hstack([self._stored(s, wanted) for s in group]) for group in self._sensors)
         rows = np.zeros((last - first, columns))
-        observe_all(self.plant, wanted, *stores, self._memory, self._work, rows)
+        observe_all(self.plant, wanted, place, pace, change, self._memory, self._work, rows)
         return rows
 
     def _stored(self, sensor: int, wanted: np.ndarray) -> np.ndarray:
         data = np.atleast_2d(self.mbs.GetSensorStoredData(sensor))
         at = np.searchsorted(data[:, 0], wanted - TIME_TOLERANCE)
         if at[-1] >= len(data) or np.abs(data[at, 0] - wanted).max() > 1e-6:
-            raise Diverged(f"Exudyn stored no state at t = {wanted[-1]:.4f} s; choose an output_rate that is a power of two")
+            raise Diverged(
+                f"Exudyn stored no state at t = {wanted[-1]:.4f} s; choose an output_rate that is a power of two"
+            )
         return np.ascontiguousarray(data[at, 1:])
 
     def _settings(self, first: int, last: int) -> tuple[Any, Any]:
@@ -176,7 +186,7 @@ class System:
 
 
 def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Absolute coordinates and velocities from a state of the compiled engine without relative velocities."""
+    """Absolute coordinates and velocities from a state of the compiled engine."""
     n, w = len(plant.core.mass), len(plant.core.radius)
     frame = np.zeros(16)
     track_frame(plant, x[-2], frame)
@@ -184,6 +194,7 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
     place, pace = np.zeros(6 * len(model.bodies) + w), np.zeros(6 * len(model.bodies) + w)
     for b, body in enumerate(model.bodies):
         small = np.array([x[j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
+        rates_small = np.array([x[n + j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
         arm = np.add(body.position, small[:3])
         own = slice(6 * b, 6 * b + 6)
         orientation = turn @ Rotation.from_euler("ZYX", small[:2:-1]).as_matrix()
@@ -193,7 +204,11 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
             [[1.0, 0.0, np.sin(c)], [0.0, np.cos(a), -np.sin(a) * np.cos(c)], [0.0, np.sin(a), np.cos(a) * np.cos(c)]]
         )
         place[own] = [*(origin + turn @ arm), *angles]
-        velocity = np.array([x[-1], 0.0, 0.0]) + np.cross(turning, arm)
-        pace[own] = [*(turn @ velocity), *np.linalg.solve(rates, turn @ turning)]
+        yaw, pitch = Rotation.from_euler("ZYX", [small[5], 0.0, 0.0]), Rotation.from_euler("ZYX", [*small[:3:-1], 0.0])
+        roll_rate, pitch_rate, yaw_rate = rates_small[3:]
+        relative = pitch.apply([roll_rate, 0.0, 0.0]) + yaw.apply([0.0, pitch_rate, 0.0]) + [0.0, 0.0, yaw_rate]
+        velocity = np.array([x[-1], 0.0, 0.0]) + np.cross(turning, arm) + rates_small[:3]
+        pace[own] = [*(turn @ velocity), *np.linalg.solve(rates, turn @ (turning + relative))]
+    place[6 * len(model.bodies) :] = x[2 * n : 2 * n + w]
     pace[6 * len(model.bodies) :] = x[2 * n + w : 2 * n + 2 * w]
     return place, pace

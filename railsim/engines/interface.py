@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from railsim.contact.hertz import STEEL_SHEAR
 from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22
+from railsim.contact.hertz import STEEL_SHEAR
 from railsim.errors import InputError
 from railsim.model import GRAVITY, Model
 from railsim.speed import SpeedTables
@@ -20,13 +20,18 @@ SLOWEST = 0.5  # m/s; the creep rate grows as 1/V, and below this the step is ke
 CHUNK = 8192  # rows of truth that are held in memory at a time
 
 
-class Diverged(InputError):
+class Diverged(InputError):  # noqa: N818
     """The run left the finite numbers or the rails."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One simulation: `rate` rows of truth a second from `start` [m] for `duration` [s], `substeps` integration steps a row."""
+    """One simulation: `rate` rows of truth a second from `start` [m] for `duration` [s], `substeps` integration
+    steps a row.
+
+    `initial`: state of the compiled engine to start from ([q, dq/dt, spin angles, spins, s, V] with the free coordinates
+    in the model's order); None starts from the steady state at `start`.
+    """
 
     model: Model
     track: TrackTables
@@ -35,6 +40,7 @@ class Run:
     duration: float
     rate: float
     substeps: int
+    initial: np.ndarray | None = None
 
     @property
     def rows(self) -> int:
@@ -54,17 +60,22 @@ class Engine(Protocol):
 
 
 def default_substeps(model: Model, speed: SpeedTables, rate: float) -> int:
-    """Smallest power of two of steps a row for which the creep forces' damping of the wheelsets stays well inside stability."""
+    """Smallest power of two of steps a row for which the creep forces' damping of the wheelsets stays well inside
+    stability.
+    """
     slowest = max(float(speed.speed.min()), SLOWEST)
     limit = min(LONGEST_STEP, STABLE / creep_rate(model, slowest))
     return 2 ** max(0, math.ceil(math.log2(1.0 / (rate * limit)) - 1e-9))
 
 
 def creep_rate(model: Model, speed: float) -> float:
-    """Fastest decay rate that linear creep forces give a wheelset's lateral, yaw or spin motion at `speed` [1/s]; Polach's slope is (kA + kS) / 2 of Kalker's."""
+    """Fastest decay rate that linear creep forces give a wheelset's lateral, yaw or spin motion at `speed` [1/s];
+    Polach's slope is (kA + kS) / 2 of Kalker's.
+    """
     middle = model.contact.coefficients.shape[1] // 2
     row = model.contact.coefficients[0, middle, :, 0]
-    load = sum(body.mass for body in model.bodies) * GRAVITY + sum(model.vertical_load.values())
+    carried = sum(body.mass for body in model.bodies if "z" in body.free)
+    load = carried * GRAVITY + sum(model.vertical_load.values())
     normal = load / (2.0 * len(model.wheelsets))
     area = STEEL_SHEAR * row[AXIS_A] * row[AXIS_B] * normal ** (2.0 / 3.0)
     rates = []

@@ -7,8 +7,10 @@ PLAN_VIEW = "published plan-view studies of a Class 175-like half vehicle; not c
 WARD = "Ward et al. (2011), section 5.2"
 
 
-class Class175(HalfVehicle):
-    """Wheelbase of the paper's speed study and secondary yaw dampers, whose condition section 4.1 of the paper monitors."""
+class Class175(HalfVehicle, frozen=True):
+    """Wheelbase of the paper's speed study and secondary yaw dampers, whose condition section 4.1 of the paper
+    monitors.
+    """
 
     body_mass: float = quantity(17230.0, unit="kg", source=f"{PLAN_VIEW}; half of 34 460 kg", gt=0.0)
     body_roll_inertia: float = quantity(30000.0, unit="kg m2", source=ILLUSTRATIVE, gt=0.0)

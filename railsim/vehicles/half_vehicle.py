@@ -1,6 +1,7 @@
 """Half vehicle: half a car body on one bogie with two wheelsets; the missing half holds the body's yaw and pitch.
 
-Defaults are passenger vehicle 1 of the Manchester benchmarks (Iwnicki 1998, as transcribed in reference collections); see `manchester`.
+Defaults are passenger vehicle 1 of the Manchester benchmarks (Iwnicki 1998, as transcribed in reference
+collections); see `manchester`.
 """
 
 import math
@@ -21,7 +22,7 @@ ILLUSTRATIVE = "illustrative"
 POLACH = "Polach (2005), dry"
 
 
-class Adhesion(Spec):
+class Adhesion(Spec, frozen=True):
     """Creep law of Polach (2005): mu = friction [(1 - ratio) exp(-decay w) + ratio], reduction factors kA and kS."""
 
     friction: float = quantity(0.4, unit="-", source="illustrative: dry rail in service", gt=0.0, le=1.0)
@@ -32,7 +33,7 @@ class Adhesion(Spec):
     creep: bool = True
 
 
-class HalfVehicle(Vehicle):
+class HalfVehicle(Vehicle, frozen=True):
     """Parameters per axlebox (primary) and per side (secondary) unless the name says otherwise."""
 
     body_mass: float = quantity(16000.0, unit="kg", source=HALF, gt=0.0)
@@ -68,9 +69,13 @@ class HalfVehicle(Vehicle):
     yaw_damper_damping: float = quantity(0.0, unit="N s/m", source="none on passenger vehicle 1; per damper", ge=0.0)
     yaw_damper_half_spacing: float = quantity(1.3, unit="m", source=ILLUSTRATIVE, gt=0.0)
     bump_stop_gap: float = quantity(0.025, unit="m", source=IWNICKI, gt=0.0)
-    bump_stop_stiffness: float = quantity(30.63e3, unit="N/m", source=f"{IWNICKI}: cubic through 600 N at 30 mm", ge=0.0)
+    bump_stop_stiffness: float = quantity(
+        30.63e3, unit="N/m", source=f"{IWNICKI}: cubic through 600 N at 30 mm", ge=0.0
+    )
     bump_stop_cubic: float = quantity(3.575e9, unit="N/m3", source=f"{IWNICKI}: and 230 kN at 65 mm", ge=0.0)
-    contact_damping_ratio: float = quantity(0.1, unit="-", source="illustrative: of the wheelset's bounce on the rails", ge=0.0)
+    contact_damping_ratio: float = quantity(
+        0.1, unit="-", source="illustrative: of the wheelset's bounce on the rails", ge=0.0
+    )
     pair: WheelRailPair = pydantic.Field(default_factory=WheelRailPair)
     adhesion: Adhesion = pydantic.Field(default_factory=Adhesion)
 
@@ -86,7 +91,9 @@ class HalfVehicle(Vehicle):
                 for i in (1, 2)
             ),
             contact=ContactTable.build(functions),
-            law=self._law(functions.stiffness()),
+            law=contact_law(
+                self.adhesion, functions.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
+            ),
             reference="bogie",
             trailing_pivot=2.0 * self.semi_bogie_spacing,
             chord_yaw="body",
@@ -100,9 +107,17 @@ class HalfVehicle(Vehicle):
     def _bodies(self) -> tuple[Body, ...]:
         wheelset_free = ("y", "z", "roll", "yaw")
         inertia = (self.wheelset_yaw_inertia, self.wheelset_spin_inertia, self.wheelset_yaw_inertia)
-        pitch = self.body_mass * self.semi_bogie_spacing**2 / 3.0  # held: serves only the absolute engine's holding forces
+        pitch = (
+            self.body_mass * self.semi_bogie_spacing**2 / 3.0
+        )  # held: serves only the absolute engine's holding forces
         return (
-            Body("body", self.body_mass, (self.body_roll_inertia, pitch, pitch), (0.0, 0.0, self.body_height), ("y", "z", "roll")),
+            Body(
+                "body",
+                self.body_mass,
+                (self.body_roll_inertia, pitch, pitch),
+                (0.0, 0.0, self.body_height),
+                ("y", "z", "roll"),
+            ),
             Body(
                 "bogie",
                 self.bogie_mass,
@@ -117,7 +132,11 @@ class HalfVehicle(Vehicle):
         )
 
     def _secondary(self) -> LinearElement:
-        springs = (self.secondary_longitudinal_stiffness, self.secondary_lateral_stiffness, self.secondary_vertical_stiffness)
+        springs = (
+            self.secondary_longitudinal_stiffness,
+            self.secondary_lateral_stiffness,
+            self.secondary_vertical_stiffness,
+        )
         dampers = (0.0, self.secondary_lateral_damping, self.secondary_vertical_damping)
         stiffness = both_sides(springs, self.secondary_half_spacing)
         stiffness[3, 3] += self.roll_bar_stiffness
@@ -125,7 +144,14 @@ class HalfVehicle(Vehicle):
         damping += both_sides((self.yaw_damper_damping, 0.0, 0.0), self.yaw_damper_half_spacing)
         load = self.body_mass * GRAVITY
         return LinearElement(
-            "secondary", "body", "bogie", (0.0, 0.0, self.secondary_height), stiffness, damping, (0.0, 0.0, load), finite=True
+            "secondary",
+            "body",
+            "bogie",
+            (0.0, 0.0, self.secondary_height),
+            stiffness,
+            damping,
+            (0.0, 0.0, load),
+            finite=True,
         )
 
     def _primary(self, number: int) -> LinearElement:
@@ -145,24 +171,32 @@ class HalfVehicle(Vehicle):
 
     def _bump_stop(self) -> NonlinearElement:
         parameters = (self.bump_stop_gap, self.bump_stop_stiffness, self.bump_stop_cubic)
-        return NonlinearElement("bump_stop", "body", "bogie", (0.0, 0.0, self.secondary_height), "y", BUMP_STOP, parameters)
-
-    def _law(self, stiffness: float) -> ContactLaw:
-        """Contact damping as a share of critical of the wheelset's bounce: D = 2 zeta sqrt(k m / 2) / N0, k = 1.5 N0 / p0."""
-        load = self.wheel_load
-        rate = 1.5 * load / (load / stiffness) ** (2.0 / 3.0)
-        damping = 2.0 * self.contact_damping_ratio * math.sqrt(rate * self.wheelset_mass / 2.0) / load
-        a = self.adhesion
-        return ContactLaw(
-            a.friction, a.friction_ratio, a.friction_decay, a.k_adhesion, a.k_slip, damping, 1.0 if a.creep else 0.0
+        return NonlinearElement(
+            "bump_stop", "body", "bogie", (0.0, 0.0, self.secondary_height), "y", BUMP_STOP, parameters
         )
 
 
-def both_sides(values: tuple[float, float, float], half_spacing: float) -> np.ndarray:
-    """(6, 6) of two equal springs (or dampers) along x, y, z, `half_spacing` [m] to the left and right of the element's centre.
+def contact_law(adhesion: Adhesion, stiffness: float, load: float, mass: float, damping_ratio: float) -> ContactLaw:
+    """Creep law, and contact damping as a share of critical of a wheelset's bounce on its two contacts.
 
-    Along x only the couple that turns the bodies in yaw is kept: every body is held at its place along the track, and against that holding the
-    springs' common longitudinal stiffness would resist the bogie's pitch, which wheelsets that are free to roll do not.
+    Parameters
+    ----------
+    stiffness : Hertz stiffness [N/m^1.5]; load : static force of one wheel [N]; mass : of the wheelset [kg].
+    damping_ratio : zeta in D = 2 zeta sqrt(k m / 2) / N0 with k = 1.5 N0 / p0.
+    """
+    rate = 1.5 * load / (load / stiffness) ** (2.0 / 3.0)
+    damping = 2.0 * damping_ratio * math.sqrt(rate * mass / 2.0) / load
+    a = adhesion
+    return ContactLaw(a.friction, a.friction_ratio, a.friction_decay, a.k_adhesion, a.k_slip, damping, float(a.creep))
+
+
+def both_sides(values: tuple[float, float, float], half_spacing: float) -> np.ndarray:
+    """(6, 6) of two equal springs (or dampers) along x, y, z, `half_spacing` [m] to the left and right of the
+    element's centre.
+
+    Along x only the couple that turns the bodies in yaw is kept: every body is held at its place along the track,
+    and against that holding the springs' common longitudinal stiffness would resist the bogie's pitch, which
+    wheelsets that are free to roll do not.
     """
     total = np.zeros((6, 6))
     for y in (half_spacing, -half_spacing):

@@ -7,7 +7,7 @@ from railsim.model import Model
 from railsim.spec import Spec
 
 
-class Vehicle(Spec):
+class Vehicle(Spec, frozen=True):
     """A vehicle or parameter set; its fields are the nominal parameters that a field engineer knows."""
 
     @abstractmethod

@@ -3,5 +3,5 @@
 from railsim.vehicles.half_vehicle import HalfVehicle
 
 
-class Manchester(HalfVehicle):
+class Manchester(HalfVehicle, frozen=True):
     """Half of passenger vehicle 1 (Iwnicki 1998); the defaults of `HalfVehicle` are its numbers, with their sources."""
