@@ -7,8 +7,8 @@ relative to the track frame there are exact (finite rotations). No inertial forc
 curvature, cant and gradient act through the contacts alone, which makes this an independent check of the moving
 frame of `_kernel`.
 
-Longitudinal movement, and height and the rotations that a body does not list as free, are held to the track frame by critically
-damped springs.
+Longitudinal movement, and height and the rotations that a body does not list as free, are held to the track frame by
+critically damped springs.
 """
 
 import math

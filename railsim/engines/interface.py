@@ -29,8 +29,8 @@ class Run:
     """One simulation: `rate` rows of truth a second from `start` [m] for `duration` [s], `substeps` integration
     steps a row.
 
-    `initial`: state of the compiled engine to start from ([q, dq/dt, spin angles, spins, s, V] with the free coordinates
-    in the model's order); None starts from the steady state at `start`.
+    `initial`: state of the compiled engine to start from ([q, dq/dt, spin angles, spins, s, V] with the free
+    coordinates in the model's order); None starts from the steady state at `start`.
     """
 
     model: Model
