@@ -15,7 +15,7 @@ from railsim.speed import SpeedTables
 from railsim.track.kernel import TrackTables
 
 LONGEST_STEP = 1.0 / 1024.0  # s; the wheelset's bounce on its contacts stays below 1.3 rad a step
-STABLE = 2.2  # largest product of step and creep rate; the RK4 limit on the negative axis is 2.78
+STABLE = 2.4  # largest product of step and creep rate; the RK4 limit on the negative axis is 2.78
 SLOWEST = 0.5  # m/s; the creep rate grows as 1/V, and below this the step is kept
 CHUNK = 8192  # rows of truth that are held in memory at a time
 
@@ -69,7 +69,7 @@ def default_substeps(model: Model, speed: SpeedTables, rate: float) -> int:
 
 
 def creep_rate(model: Model, speed: float) -> float:
-    """Fastest decay rate that linear creep forces give a wheelset's lateral, yaw or spin motion at `speed` [1/s];
+    """Fastest decay rate that linear creep forces give a wheelset's lateral, yaw or rolling motion at `speed` [1/s];
     Polach's slope is (kA + kS) / 2 of Kalker's.
     """
     middle = model.contact.coefficients.shape[1] // 2
@@ -85,6 +85,6 @@ def creep_rate(model: Model, speed: float) -> float:
         rates += [
             2.0 * area * row[C22] / (body.mass * speed),
             2.0 * area * row[C11] * half**2 / (body.inertia[2] * speed),
-            2.0 * area * row[C11] * wheelset.radius**2 / (wheelset.spin_inertia * speed),
+            2.0 * area * row[C11] * (wheelset.radius**2 / wheelset.spin_inertia + 1.0 / body.mass) / speed,
         ]
     return max(rates) * 0.5 * (model.law.k_adhesion + model.law.k_slip)
