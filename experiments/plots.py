@@ -35,6 +35,24 @@ class Results:
     estimates: Mapping[str, Estimate]
 
 
+@dataclass(frozen=True)
+class Line:
+    """A channel of the truth, times a factor, plus an offset."""
+
+    channel: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """A panel over distance: its label and the lines in it by name."""
+
+    label: str
+    lines: Mapping[str, Line]
+    height: float = 1.0
+
+
 def speed(results: Results) -> Figure:
     """Speeds over time, and their errors on two scales."""
     figure, panels = _panels(results, (3.0, 2.0, 2.0), columns=1)
@@ -66,36 +84,38 @@ def speed(results: Results) -> Figure:
 
 def overview(results: Results) -> Figure:
     """Track, wheelsets and bogie over distance."""
-    truth = results.truth
-    curved = bool(np.abs(truth["track1.curvature [1/m]"]).max() > 1e-9)
+    curve = Row(
+        "curvature\nand cant",
+        {
+            "curvature [1/km]": Line("track1.curvature [1/m]", 1e3),
+            "cant [cm]": Line("track1.cant [m]", 1e2),
+        },
+    )
+    rates = {"roll": "x", "pitch": "y", "yaw": "z"}
     rows = [
-        Row(
-            "curvature\nand cant",
-            {"curvature [1/km]": _scaled("track1.curvature [1/m]", 1e3), "cant [cm]": _scaled("track1.cant [m]", 1e2)},
-        ),
-    ] * curved + [
         Row(
             "rail height\n[mm]",
             {
-                "left rail": _scaled("track1.left_vertical [m]", 1e3),
-                "right rail": _scaled("track1.right_vertical [m]", 1e3),
+                "left rail": Line("track1.left_vertical [m]", 1e3),
+                "right rail": Line("track1.right_vertical [m]", 1e3),
             },
         ),
         Row(
             "lateral\n[mm]",
-            {"leading wheelset": _scaled("wheelset1.y [m]", 1e3), "trailing wheelset": _scaled("wheelset2.y [m]", 1e3)},
-        ),
-        Row("bogie lateral\n[m/s²]", {"": _scaled("bogie.specific_force_y [m/s2]")}),
-        Row("bogie vertical\nless g [m/s²]", {"": lambda truth: truth["bogie.specific_force_z [m/s2]"] - GRAVITY}),
-        Row(
-            "bogie rates\n[°/s]",
             {
-                name: _scaled(f"bogie.angular_velocity_{axis} [rad/s]", np.degrees(1.0))
-                for name, axis in (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
+                "leading wheelset": Line("wheelset1.y [m]", 1e3),
+                "trailing wheelset": Line("wheelset2.y [m]", 1e3),
             },
         ),
+        Row("bogie lateral\n[m/s²]", {"": Line("bogie.specific_force_y [m/s2]")}),
+        Row("bogie vertical\nless g [m/s²]", {"": Line("bogie.specific_force_z [m/s2]", 1.0, -GRAVITY)}),
+        Row(
+            "bogie rates\n[°/s]",
+            {name: Line(f"bogie.angular_velocity_{axis} [rad/s]", np.degrees(1.0)) for name, axis in rates.items()},
+        ),
     ]
-    return _over_distance(results, rows, (BLUE, ORANGE, BLACK))
+    curved = bool(np.abs(results.truth["track1.curvature [1/m]"]).max() > 1e-9)
+    return _over_distance(results, [curve] * curved + rows, (BLUE, ORANGE, BLACK))
 
 
 def forces(results: Results) -> Figure:
@@ -104,7 +124,6 @@ def forces(results: Results) -> Figure:
         f"{end} {side}": f"wheel{number}_{side}"
         for number, end in ((1, "leading"), (2, "trailing"))
         for side in ("left", "right")
-        if f"wheel{number}_{side}.normal_force [N]" in results.truth
     }
     quantities = {
         "normal\n[kN]": "normal_force [N]",
@@ -112,7 +131,7 @@ def forces(results: Results) -> Figure:
         "longitudinal\ncreep [kN]": "creep_force_x [N]",
     }
     rows = [
-        Row(label, {name: _scaled(f"{wheel}.{quantity}", 1e-3) for name, wheel in wheels.items()}, height=1.6)
+        Row(label, {name: Line(f"{wheel}.{quantity}", 1e-3) for name, wheel in wheels.items()}, height=1.6)
         for label, quantity in quantities.items()
     ]
     return _over_distance(results, rows, (BLUE, SKY, RED, ORANGE), legends=1)
@@ -137,39 +156,29 @@ def thin(x: np.ndarray, y: np.ndarray, most: int = MOST_POINTS) -> tuple[np.ndar
     return x[rows], y[rows]
 
 
-@dataclass(frozen=True)
-class Row:
-    """A panel over distance: its label and the lines in it by name."""
-
-    label: str
-    lines: Mapping[str, Callable[[Truth], np.ndarray]]
-    height: float = 1.0
-
-
 def sensor_label(measured: Measurements, channel: str) -> str:
     """Kind and name of the sensor that gives a channel; once where both are the same."""
     sheet = measured.sensor(channel)
     return sheet["kind"] if sheet["kind"] == sheet["name"] else f"{sheet['kind']} {sheet['name']}"
 
 
-def _scaled(channel: str, factor: float = 1.0) -> Callable[[Truth], np.ndarray]:
-    return lambda truth: factor * truth[channel]
-
-
 def _over_distance(results: Results, rows: list[Row], colours: tuple[str, ...], legends: int | None = None) -> Figure:
-    """Left the whole run, right a stretch of it from close by."""
-    place = results.truth["s [m]"]
-    figure, panels = _panels(results, tuple(row.height for row in rows), columns=2)
+    """Left the whole run, right a stretch of it from close by; what the vehicle does not have is left out."""
+    truth = results.truth
+    rows = [row for row in rows if any(line.channel in truth for line in row.lines.values())]
+    place = truth["s [m]"]
     middle = 0.5 * (place[0] + place[-1])
-    close = np.abs(place - middle) <= min(0.5 * CLOSE, 0.5 * np.ptp(place))
+    close = np.abs(place - middle) <= 0.5 * min(CLOSE, float(np.ptp(place)))
+    figure, panels = _panels(results, tuple(row.height for row in rows), columns=2)
     for number, row in enumerate(rows):
-        for (name, values), colour in zip(row.lines.items(), colours, strict=False):
-            y = values(results.truth)
-            _line(panels[number, 0], place, y, color=colour, lw=0.8, label=name)
-            _line(panels[number, 1], place[close], y[close], color=colour, lw=1.2)
-        panels[number, 0].set_ylabel(row.label)
-        if len(row.lines) > 1 and number < (legends or len(rows)):
-            _legend(panels[number, 0])
+        whole, stretch = panels[number]
+        for (name, line), colour in zip(row.lines.items(), colours, strict=False):
+            if line.channel in truth:
+                y = line.factor * truth[line.channel] + line.offset
+                _line(whole, place, y, color=colour, lw=0.8, label=name)
+                _line(stretch, place[close], y[close], color=colour, lw=1.2)
+        whole.set_ylabel(row.label)
+        _legend(whole, len(row.lines) > 1 and number < (legends or len(rows)))
     panels[-1, 0].set_xlabel("distance [m]")
     panels[-1, 1].set_xlabel("distance [m], closer")
     return figure

@@ -12,10 +12,8 @@ from railsim.registry import discover, pick
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held."""
-    found = discover(figures, Figure)
-    chosen: Mapping[str, Callable[[], Figure]] = (
-        found if given.name == "all" else {given.name: pick(found, given.name, "figure")}
-    )
+    found: Mapping[str, Callable[[], Figure]] = dict(discover(figures, Figure))
+    chosen = found if given.name == "all" else {given.name: pick(dict(found), given.name, "figure")}
     results: dict[str, Any] = {name: publish(kind(), given.out, given.fast) for name, kind in chosen.items()}
     claims = [[name, claim] for name, result in results.items() for claim in result["claims"]]
     rows = [[name, c["claim"], c["value"], c["target"], "held" if c["held"] else "NOT HELD"] for name, c in claims]

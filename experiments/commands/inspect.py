@@ -125,12 +125,19 @@ def _text(report: Report) -> str:
     width = max(len(name) for name in report.facts)
     lines = [
         f"{report.kind} {report.name}",
-        *(f"  {name.ljust(width)}  {value}" for name, value in report.facts.items()),
+        *(f"  {name.ljust(width)}  {_fact(value)}" for name, value in report.facts.items()),
     ]
     if report.rows:
         lines += ["", table(report.header, report.rows, decimals=5)]
     lines += ["", *(f"suspicious: {text}" for text in report.problems)]
     return "\n".join(lines if report.problems else [*lines, "nothing suspicious"])
+
+
+def _fact(value: Any) -> str:
+    """A fact for people."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 INSPECTORS: dict[str, Callable[[str], Report]] = {"recording": _recording, "scenario": _scenario, "track": _track}
