@@ -9,7 +9,9 @@ from railsim.engines._plant import Plant
 from railsim.engines.interface import Run
 from railsim.errors import InputError
 from railsim.model import GRAVITY
+from railsim.track.kernel import LEFT_VERTICAL, RIGHT_VERTICAL, TrackTables, sample
 
+GAUGE = 1.5  # m; distance of the contacts, for a first guess
 LENGTH, ANGLE, SPIN = 1e-4, 1e-4, 1e-3  # m, rad, relative: scales of the unknowns
 ACCURACY = 1e-9  # m/s2, rad/s2
 
@@ -51,11 +53,9 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     load = weight / (2 * w)
     sunk = (load / plant.core.contact_stiffness.mean()) ** (2.0 / 3.0)
     scale = np.full(n + w, LENGTH)
-    guess = np.zeros(n + w)
     for axes in plant.core.coordinate:
         scale[axes[3:][axes[3:] >= 0]] = ANGLE
-        if axes[2] >= 0:
-            guess[axes[2]] = -sunk / LENGTH
+    guess = np.concatenate((_on_rails(plant, start, sunk) / scale[:n], np.zeros(w)))
     scale[n:] = SPIN * speed / plant.core.radius
     out, scratch = np.empty(size), np.empty(SCRATCH)
 
@@ -78,6 +78,25 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
             "start on straight track or choose a speed that suits the cant"
         )
     return state(best)
+
+
+def _on_rails(plant: Plant, start: float, sunk: float) -> np.ndarray:
+    """Free coordinates with every wheel `sunk` [m] into its rail, and the bodies above as the wheelsets stand."""
+    core = plant.core
+    track = TrackTables(core.s0, core.ds, core.cells, plant.track, False)
+    x = core.position[core.wheelset_body, 0]
+    left, right = (sample(track, channel, start + x) for channel in (LEFT_VERTICAL, RIGHT_VERTICAL))
+    height, roll = 0.5 * (left + right) - sunk, (left - right) / GAUGE
+    slope = (height[0] - height[-1]) / (x[0] - x[-1]) if len(x) > 1 else 0.0
+    own = {int(body): i for i, body in enumerate(core.wheelset_body)}
+    placed = np.zeros(len(core.mass))
+    for body, axes in enumerate(core.coordinate):
+        i = own.get(body)
+        z, tilt = (height.mean(), roll.mean()) if i is None else (height[i], roll[i])
+        for axis, value in ((2, z), (3, tilt), (4, -slope)):
+            if axes[axis] >= 0:
+                placed[axes[axis]] = value
+    return placed
 
 
 def _polish(residual, unknown: np.ndarray) -> np.ndarray:
