@@ -1,45 +1,91 @@
-"""Speed of engines and estimators: simulated (or recorded) seconds per second of processor time."""
+"""Speed of engines and estimators: simulated (or recorded) seconds per second of processor time, side by side in one
+run.
+"""
 
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
 
 import estimators
 from estimators.interface import Estimator
+from railsim.engines.compiled import right_hand_side
+from railsim.engines.interface import Run
 from railsim.registry import discover
-from railsim.scenario import load_scenario
+from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import build_run, load_engine, measure, simulate
 
 UNIT = "s/s"
 SCENARIO = "straight_erri_low"
+REPEATS = 3  # the median is reported
+BASELINE = "solve_ivp RK45, rtol 1e-6"
 
 
 def bench_rows() -> list[dict[str, Any]]:
     """Rows of the benchmark: name, value, unit, what it is compared against and the ratio to that."""
     scenario = load_scenario(SCENARIO)
+    return [*engine_rows(scenario), *estimator_rows(scenario)]
+
+
+def engine_rows(scenario: Scenario) -> list[dict[str, Any]]:
+    """Both engines, and `scipy.integrate.solve_ivp` on the compiled engine's own right-hand side (Dormand-Prince and
+    LSODA).
+    """
     run = build_run(scenario)
-    integrate = load_engine("compiled")
-    rows = [_row("engine compiled", run.duration / processor_time(lambda: deque(integrate(run), maxlen=0)))]
+    ways: dict[str, tuple[Callable[[], object], float]] = {
+        BASELINE: (lambda: _adaptive(run, "RK45", scenario.duration / 10.0), scenario.duration / 10.0),
+        "solve_ivp LSODA, rtol 1e-6": (
+            lambda: _adaptive(run, "LSODA", scenario.duration / 10.0),
+            scenario.duration / 10.0,
+        ),
+        "engine exudyn": (lambda: deque(load_engine("exudyn")(run), maxlen=0), run.duration),
+        "engine compiled": (lambda: deque(load_engine("compiled")(run), maxlen=0), run.duration),
+    }
+    rates = _rates(ways)
+    against = rates[BASELINE]
+    return [_row(name, rate, BASELINE if name != BASELINE else None, rate / against) for name, rate in rates.items()]
+
+
+def estimator_rows(scenario: Scenario) -> list[dict[str, Any]]:
+    """Every estimator that fits the scenario's sensors: recorded seconds per second; 1 = real time."""
     with tempfile.TemporaryDirectory() as folder:
         truth = simulate(scenario, "compiled", f"{folder}/truth")
         measured = measure(truth, scenario).measurements
-        for name, kind in discover(estimators, Estimator).items():
-            estimator = kind.build({})
-            if estimator.fits(measured):
-                spent = processor_time(lambda estimator=estimator: estimator.estimate(measured))
-                rows.append(_row(f"estimator {name}", run.duration / spent))
-    return rows
+        found = {name: kind.build({}) for name, kind in discover(estimators, Estimator).items()}
+        ways: dict[str, tuple[Callable[[], object], float]] = {
+            f"estimator {name}": (lambda estimator=estimator: estimator.estimate(measured), scenario.duration)
+            for name, estimator in found.items()
+            if estimator.fits(measured)
+        }
+        return [_row(name, rate, "real time", rate) for name, rate in _rates(ways).items()]
 
 
-def processor_time(task: Callable[[], object]) -> float:
-    """Processor time of `task` in s, after a first call that compiles what there is to compile."""
-    task()
-    before = time.process_time()
-    task()
-    return time.process_time() - before
+def _rates(ways: dict[str, tuple[Callable[[], object], float]]) -> dict[str, float]:
+    """Seconds of each way per second of processor time: medians of runs in turn, after one that compiles what there
+    is to.
+    """
+    for task, _ in ways.values():
+        task()
+    spent: dict[str, list[float]] = {name: [] for name in ways}
+    for _ in range(REPEATS):
+        for name, (task, _) in ways.items():
+            before = time.process_time()
+            task()
+            spent[name].append(time.process_time() - before)
+    return {name: ways[name][1] / float(np.median(times)) for name, times in spent.items()}
 
 
-def _row(name: str, value: float) -> dict[str, Any]:
-    return {"name": name, "value": value, "unit": UNIT, "against": None, "ratio": None}
+def _adaptive(run: Run, method: str, duration: float) -> Iterable[float]:
+    """SciPy's integrator over the first `duration` seconds; output at the run's rate, as the engines give it."""
+    system, start = right_hand_side(run)
+    times = np.arange(int(duration * run.rate) + 1) / run.rate
+    found = solve_ivp(system, (0.0, times[-1]), start, method, t_eval=times, rtol=1e-6, atol=1e-9)
+    return found.t
+
+
+def _row(name: str, value: float, against: str | None, ratio: float) -> dict[str, Any]:
+    return {"name": name, "value": value, "unit": UNIT, "against": against, "ratio": ratio if against else None}

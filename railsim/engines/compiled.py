@@ -2,7 +2,7 @@
 frame.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from railsim.engines._channels import channel_names
 from railsim.engines._equilibrium import initial_state
 from railsim.engines._guard import check_rows
 from railsim.engines._integrate import SCRATCH, run_chunk
+from railsim.engines._kernel import derivatives
 from railsim.engines._plant import build_plant
 from railsim.engines.interface import CHUNK, Run
 
@@ -30,3 +31,20 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
         finite = run_chunk(plant, x, first, len(rows), run.substeps, run.rate, rows, *scratch)
         check_rows(rows, finite, names, run)
         yield rows
+
+
+def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray], np.ndarray]:
+    """dx/dt as a function of time [s] and state, and the state to start from, for any integrator.
+
+    The state is that of `engines._kernel`: coordinates, their rates, spin angles, spins, distance, speed.
+    """
+    plant = build_plant(run.model, run.track, run.speed)
+    start = initial_state(plant, run)
+    scratch = np.empty(SCRATCH)
+
+    def change(t: float, x: np.ndarray) -> np.ndarray:
+        out = np.empty_like(x)
+        derivatives(plant, t, x, out, scratch)
+        return out
+
+    return change, start

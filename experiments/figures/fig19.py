@@ -1,0 +1,80 @@
+"""Figure 19: detected speed while the vehicle accelerates from 40 to 48 m/s at 1 m/s2."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from experiments.figures._speed_runs import error, rows_where, speed_table
+from experiments.figures.interface import Claim, Figure
+from experiments.plots import BLACK, BLUE, GREEN, ORANGE
+from experiments.score import KMH
+
+STARTS, ENDS = 15.0, 23.0  # s of the acceleration
+ACCELERATION = 1.0  # m/s2
+WINDOW = 1.0  # s of the plain variant: short at high speed (section 5.2)
+
+
+class Fig19(Figure):
+    """Delay of the plain variant under acceleration, and what the refined one's motion model makes of it."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        speed = {"kind": "profile", "time": [0.0, STARTS, ENDS], "speed": [40.0, 40.0, 48.0]}
+        values = {"track": "straight_erri_low", "speed": speed, "duration": 33.0}
+        return speed_table("40 to 48 m/s", values, fast, window=WINDOW, slowest=15.0)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        picture = Picture(figsize=(10.0, 8.0), layout="constrained")
+        top, bottom = picture.subplots(2, 1, sharex=True)
+        time = table["time [s]"].to_numpy()
+        for name, colour, width in (("plain", ORANGE, 0.9), ("refined noisy", GREEN, 1.2), ("refined", BLUE, 1.2)):
+            label = {"plain": f"plain, {WINDOW:g} s window, ideal sensors", "refined": "refined, ideal sensors"}
+            top.plot(
+                time, table[f"{name} [km/h]"], color=colour, lw=width, label=label.get(name, "refined, MEMS sensors")
+            )
+            bottom.plot(time, error(table, name), color=colour, lw=width)
+        top.plot(time, table["true [km/h]"], color=BLACK, lw=1.0, ls="--", label="true")
+        bottom.axhline(0.0, color=BLACK, lw=0.8)
+        delayed = -KMH * ACCELERATION * WINDOW / 2.0
+        bottom.hlines(delayed, STARTS + WINDOW, ENDS, color=BLACK, ls=":", lw=1.2, label="half a window late: -a T / 2")
+        top.set_ylabel("speed [km/h]")
+        bottom.set_ylabel("speed error [km/h]")
+        bottom.set_xlabel("time [s]")
+        bottom.set_ylim(-4.5, 3.0)
+        top.set_xlim(5.0, time[-1])
+        top.set_ylim(140.0, 178.0)
+        top.legend(loc="upper left")
+        bottom.legend(loc="lower left")
+        picture.suptitle("Speed from bogie sensors during acceleration at 1 m/s² (straight_erri_low, 1 ms sampling)")
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        time = table["time [s]"]
+        steady = rows_where(table, time.between(STARTS + WINDOW, ENDS))
+        changing = rows_where(table, time.between(STARTS - 1.0, ENDS + 4.0))
+        offset = float(np.nanmean(error(steady, "plain")))
+        delay = -offset / (KMH * ACCELERATION)
+        plain = _rms(error(changing, "plain"))
+        refined, noisy = _rms(error(changing, "refined")), _rms(error(changing, "refined noisy"))
+        return [
+            Claim("plain: offset in acceleration, the detected speed is late", offset, "< 0 km/h", offset < 0.0),
+            Claim(
+                "plain: delay, near half the window",
+                delay,
+                f"{WINDOW / 2:g} s within 40 %",
+                abs(delay / (WINDOW / 2) - 1) < 0.4,
+            ),
+            Claim(
+                "refined, ideal sensors: rms error beats plain by a factor",
+                plain / refined,
+                ">= 2",
+                plain >= 2.0 * refined,
+            ),
+            Claim(
+                "refined, MEMS sensors: rms error beats plain by a factor", plain / noisy, ">= 2", plain >= 2.0 * noisy
+            ),
+        ]
+
+
+def _rms(errors: np.ndarray) -> float:
+    """Root mean square; infinite where a value is missing."""
+    return float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else float("inf")
