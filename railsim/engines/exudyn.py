@@ -142,6 +142,11 @@ class System:
 
         return force
 
+    def linearised(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """M, C, K of Exudyn's own linearisation about the initial state, over the coordinates of `mbs`."""
+        mass, stiffness, damping = exudyn.solver.ComputeLinearizedSystem(self.mbs)[:3]
+        return mass, damping, stiffness
+
     def advance(self, first: int, last: int, columns: int) -> np.ndarray:
         """Rows `first` ... `last` - 1; the state stays at row `last` for the next call."""
         settings, kind = self._settings(first, last)

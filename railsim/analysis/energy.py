@@ -1,0 +1,102 @@
+"""Energy of a vehicle over a run of the compiled engine on straight track, seen from the frame that travels with it."""
+
+import numpy as np
+
+from railsim.compiled import kernel
+from railsim.engines._equilibrium import initial_state, state_size
+from railsim.engines._integrate import SCRATCH, rk4_step
+from railsim.engines._kernel import body_coordinates, contact, cross, derivatives, turned_arm, wheelset_local
+from railsim.engines._laws import bump_stop_energy
+from railsim.engines._plant import Plant, build_plant
+from railsim.engines.interface import Run
+from railsim.model import BUMP_STOP, GRAVITY
+
+KINETIC, SPRINGS, CONTACTS, GRAVITATION = range(4)
+KINDS = ("kinetic", "springs", "contacts", "gravity")
+
+
+@kernel
+def energies(plant, x, scratch, out):
+    """Fill out (4,) with kinetic energy (spin included), that of springs and bump stops, of contacts, of weight [J].
+
+    Rates are those relative to the travelling frame; springs count from their state without load, so that preloads and
+    geometric stiffness are in it; a contact has 2/5 C p_n^2.5 = 2/5 N p_n, which holds without contact damping.
+    """
+    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+    q, rate = x[:n], x[n : 2 * n]
+    s, velocity = x[2 * n + 2 * w], x[2 * n + 2 * w + 1]
+    here, local, work = scratch[9:21], scratch[21:29], scratch[32:]
+    out[:] = 0.0
+    for i in range(n):
+        out[KINETIC] += 0.5 * plant.core.mass[i] * rate[i] * rate[i]
+        total = 0.0
+        for j in range(n):
+            total += 0.5 * plant.core.stiffness[i, j] * q[j]
+        out[SPRINGS] += q[i] * (total - plant.core.preload[i])
+    for e in range(plant.core.elements):
+        elongation = 0.0
+        for i in range(n):
+            elongation += plant.core.direction[e, i] * q[i]
+        if plant.core.law_code[e] == BUMP_STOP:
+            out[SPRINGS] += bump_stop_energy(plant.core.parameters[e], elongation)
+    for e in range(plant.core.finite):
+        out[SPRINGS] += _finite_energy(plant, e, s, velocity, q, rate, work)
+    for b in range(plant.core.body_mass.shape[0]):
+        z = plant.core.coordinate[b, 2]
+        if z >= 0:
+            out[GRAVITATION] += plant.core.body_mass[b] * GRAVITY * q[z]
+    for i in range(w):
+        spin = x[2 * n + w + i]
+        out[KINETIC] += 0.5 * plant.core.spin_inertia[i] * spin * spin
+        wheelset_local(plant, i, s, velocity, q, rate, here, local)
+        distance = s + plant.core.position[plant.core.wheelset_body[i], 0]
+        for side in range(2):
+            normal = contact(plant, i, side, distance, velocity, spin, local).normal
+            out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side]) ** (2.0 / 3.0)
+
+
+@kernel
+def _finite_energy(plant, e, s, velocity, q, rate, work):
+    """Energy of an element that is evaluated to second order, over the same elongations as its forces."""
+    place_u, place_l, pace = work[0:6], work[6:12], work[12:18]
+    moved_u, moved_l, spare, stretch = work[18:21], work[21:24], work[24:27], work[27:33]
+    body_coordinates(plant, plant.core.finite_bodies[e, 0], s, velocity, q, rate, work[60:72], place_u, pace)
+    body_coordinates(plant, plant.core.finite_bodies[e, 1], s, velocity, q, rate, work[60:72], place_l, pace)
+    turned_arm(place_u[3:], plant.core.finite_arms[e, 0], spare, moved_u)
+    turned_arm(place_l[3:], plant.core.finite_arms[e, 1], spare, moved_l)
+    middle = work[33:36]
+    for k in range(3):
+        middle[k] = 0.5 * (place_u[3 + k] + place_l[3 + k])
+        stretch[k] = place_u[k] + moved_u[k] - place_l[k] - moved_l[k]
+        stretch[3 + k] = place_u[3 + k] - place_l[3 + k]
+    cross(middle, stretch, spare)
+    total = 0.0
+    for k in range(3):
+        stretch[k] -= spare[k]
+        total -= plant.core.finite_preload[e, k] * stretch[k]
+    for i in range(6):
+        for j in range(6):
+            total += 0.5 * stretch[i] * plant.core.finite_stiffness[e, i, j] * stretch[j]
+    return total
+
+
+def energy_over(run: Run) -> np.ndarray:
+    """(rows, 4) energies [J] by `KINDS` at every row of a run of the compiled engine; straight track only."""
+    plant = build_plant(run.model, run.track, run.speed)
+    x = initial_state(plant, run)
+    rows = np.zeros((run.rows, len(KINDS)))
+    _march(
+        plant, x, run.substeps, run.rate, rows, np.empty((4, state_size(plant))), np.empty(len(x)), np.empty(SCRATCH)
+    )
+    return rows
+
+
+@kernel
+def _march(plant: Plant, x, substeps, rate, rows, stages, trial, scratch):
+    h = 1.0 / (rate * substeps)
+    for k in range(rows.shape[0]):
+        energies(plant, x, scratch, rows[k])
+        for j in range(substeps):
+            t = k / rate + j * h
+            derivatives(plant, t, x, stages[0], scratch)
+            rk4_step(plant, t, h, x, stages, trial, scratch)
