@@ -80,6 +80,8 @@ def chain(
     InputError : a vehicle parameter is missing or not positive, or the sample rate is too low for the band.
     """
     p = parameters(vehicle)
+    if high < 2 * low:
+        raise InputError(f"band of {low:g} to {high:.3g} Hz is too narrow; lower 'low' or raise 'reach'")
     if rate < 4 * high:
         raise InputError(
             f"sample rate {rate:g} Hz is too low for a band up to {high:g} Hz; give at least {4 * high:g} Hz"
@@ -96,6 +98,13 @@ def chain(
     sections = np.stack([_padded(one, size) for one in sos])
     steady = np.stack([signal.sosfilt_zi(one) for one in sections])
     return Chain(sections, steady, *_timing(band, low, high), 2 * p["semi_wheelbase"])
+
+
+def pitch_frequency(vehicle: Mapping[str, Any]) -> float:
+    """Natural frequency of the bogie's pitch on its primary suspension in Hz; above it the inverse amplifies noise."""
+    p = parameters(vehicle)
+    stiffness = 4 * p["primary_vertical_stiffness"] * p["semi_wheelbase"] ** 2
+    return float(np.sqrt(stiffness / p["bogie_pitch_inertia"]) / (2 * np.pi))
 
 
 def parameters(vehicle: Mapping[str, Any]) -> dict[str, float]:

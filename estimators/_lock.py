@@ -28,6 +28,7 @@ class Limits(NamedTuple):
     ambiguity: float
     floor: float  # least power, (m/s2)^2
     lost: float
+    model_error: float  # share of the signals' power
     forget: float  # share of the averages that a new value takes
     repeat: float  # measurements that tell as much as one independent one
     first: int  # smallest lag of the search, in strides
@@ -47,7 +48,7 @@ class Lock(NamedTuple):
     sums : running correlation of the search by lag.
     power : sums of the search's squares and of `covered`, shape (3,).
     x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8).
-    level : averages: mismatch squared (long, short), power of the signals, mismatch squared without outbursts; (4,).
+    level : averages: mismatch squared, the same without outbursts, power of the signals; shape (3,).
     counts : samples so far, measurements so far, locked, good samples in a row, shape (4,).
     """
 
@@ -82,7 +83,7 @@ class Lock(NamedTuple):
             np.zeros(3),
             np.zeros(UNKNOWNS),
             np.zeros((UNKNOWNS, UNKNOWNS)),
-            np.zeros(4),
+            np.zeros(3),
             np.zeros(4, dtype=np.int64),
         )
 
@@ -165,8 +166,8 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
     s.P[:] = np.diag(variance)
     start(s.motion, s.x, variance)
     s.level[2] = np.sqrt(s.power[0] * s.power[1]) / s.power[2]
-    s.level[3] = 1e-3 * s.level[2]
-    s.level[:2] = 2 * max(1 - correlation, 0.02) * s.level[2]
+    s.level[1] = 1e-3 * s.level[2]
+    s.level[0] = 2 * max(1 - correlation, 0.02) * s.level[2]
     s.counts[2] = 1
 
 
@@ -193,10 +194,9 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
         s.level[2] += c.forget * (power - s.level[2])
         if s.level[2] > 0.01 * c.floor:
             s.level[0] += c.forget * (error * error - s.level[0])
-            s.level[1] += 10 * c.forget * (error * error - s.level[1])
-            s.level[3] += c.forget * (min(error * error, 9 * s.level[3]) - s.level[3])
-            noise = max(s.level[0], s.level[1] / 10, 1e-4 * s.level[2])
-            correct(s.motion, errors, slopes, noise * c.repeat, pull * s.level[3])
+            s.level[1] += c.forget * (min(error * error, 4 * s.level[1]) - s.level[1])
+            noise = max(s.level[1], s.level[0] / 3, c.model_error * s.level[2])
+            correct(s.motion, errors, slopes, noise * c.repeat, pull * s.level[1])
     s.x[:] = mean(s.motion)
     s.P[:] = covariance(s.motion, s.x)
 

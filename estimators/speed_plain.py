@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from numba import njit
 
-from estimators._bounce import ACCELERATION, PITCH_RATE, chain
+from estimators._bounce import ACCELERATION, PITCH_RATE, chain, pitch_frequency
 from estimators._correlate import recompute, runner_up, slide
 from estimators._front import Front, advance, front
 from estimators._record import Stepper, accelerometer_offset, read
@@ -31,7 +31,13 @@ class SpeedPlain(Estimator, frozen=True):
 
     window: float = quantity(4.0, unit="s", source="illustrative; longer at low speed (" + PAPER + ".2)", gt=0.2, le=60)
     low: float = quantity(1.0, unit="Hz", source="body bounce stays below; trial on bogie_rig", gt=0.05, lt=50)
-    high: float = quantity(20.0, unit="Hz", source="above it the inverse amplifies noise; trial on bogie_rig", gt=1)
+    reach: float = quantity(
+        1.7,
+        unit="-",
+        source="upper edge over the bogie's pitch frequency; Cramer-Rao bound with MEMS noise",
+        gt=0.3,
+        le=5,
+    )
     slowest: float = quantity(3.0, unit="m/s", source="2 Lb / slowest must fit well into the window", gt=0.5)
     fastest: float = quantity(80.0, unit="m/s", source="above every conventional train", gt=5)
     threshold: float = quantity(0.3, unit="-", source="normalised peak of unrelated signals stays below", ge=0, lt=1)
@@ -55,9 +61,9 @@ class SpeedPlain(Estimator, frozen=True):
 
     def online(self, about: Mapping[str, Any], rate: float) -> Stepper:
         """Start a run; see `OnlineEstimator`."""
-        if self.high <= self.low:
-            raise InputError(f"speed_plain: high ({self.high:g} Hz) must lie above low ({self.low:g} Hz)")
-        filters = chain(about["vehicle"], rate, self.low, self.high, self.inverse, accelerometer_offset(about))
+        vehicle = about["vehicle"]
+        high = self.reach * pitch_frequency(vehicle)
+        filters = chain(vehicle, rate, self.low, high, self.inverse, accelerometer_offset(about))
         size = round(self.window * rate)
         first = int(filters.wheelbase / self.fastest * rate)
         last = int(np.ceil(filters.wheelbase / self.slowest * rate))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from estimators._bounce import ACCELERATION, PITCH_RATE, chain
+from estimators._bounce import ACCELERATION, PITCH_RATE, chain, pitch_frequency
 from estimators._front import front
 from estimators._lock import COLUMNS, Limits, Lock, run
 from estimators._motion import Motion, bank
@@ -32,7 +32,13 @@ class SpeedRefined(Estimator, frozen=True):
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
 
     low: float = quantity(1.0, unit="Hz", source="body bounce stays below; " + TRIAL, gt=0.05, lt=50)
-    high: float = quantity(13.0, unit="Hz", source="near the least Cramer-Rao bound with MEMS noise, 5 to 60 m/s", gt=1)
+    reach: float = quantity(
+        1.3,
+        unit="-",
+        source="upper edge over the bogie's pitch frequency: Cramer-Rao bound and curve_r400",
+        gt=0.3,
+        le=5,
+    )
     slowest: float = quantity(3.0, unit="m/s", source="travel time well inside the search window", gt=0.5)
     fastest: float = quantity(80.0, unit="m/s", source="above every conventional train", gt=5)
     window: float = quantity(4.0, unit="s", source="of the first search; as speed_plain", gt=0.2, le=60)
@@ -40,13 +46,16 @@ class SpeedRefined(Estimator, frozen=True):
     ambiguity: float = quantity(1.5, unit="-", source="peak over the next one; " + TRIAL, ge=1)
     floor: float = quantity(0.02, unit="m/s2", source="root mean square of MEMS noise after the inverse", gt=0)
     lost: float = quantity(0.05, unit="-", source="relative standard deviation at which a new search is better", gt=0)
-    memory: float = quantity(3.0, unit="s", source="averaging of the mismatch's power; several travel times", gt=0.1)
+    memory: float = quantity(1.0, unit="s", source="averaging of the mismatch's power; a few travel times", gt=0.1)
+    model_error: float = quantity(
+        3e-3, unit="-", source="power that curving adds to the mismatch; runs on curve_r400, class175", gt=0, lt=1
+    )
     steady_speed: float = quantity(1e-6, unit="m2/s3", source="cruise drifts by some mm/s in 10 s; illustrative", gt=0)
     steady_acceleration: float = quantity(
         3e-7, unit="m2/s5", source="sum of gradient and thrust while coasting; illustrative", gt=0
     )
     change: float = quantity(0.5, unit="m2/s5", source="1 m/s2 reached within 2 s, EN 13452-1 service braking", gt=0)
-    switch_rate: float = quantity(0.01, unit="1/s", source="a change of motion about every 100 s; illustrative", gt=0)
+    switch_rate: float = quantity(3e-3, unit="1/s", source="a change of motion every few minutes; illustrative", gt=0)
     inertia_spread: float = quantity(0.1, unit="-", source="parameter scatter between vehicles; illustrative", ge=0)
     gain_spread: float = quantity(0.02, unit="-", source="scale errors of MEMS data sheets", ge=0)
     lead_spread: float = quantity(0.5e-3, unit="s", source="half a sample at 1 kHz between two sensors", ge=0)
@@ -71,10 +80,12 @@ class SpeedRefined(Estimator, frozen=True):
 
     def online(self, about: Mapping[str, Any], rate: float) -> Stepper:
         """Start a run; see `OnlineEstimator`."""
-        if not (self.low < self.high and self.slowest < self.fastest):
-            raise InputError("speed_refined: 'low' must lie below 'high' and 'slowest' below 'fastest'")
-        filters = chain(about["vehicle"], rate, self.low, self.high, True, accelerometer_offset(about))
-        stride = max(1, int(rate / (8 * self.high)))
+        if not self.slowest < self.fastest:
+            raise InputError("speed_refined: 'slowest' must lie below 'fastest'")
+        vehicle = about["vehicle"]
+        high = self.reach * pitch_frequency(vehicle)
+        filters = chain(vehicle, rate, self.low, high, True, accelerometer_offset(about))
+        stride = max(1, int(rate / (8 * high)))
         limits = Limits(
             rate=rate,
             stride=stride,
@@ -86,6 +97,7 @@ class SpeedRefined(Estimator, frozen=True):
             ambiguity=self.ambiguity,
             floor=self.floor**2,
             lost=self.lost,
+            model_error=self.model_error,
             forget=stride / (self.memory * rate),
             repeat=max(1.0, rate / stride / (2 * filters.bandwidth)),
             first=max(1, int(filters.wheelbase / self.fastest * rate / stride) - 1),

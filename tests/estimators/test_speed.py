@@ -195,10 +195,14 @@ def test_other_sample_rates(rate: float) -> None:
 
 
 def test_stated_uncertainty_covers_the_error() -> None:
-    recording, true = ride(steady(20, 40), np.random.default_rng(15), noise=MEMS)
-    series = SpeedRefined().estimate(recording).series
-    ratio = ((series["speed [m/s]"].to_numpy() - true) / series["speed_std [m/s]"].to_numpy())[SETTLED:]
-    assert np.mean(np.abs(ratio) < 2) > 0.95
+    """Over several rides, since the error of one is nearly constant."""
+    squares = []
+    for seed in range(15, 20):
+        recording, true = ride(steady(20), np.random.default_rng(seed), noise=MEMS)
+        series = SpeedRefined().estimate(recording).series
+        ratio = (series["speed [m/s]"].to_numpy() - true) / series["speed_std [m/s]"].to_numpy()
+        squares.append(np.mean(ratio[SETTLED:] ** 2))
+    assert 0.05 < np.mean(squares) < 1.5
 
 
 @pytest.mark.parametrize("estimator", BOTH, ids=lambda one: one.name)
@@ -217,8 +221,8 @@ def test_bad_input_is_one_clear_line(estimator: SpeedPlain | SpeedRefined) -> No
     halves[500.0][Q] = table[Q][::2]
     with pytest.raises(InputError, match="same rate"):
         estimator.estimate(Measurements(recording.about, halves))
-    with pytest.raises(InputError, match="low"):
-        estimator.but(low=20.0, high=10.0).online(recording.about, 1000.0)
+    with pytest.raises(InputError, match="narrow"):
+        estimator.but(low=20.0).online(recording.about, 1000.0)
     run = estimator.online(recording.about, 1000.0)
     run.step({"time [s]": 1.0, A: 9.81, Q: 0.0})
     with pytest.raises(InputError, match="order of time"):
