@@ -26,6 +26,7 @@ from railsim.model import GRAVITY, Model
 IMPLICIT_BELOW = 3.0  # m/s; creep damping is stiff as 1/V
 WORK = 128  # numbers of scratch for each body
 TIME_TOLERANCE = 1e-9  # s
+INSTANT = 2.0**-23  # s; a step in which nothing moves
 
 
 def integrate(run: Run) -> Iterator[np.ndarray]:
@@ -63,6 +64,7 @@ class System:
         self._work = np.zeros((len(run.model.bodies) + 1, WORK))
         self._container = exudyn.SystemContainer()
         self.mbs: Any = self._container.AddSystem()
+        self._acceleration = np.zeros(self._count)
         self._assemble()
 
     def _assemble(self) -> None:
@@ -144,14 +146,16 @@ class System:
 
     def linearised(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """M, C, K of Exudyn's own linearisation about the initial state, over the coordinates of `mbs`."""
-        mass, stiffness, damping = exudyn.solver.ComputeLinearizedSystem(self.mbs)[:3]
+        mass, stiffness, damping = self.mbs.ComputeLinearizedSystem()[:3]
         return mass, damping, stiffness
 
     def advance(self, first: int, last: int, columns: int) -> np.ndarray:
         """Rows `first` ... `last` - 1; the state stays at row `last` for the next call."""
         settings, kind = self._settings(first, last)
         mbs = self.mbs
-        if first:
+        if first == 0:
+            self._acceleration = self._first_acceleration()
+        else:
             current = mbs.systemData.GetSystemState(configuration=exudyn.ConfigurationType.Current)
             mbs.systemData.SetSystemState(current, configuration=exudyn.ConfigurationType.Initial)
         try:
@@ -161,10 +165,24 @@ class System:
             place = f"between t = {first / self.run.rate:.3f} and {last / self.run.rate:.3f} s"
             raise Diverged(f"Exudyn's solver stopped {place}: {reason}") from None
         wanted = np.arange(first, last) / self.run.rate
-        place, pace, change = (np.hstack([self._stored(s, wanted) for s in group]) for group in self._sensors)
+        place, pace, change = self._stores(np.arange(first, last + 1) / self.run.rate)
+        change[0] = self._acceleration  # Exudyn stores none at the start of a solution
+        self._acceleration = change[-1].copy()
         rows = np.zeros((last - first, columns))
-        observe_all(self.plant, wanted, place, pace, change, self._memory, self._work, rows)
+        observe_all(self.plant, wanted, place[:-1], pace[:-1], change[:-1], self._memory, self._work, rows)
         return rows
+
+    def _first_acceleration(self) -> np.ndarray:
+        """Accelerations at time 0: those at the end of a step so short that nothing moves; the state stays as it is."""
+        settings, _ = self._settings(0, 1)
+        settings.timeIntegration.numberOfSteps, settings.timeIntegration.endTime = 1, INSTANT
+        settings.solution.sensors.writePeriod = INSTANT
+        self.mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
+        return self._stores(np.array([0.0, INSTANT]))[2][-1]
+
+    def _stores(self, wanted: np.ndarray) -> list[np.ndarray]:
+        """Coordinates, velocities and accelerations (times, coordinates) at `wanted` times [s]."""
+        return [np.hstack([self._stored(s, wanted) for s in group]) for group in self._sensors]
 
     def _stored(self, sensor: int, wanted: np.ndarray) -> np.ndarray:
         data = np.atleast_2d(self.mbs.GetSensorStoredData(sensor))
