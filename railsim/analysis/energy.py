@@ -3,7 +3,7 @@
 import numpy as np
 
 from railsim.compiled import kernel
-from railsim.engines._equilibrium import initial_state, state_size
+from railsim.engines._equilibrium import initial_state
 from railsim.engines._integrate import SCRATCH, rk4_step
 from railsim.engines._kernel import body_coordinates, contact, cross, derivatives, turned_arm, wheelset_local
 from railsim.engines._laws import bump_stop_energy

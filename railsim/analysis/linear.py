@@ -1,7 +1,7 @@
 """Linearised equations of a vehicle about its steady state at constant speed: M q'' + C q' + K q = 0.
 
-The matrices hold everything that the compiled right-hand side does: suspension, geometric stiffness of preloads, Hertzian
-contact with gravitational stiffness, creep forces and the wheels' gyroscopic moments.
+The matrices hold everything that the compiled right-hand side does: suspension, geometric stiffness of preloads,
+Hertzian contact with gravitational stiffness, creep forces and the wheels' gyroscopic moments.
 
 Polach's creep law is homogeneous but not differentiable at vanishing creepage: its slope there depends on the
 direction of the creepage, between C11 and C22. The matrices hold the slopes of the pure directions.

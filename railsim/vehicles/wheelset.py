@@ -14,7 +14,7 @@ PLAN_VIEW = "illustrative: near the values of published plan-view studies of a C
 HELD = 1e6  # kg m2; inertia of the suspended mass, whose rotations are held: serves only the absolute engine's holding
 
 
-class WheelsetVehicle(Vehicle):
+class WheelsetVehicle(Vehicle, frozen=True):
     """Body `wheelset1` (y, z, roll, yaw and spin) and `body`, the suspended mass, which moves laterally only.
 
     A lateral spring and damper join the two at the axle's height; a yaw spring and damper turn the wheelset to the
