@@ -85,9 +85,8 @@ def energy_over(run: Run) -> np.ndarray:
     plant = build_plant(run.model, run.track, run.speed)
     x = initial_state(plant, run)
     rows = np.zeros((run.rows, len(KINDS)))
-    _march(
-        plant, x, run.substeps, run.rate, rows, np.empty((4, state_size(plant))), np.empty(len(x)), np.empty(SCRATCH)
-    )
+    stages, trial, scratch = np.empty((4, len(x))), np.empty(len(x)), np.empty(SCRATCH)
+    _march(plant, x, run.substeps, run.rate, rows, stages, trial, scratch)
     return rows
 
 

@@ -10,7 +10,7 @@ direction of the creepage, between C11 and C22. The matrices hold the slopes of 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from railsim.engines._equilibrium import state_size, steady_state
 from railsim.engines._integrate import SCRATCH
@@ -94,7 +94,7 @@ def critical_speed(model: Model, low: float, high: float, track: Track | None = 
     below = low
     for speed in np.geomspace(low, high, SPEEDS_TRIED)[1:]:
         if growth(float(speed)) > 0.0:
-            return float(brentq(growth, below, float(speed), xtol=1e-6))
+            return float(root_scalar(growth, bracket=(below, float(speed)), xtol=1e-6).root)
         below = float(speed)
     return None
 
