@@ -19,7 +19,7 @@ BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E0
 """Palette of Okabe and Ito (2008), for colour-blind readers too."""
 
 ESTIMATOR_COLOURS = (ORANGE, BLUE, PURPLE, SKY)
-SENSOR_COLOURS = (GREY, RED, GREEN, SKY)
+SENSOR_COLOURS = (RED, GREEN, SKY)
 CLOSE = 60.0  # m; length of the stretch that is shown from close by
 MOST_POINTS = 6000  # a line; more are drawn as an envelope of lowest and highest
 
@@ -230,7 +230,9 @@ def _sensors(results: Results, top: Axes, middle: Axes) -> None:
     """Tachometers and GNSS, behind the estimates."""
     truth, measured = results.truth, results.measured
     names = [name for name in measured.channels if name.endswith(f".{SPEED}")]
-    for name, colour in zip(names, SENSOR_COLOURS, strict=False):
+    colours = iter(SENSOR_COLOURS)
+    for name in names:
+        colour = GREY if measured.sensor(name)["kind"] == "gnss" else next(colours, GREY)
         time, values = measured.time(name), measured[name]
         _line(top, time, KMH * values, color=colour, lw=1.4, label=sensor_label(measured, name), zorder=2)
         error = values - np.interp(time, truth.time, truth[SPEED])
