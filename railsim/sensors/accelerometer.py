@@ -21,6 +21,16 @@ MEMS = SensorErrors(
     misalignment_std=0.005,  # illustrative, about 0.3 degrees of mounting
     bandwidth=100.0,  # illustrative, for samples at 256 Hz
 )
+INDUSTRIAL = SensorErrors(
+    range=78.5,  # ADIS16475 data sheet, Rev. D: 8 g
+    resolution=1e-5,  # illustrative: 32-bit output, its last bits carry no information
+    noise_density=2.3e-4,  # illustrative of this class: 23 ug/sqrt(Hz)
+    bias_std=0.02,  # illustrative, after calibration
+    bias_instability=3.5e-5,  # ADIS16475 data sheet: 3.6 ug in run
+    scale_error_std=0.002,  # illustrative, after calibration
+    misalignment_std=0.005,  # illustrative, about 0.3 degrees of mounting
+    bandwidth=100.0,  # illustrative, for samples at 256 Hz
+)
 AXLEBOX = SensorErrors(
     range=1000.0,  # Ward et al. 2011, section 3.1: 100 g
     resolution=0.031,  # illustrative, 16 bits over the range
@@ -44,7 +54,9 @@ class Accelerometer(InertialSensor, frozen=True):
     axis_names: ClassVar[tuple[str, str, str]] = ("x", "y", "z")
     quantity_name: ClassVar[str] = "acceleration"
     unit: ClassVar[str] = "m/s2"
-    presets: ClassVar[Mapping[str, SensorErrors]] = MappingProxyType({"mems": MEMS, "axlebox": AXLEBOX})
+    presets: ClassVar[Mapping[str, SensorErrors]] = MappingProxyType(
+        {"mems": MEMS, "industrial": INDUSTRIAL, "axlebox": AXLEBOX}
+    )
 
     def component(self, truth: Truth, axis: int) -> np.ndarray:
         """f + alpha x r + omega x (omega x r) along one body axis: rigid-body kinematics with the lever arm r."""

@@ -21,6 +21,16 @@ MEMS = SensorErrors(
     misalignment_std=0.005,  # illustrative, about 0.3 degrees of mounting
     bandwidth=100.0,  # illustrative, for samples at 256 Hz
 )
+INDUSTRIAL = SensorErrors(
+    range=8.73,  # ADIS16475-2 data sheet, Rev. D: 500 degrees/s
+    resolution=1e-6,  # illustrative: 32-bit output, its last bits carry no information
+    noise_density=4.4e-5,  # same data sheet: angle random walk 0.15 degrees/sqrt(h) = 0.0025 degrees/s/sqrt(Hz)
+    bias_std=1e-3,  # illustrative, after calibration
+    bias_instability=1e-5,  # same data sheet: 2 degrees/h in run (first variant)
+    scale_error_std=0.002,  # illustrative, after calibration
+    misalignment_std=0.005,  # illustrative, about 0.3 degrees of mounting
+    bandwidth=100.0,  # illustrative, for samples at 256 Hz
+)
 
 
 class Gyro(InertialSensor, frozen=True):
@@ -31,7 +41,7 @@ class Gyro(InertialSensor, frozen=True):
     axis_names: ClassVar[tuple[str, str, str]] = ("roll", "pitch", "yaw")
     quantity_name: ClassVar[str] = "rate"
     unit: ClassVar[str] = "rad/s"
-    presets: ClassVar[Mapping[str, SensorErrors]] = MappingProxyType({"mems": MEMS})
+    presets: ClassVar[Mapping[str, SensorErrors]] = MappingProxyType({"mems": MEMS, "industrial": INDUSTRIAL})
 
     def component(self, truth: Truth, axis: int) -> np.ndarray:
         """Angular velocity along one body axis; the place on the body does not matter."""
