@@ -77,11 +77,7 @@ class System:
                 mbs.AddNode(items.NodeRigidBodyRxyz(initialCoordinates=place[own], initialVelocities=pace[own]))
             )
             inertia = [*body.inertia, 0.0, 0.0, 0.0]
-            numbers.append(
-                mbs.AddObject(
-                    items.ObjectRigidBody(physicsMass=body.mass, physicsInertia=inertia, nodeNumber=nodes[-1])
-                )
-            )
+            numbers.append(mbs.AddObject(items.ObjectRigidBody(mass=body.mass, inertia=inertia, nodeNumber=nodes[-1])))
             load = [0.0, 0.0, -body.mass * GRAVITY]
             marker = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=numbers[-1]))
             mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=load))
