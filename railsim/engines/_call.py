@@ -5,9 +5,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import carray, njit, types  # pyright: ignore[reportPrivateImportUsage]
+from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic
 
+from railsim.compiled import allocating
 from railsim.engines._absolute import forces
 from railsim.engines._plant import Plant
 
@@ -55,7 +56,7 @@ def bind_forces(
 def _compiled(core: Any) -> Callable[[int, int, float, float], None]:
     channels, contact_channels, axes = 13, 8, 6
 
-    @njit(cache=True, error_model="numpy")
+    @allocating
     def run(table: int, shape: int, start: float, t: float) -> None:
         at = carray(_pointer(table), 10, np.int64)
         n = carray(_pointer(shape), 9, np.int64)

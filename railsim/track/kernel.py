@@ -12,11 +12,11 @@ Outside the table the distance is clamped to its ends (callers check the range o
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
+from railsim.compiled import kernel
 from railsim.errors import InputError
 from railsim.track.track import CANT_BASE, Track
 
@@ -74,7 +74,7 @@ class TrackTables(NamedTuple):
     friction_given: bool
 
 
-@numba.njit(cache=True)
+@kernel
 def locate(s0: float, ds: float, count: int, s: float) -> tuple[int, float]:
     """Cell of the distance `s` and the distance x into it, m; `s` is clamped to the table; NaN gives cell 0, x NaN."""
     position = s - s0
@@ -85,28 +85,28 @@ def locate(s0: float, ds: float, count: int, s: float) -> tuple[int, float]:
     return cell, position - cell * ds
 
 
-@numba.njit(cache=True)
+@kernel
 def value(coefficients: np.ndarray, cell: int, channel: int, x: float) -> float:
     """Value of a channel, in its unit."""
     c = coefficients[cell, channel]
     return c[0] + x * (c[1] + x * (c[2] + x * c[3]))
 
 
-@numba.njit(cache=True)
+@kernel
 def slope(coefficients: np.ndarray, cell: int, channel: int, x: float) -> float:
     """First derivative by distance, unit/m."""
     c = coefficients[cell, channel]
     return c[1] + x * (2.0 * c[2] + x * 3.0 * c[3])
 
 
-@numba.njit(cache=True)
+@kernel
 def second(coefficients: np.ndarray, cell: int, channel: int, x: float) -> float:
     """Second derivative by distance, unit/m^2."""
     c = coefficients[cell, channel]
     return 2.0 * c[2] + 6.0 * x * c[3]
 
 
-@numba.njit(cache=True)
+@kernel
 def _sample(s0, ds, count, coefficients, channel, derivative, s, out):
     for i in range(s.size):
         cell, x = locate(s0, ds, count, s[i])

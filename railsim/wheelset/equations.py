@@ -12,8 +12,8 @@ wheelset: m_m y_m'' = -F_s.
 """
 
 import numpy as np
-from numba import njit
 
+from railsim.compiled import allocating
 from railsim.track.kernel import LEFT_LATERAL, RIGHT_LATERAL, TrackTables, locate, second, slope, value
 from railsim.wheelset.contact import ANGLE, RADIUS, RollingTable
 from railsim.wheelset.parameters import Coefficients
@@ -23,7 +23,7 @@ STATES = 6
 LEFT, RIGHT, LEFT_RATE, RIGHT_RATE, LEFT_SECOND, RIGHT_SECOND = range(6)
 
 
-@njit(cache=True)
+@allocating
 def rails_at(track: TrackTables, distance: float, speed: float, rails: np.ndarray) -> None:
     """Lateral displacement of both rails (m) and its first two derivatives by time (m/s, m/s2) into `rails` (6,)."""
     cell, x = locate(track.s0, track.ds, track.count, distance)
@@ -33,7 +33,7 @@ def rails_at(track: TrackTables, distance: float, speed: float, rails: np.ndarra
         rails[side + LEFT_SECOND] = speed * speed * second(track.coefficients, cell, channel, x)
 
 
-@njit(cache=True)
+@allocating
 def wheel_at(table: RollingTable, side: int, shift: float) -> tuple[float, float, float, float]:
     """Radius (m), its first (-) and second (1/m) derivative by the shift towards the flange, contact angle (rad)."""
     coefficients = table.coefficients[side]
@@ -43,7 +43,7 @@ def wheel_at(table: RollingTable, side: int, shift: float) -> tuple[float, float
     return radius, slope(coefficients, cell, RADIUS, x), second(coefficients, cell, RADIUS, x), angle
 
 
-@njit(cache=True)
+@allocating
 def state_rates(
     state: np.ndarray, rails: np.ndarray, c: Coefficients, table: RollingTable, speed: float, out: np.ndarray
 ) -> None:
@@ -78,7 +78,7 @@ def state_rates(
     out[Y_RATE], out[YAW_RATE], out[MASS_Y_RATE] = lateral / c.m, turning / c.I, -F_s / c.m_m
 
 
-@njit(cache=True)
+@allocating
 def roll_angle(
     state: np.ndarray, acceleration: float, rails: np.ndarray, half_width: float, table: RollingTable
 ) -> tuple[float, float]:

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pandas as pd
-from numba import njit
 from numpy.typing import ArrayLike
 
+from railsim.compiled import allocating
 from railsim.errors import InputError
 from railsim.track import Track
 from railsim.track.kernel import TrackTables, build_tables
@@ -118,7 +118,7 @@ def simulate_linear(
     return _table(out, rate, start, speed)
 
 
-@njit(cache=True)
+@allocating
 def _march(
     state: np.ndarray,
     c: Coefficients,
@@ -168,7 +168,7 @@ def _transition(model: LinearWheelset, h: float) -> tuple[np.ndarray, np.ndarray
     return phi, np.ascontiguousarray(h / 6 * np.stack([first, middle, one]) @ model.track_matrix)
 
 
-@njit(cache=True)
+@allocating
 def _mean_rail(track: TrackTables, distance: float, speed: float, rails: np.ndarray) -> np.ndarray:
     """Mean displacement of the rails, its first and its second derivative by time, shape (3,)."""
     rails_at(track, distance, speed, rails)
@@ -181,7 +181,7 @@ def _mean_rail(track: TrackTables, distance: float, speed: float, rails: np.ndar
     )
 
 
-@njit(cache=True)
+@allocating
 def _march_linear(
     state: np.ndarray,
     phi: np.ndarray,

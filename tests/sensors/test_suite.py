@@ -72,7 +72,7 @@ def test_same_seed_same_bytes(truth: Truth, tmp_path: Path) -> None:
         ([BOGIE | {"body": "bogey"}], "the run has no body 'bogey'; there are: body, bogie, wheelset1"),
         ([BOGIE | {"colour": "red"}], "sensors.bogie.colour: unknown key"),
         ([BOGIE | {"name": "the bogie"}], "name: String should match pattern"),
-        ([BOGIE | {"errors": "gold"}], "unknown preset 'gold'; there are: axlebox, mems"),
+        ([BOGIE | {"errors": "gold"}], "unknown preset 'gold'; there are: axlebox, industrial, mems"),
         ([BOGIE | {"errors": {"noise": 1}}], "noise: unknown key; SensorErrors knows"),
         ([BOGIE | {"errors": 3}], "give the fields of the error model or the name of a preset"),
         ([TACHO | {"body": "bogie"}], "a tachometer on 'bogie' measures 'bogie.spin_angle"),
