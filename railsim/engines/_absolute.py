@@ -175,14 +175,27 @@ def forces(plant, t, start, q, v, memory, work, out):
     velocity, acceleration = prescribed_speed(plant.knots, t)
     target = start + travelled(plant.knots, t)
     if plant.core.driven:
-        target, velocity, acceleration = work[reference, 15], work[reference, 28], 0.0
-        _drag(plant, reference, velocity, q, work, out)
+        target, velocity = mean_motion(plant, work)
+        acceleration = 0.0
+        _drag(plant, reference, work[reference, 28], q, work, out)
     for b in range(bodies):
         _hold(plant, b, target, velocity, acceleration, q, work, out)
     for i in range(w):
         _wheelset(plant, i, t, q, v, work, out)
     if plant.core.elements > 0:
         _elements(plant, q, v, work, out)
+
+
+@kernel
+def mean_motion(plant, work):
+    """Distance and speed of the vehicle as means over the masses: holding forces towards them add up to nothing."""
+    total, distance, pace = 0.0, 0.0, 0.0
+    for b in range(plant.core.body_mass.shape[0]):
+        mass = plant.core.body_mass[b]
+        total += mass
+        distance += mass * (work[b, 15] - plant.core.position[b, 0])
+        pace += mass * work[b, 28]
+    return distance / total, pace / total
 
 
 @kernel
@@ -242,9 +255,6 @@ def _hold(plant, b, target, velocity, acceleration, q, work, out):
             wanted, wanted_rate = here[5], motion[12] * here[11]
         m_z = inertia[2] * HOLD * (HOLD * (wanted - motion[5]) + 2.0 * (wanted_rate - motion[11]))
     add_wrench(f, own, pull, 0.0, f_z, m_x, m_y, m_z, mine)
-    if plant.core.driven:  # the reaction pulls the reference body
-        r = plant.core.reference_body
-        add_wrench(work[r, :16], q[6 * r : 6 * r + 6], -pull, 0.0, 0.0, 0.0, 0.0, 0.0, out[6 * r : 6 * r + 6])
 
 
 @kernel

@@ -22,8 +22,9 @@ def check_rows(rows: np.ndarray, finite: int, names: list[str], run: Run) -> Non
             f"{wheel} leaves its rail {_place(rows, row)}; lower the speed, smooth the track or check the vehicle"
         )
     if last < len(rows):
-        bad = [n for n, v in zip(names, rows[last], strict=True) if not np.isfinite(v)]
-        body = bad[0].split(".")[0] if bad else run.model.bodies[0].name
+        bodies = [body.name for body in run.model.bodies]
+        bad = [n.split(".")[0] for n, v in zip(names, rows[last], strict=True) if not np.isfinite(v)]
+        body = next((name for name in bad if name in bodies), bodies[0])
         raise Diverged(
             f"{body}: state is not finite {_place(rows, max(last - 1, 0))}; a shorter step or a softer model is needed"
         )

@@ -148,6 +148,7 @@ class System:
     def advance(self, first: int, last: int, columns: int) -> np.ndarray:
         """Rows `first` ... `last` - 1; the state stays at row `last` for the next call."""
         settings, kind = self._settings(first, last)
+        memory = self._memory.copy()
         mbs = self.mbs
         if first == 0:
             self._acceleration = self._first_acceleration()
@@ -158,15 +159,22 @@ class System:
             mbs.SolveDynamic(settings, solverType=kind)
         except exudyn.ExudynError as error:
             reason = (str(error).splitlines() or [type(error).__name__])[0]
-            place = f"between t = {first / self.run.rate:.3f} and {last / self.run.rate:.3f} s"
-            raise Diverged(f"Exudyn's solver stopped {place}: {reason}") from None
+            reached = self._memory[self.run.model.index(self.run.model.reference)]
+            place = f"between t = {first / self.run.rate:.3f} and {last / self.run.rate:.3f} s near s = {reached:.2f} m"
+            raise Diverged(f"{self._restless()}: Exudyn's solver stopped {place}: {reason}") from None
         wanted = np.arange(first, last) / self.run.rate
         place, pace, change = self._stores(np.arange(first, last + 1) / self.run.rate)
         change[0] = self._acceleration  # Exudyn stores none at the start of a solution
         self._acceleration = change[-1].copy()
         rows = np.zeros((last - first, columns))
-        observe_all(self.plant, wanted, place[:-1], pace[:-1], change[:-1], self._memory, self._work, rows)
+        observe_all(self.plant, wanted, place[:-1], pace[:-1], change[:-1], memory, self._work, rows)
         return rows
+
+    def _restless(self) -> str:
+        """Name of the body that moves most against its speed of travel."""
+        bodies = self.run.model.bodies
+        pace = np.array(self.mbs.systemData.GetODE2Coordinates_t())[: 6 * len(bodies)].reshape(-1, 6)
+        return bodies[int(np.nan_to_num(np.abs(pace[:, 1:]), nan=np.inf).max(axis=1).argmax())].name
 
     def _first_acceleration(self) -> np.ndarray:
         """Accelerations at time 0: those at the end of a step so short that nothing moves; the state stays as it is."""

@@ -70,7 +70,8 @@ def rough(track: Track, scale: float = 1.0, seed: int = 1) -> Track:
     rng = np.random.default_rng(seed)
     densities = spectra("erri_low")
     kinds = {
-        "vertical": "vertical", "lateral": "lateral", "cross_level": "cross_level", "gauge_deviation": "gauge_deviation",
+        "vertical": "vertical", "lateral": "lateral",
+        "cross_level": "cross_level", "gauge_deviation": "gauge_deviation",
         "left_vertical": "cross_level", "right_vertical": "cross_level",
         "left_lateral": "gauge_deviation", "right_lateral": "gauge_deviation",
     }  # fmt: skip

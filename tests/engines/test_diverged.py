@@ -1,0 +1,50 @@
+"""Runs that must fail say when, where and what."""
+
+import re
+
+import numpy as np
+import pytest
+
+from railsim.engines.interface import Diverged
+from railsim.track.track import Track
+from railsim.vehicles.manchester import Manchester
+from tests.engines.rig import ENGINES, go, make_run
+
+
+def jolt(column: str, height: float) -> Track:
+    """Straight track with one bell-shaped defect at 40 m."""
+    s = np.arange(0.0, 200.2, 0.2)
+    return Track(s, {column: height * np.exp(-(((s - 40.0) / 1.0) ** 2))}, "jolt")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_derailment_names_time_place_and_wheel(engine: str) -> None:
+    run = make_run(Manchester().model(), jolt("lateral", 0.08), 20.0, 4.0)
+    with pytest.raises(Diverged) as caught:
+        go(engine, run)
+    found = re.search(r"(wheel\d_\w+) leaves its rail at t = ([\d.]+) s, s = ([\d.]+) m", str(caught.value))
+    assert found, str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert 0.7 < float(found[2]) < 2.0
+    assert float(found[3]) == pytest.approx(20.0 + 20.0 * float(found[2]), abs=0.1)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_numbers_that_grow_without_bound_end_the_run(engine: str) -> None:
+    model = Manchester(primary_vertical_damping=5e7).model()  # far beyond what the explicit step can follow
+    with pytest.raises(Diverged) as caught:
+        go(engine, make_run(model, jolt("vertical", 0.002), 20.0, 4.0))
+    message = str(caught.value)
+    assert "\n" not in message
+    when = re.search(r"t = ([\d.]+) s", message)
+    assert when, message
+    assert 0.0 < float(when[1]) < 0.1
+    assert re.search(r"s = [\d.]+ m", message), message
+    assert re.match(r"(body|bogie|wheelset\d|wheel\d_\w+)", message), message
+
+
+def test_solver_that_gives_up_names_place_and_body() -> None:
+    """Below 3 m/s Exudyn solves implicitly, and its Newton iteration fails where the wheels fly."""
+    model = Manchester().model()
+    with pytest.raises(Diverged, match=r"^(body|bogie|wheelset\d|wheel\d_\w+).* t = .* s.*s = [\d.]+ m"):
+        go("exudyn", make_run(model, jolt("lateral", 2.0), 2.5, 12.0))
