@@ -1,0 +1,189 @@
+"""The command on good input: shapes of the JSON, files, exit codes."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from experiments.cli import KINDS, build_parser, main
+from experiments.commands.list import LISTERS
+from railsim import Recording
+from tests.experiments.conftest import ROOT, Command
+
+SCENARIO = """
+description: for a test
+track: straight_erri_low
+vehicle: class175
+speed: {kind: constant, speed: 30}
+start: 60
+duration: 8
+sensors:
+  - {kind: accelerometer, name: bogie, body: bogie, axes: z, rate: 256, errors: mems}
+  - {kind: gyro, name: bogie, body: bogie, axes: pitch, rate: 256, errors: mems}
+  - {kind: tachometer, name: wheelset1, body: wheelset1, rate: 64}
+"""
+INSPECTION_CAR = ROOT.parent / "shared" / "reference" / "track" / "inspection_car.csv"
+
+
+def read(done: subprocess.CompletedProcess[str], code: int = 0) -> Any:
+    """The one JSON object on stdout."""
+    assert done.returncode == code, done.stderr
+    assert len(done.stdout.splitlines()) == 1
+    return json.loads(done.stdout)
+
+
+def test_run_writes_everything(railsim: Command, tmp_path: Path):
+    (tmp_path / "mine.yaml").write_text(SCENARIO)
+    result = read(railsim("run", "mine.yaml", "--engine", "compiled", "--json"))
+    folder = tmp_path / "results" / "mine"
+    assert result["folder"] == "results/mine"
+    assert {row["estimator"] for row in result["scores"]} >= {"speed_plain", "speed_refined"}
+    assert all(set(row) == {"estimator", "score", "value", "unit"} for row in result["scores"])
+    assert {path.name for path in folder.iterdir()} == {
+        ".railsim", "recording", "estimates", "plots", "scores.csv", "summary.json",
+    }  # fmt: skip
+    for name in ("speed", "overview", "forces"):
+        assert (folder / "plots" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["scores"] == result["scores"]
+    assert summary["duration [s]"] == 8.0
+    assert summary["distance [m]"] == pytest.approx(240.0)
+    table = pd.read_csv(folder / "scores.csv")
+    assert table["value"].tolist() == pytest.approx([row["value"] for row in result["scores"]])
+    assert Recording.open(folder / "recording").truth is not None
+
+
+def test_run_prints_true_and_estimated_speed(railsim: Command, tmp_path: Path):
+    (tmp_path / "mine.yaml").write_text(SCENARIO)
+    done = railsim("run", "mine.yaml", "--engine", "compiled")
+    assert (done.returncode, done.stderr) == (0, "")
+    header = next(line for line in done.stdout.splitlines() if line.startswith("time [s]"))
+    assert header.split() == ["time", "[s]", "true", "tachometer", "wheelset1", "speed_plain", "speed_refined"]
+    last = next(line for line in done.stdout.splitlines() if line.strip().startswith("8.00")).split()
+    assert [float(cell) for cell in last[1:]] == pytest.approx([108.0] * 4, abs=3.0)
+    assert "largest error  km/h" in done.stdout
+
+
+def test_simulate_estimate_score_by_hand_is_what_run_does(railsim_here: Command, tmp_path: Path):
+    (tmp_path / "mine.yaml").write_text(SCENARIO)
+    run = read(railsim_here("run", "mine.yaml", "--engine", "compiled", "--seed", "5", "--json"))
+    made = read(railsim_here("simulate", "mine.yaml", "--engine", "compiled", "--seed", "5", "--out", "made", "--json"))
+    assert made["recording"] == "made"
+    assert made["seed"] == 5
+    estimate = read(railsim_here("estimate", "speed_plain", "made", "--out", "estimate", "--json"))
+    assert estimate["columns"][:2] == ["time [s]", "speed [m/s]"]
+    scores = read(railsim_here("score", "estimate", "made", "--json"))["scores"]
+    assert scores == [row for row in run["scores"] if row["estimator"] == "speed_plain"]
+
+
+def test_run_without_an_estimator_that_fits(railsim_here: Command, tmp_path: Path):
+    (tmp_path / "mine.yaml").write_text(SCENARIO.split("sensors:")[0])
+    text = "sensors=[{kind: gyro, name: body, body: body, rate: 64}]"
+    done = railsim_here("run", "mine.yaml", "--engine", "compiled", "--set", text)
+    assert done.returncode == 0, done.stderr
+    assert "No estimator fits" in done.stdout
+
+
+def test_run_of_the_single_wheelset(railsim_here: Command, tmp_path: Path):
+    """Pictures leave out what that vehicle does not have."""
+    text = SCENARIO.split("sensors:")[0] + "sensors: [{kind: accelerometer, name: w, body: wheelset1, rate: 64}]\n"
+    (tmp_path / "mine.yaml").write_text(text.replace("class175", "wheelset").replace("speed: 30", "speed: 10"))
+    assert railsim_here("run", "mine.yaml", "--engine", "compiled").returncode == 0
+    assert (tmp_path / "results" / "mine" / "plots" / "overview.png").is_file()
+
+
+@pytest.mark.skipif(not INSPECTION_CAR.is_file(), reason="the measured track is not shipped: no ../shared/reference")
+def test_run_on_a_measured_track(railsim_here: Command, tmp_path: Path):
+    text = SCENARIO.replace("straight_erri_low", str(INSPECTION_CAR)).replace("start: 60", "start: 25")
+    (tmp_path / "mine.yaml").write_text(text)
+    result = read(railsim_here("run", "mine.yaml", "--engine", "compiled", "--json"))
+    largest = {row["estimator"]: row["value"] for row in result["scores"] if row["score"] == "largest error"}
+    assert largest["speed_refined"] < 1.0  # m/s
+    truth = Recording.open(tmp_path / "results" / "mine" / "recording").truth
+    assert truth is not None
+    assert 0.2e-3 < truth["wheelset1.z [m]"].std() < 0.6e-3  # m; the rails' is 0.4 mm
+
+
+def test_list_shows_every_kind(railsim_here: Command):
+    found = read(railsim_here("list", "--json"))
+    assert list(found) == list(KINDS) == list(LISTERS)
+    assert {"name", "description"} == set(found["estimators"][0])
+    assert {row["name"] for row in found["tracks"]} >= {"curve_r400", "smooth"}
+    nameless = [(kind, row) for kind, rows in found.items() for row in rows if not row["description"]]
+    assert nameless == []
+
+
+def test_inspect_a_name_that_is_a_scenario_and_a_track(railsim_here: Command):
+    found = read(railsim_here("inspect", "smooth", "--json"))["inspected"]
+    assert [(one["kind"], one["name"]) for one in found] == [("scenario", "smooth"), ("track", "smooth")]
+
+
+def test_inspect_says_what_is_suspicious(railsim_here: Command, recording: Path, tmp_path: Path):
+    good = read(railsim_here("inspect", recording, "--json"))["inspected"][0]
+    assert good["problems"] == []
+    assert good["table"][0]["samples"] == 65
+    bad = tmp_path / "bad.csv"
+    rows = "".join(f"{s},{0.05 if s == 30 else 0}\n" for s in range(1000))
+    bad.write_text(f"s [m],vertical [m]\n{rows}")
+    done = railsim_here("inspect", bad)
+    assert done.returncode == 1
+    assert "suspicious: vertical jumps" in done.stdout
+
+
+def test_bench_measures_engine_and_estimators(railsim_here: Command):
+    rows = read(railsim_here("bench", "--json"))["rows"]
+    assert all(set(row) == {"name", "value", "unit", "against", "ratio"} for row in rows)
+    values = {row["name"]: row["value"] for row in rows}
+    assert {name for name, value in values.items() if value > 0} >= {"engine compiled", "estimator speed_plain"}
+
+
+@pytest.mark.parametrize("command", ["run", "simulate", "estimate", "score", "figure", "inspect", "list", "bench"])
+def test_every_subcommand_explains_itself(command: str, capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit) as done:
+        build_parser().parse_args([command, "--help"])
+    assert done.value.code == 0
+    assert "--json" in capsys.readouterr().out
+
+
+def test_errors_of_the_system_become_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    cases = {
+        PermissionError(13, "Permission denied", "/x"): (2, "railsim: '/x': Permission denied; check"),
+        OSError(28, "No space left on device"): (2, "railsim: No space left on device; check"),
+        MemoryError(): (2, "railsim: not enough memory"),
+        KeyboardInterrupt(): (130, "railsim: interrupted"),
+    }
+    for error, (code, start) in cases.items():
+
+        def fail(*_: object, error: BaseException = error) -> None:
+            raise error
+
+        monkeypatch.setattr("experiments.cli._execute", fail)
+        assert main(["list"]) == code
+        written = capsys.readouterr()
+        assert written.err.startswith(start)
+        assert len(written.err.splitlines()) == 1
+        assert written.out == ""
+
+
+def test_interrupt_leaves_nothing_behind(tmp_path: Path, cache: Path):
+    """Ctrl-C while the engine works: exit code 130, one line, no half of a folder."""
+    words = [sys.executable, "-m", "experiments.cli", "simulate", "default", "--engine", "compiled", "--out", "out"]
+    settings = {"PYTHONPATH": str(ROOT), "RAILSIM_CACHE": str(tmp_path / "cache"), "PATH": ""}
+    words += ["--set", "track=long.csv", "duration=7000", "speed={kind: constant, speed: 10}", "sensors=[]"]
+    (tmp_path / "long.csv").write_text("s [m],vertical [m]\n" + "".join(f"{20e3 * i},0\n" for i in range(5)))
+    child = subprocess.Popen(words, cwd=tmp_path, env=settings, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob("cache/*.partial-*")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    child.send_signal(signal.SIGINT)
+    _, complaint = child.communicate(timeout=60)
+    assert child.returncode == 130
+    assert complaint == "railsim: interrupted; nothing was written\n"
+    assert not list(tmp_path.glob("out*"))
+    assert not list(tmp_path.glob("cache/*.partial-*"))
