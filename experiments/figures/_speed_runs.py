@@ -16,7 +16,10 @@ from railsim.scenario import Scenario
 
 SAMPLING = 1000.0  # Hz; "a sampling interval of 1 ms is used" (Ward et al. 2011, section 5.2)
 WHEELBASE = 2.6  # m, the same place; twice the semi wheelbase of class175
-IDEAL, NOISY = "ideal sensors", "MEMS sensors"
+GRADES: dict[str, Any] = {"": {}, " industrial": "industrial", " consumer": "mems"}
+"""Column suffixes and error presets of the bogie's sensors: ideal; industrial MEMS (23 ug/sqrt(Hz), 0.0025
+degrees/s/sqrt(Hz));
+consumer MEMS (75 ug/sqrt(Hz), 0.005 degrees/s/sqrt(Hz)); both with drift, scale errors and 100 Hz bandwidth."""
 
 
 def speed_table(
@@ -27,7 +30,7 @@ def speed_table(
     slowest: float = 3.0,
     tachometer: bool = False,
 ) -> pd.DataFrame:
-    """One run with ideal and with noisy bogie sensors: true, plain and refined speed [km/h] over time.
+    """One run with bogie sensors of all grades: true, plain and refined speed [km/h] over time.
 
     Parameters
     ----------
@@ -39,8 +42,8 @@ def speed_table(
 
     Returns
     -------
-    Columns "case", "time [s]", "s [m]", then speeds "true [km/h]", "plain [km/h]", "refined [km/h]" (ideal sensors),
-    "plain noisy [km/h]", "refined noisy [km/h]" (MEMS data-sheet errors), NaN where not valid.
+    Columns "case", "time [s]", "s [m]", then speeds "true [km/h]", "plain [km/h]" and "refined [km/h]" (ideal sensors),
+    and the same with the suffixes of `GRADES`; NaN where not valid.
     """
     base = {"vehicle": "class175", "output_rate": SAMPLING, "start": 25.0, "seed": 18, **values}
     scenario = Scenario.build({**base, "sensors": _sensors({}, tachometer)})
@@ -48,15 +51,15 @@ def speed_table(
     true = KMH * truth[SPEED]
     table = pd.DataFrame({"case": case, "time [s]": truth.time, "s [m]": truth["s [m]"], "true [km/h]": true})
     estimators: dict[str, Estimator] = {"plain": SpeedPlain(window=window, slowest=slowest), "refined": SpeedRefined()}
-    for suffix, errors in (("", {}), (" noisy", "mems")):
+    for suffix, errors in GRADES.items():
         suite = Scenario.build({**base, "sensors": _sensors(errors, tachometer)})
         measured = measure(truth, suite).measurements
         for name, estimator in estimators.items():
             time, error = speed_errors(estimator.estimate(measured), truth)
             table[f"{name}{suffix} [km/h]"] = true + KMH * np.interp(truth.time, time, error)
-    if tachometer:
-        name = "wheelset1.speed [m/s]"
-        table["tachometer [km/h]"] = KMH * np.interp(truth.time, measured.time(name), measured[name])
+        if tachometer:
+            wheel = "wheelset1.speed [m/s]"
+            table["tachometer [km/h]"] = KMH * np.interp(truth.time, measured.time(wheel), measured[wheel])
     return table
 
 

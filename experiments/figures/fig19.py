@@ -26,10 +26,10 @@ class Fig19(Figure):
         picture = Picture(figsize=(10.0, 8.0), layout="constrained")
         top, bottom = picture.subplots(2, 1, sharex=True)
         time = table["time [s]"].to_numpy()
-        for name, colour, width in (("plain", ORANGE, 0.9), ("refined noisy", GREEN, 1.2), ("refined", BLUE, 1.2)):
+        for name, colour, width in (("plain", ORANGE, 0.9), ("refined industrial", GREEN, 1.2), ("refined", BLUE, 1.2)):
             label = {"plain": f"plain, {WINDOW:g} s window, ideal sensors", "refined": "refined, ideal sensors"}
             top.plot(
-                time, table[f"{name} [km/h]"], color=colour, lw=width, label=label.get(name, "refined, MEMS sensors")
+                time, table[f"{name} [km/h]"], color=colour, lw=width, label=label.get(name, "refined, industrial MEMS")
             )
             bottom.plot(time, error(table, name), color=colour, lw=width)
         top.plot(time, table["true [km/h]"], color=BLACK, lw=1.0, ls="--", label="true")
@@ -54,7 +54,7 @@ class Fig19(Figure):
         offset = float(np.nanmean(error(steady, "plain")))
         delay = -offset / (KMH * ACCELERATION)
         plain = _rms(error(changing, "plain"))
-        refined, noisy = _rms(error(changing, "refined")), _rms(error(changing, "refined noisy"))
+        refined, noisy = _rms(error(changing, "refined")), _rms(error(changing, "refined industrial"))
         return [
             Claim("plain: offset in acceleration, the detected speed is late", offset, "< 0 km/h", offset < 0.0),
             Claim(
@@ -70,7 +70,10 @@ class Fig19(Figure):
                 plain >= 2.0 * refined,
             ),
             Claim(
-                "refined, MEMS sensors: rms error beats plain by a factor", plain / noisy, ">= 2", plain >= 2.0 * noisy
+                "refined, industrial MEMS: rms error beats plain by a factor",
+                plain / noisy,
+                ">= 2",
+                plain >= 2.0 * noisy,
             ),
         ]
 
