@@ -49,7 +49,7 @@ def test_a_minute_on_smooth_straight_track_leaves_the_vehicle_at_rest(engine: st
 @pytest.mark.parametrize(("engine", "tolerance"), [("compiled", 1e-9), ("exudyn", 1e-5)])
 @pytest.mark.parametrize("vehicle", [Manchester(), WheelsetVehicle()], ids=lambda v: type(v).__name__)
 def test_mirrored_track_mirrors_every_channel(engine: str, tolerance: float, vehicle: Vehicle) -> None:
-    """Exudyn's longitudinal accelerations carry the rounding of absolute places times the square of the holding rate."""
+    """Exudyn's longitudinal accelerations hold the rounding of places times the square of the holding rate."""
     model, track = vehicle.model(), rough(curve(500.0, 0.1, 220.0))
     seen = go(engine, make_run(model, track, 20.0, 8.0))
     other = mirrored(go(engine, make_run(model, track.mirrored(), 20.0, 8.0)))

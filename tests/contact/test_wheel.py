@@ -1,0 +1,100 @@
+"""Forces of one wheel: gradient of a potential, gravitational stiffness, loss of contact, and the mirror."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from railsim.contact.functions import ContactTable
+from railsim.contact.pairs import WheelRailPair
+from railsim.contact.wheel import ContactLaw, WheelForces, wheel_forces
+
+RADIUS, HALF = 0.46, 0.75
+SMOOTH = ContactTable.build(WheelRailPair().contact_functions(RADIUS, HALF))
+CONE = ContactTable.build(WheelRailPair(kind="conical", conicity=0.05).contact_functions(RADIUS, HALF))
+ELASTIC = ContactLaw(0.4, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0)
+FULL = ContactLaw(0.4, 0.4, 0.6, 1.0, 0.4, 1e-4, 1.0)
+
+
+def wheel(
+    table: ContactTable, side: int, law: ContactLaw, place: np.ndarray, pace: np.ndarray | None = None,
+    spin: float = 20.0 / RADIUS, curvature: float = 0.0, rail: tuple[float, float] = (0.0, 0.0),
+) -> WheelForces:  # fmt: skip
+    """`place`: y, z, roll, yaw of the wheelset; `rail`: lateral and vertical deviation."""
+    rates = np.zeros(4) if pace is None else pace
+    table_of = [table.start, table.spacing, table.coefficients[side], table.stiffness[side]]
+    wheel_of = [1.0 - 2.0 * side, RADIUS, np.array(law), law.friction]
+    arguments: list[Any] = [*table_of, *wheel_of, *place, *rates, 20.0, curvature, spin, rail[0], 0.0, rail[1], 0.0]
+    return wheel_forces(*arguments)
+
+
+def energy(side: int, place: np.ndarray) -> float:
+    """2/5 C p_n^2.5 [J]."""
+    normal = wheel(SMOOTH, side, ELASTIC, place).normal
+    return 0.4 * normal * (normal / SMOOTH.stiffness[side]) ** (2.0 / 3.0)
+
+
+PLACES = st.tuples(st.floats(-7e-3, 7e-3), st.floats(-6e-4, -2e-4), st.floats(-2e-4, 2e-4), st.floats(-0.02, 0.02))
+
+
+@settings(max_examples=100)
+@given(PLACES, st.sampled_from([0, 1]))
+def test_elastic_forces_are_the_gradient_of_the_energy(place: tuple[float, ...], side: int) -> None:
+    q = np.array(place)
+    found = wheel(SMOOTH, side, ELASTIC, q)
+    if found.normal < 1e3:
+        return
+    steps = 1e-7 * np.eye(4)
+    slope = [-(energy(side, q + e) - energy(side, q - e)) / 2e-7 for e in steps]
+    forces = (found.force_y, found.force_z, found.moment_x, found.moment_z)
+    assert forces == pytest.approx(slope, rel=1e-4, abs=1e-3 * found.normal * np.array([1.0, 1.0, 1.0, 0.1]).min())
+    assert (found.force_x, found.moment_spin) == (0.0, 0.0)
+
+
+def test_cone_has_the_gravitational_stiffnesses_of_the_paper() -> None:
+    """Ward et al. 2011, (16) and (17): lateral W lambda phi with phi of the shift, yaw moment + l W lambda psi."""
+    load = 60e3
+    sunk = (load / CONE.stiffness[0]) ** (2.0 / 3.0)
+    yaw = 1e-3
+    moment = sum(wheel(CONE, side, ELASTIC, np.array([0.0, -sunk, 0.0, yaw])).moment_z for side in (0, 1))
+    assert moment == pytest.approx(2.0 * load * 0.05 * yaw * (HALF - RADIUS * 0.05), rel=0.01)
+
+
+@settings(max_examples=100)
+@given(PLACES, PLACES, st.floats(-0.01, 0.01), st.floats(40.0, 46.0))
+def test_right_wheel_is_the_mirror_of_the_left(
+    place: tuple[float, ...], pace: tuple[float, ...], curvature: float, spin: float
+) -> None:
+    flip = np.array([-1.0, 1.0, -1.0, -1.0])
+    q, v = np.array(place), np.array(pace)
+    left = wheel(SMOOTH, 0, FULL, q, v, spin, curvature, (1e-3, 2e-4))
+    right = wheel(SMOOTH, 1, FULL, flip * q, flip * v, spin, -curvature, (-1e-3, 2e-4))
+    turned = {"force_y", "moment_x", "moment_z", "creep_force_y", "creepage_y", "spin_creepage", "angle", "shift"}
+    for name, value in left._asdict().items():
+        sign = -1.0 if name in turned else 1.0
+        assert getattr(right, name) == pytest.approx(sign * value, rel=1e-6, abs=1e-6), name
+
+
+def test_lifted_wheel_exerts_nothing() -> None:
+    found = wheel(SMOOTH, 0, FULL, np.array([0.0, 1e-3, 0.0, 0.0]))
+    assert found[:9] == (0.0,) * 9
+
+
+def test_damping_cannot_pull() -> None:
+    q = np.array([0.0, -1e-4, 0.0, 0.0])
+    law = FULL._replace(damping=10.0)
+    assert wheel(SMOOTH, 0, law, q, np.array([0.0, 1.0, 0.0, 0.0])).normal == 0.0
+    assert wheel(SMOOTH, 0, law, q, np.array([0.0, -0.01, 0.0, 0.0])).normal > wheel(SMOOTH, 0, ELASTIC, q).normal
+
+
+def test_creepages_of_a_shifted_wheelset() -> None:
+    """Rolling freely: longitudinal creepages (r0 - r) / r0, and the lateral one of a yawed wheelset is -yaw."""
+    shifted = wheel(CONE, 0, FULL, np.array([2e-3, -1e-4, 0.0, 0.0]))
+    assert shifted.creepage_x == pytest.approx(-0.05 * 2e-3 / RADIUS, rel=1e-3)
+    yawed = wheel(CONE, 0, FULL, np.array([0.0, -1e-4, 0.0, 1e-3]))
+    assert yawed.creepage_y == pytest.approx(-1e-3, rel=2e-3)
+    assert yawed.creep_force_y > 0.0
+    turning = wheel(CONE, 0, FULL, np.array([0.0, -1e-4, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.1]))
+    assert turning.creepage_x == pytest.approx(-HALF * 0.1 / 20.0, rel=1e-3)
