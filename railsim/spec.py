@@ -56,8 +56,19 @@ def _one_line(cls: type[Spec], error: pydantic.ValidationError, where: str) -> s
     first = error.errors()[0]
     key = ".".join([where] * bool(where) + [str(part) for part in first["loc"]])
     if first["type"] == "extra_forbidden":
-        return f"{key}: unknown key; {cls.__name__} knows {', '.join(sorted(cls.model_fields))}"
+        known = _owner(cls, first["loc"][:-1])
+        return f"{key}: unknown key; {known.__name__} knows {', '.join(sorted(known.model_fields))}"
     if first["type"] == "missing":
         return f"{key}: missing; add it"
     reason = first["msg"].removeprefix("Value error, ")
     return f"{key or cls.__name__}: {reason} (got {first['input']!r})"
+
+
+def _owner(cls: type[Spec], path: tuple[int | str, ...]) -> type[Spec]:
+    """The nested Spec in which a wrong key stands."""
+    for part in path:
+        field = cls.model_fields.get(str(part))
+        inner = field.annotation if field else None
+        if isinstance(inner, type) and issubclass(inner, Spec):
+            cls = inner
+    return cls
