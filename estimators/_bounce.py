@@ -37,6 +37,7 @@ NEEDED = (
 )
 ACCELERATION = "bogie.acceleration_z [m/s2]"
 PITCH_RATE = "bogie.rate_pitch [rad/s]"
+FORWARD = "bogie.acceleration_x [m/s2]"
 
 
 @dataclass(frozen=True)

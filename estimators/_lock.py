@@ -9,10 +9,13 @@ from estimators._correlate import recompute, runner_up, slide
 from estimators._delay import REACH, UNKNOWNS, mismatch, travel_time
 from estimators._front import Front, advance
 from estimators._motion import Motion, correct, covariance, mean, predict, start
+from railsim.compiled import kernel
 
 COLUMNS = ("speed [m/s]", "speed_std [m/s]", "acceleration [m/s2]", "correlation [-]", "valid [-]")
+SLOW = 3.0  # s; a measured longitudinal acceleration that has stayed that long may be gravity and bias alone
+SHORT = 0.5  # s; averaging that takes the bogie's own shaking out of it
+QUIET = 0.05  # m/s2; change of it above what shaking leaves, below that of any manoeuvre
 COARSE = 2e-3  # s; error of the coarse travel time, a quarter of its usual grid
-FIRST_ACCELERATION = 0.5  # m/s2; standard deviation at the first lock
 
 
 class Limits(NamedTuple):
@@ -34,6 +37,9 @@ class Limits(NamedTuple):
     first: int  # smallest lag of the search, in strides
     spread: np.ndarray  # variances of the inverse's errors, shape (6,)
     pull: np.ndarray  # see `_noise`, shape (lags, 7)
+    late: int  # `delay` in samples
+    first_acceleration: float  # m/s2; standard deviation at the first lock
+    cruise: float  # (m/s2)^2 s; how well a cruising train keeps its speed; 0: nothing to be told from
 
 
 class Lock(NamedTuple):
@@ -43,12 +49,15 @@ class Lock(NamedTuple):
     ----------
     signals : last C samples of S, D, P, Q, each twice, shape (4, 2 C).
     good : number of usable samples in a row up to each, shape (2 C,).
+    gained : integral of the measured longitudinal acceleration (m/s), shape (2 C,).
     search : every `stride`-th sample of both wheelsets over the window, each twice, shape (2, 2 N).
     covered : 1 where these can be used, shape (N,).
     sums : running correlation of the search by lag.
     power : sums of the search's squares and of `covered`, shape (3,).
-    x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8).
+    x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8); the second unknown is the
+        acceleration less the measured one.
     level : averages: mismatch squared, the same without outbursts, power of the signals; shape (3,).
+    push : last longitudinal acceleration, its integral, its slow average (NaN: none so far), shape (3,).
     counts : samples so far, measurements so far, locked, good samples in a row, shape (4,).
     """
 
@@ -56,6 +65,7 @@ class Lock(NamedTuple):
     motion: Motion
     signals: np.ndarray
     good: np.ndarray
+    gained: np.ndarray
     search: np.ndarray
     covered: np.ndarray
     sums: np.ndarray
@@ -63,19 +73,21 @@ class Lock(NamedTuple):
     x: np.ndarray
     P: np.ndarray
     level: np.ndarray
+    push: np.ndarray
     counts: np.ndarray
 
     @classmethod
     def new(cls, filters: Front, motion: Motion, limits: Limits, window: float) -> Self:
         """State before the first sample; `window` of the search in s."""
         longest = limits.wheelbase / limits.slowest * limits.rate
-        capacity = int(np.ceil(1.2 * longest)) + limits.stride + 4 * REACH
+        capacity = int(np.ceil(1.2 * longest)) + 2 * limits.stride + limits.late + 4 * REACH
         last = int(np.ceil(longest / limits.stride))
         size = max(round(window * limits.rate / limits.stride), 2 * last)
         return cls(
             filters,
             motion,
             np.zeros((4, 2 * capacity)),
+            np.zeros(2 * capacity),
             np.zeros(2 * capacity),
             np.zeros((2, 2 * size)),
             np.zeros(size),
@@ -84,13 +96,14 @@ class Lock(NamedTuple):
             np.zeros(UNKNOWNS),
             np.zeros((UNKNOWNS, UNKNOWNS)),
             np.zeros(3),
+            np.array([0.0, 0.0, np.nan]),
             np.zeros(4, dtype=np.int64),
         )
 
 
 @njit(cache=True, nogil=True)
-def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Rows of `COLUMNS` for new samples of acceleration and pitch rate."""
+def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Rows of `COLUMNS` for new samples of vertical acceleration, pitch rate, longitudinal acceleration."""
     rows = np.empty((len(a), 5))
     out = np.empty(4)
     size = s.signals.shape[1] // 2
@@ -101,11 +114,25 @@ def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray) -> np.ndarray:
         for row in range(4):
             s.signals[row, p] = s.signals[row, p + size] = out[row] if good else 0.0
         s.good[p] = s.good[p + size] = s.counts[3]
+        _push(s, c, p, u[i])
         if s.counts[0] % c.stride == 0:
             _measure(s, c, p + size, out, good)
-        _report(s, c, rows[i])
+        _report(s, c, p + size, rows[i])
         s.counts[0] += 1
     return rows
+
+
+@kernel
+def _push(s: Lock, c: Limits, p: int, u: float) -> None:
+    """Integrate the measured longitudinal acceleration; a lost sample repeats the last one."""
+    if np.isfinite(u):
+        s.push[1] += (s.push[0] + u) / 2 / c.rate
+        s.push[0] = u
+        s.push[2] = s.push[2] + (u - s.push[2]) / (SLOW * c.rate) if np.isfinite(s.push[2]) else u
+    else:
+        s.push[1] += s.push[0] / c.rate
+    size = len(s.gained) // 2
+    s.gained[p] = s.gained[p + size] = s.push[1]
 
 
 @njit(cache=True, nogil=True)
@@ -147,7 +174,7 @@ def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, 
     return peak / power / max(1 - lag / s.power[2], 0.2), lag * c.stride / c.rate
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _alone(s: Lock, c: Limits) -> bool:
     """Whether the peak of the search stands out."""
     k = int(np.argmax(s.sums))
@@ -161,7 +188,7 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
     s.x[0] = speed
     variance = np.zeros(UNKNOWNS)
     variance[0] = (speed * max(0.02, COARSE / lag)) ** 2
-    variance[1] = FIRST_ACCELERATION**2
+    variance[1] = c.first_acceleration**2
     variance[2:] = c.spread
     s.P[:] = np.diag(variance)
     start(s.motion, s.x, variance)
@@ -174,13 +201,13 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
 @njit(cache=True, nogil=True)
 def _follow(s: Lock, c: Limits, now: int) -> None:
     """One step of the motion models and, where the signals are sound, one measurement at sample `now`."""
-    predict(s.motion, c.stride / c.rate)
+    predict(s.motion, c.stride / c.rate, s.gained[now - c.late] - s.gained[now - c.late - c.stride])
     models = len(s.motion.weight)
     errors, slopes, pull = np.zeros(models), np.zeros((models, UNKNOWNS)), np.zeros((models, UNKNOWNS))
     power, error = 0.0, 0.0
     usable = s.good[now + REACH] > 2 * REACH
     for j in range(models):
-        x = s.motion.x[j]
+        x = _total(s, c, now, s.motion.x[j])
         back = now - travel_time(c.wheelbase, x[0], x[1]) * c.rate
         if not usable or x[0] < 0.5 * c.slowest or back < REACH + 1 or back > now - 1:
             usable = False
@@ -190,6 +217,7 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
         _pull(c, x, pull[j])
         power += s.motion.weight[j] * strength
         error += s.motion.weight[j] * errors[j]
+    _cruise(s, c, now)
     if usable:
         s.level[2] += c.forget * (power - s.level[2])
         if s.level[2] > 0.01 * c.floor:
@@ -199,6 +227,33 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
             correct(s.motion, errors, slopes, noise * c.repeat, pull * s.level[1])
     s.x[:] = mean(s.motion)
     s.P[:] = covariance(s.motion, s.x)
+
+
+@njit(cache=True, nogil=True)
+def _cruise(s: Lock, c: Limits, now: int) -> None:
+    """While the measured longitudinal acceleration is steady, the first model takes the speed for constant."""
+    short = min(int(SHORT * c.rate), len(s.gained) // 4)
+    mean_push = (s.gained[now - c.late] - s.gained[now - c.late - short]) * c.rate / short
+    if c.cruise == 0 or not abs(mean_push - s.push[2]) < QUIET:
+        return
+    P = s.motion.P[0]
+    error = mean_push + s.motion.x[0, 1]
+    S = P[1, 1] + c.cruise * c.rate / c.stride
+    gain = P[:, 1] / S
+    s.motion.x[0] -= gain * error
+    P -= np.outer(gain, gain) * S
+    s.motion.weight[0] *= np.exp(-min(error * error / (2 * S), 20.0))
+    s.motion.weight[:] /= s.motion.weight.sum()
+
+
+@njit(cache=True, nogil=True)
+def _total(s: Lock, c: Limits, now: int, x: np.ndarray) -> np.ndarray:
+    """The unknowns with the whole acceleration over the travel time instead of what the measured one leaves."""
+    whole = x.copy()
+    span = c.rate * c.wheelbase / max(x[0], 0.5 * c.slowest)
+    past = min(max(int(span), 1), len(s.gained) // 2 - 2 * c.stride - c.late - 2 * REACH)
+    whole[1] += (s.gained[now - c.late] - s.gained[now - c.late - past]) * c.rate / past
+    return whole
 
 
 @njit(cache=True, nogil=True)
@@ -214,7 +269,7 @@ def _pull(c: Limits, x: np.ndarray, out: np.ndarray) -> None:
     out[2:] = row[1:]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _holds(s: Lock, c: Limits, correlation: float) -> bool:
     """Whether the lock is sound: in range, certain, and explaining as much as the best lag of the search."""
     quality = 1 - s.level[0] / (2 * s.level[2] + 1e-300)
@@ -223,17 +278,19 @@ def _holds(s: Lock, c: Limits, correlation: float) -> bool:
     return in_range and certain and quality > c.threshold / 2 and quality > correlation - 0.2
 
 
-@njit(cache=True, nogil=True)
-def _report(s: Lock, c: Limits, row: np.ndarray) -> None:
+@kernel
+def _report(s: Lock, c: Limits, newest: int, row: np.ndarray) -> None:
     """The state carried on from the middle of the filters' delay to now."""
     if not s.counts[2]:
         row[:] = np.nan
         row[3] = row[4] = 0.0
         return
-    ahead = c.delay + (s.counts[0] % c.stride + REACH) / c.rate
+    behind = c.late + s.counts[0] % c.stride + REACH
+    ahead = behind / c.rate
+    recent = s.gained[newest] - s.gained[newest - behind]
     variance = s.P[0, 0] + 2 * ahead * s.P[0, 1] + ahead**2 * s.P[1, 1]
-    row[0] = s.x[0] + ahead * s.x[1]
+    row[0] = s.x[0] + ahead * s.x[1] + recent
     row[1] = np.sqrt(max(variance, 0.0))
-    row[2] = s.x[1]
+    row[2] = s.x[1] + recent / ahead
     row[3] = 1 - s.level[0] / (2 * s.level[2] + 1e-300)
     row[4] = 1.0

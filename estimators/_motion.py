@@ -78,8 +78,8 @@ def covariance(motion: Motion, centre: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def predict(motion: Motion, step: float) -> None:
-    """Mix the models and move them on by one step."""
+def predict(motion: Motion, step: float, gain: float) -> None:
+    """Mix the models and move them on by one step, in which the measured acceleration adds `gain` to the speed."""
     models = len(motion.weight)
     x, P, weight = motion.x.copy(), motion.P.copy(), motion.weight.copy()
     other = motion.switch / (models - 1)
@@ -96,6 +96,7 @@ def predict(motion: Motion, step: float) -> None:
         F = np.eye(UNKNOWNS)
         F[0, 1], F[1, 1] = step, motion.keep[j]
         motion.x[j] = F @ centre
+        motion.x[j, 0] += gain
         motion.P[j] = F @ mixed @ F.T
         for k in range(UNKNOWNS):
             motion.P[j, k, k] += motion.Q[j, k]

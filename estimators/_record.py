@@ -1,4 +1,4 @@
-"""What the speed estimators read from a recording: two channels on one uniform grid, the accelerometer's place."""
+"""What the speed estimators read from a recording: channels on one uniform grid, the accelerometer's place."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from estimators._bounce import ACCELERATION, PITCH_RATE
+from estimators._bounce import ACCELERATION, FORWARD, PITCH_RATE
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
@@ -20,6 +20,7 @@ class Grid:
     Attributes
     ----------
     acceleration, pitch_rate : samples, shape (n,), m/s2 and rad/s.
+    forward : longitudinal acceleration, shape (n,), m/s2; all NaN where it is not measured together with the others.
     rows : index of each recorded sample in the grid, shape (number of recorded samples,).
     time : the recorded samples' time stamps in s.
     rate : samples per second.
@@ -27,17 +28,18 @@ class Grid:
 
     acceleration: np.ndarray
     pitch_rate: np.ndarray
+    forward: np.ndarray
     rows: np.ndarray
     time: np.ndarray
     rate: float
 
 
 def read(measurements: Measurements) -> Grid:
-    """Both channels on one grid.
+    """The channels on one grid.
 
     Raises
     ------
-    InputError : the channels differ in rate or length or hold fewer than two samples.
+    InputError : the two channels that are needed differ in rate or length or hold fewer than two samples.
     """
     time, other = measurements.time(ACCELERATION), measurements.time(PITCH_RATE)
     if len(time) != len(other) or not np.allclose(time, other, atol=1e-6, rtol=0):
@@ -49,16 +51,24 @@ def read(measurements: Measurements) -> Grid:
     steps = np.diff(time)
     rate = _real_rate(steps, measurements.rate(ACCELERATION))
     rows = np.concatenate([[0], np.cumsum(1 + missing(steps, rate))])
-    filled = np.full((2, rows[-1] + 1), np.nan)
+    filled = np.full((3, rows[-1] + 1), np.nan)
     filled[0, rows] = measurements[ACCELERATION]
     filled[1, rows] = measurements[PITCH_RATE]
-    return Grid(filled[0], filled[1], rows, np.asarray(time), rate)
+    if together(measurements.about, measurements.rate(ACCELERATION)) and FORWARD in measurements:
+        filled[2, rows] = measurements[FORWARD]
+    return Grid(filled[0], filled[1], filled[2], rows, np.asarray(time), rate)
 
 
 def missing(steps: np.ndarray, rate: float) -> np.ndarray:
     """Number of samples lost between neighbours that are `steps` seconds apart."""
     lost = np.rint(np.asarray(steps) * rate).astype(np.int64) - 1
     return np.clip(lost, 0, round(LONGEST_GAP * rate))
+
+
+def together(about: Mapping[str, Any], rate: float) -> bool:
+    """Whether a sensor is stated that gives the longitudinal acceleration at that sample rate."""
+    sheets = (sheet for sheet in about.get("sensors", []) if FORWARD in sheet.get("channels", ()))
+    return any(abs(float(sheet.get("rate", rate)) / rate - 1) < 1e-6 for sheet in sheets)
 
 
 def accelerometer_offset(about: Mapping[str, Any]) -> float:
@@ -82,11 +92,15 @@ class Stepper:
     ----------
     columns : names of the kernel's columns.
     rate : sample rate in Hz.
-    advance : kernel; new samples of acceleration and pitch rate, each of shape (n,), to rows of shape (n, columns).
+    advance : kernel; new samples of acceleration, pitch rate and longitudinal acceleration (NaN: not measured), each
+        of shape (n,), to rows of shape (n, columns).
     """
 
     def __init__(
-        self, columns: tuple[str, ...], rate: float, advance: Callable[[np.ndarray, np.ndarray], np.ndarray]
+        self,
+        columns: tuple[str, ...],
+        rate: float,
+        advance: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray],
     ) -> None:
         self.advance = advance
         self._columns = columns
@@ -105,7 +119,8 @@ class Stepper:
             if not time > self._time:
                 raise InputError(f"time {time:g} s follows {self._time:g} s; give samples in the order of time")
             lost = np.full(int(missing(np.array(time - self._time), self._rate)), np.nan)
-            self.advance(lost, lost)
+            self.advance(lost, lost, lost)
         self._time = time
-        row = self.advance(np.array([sample[ACCELERATION]]), np.array([sample[PITCH_RATE]]))[0]
+        values = sample[ACCELERATION], sample[PITCH_RATE], sample.get(FORWARD, np.nan)
+        row = self.advance(*(np.array([value], dtype=float) for value in values))[0]
         return {"time [s]": time, **{name: float(value) for name, value in zip(self._columns, row, strict=True)}}

@@ -55,7 +55,7 @@ class SpeedPlain(Estimator, frozen=True):
         self.need(measurements)
         grid = read(measurements)
         run = self.online(measurements.about, grid.rate)
-        rows = run.advance(grid.acceleration, grid.pitch_rate)[grid.rows]
+        rows = run.advance(grid.acceleration, grid.pitch_rate, grid.forward)[grid.rows]
         series = pd.DataFrame(dict(zip(("time [s]", *COLUMNS), (grid.time, *rows.T), strict=True)))
         return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), "rate [Hz]": grid.rate})
 
@@ -81,7 +81,7 @@ class SpeedPlain(Estimator, frozen=True):
             np.zeros(1, dtype=np.int64),
         )
         limits = np.array([filters.wheelbase * rate, self.threshold, self.floor, self.ambiguity])
-        return Stepper(COLUMNS, rate, lambda a, q: _run(state, first, limits, a, q))
+        return Stepper(COLUMNS, rate, lambda a, q, _: _run(state, first, limits, a, q))
 
 
 class _State(NamedTuple):

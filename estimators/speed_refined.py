@@ -11,7 +11,7 @@ from estimators._front import front
 from estimators._lock import COLUMNS, Limits, Lock, run
 from estimators._motion import Motion, bank
 from estimators._noise import pull
-from estimators._record import Stepper, accelerometer_offset, read
+from estimators._record import Stepper, accelerometer_offset, read, together
 from estimators.interface import Estimate, Estimator
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -33,7 +33,7 @@ class SpeedRefined(Estimator, frozen=True):
 
     low: float = quantity(1.0, unit="Hz", source="body bounce stays below; " + TRIAL, gt=0.05, lt=50)
     reach: float = quantity(
-        1.3,
+        1.0,
         unit="-",
         source="upper edge over the bogie's pitch frequency: Cramer-Rao bound and curve_r400",
         gt=0.3,
@@ -54,6 +54,19 @@ class SpeedRefined(Estimator, frozen=True):
     steady_acceleration: float = quantity(
         3e-7, unit="m2/s5", source="sum of gradient and thrust while coasting; illustrative", gt=0
     )
+    first_acceleration: float = quantity(0.5, unit="m/s2", source="service braking and traction, EN 13452-1", gt=0)
+    forward_bias: float = quantity(
+        0.3, unit="m/s2", source="gradient of 3 %; bias and mounting of a MEMS sensor stay below", gt=0
+    )
+    gradient_change: float = quantity(
+        1e-3, unit="m2/s5", source="vertical curve: 1 % (0.1 m/s2) within 5 to 10 s; illustrative", gt=0
+    )
+    cruise: float = quantity(
+        0.01, unit="m/s2*s^0.5", source="1 cm/s of drift in a second of cruise; illustrative", gt=0
+    )
+    forward_change: float = quantity(
+        0.05, unit="m2/s5", source="a tenth of `change`: longitudinal accelerometer at fault; illustrative", gt=0
+    )
     change: float = quantity(0.5, unit="m2/s5", source="1 m/s2 reached within 2 s, EN 13452-1 service braking", gt=0)
     switch_rate: float = quantity(3e-3, unit="1/s", source="a change of motion every few minutes; illustrative", gt=0)
     inertia_spread: float = quantity(0.1, unit="-", source="parameter scatter between vehicles; illustrative", ge=0)
@@ -73,19 +86,23 @@ class SpeedRefined(Estimator, frozen=True):
         """
         self.need(measurements)
         grid = read(measurements)
-        stepper = self.online(measurements.about, grid.rate)
-        rows = stepper.advance(grid.acceleration, grid.pitch_rate)[grid.rows]
+        stepper = self._start(measurements.about, grid.rate, bool(np.isfinite(grid.forward).any()))
+        rows = stepper.advance(grid.acceleration, grid.pitch_rate, grid.forward)[grid.rows]
         series = pd.DataFrame(dict(zip(("time [s]", *COLUMNS), (grid.time, *rows.T), strict=True)))
         return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), "rate [Hz]": grid.rate})
 
     def online(self, about: Mapping[str, Any], rate: float) -> Stepper:
-        """Start a run; see `OnlineEstimator`."""
+        """Start a run; see `OnlineEstimator`. Where `about` states a sensor of it, samples also hold `FORWARD`."""
+        return self._start(about, rate, together(about, rate))
+
+    def _start(self, about: Mapping[str, Any], rate: float, driven: bool) -> Stepper:
         if not self.slowest < self.fastest:
             raise InputError("speed_refined: 'slowest' must lie below 'fastest'")
         vehicle = about["vehicle"]
         high = self.reach * pitch_frequency(vehicle)
         filters = chain(vehicle, rate, self.low, high, True, accelerometer_offset(about))
         stride = max(1, int(rate / (8 * high)))
+        densities = self.acceleration_noise, self.rate_noise
         limits = Limits(
             rate=rate,
             stride=stride,
@@ -102,10 +119,14 @@ class SpeedRefined(Estimator, frozen=True):
             repeat=max(1.0, rate / stride / (2 * filters.bandwidth)),
             first=max(1, int(filters.wheelbase / self.fastest * rate / stride) - 1),
             spread=self._spread(),
-            pull=pull(filters, rate, filters.wheelbase / self.slowest, (self.acceleration_noise, self.rate_noise)),
+            pull=pull(filters, rate, filters.wheelbase / self.slowest, densities),
+            late=round(filters.delay * rate),
+            first_acceleration=self.forward_bias if driven else self.first_acceleration,
+            cruise=self.cruise**2 if driven else 0.0,
         )
-        lock = Lock.new(front(filters, rate, self.low), self._bank(stride / rate), limits, self.window)
-        return Stepper(COLUMNS, rate, lambda a, q: run(lock, limits, a, q))
+        bank = self._driven_bank(stride / rate) if driven else self._bank(stride / rate)
+        lock = Lock.new(front(filters, rate, self.low), bank, limits, self.window)
+        return Stepper(COLUMNS, rate, lambda a, q, u: run(lock, limits, a, q, u))
 
     def _spread(self) -> np.ndarray:
         return (
@@ -121,6 +142,13 @@ class SpeedRefined(Estimator, frozen=True):
             )
             ** 2
         )
+
+    def _driven_bank(self, step: float) -> Motion:
+        diffusion = np.zeros((3, 8))
+        diffusion[:, 0] = self.steady_speed
+        diffusion[:, 1] = self.steady_acceleration, self.gradient_change, self.forward_change
+        diffusion[:, 2:] = self._spread() / 1000
+        return bank(np.full(3, np.inf), diffusion, step, self.switch_rate)
 
     def _bank(self, step: float) -> Motion:
         slow = self._spread() / 1000  # the vehicle may have changed within a quarter of an hour
