@@ -1,0 +1,1 @@
+"""Wheel and rail profiles: files, standard shapes, wear, contact search, equivalent conicity."""
