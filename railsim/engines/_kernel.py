@@ -222,15 +222,29 @@ def turned_arm(rotation, arm, spare, out):
 
 
 @kernel
+def lever_moment(rotation, arm, pull, work, out):
+    """out = generalised moment of a force at a body's point: the gradient of `turned_arm` times the force."""
+    first, second, spare = work[0:3], work[3:6], work[6:9]
+    cross(rotation, arm, spare)
+    cross(spare, pull, first)
+    cross(pull, rotation, spare)
+    cross(arm, spare, second)
+    cross(arm, pull, out)
+    for k in range(3):
+        out[k] += 0.5 * (first[k] + second[k])
+
+
+@kernel
 def finite_element(plant, e, s, velocity, q, rate, force, work):
-    """Linear element with its axes midway between both bodies' orientations, to second order in the rotations; work
-    (96,).
+    """Linear element with its axes midway between both bodies' orientations, to second order in the rotations.
+
+    Forces are the gradient of the element's energy in that stretch, so it conserves energy; work (96,).
     """
     upper, lower = plant.core.finite_bodies[e, 0], plant.core.finite_bodies[e, 1]
     arms = plant.core.finite_arms[e]
     place_u, pace_u, place_l, pace_l = work[0:6], work[6:12], work[12:18], work[18:24]
     moved_u, moved_l, stretch, speed = work[24:27], work[27:30], work[30:36], work[36:42]
-    middle, spare, turned, pull, moment = work[42:45], work[45:48], work[48:51], work[51:54], work[54:57]
+    middle, spare, turned, pull = work[42:45], work[45:48], work[48:51], work[51:54]
     body_coordinates(plant, upper, s, velocity, q, rate, work[60:72], place_u, pace_u)
     body_coordinates(plant, lower, s, velocity, q, rate, work[60:72], place_l, pace_l)
     turned_arm(place_u[3:], arms[0], spare, moved_u)
@@ -258,13 +272,11 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
     for k in range(3):
         work[84 + k] += plant.core.finite_preload[e, k]
     cross(middle, work[84:87], spare)
-    cross(middle, work[87:90], turned)
     for k in range(3):
-        pull[k], moment[k] = work[84 + k] + spare[k], work[87 + k] + turned[k]
-        moved_u[k] += arms[0, k] - 0.5 * stretch[k]
-        moved_l[k] += arms[1, k] + 0.5 * stretch[k]
-    cross(moved_u, pull, spare)
-    cross(moved_l, pull, turned)
+        pull[k] = work[84 + k] + spare[k]
+    cross(stretch, work[84:87], turned)  # the axes turn with both bodies
+    lever_moment(place_u[3:], arms[0], pull, work[60:72], moved_u)
+    lever_moment(place_l[3:], arms[1], pull, work[60:72], moved_l)
     for k in range(3):
         i, j = plant.core.coordinate[upper, k], plant.core.coordinate[lower, k]
         if i >= 0:
@@ -273,9 +285,9 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
             force[j] -= pull[k]
         i, j = plant.core.coordinate[upper, 3 + k], plant.core.coordinate[lower, 3 + k]
         if i >= 0:
-            force[i] += spare[k] + moment[k]
+            force[i] += moved_u[k] - 0.5 * turned[k] + work[87 + k]
         if j >= 0:
-            force[j] -= turned[k] + moment[k]
+            force[j] -= moved_l[k] + 0.5 * turned[k] + work[87 + k]
 
 
 @inlined
