@@ -1,10 +1,11 @@
 """Running cross-correlation of two signals over a sliding window, sums updated in place."""
 
 import numpy as np
-from numba import njit
+
+from railsim.compiled import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def slide(x: np.ndarray, y: np.ndarray, new_x: float, new_y: float, n: int, first: int, sums: np.ndarray) -> None:
     """Move the window on by one sample: equation (10) of Ward et al. 2011, all lags.
 
@@ -27,7 +28,7 @@ def slide(x: np.ndarray, y: np.ndarray, new_x: float, new_y: float, n: int, firs
         sums[k] += x[p + size - first - k] * new_y
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def recompute(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -> None:
     """The sums afresh after sample n, which drops what rounding has left in them."""
     size = len(x) // 2
@@ -40,7 +41,7 @@ def recompute(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray
         sums[k] = total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def runner_up(sums: np.ndarray, k: int) -> float:
     """Largest correlation outside the lobe of peak `k`, which ends where the sums change sign; 0 if none."""
     left = k

@@ -17,11 +17,13 @@ and no bias from its ends.
 import numpy as np
 from numba import njit
 
+from railsim.compiled import kernel
+
 UNKNOWNS = 8
 REACH = 3  # samples on either side that interpolation and derivatives need
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def travel_time(wheelbase: float, speed: float, acceleration: float) -> float:
     """Time T that the last `wheelbase` metres took; solves 2 Lb = V T - a T^2 / 2 (s)."""
     root = speed * speed - 2 * acceleration * wheelbase

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from estimators._bounce import Chain
+from railsim.compiled import kernel
 
 
 class Front(NamedTuple):
@@ -36,7 +36,7 @@ def front(filters: Chain, rate: float, low: float) -> Front:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def advance(f: Front, a: float, q: float, out: np.ndarray) -> bool:
     """Take one sample (NaN: lost, the last good one is held); `out` gets the four signals.
 
@@ -58,7 +58,7 @@ def advance(f: Front, a: float, q: float, out: np.ndarray) -> bool:
     return f.counts[0] == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def reset(sections: np.ndarray, steady: np.ndarray, a: float, q: float, state: np.ndarray) -> None:
     """Put the filters in the state that a long constant input (a, q) leaves."""
     for row in range(len(sections)):
@@ -68,7 +68,7 @@ def reset(sections: np.ndarray, steady: np.ndarray, a: float, q: float, state: n
             state[row, k, 1] = steady[row, k, 1] * value
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def filtered(sections: np.ndarray, state: np.ndarray, a: float, q: float, out: np.ndarray) -> None:
     """One step of all filters: `out` gets the halved sum and difference and their inertial shares, shape (4,)."""
     for row in range(len(sections)):

@@ -26,7 +26,8 @@ class SpeedRefined(Estimator, frozen=True):
     A running correlation finds the travel time coarsely; a bank of extended Kalman filters (steady speed, steady
     acceleration, change) then drives the mismatch to zero step by step. Their memory is as long as the noise asks for
     and the motion allows. Errors of the vehicle's parameters that let one wheelset leak into the other are
-    estimated too.
+    estimated too. Where the bogie's longitudinal acceleration is recorded at the same rate, it drives the motion model,
+    and what is estimated is its bias (sensor, mounting, gradient): manoeuvres are then followed without delay.
     """
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
@@ -35,7 +36,7 @@ class SpeedRefined(Estimator, frozen=True):
     reach: float = quantity(
         1.0,
         unit="-",
-        source="upper edge over the bogie's pitch frequency: Cramer-Rao bound and curve_r400",
+        source="upper edge over the bogie's pitch frequency; least variance of the unweighted mismatch by its spectra",
         gt=0.3,
         le=5,
     )
@@ -59,13 +60,13 @@ class SpeedRefined(Estimator, frozen=True):
         0.3, unit="m/s2", source="gradient of 3 %; bias and mounting of a MEMS sensor stay below", gt=0
     )
     gradient_change: float = quantity(
-        1e-3, unit="m2/s5", source="vertical curve: 1 % (0.1 m/s2) within 5 to 10 s; illustrative", gt=0
+        1e-4, unit="m2/s5", source="gradient: 0.3 % (0.03 m/s2) within 10 s; illustrative", gt=0
     )
     cruise: float = quantity(
         0.01, unit="m/s2*s^0.5", source="1 cm/s of drift in a second of cruise; illustrative", gt=0
     )
     forward_change: float = quantity(
-        0.05, unit="m2/s5", source="a tenth of `change`: longitudinal accelerometer at fault; illustrative", gt=0
+        0.02, unit="m2/s5", source="end of a gradient: 2 % (0.2 m/s2) within 2 s; illustrative", gt=0
     )
     change: float = quantity(0.5, unit="m2/s5", source="1 m/s2 reached within 2 s, EN 13452-1 service braking", gt=0)
     switch_rate: float = quantity(3e-3, unit="1/s", source="a change of motion every few minutes; illustrative", gt=0)

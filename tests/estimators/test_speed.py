@@ -12,6 +12,7 @@ from railsim.measurements import Measurements
 from tests.estimators.bogie_rig import INNER, MEMS, NOMINAL, measurements, ride
 
 A, Q = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
+X = "bogie.acceleration_x [m/s2]"
 BOTH = [SpeedPlain(), SpeedRefined()]
 KMH = 3.6
 SETTLED = 8000  # samples: filters, first search, first seconds of the lock
@@ -108,6 +109,35 @@ def test_speeding_up(noise: dict[str, float] | None) -> None:
     assert -2.6 * KMH < np.mean(plain[ramp]) < -1.4 * KMH  # half a window's delay: 2 m/s
     assert abs(np.mean(refined[ramp])) < 0.05 * abs(np.mean(plain[ramp]))
     assert largest(refined[SETTLED:]) < 0.4 * largest(plain[SETTLED:])
+
+
+def with_forward(recording: Measurements, speed: np.ndarray, rng: np.random.Generator) -> Measurements:
+    """The recording with a biased, noisy longitudinal accelerometer; speed at `INNER`."""
+    forward = np.gradient(speed, 1 / INNER)[::4] + 0.1 + rng.normal(scale=0.02, size=len(recording.time(A)))
+    table = {"time [s]": recording.time(A), A: recording[A], Q: recording[Q], X: forward}
+    about = {**recording.about, "sensors": [{"name": "bogie", "channels": [A, X], "rate": 1000.0}]}
+    return Measurements(about, {1000.0: table})
+
+
+def test_longitudinal_accelerometer_shows_the_onset() -> None:
+    rng = np.random.default_rng(17)
+    speed = speeding_up()
+    plain, true = ride(speed, rng, noise=MEMS)
+    driven = with_forward(plain, speed, rng)
+    off = errors(SpeedRefined(), driven, true)
+    assert largest(off) < 0.6
+    assert largest(off) < 0.3 * largest(errors(SpeedRefined(), plain, true))
+
+
+def test_online_with_longitudinal_accelerometer_gives_the_same_numbers() -> None:
+    rng = np.random.default_rng(18)
+    speed = speeding_up(8, 2)
+    recording = with_forward(ride(speed, rng, noise=MEMS)[0], speed, rng)
+    whole = SpeedRefined().estimate(recording).series
+    run = SpeedRefined().online(recording.about, 1000.0)
+    values = zip(recording.time(A), recording[A], recording[Q], recording[X], strict=True)
+    rows = [run.step({"time [s]": t, A: a, Q: q, X: x}) for t, a, q, x in values]
+    pd.testing.assert_frame_equal(pd.DataFrame(rows), whole, check_exact=True)
 
 
 def test_braking_to_a_stand_and_starting_again() -> None:
