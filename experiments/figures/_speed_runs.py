@@ -2,6 +2,7 @@
 estimated speed.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ def speed_table(
     window: float = 4.0,
     slowest: float = 3.0,
     tachometer: bool = False,
+    forward: bool = False,
 ) -> pd.DataFrame:
     """One run with bogie sensors of all grades: true, plain and refined speed [km/h] over time.
 
@@ -39,6 +41,7 @@ def speed_table(
     fast : the compiled engine instead of Exudyn.
     window, slowest : of the plain variant [s], [m/s].
     tachometer : adds the wheelset's tachometer.
+    forward : adds "refined forward [km/h]": industrial sensors with a longitudinal accelerometer.
 
     Returns
     -------
@@ -60,6 +63,10 @@ def speed_table(
         if tachometer:
             wheel = "wheelset1.speed [m/s]"
             table["tachometer [km/h]"] = KMH * np.interp(truth.time, measured.time(wheel), measured[wheel])
+    if forward:
+        suite = Scenario.build({**base, "sensors": _sensors("industrial", False, ["x", "z"])})
+        time, error = speed_errors(SpeedRefined().estimate(measure(truth, suite).measurements), truth)
+        table["refined forward [km/h]"] = true + KMH * np.interp(truth.time, time, error)
     return table
 
 
@@ -81,9 +88,9 @@ def truncation(speed: float) -> tuple[float, float]:
     return float(errors.min()), float(errors.max())
 
 
-def _sensors(errors: Any, tachometer: bool) -> list[dict[str, Any]]:
+def _sensors(errors: Any, tachometer: bool, axes: Sequence[str] = ("z",)) -> list[dict[str, Any]]:
     common = {"name": "bogie", "body": "bogie", "rate": SAMPLING, "errors": errors}
-    sensors = [{"kind": "accelerometer", "axes": ["z"], **common}, {"kind": "gyro", "axes": ["pitch"], **common}]
+    sensors = [{"kind": "accelerometer", "axes": list(axes), **common}, {"kind": "gyro", "axes": ["pitch"], **common}]
     if tachometer:
         sensors.append({"kind": "tachometer", "name": "wheelset1", "body": "wheelset1", "rate": 50.0})
     return sensors
