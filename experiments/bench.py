@@ -22,16 +22,21 @@ from railsim.simulation import build_run, load_engine, measure, simulate
 UNIT = "s/s"
 SCENARIO = "straight_erri_low"
 REPEATS = 3  # the median is reported
+FAST_DURATION = 8.0  # s
 BASELINE = "solve_ivp RK45, rtol 1e-6"
 
 
-def bench_rows() -> list[dict[str, Any]]:
-    """Rows of the benchmark: name, value, unit, what it is compared against and the ratio to that."""
-    scenario = load_scenario(SCENARIO)
-    return [*engine_rows(scenario), *estimator_rows(scenario)]
+def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
+    """Rows of the benchmark: name, value, unit, what it is compared against and the ratio to that.
+
+    `fast`: a short run, once: to see that it works, not to be quoted.
+    """
+    scenario = load_scenario(SCENARIO, {"duration": FAST_DURATION} if fast else {})
+    repeats = 1 if fast else REPEATS
+    return [*engine_rows(scenario, repeats), *estimator_rows(scenario, repeats)]
 
 
-def engine_rows(scenario: Scenario) -> list[dict[str, Any]]:
+def engine_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str, Any]]:
     """Both engines, and `scipy.integrate.solve_ivp` on the compiled engine's own right-hand side (Dormand-Prince and
     LSODA).
     """
@@ -45,12 +50,12 @@ def engine_rows(scenario: Scenario) -> list[dict[str, Any]]:
         "engine exudyn": (lambda: deque(load_engine("exudyn")(run), maxlen=0), run.duration),
         "engine compiled": (lambda: deque(load_engine("compiled")(run), maxlen=0), run.duration),
     }
-    rates = _rates(ways)
+    rates = _rates(ways, repeats)
     against = rates[BASELINE]
     return [_row(name, rate, BASELINE if name != BASELINE else None, rate / against) for name, rate in rates.items()]
 
 
-def estimator_rows(scenario: Scenario) -> list[dict[str, Any]]:
+def estimator_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str, Any]]:
     """Every estimator that fits the scenario's sensors: recorded seconds per second; 1 = real time."""
     with tempfile.TemporaryDirectory() as folder:
         truth = simulate(scenario, "compiled", f"{folder}/truth")
@@ -61,17 +66,17 @@ def estimator_rows(scenario: Scenario) -> list[dict[str, Any]]:
             for name, estimator in found.items()
             if estimator.fits(measured)
         }
-        return [_row(name, rate, "real time", rate) for name, rate in _rates(ways).items()]
+        return [_row(name, rate, "real time", rate) for name, rate in _rates(ways, repeats).items()]
 
 
-def _rates(ways: dict[str, tuple[Callable[[], object], float]]) -> dict[str, float]:
+def _rates(ways: dict[str, tuple[Callable[[], object], float]], repeats: int) -> dict[str, float]:
     """Seconds of each way per second of processor time: medians of runs in turn, after one that compiles what there
     is to.
     """
     for task, _ in ways.values():
         task()
     spent: dict[str, list[float]] = {name: [] for name in ways}
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         for name, (task, _) in ways.items():
             before = time.process_time()
             task()

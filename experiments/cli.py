@@ -119,6 +119,10 @@ def _list(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("kind", choices=KINDS, nargs="?", help="all kinds where none is named")
 
 
+def _bench(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--fast", action="store_true", help="a short run, once: to see that it works, not to be quoted")
+
+
 _COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "run": ("simulate, measure, estimate, score and draw a scenario", _run),
     "simulate": ("make a recording with its truth from a scenario", _simulate),
@@ -127,7 +131,7 @@ _COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "figure": ("draw figures of the paper and check its claims", _figure),
     "list": ("what there is", _list),
     "inspect": ("check a recording, scenario or track and say what is wrong with it", _inspect),
-    "bench": ("speed of the engines and estimators", lambda parser: None),
+    "bench": ("speed of the engines and estimators", _bench),
 }
 
 if __name__ == "__main__":
