@@ -60,6 +60,8 @@ def _one_line(cls: type[Spec], error: pydantic.ValidationError, where: str) -> s
         return f"{key}: unknown key; {known.__name__} knows {', '.join(sorted(known.model_fields))}"
     if first["type"] == "missing":
         return f"{key}: missing; add it"
+    if isinstance(inner := first.get("ctx", {}).get("error"), InputError):
+        return f"{key}.{inner}"
     reason = first["msg"].removeprefix("Value error, ")
     return f"{key or cls.__name__}: {reason} (got {first['input']!r})"
 

@@ -29,6 +29,10 @@ class WheelRailPair(Spec, frozen=True):
     flange_angle: float = quantity(1.2, unit="rad", source="S1002 flange, 70 degrees", gt=0.3, le=1.35)
     flange_width: float = quantity(0.0007, unit="m", source="illustrative: half width of the smooth step", ge=0.0003)
 
+    def sides(self, wheel_radius: float, half_gauge: float) -> tuple[ContactFunctions, ContactFunctions | None]:
+        """Contact functions of the left side; the right one is its mirror image."""
+        return self.contact_functions(wheel_radius, half_gauge), None
+
     def contact_functions(self, wheel_radius: float, half_gauge: float) -> ContactFunctions:
         """Left wheel of nominal radius r0 [m] whose contact at u = 0 lies `half_gauge` [m] from the centre line."""
         shift = np.linspace(-0.015, 0.015, 601)

@@ -13,6 +13,7 @@ from railsim.contact.functions import ContactTable
 from railsim.contact.pairs import WheelRailPair
 from railsim.contact.wheel import ContactLaw
 from railsim.model import BUMP_STOP, GRAVITY, Body, LinearElement, Model, NonlinearElement, Wheelset
+from railsim.profiles.pair import Pair
 from railsim.spec import Spec, quantity
 from railsim.vehicles.interface import Vehicle
 
@@ -76,12 +77,12 @@ class HalfVehicle(Vehicle, frozen=True):
     contact_damping_ratio: float = quantity(
         0.1, unit="-", source="illustrative: of the wheelset's bounce on the rails", ge=0.0
     )
-    pair: WheelRailPair = pydantic.Field(default_factory=WheelRailPair)
+    pair: Pair = quantity(WheelRailPair(), unit="-", source="analytic pair, or profiles (kind: profiles)")
     adhesion: Adhesion = pydantic.Field(default_factory=Adhesion)
 
     def model(self) -> Model:
         """Bodies `body`, `bogie`, `wheelset1` (leading), `wheelset2`: 16 free coordinates and two spins."""
-        functions = self.pair.contact_functions(self.wheel_radius, self.half_gauge)
+        left, right = self.pair.sides(self.wheel_radius, self.half_gauge)
         return Model(
             bodies=self._bodies(),
             elements=(self._secondary(), *(self._primary(i) for i in (1, 2))),
@@ -90,9 +91,9 @@ class HalfVehicle(Vehicle, frozen=True):
                 Wheelset(f"wheelset{i}", self.wheelset_spin_inertia, self.wheel_radius, self.primary_half_spacing)
                 for i in (1, 2)
             ),
-            contact=ContactTable.build(functions),
+            contact=ContactTable.build(left, right),
             law=contact_law(
-                self.adhesion, functions.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
+                self.adhesion, left.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
             ),
             reference="bogie",
             trailing_pivot=2.0 * self.semi_bogie_spacing,

@@ -6,6 +6,7 @@ import pydantic
 from railsim.contact.functions import ContactTable
 from railsim.contact.pairs import WheelRailPair
 from railsim.model import GRAVITY, Body, LinearElement, Model, Wheelset
+from railsim.profiles.pair import Pair
 from railsim.spec import quantity
 from railsim.vehicles.half_vehicle import ILLUSTRATIVE, Adhesion, contact_law
 from railsim.vehicles.interface import Vehicle
@@ -35,12 +36,12 @@ class WheelsetVehicle(Vehicle, frozen=True):
     yaw_stiffness: float = quantity(2.5e6, unit="N m/rad", source=ILLUSTRATIVE, ge=0.0)
     yaw_damping: float = quantity(0.0, unit="N m s/rad", source=ILLUSTRATIVE, ge=0.0)
     contact_damping_ratio: float = quantity(0.1, unit="-", source="illustrative: of the bounce on the rails", ge=0.0)
-    pair: WheelRailPair = pydantic.Field(default_factory=WheelRailPair)
+    pair: Pair = quantity(WheelRailPair(), unit="-", source="analytic pair, or profiles (kind: profiles)")
     adhesion: Adhesion = pydantic.Field(default_factory=Adhesion)
 
     def model(self) -> Model:
         """5 free coordinates and one spin."""
-        functions = self.pair.contact_functions(self.wheel_radius, self.half_gauge)
+        left, right = self.pair.sides(self.wheel_radius, self.half_gauge)
         centre = (0.0, 0.0, self.wheel_radius)
         inertia = (self.wheelset_yaw_inertia, self.wheelset_spin_inertia, self.wheelset_yaw_inertia)
         return Model(
@@ -61,9 +62,9 @@ class WheelsetVehicle(Vehicle, frozen=True):
             ),
             nonlinear=(),
             wheelsets=(Wheelset("wheelset1", self.wheelset_spin_inertia, self.wheel_radius, self.half_gauge),),
-            contact=ContactTable.build(functions),
+            contact=ContactTable.build(left, right),
             law=contact_law(
-                self.adhesion, functions.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
+                self.adhesion, left.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
             ),
             reference="wheelset1",
             primary=False,

@@ -1,0 +1,62 @@
+"""Wheel and rail profiles as a vehicle's setting: names or files, wear, gauge."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Annotated, Any, Literal
+
+import pydantic
+
+from railsim.contact.functions import ContactFunctions
+from railsim.contact.pairs import WheelRailPair
+from railsim.profiles.files import read_profile
+from railsim.profiles.layout import Layout
+from railsim.profiles.tables import contact_functions
+from railsim.profiles.wear import worn
+from railsim.spec import Spec, quantity
+
+SHIPPED = "shipped profile (s1002, uic60_40, ...) or the path of a file"
+
+
+class ProfilePair(Spec, frozen=True):
+    """Contact geometry from profiles, the same for all wheelsets; left and right may differ."""
+
+    kind: Literal["profiles"]
+    wheel: str = quantity("s1002", unit="name or path", source=SHIPPED)
+    rail: str = quantity("uic60_40", unit="name or path", source=SHIPPED)
+    right_wheel: str | None = quantity(None, unit="name or path", source="as the left one if not given")
+    right_rail: str | None = quantity(None, unit="name or path", source="as the left one if not given")
+    wear: float = quantity(0.0, unit="-", source="severity of `railsim.profiles.wear`", ge=0.0, le=1.0)
+    smoothing: float = quantity(0.0, unit="m, rms", source="0; some 5e-5 for measured profiles", ge=0.0, le=1e-3)
+    gauge: float = quantity(1.435, unit="m", source="standard gauge", gt=0.5, lt=2.0)
+    flange_back: float = quantity(1.360, unit="m", source="EN 13260, S1002 wheelsets: 1360 mm", gt=0.5, lt=2.0)
+    wheel_load: float = quantity(55e3, unit="N", source="nominal, for the quasi-elastic averaging", gt=0.0)
+
+    def sides(self, wheel_radius: float, half_gauge: float) -> tuple[ContactFunctions, ContactFunctions | None]:
+        """Contact functions of the left side, and of the right one where it differs.
+
+        The profiles themselves tell where they touch; `half_gauge` is not used.
+        """
+        del half_gauge
+        left = _functions(self, self.wheel, self.rail, wheel_radius)
+        if self.right_wheel is None and self.right_rail is None:
+            return left, None
+        return left, _functions(self, self.right_wheel or self.wheel, self.right_rail or self.rail, wheel_radius)
+
+
+@lru_cache(maxsize=32)
+def _functions(pair: ProfilePair, wheel: str, rail: str, wheel_radius: float) -> ContactFunctions:
+    profiles = [read_profile(wheel, "wheel"), read_profile(rail, "rail")]
+    if pair.smoothing > 0.0:
+        profiles = [profile.smoothed(pair.smoothing) for profile in profiles]
+    layout = Layout(gauge=pair.gauge, flange_back=pair.flange_back, wheel_radius=wheel_radius)
+    return contact_functions(worn(profiles[0], pair.wear), profiles[1], layout, load=pair.wheel_load)
+
+
+def _chosen(given: Any) -> Any:
+    """A mapping becomes the kind of pair that it names; without a kind it is an analytic one."""
+    if not isinstance(given, Mapping):
+        return given
+    return (ProfilePair if given.get("kind") == "profiles" else WheelRailPair).build(dict(given))
+
+
+Pair = Annotated[WheelRailPair | ProfilePair, pydantic.BeforeValidator(_chosen)]
