@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -178,11 +179,12 @@ def test_interrupt_leaves_nothing_behind(tmp_path: Path, cache: Path):
     settings = {"PYTHONPATH": str(ROOT), "RAILSIM_CACHE": str(tmp_path / "cache"), "PATH": ""}
     words += ["--set", "track=long.csv", "duration=7000", "speed={kind: constant, speed: 10}", "sensors=[]"]
     (tmp_path / "long.csv").write_text("s [m],vertical [m]\n" + "".join(f"{20e3 * i},0\n" for i in range(5)))
-    child = subprocess.Popen(words, cwd=tmp_path, env=settings, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 90
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # background jobs of a shell are born deaf to it
+    child = subprocess.Popen(words, cwd=tmp_path, env=settings, stderr=subprocess.PIPE, text=True, preexec_fn=heard)
+    deadline = time.monotonic() + 150
     while not list(tmp_path.glob("cache/*.partial-*")) and time.monotonic() < deadline:
         time.sleep(0.05)
-    complaint = ""
+    complaint, deadline = "", time.monotonic() + 60
     while child.poll() is None and time.monotonic() < deadline:  # as a person does who sees nothing happen
         child.send_signal(signal.SIGINT)
         with suppress(subprocess.TimeoutExpired):
