@@ -21,6 +21,7 @@ from railsim.recording import Recording, software_versions, write_recording
 from railsim.registry import pick
 from railsim.scenario import Scenario, digest_of
 from railsim.sensors.suite import data_sheets, measure_all
+from railsim.track.features import features
 from railsim.track.files import write_track
 from railsim.track.kernel import build_tables
 from railsim.track.survey import survey
@@ -106,7 +107,7 @@ def run_digest(scenario: Scenario, engine: str) -> str:
     """SHA-256 over all that shapes the truth: run, track's contents, engine, its code, numerical libraries."""
     apart = ("name", "description", "sensors", "seed", "track_measured", "track_errors")
     run = {key: value for key, value in scenario.values().items() if key not in apart}
-    run |= {"track": scenario.geometry.digest(), "substeps": scenario.steps_a_row}
+    run |= {"track": scenario.geometry.digest(), "features": _features(scenario), "substeps": scenario.steps_a_row}
     versions = {name: version for name, version in software_versions().items() if name in _NUMERICS}
     return digest_of([engine, run, versions, _code_digest()])
 
@@ -159,6 +160,7 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
         "vehicle": _vehicle_data(scenario),
         "digest": key,
         "engine": engine,
+        "features": _features(scenario),
         "step [s]": run.step,
         "software": software_versions(),
     }
@@ -181,6 +183,11 @@ def _on_track(chunks: Iterator[np.ndarray], scenario: Scenario) -> Iterator[np.n
                 "shorten duration, change traction or use a longer track"
             )
         yield rows
+
+
+def _features(scenario: Scenario) -> list[dict[str, Any]]:
+    """Discrete features of the true track, for scorers."""
+    return [feature.stated() for feature in features(scenario.geometry)]
 
 
 def _vehicle_data(scenario: Scenario) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from railsim.track import spectra, synthesis
+from railsim.track import featured, spectra, synthesis
 from railsim.track.files import write_track
 from railsim.track.synthesis import Segment, Transition
 from railsim.track.track import CANT_BASE, Track
@@ -35,6 +35,11 @@ def tracks() -> dict[str, Callable[[], Track]]:
         "straight_erri_high": lambda: _straight("straight_erri_high", "erri_high", seed=176_002),
         "curve_r400": lambda: _curve("curve_r400", "erri_low", seed=176_003),
         "smooth": _smooth,
+        "jointed_60ft": lambda: featured.jointed("jointed_60ft", seed=176_004),
+        "crossover_1in13": lambda: featured.crossover("crossover_1in13", seed=176_005),
+        "corrugated": lambda: featured.corrugated("corrugated", seed=176_006),
+        "voids": lambda: featured.voids("voids", seed=176_007),
+        "paddington_bristol_like": lambda: featured.main_line("paddington_bristol_like", seed=176_008),
     }
 
 

@@ -120,11 +120,11 @@ def _rounded(s: np.ndarray, knots: np.ndarray, values: np.ndarray, rounding: flo
     result = np.full(s.shape, values[0])
     for knot, change in zip(knots, np.diff(slopes), strict=True):
         if change:
-            result = result + change * _ramp(s - knot, rounding)
+            result = result + change * rounded_ramp(s - knot, rounding)
     return result
 
 
-def _ramp(x: np.ndarray, width: float) -> np.ndarray:
+def rounded_ramp(x: np.ndarray, width: float) -> np.ndarray:
     """max(x, 0) averaged with the weight (1 + cos(2 pi x / width)) / width over |x| < width / 2."""
     if width == 0:
         return np.maximum(x, 0)
