@@ -108,7 +108,7 @@ def main_line(name: str, seed: int) -> Track:
         columns[key] = column * 2e-3 / column[s > CLEAN + FADE].std()
     comments = [
         "Straight track with lateral and gauge irregularity of 2 mm standard deviation each at 0.2 m, as stated for",
-        "the track data from Paddington to Bristol; synthetic, no measured data, with the shape of the spectrum erri_low,",
+        "the track data from Paddington to Bristol; no measured data, with the shape of the spectrum erri_low,",
         f"seed {seed}; wavelengths {BAND.shortest:g} to {BAND.longest:g} m.",
         _MADE,
     ]
