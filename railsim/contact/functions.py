@@ -78,8 +78,9 @@ class ContactTable:
         if not np.allclose(left.shift, -left.shift[::-1], atol=1e-12) or not np.allclose(np.diff(left.shift), spacing):
             raise ValueError("contact functions need a uniform grid that is symmetric about u = 0")
         other = left if right is None else right
-        mirrored = _cells(other.shift, other.channels())[::-1]
-        tables = np.stack((_cells(left.shift, left.channels()), _reversed_argument(mirrored)))
+        cells = _cells(left.shift, left.channels())
+        mirrored = (cells if other is left else _cells(other.shift, other.channels()))[::-1]
+        tables = np.stack((cells, _reversed_argument(mirrored)))
         return cls(start, spacing, np.ascontiguousarray(tables), np.array([left.stiffness(), other.stiffness()]))
 
 

@@ -1,5 +1,7 @@
 """Kalker's linear creep coefficients over the axis ratio of the contact ellipse (Kalker 1990, table E.3)."""
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
@@ -37,9 +39,15 @@ def kalker_coefficients(axis_ratio: float, poisson: float = STEEL_POISSON) -> tu
 
 
 def _coefficient(name: str, ratio: float, poisson: float) -> float:
+    by_poisson = _interpolator(name)(np.log(ratio))
+    return float(np.exp(np.polyval(np.polyfit(_POISSON, by_poisson, 2), poisson)))
+
+
+@lru_cache
+def _interpolator(name: str) -> PchipInterpolator:
+    """Logarithm of a coefficient over that of the axis ratio, for the three Poisson's ratios; built once."""
     narrow = np.array(_A_OVER_B[name].split(), float).reshape(10, 3)
     wide = np.array(_B_OVER_A[name].split(), float).reshape(10, 3)
     log_ratio = np.log(np.concatenate((_RATIO, 1.0 / _RATIO[8::-1])))
     table = np.concatenate((narrow, wide[8::-1]))
-    by_poisson = PchipInterpolator(log_ratio, np.log(table), axis=0)(np.log(ratio))
-    return float(np.exp(np.polyval(np.polyfit(_POISSON, by_poisson, 2), poisson)))
+    return PchipInterpolator(log_ratio, np.log(table), axis=0)
