@@ -4,7 +4,7 @@ from typing import Any
 
 from railsim.errors import InputError
 
-_SHORT = {"vehicle": "name", "errors": "preset"}
+_SHORT = {"vehicle": "name", "errors": "preset", "adhesion": "condition"}
 """Keys that may hold a bare name, and the key under which their long form holds it."""
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from railsim.contact.hertz import hertz_ellipse
-from railsim.contact.kalker import kalker_coefficients
+from railsim.contact.hertz import hertz_ellipse, hertz_ellipses
+from railsim.contact.kalker import kalker_table
 
 LIFT, RADIUS, HALF_DISTANCE, AXIS_A, AXIS_B, C11, C22, C23 = range(8)
 CHANNELS = 8
@@ -46,10 +46,8 @@ class ContactFunctions:
         """(points, CHANNELS): geometry, unit-load semi-axes and Kalker coefficients."""
         columns = np.empty((len(self.shift), CHANNELS))
         columns[:, LIFT], columns[:, RADIUS], columns[:, HALF_DISTANCE] = self.lift, self.radius, self.half_distance
-        for row, (radius, curvature) in enumerate(zip(self.radius, self.curvature, strict=True)):
-            ellipse = hertz_ellipse(1.0 / radius, curvature)
-            columns[row, AXIS_A], columns[row, AXIS_B] = ellipse.longitudinal, ellipse.lateral
-            columns[row, C11:] = kalker_coefficients(ellipse.longitudinal / ellipse.lateral)
+        columns[:, AXIS_A], columns[:, AXIS_B], _ = hertz_ellipses(1.0 / self.radius, self.curvature)
+        columns[:, C11:] = kalker_table(columns[:, AXIS_A] / columns[:, AXIS_B])
         return columns
 
 

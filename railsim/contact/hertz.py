@@ -1,10 +1,9 @@
 """Hertzian contact of two bodies with given principal curvatures (Johnson 1985, Contact Mechanics, section 4.2)."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import root_scalar
+from scipy.optimize import elementwise
 from scipy.special import ellipe, ellipk
 
 STEEL_YOUNG = 210e9  # Pa
@@ -35,28 +34,38 @@ def hertz_ellipse(curvature_longitudinal: float, curvature_lateral: float) -> He
     ------
     ValueError : a sum of curvatures is not positive (the pair is conformal: no Hertzian contact).
     """
-    if min(curvature_longitudinal, curvature_lateral) <= 0.0:
+    along, across, stiffness = hertz_ellipses(np.array([curvature_longitudinal]), np.array([curvature_lateral]))
+    return HertzEllipse(float(along[0]), float(across[0]), float(stiffness[0]))
+
+
+def hertz_ellipses(
+    curvature_longitudinal: np.ndarray, curvature_lateral: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Semi-axes along and across at 1 N [m/N^(1/3)] and stiffness [N/m^1.5] of many contacts; see `hertz_ellipse`."""
+    small = 0.5 * np.minimum(curvature_longitudinal, curvature_lateral)
+    large = 0.5 * np.maximum(curvature_longitudinal, curvature_lateral)
+    if not (small > 0.0).all():
         raise ValueError("Hertzian contact needs positive sums of curvatures")
-    small, large = sorted((0.5 * curvature_longitudinal, 0.5 * curvature_lateral))
     ratio = _axis_ratio(large / small)
     modulus = STEEL_YOUNG / (2.0 * (1.0 - STEEL_POISSON**2))
     parameter = 1.0 - 1.0 / ratio**2
     minor = (3.0 * ellipe(parameter) / (2.0 * np.pi * ratio * modulus * (small + large))) ** (1.0 / 3.0)
     major = ratio * minor
     approach = 3.0 * ellipk(parameter) / (2.0 * np.pi * major * modulus)
-    along, across = (major, minor) if curvature_longitudinal <= curvature_lateral else (minor, major)
-    return HertzEllipse(float(along), float(across), float(approach**-1.5))
+    lengthwise = curvature_longitudinal <= curvature_lateral
+    return np.where(lengthwise, major, minor), np.where(lengthwise, minor, major), approach**-1.5
 
 
-def _axis_ratio(curvature_ratio: float) -> float:
+def _axis_ratio(curvature_ratio: np.ndarray) -> np.ndarray:
     """Major over minor semi-axis for B/A >= 1."""
-    if curvature_ratio < 1.0 + 1e-9:
-        return 1.0 + 1e-12
 
-    def mismatch(log_ratio: float) -> float:
+    def mismatch(log_ratio: np.ndarray, wanted: np.ndarray) -> np.ndarray:
         ratio = np.exp(log_ratio)
         parameter = 1.0 - 1.0 / ratio**2
         first, second = ellipk(parameter), ellipe(parameter)
-        return float(np.log((ratio**2 * second - first) / (first - second)) - np.log(curvature_ratio))
+        return np.log((ratio**2 * second - first) / (first - second)) - np.log(wanted)
 
-    return math.exp(root_scalar(mismatch, bracket=(1e-6, 12.0), xtol=1e-14).root)
+    round_one = curvature_ratio < 1.0 + 1e-9
+    wanted = np.where(round_one, 2.0, curvature_ratio)
+    found = elementwise.find_root(mismatch, (1e-6, 12.0), args=(wanted,))
+    return np.where(round_one, 1.0 + 1e-12, np.exp(found.x))

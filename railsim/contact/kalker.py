@@ -33,14 +33,19 @@ def kalker_coefficients(axis_ratio: float, poisson: float = STEEL_POISSON) -> tu
 
     Ratios beyond 0.1 ... 10 take the value at the end of the table.
     """
-    ratio = float(np.clip(axis_ratio, 0.1, 10.0))
-    c11, c22, c23 = (_coefficient(name, ratio, poisson) for name in ("c11", "c22", "c23"))
+    c11, c22, c23 = (float(c) for c in kalker_table(np.array([axis_ratio]), poisson)[0])
     return c11, c22, c23
 
 
-def _coefficient(name: str, ratio: float, poisson: float) -> float:
+def kalker_table(axis_ratio: np.ndarray, poisson: float = STEEL_POISSON) -> np.ndarray:
+    """(ratios, 3) C11, C22, C23 of many ratios; see `kalker_coefficients`."""
+    ratio = np.clip(axis_ratio, 0.1, 10.0)
+    return np.column_stack([_coefficient(name, ratio, poisson) for name in ("c11", "c22", "c23")])
+
+
+def _coefficient(name: str, ratio: np.ndarray, poisson: float) -> np.ndarray:
     by_poisson = _interpolator(name)(np.log(ratio))
-    return float(np.exp(np.polyval(np.polyfit(_POISSON, by_poisson, 2), poisson)))
+    return np.exp(np.polyval(np.polyfit(_POISSON, by_poisson.T, 2), poisson))
 
 
 @lru_cache

@@ -17,7 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from railsim.compiled import inlined
+from railsim.compiled import inlined, kernel
+from railsim.contact.fastsim import fastsim_force
+from railsim.contact.linear import linear_force
 from railsim.contact.polach import friction_coefficient, polach_force
 
 SPEED_FLOOR = 0.1  # m/s; creepage = slip velocity / sqrt(V^2 + SPEED_FLOOR^2), finite at standstill
@@ -33,9 +35,14 @@ class ContactLaw(NamedTuple):
     k_slip: float  # kS [-]
     damping: float  # D in N = C p^1.5 (1 + D dp/dt) [s/m]
     creep: float  # 1 = creep forces on, 0 = off
+    law: float = 0.0  # which creep law: place in `CREEP_LAWS`
 
 
-FRICTION, RATIO, DECAY, K_ADHESION, K_SLIP, DAMPING, CREEP = range(len(ContactLaw._fields))  # as kernels index it
+CREEP_LAWS = ("polach", "fastsim", "linear")
+"""Names of the creep laws, in the order of their codes in `ContactLaw.law`."""
+
+POLACH, FASTSIM, LINEAR = range(len(CREEP_LAWS))
+FRICTION, RATIO, DECAY, K_ADHESION, K_SLIP, DAMPING, CREEP, LAW = range(len(ContactLaw._fields))  # as kernels index it
 
 
 class WheelForces(NamedTuple):
@@ -62,6 +69,22 @@ class WheelForces(NamedTuple):
 @inlined
 def _cubic(row, x):
     return row[0] + x * (row[1] + x * (row[2] + x * row[3]))
+
+
+@kernel
+def creep_force(law, creep_x, creep_y, spin, a, b, c11, c22, c23, normal, friction, k_adhesion, k_slip):
+    """Creep force by the law of that code [N]: arguments and signs of `polach_force`.
+
+    The linear law has no limit: its force may exceed mu N, and friction plays no part in it. kA and kS lower its slope
+    to (kA + kS) / 2 of Kalker's, the slope at vanishing creepage that the other two laws have for the same kA and kS.
+    """
+    if law == POLACH:
+        return polach_force(creep_x, creep_y, spin, a, b, c11, c22, c23, normal, friction, k_adhesion, k_slip)
+    if law == FASTSIM:
+        return fastsim_force(creep_x, creep_y, spin, a, b, c11, c22, c23, normal, friction, k_adhesion, k_slip)
+    share = 0.5 * (k_adhesion + k_slip)
+    force_x, force_y = linear_force(creep_x, creep_y, spin, a, b, c11, c22, c23)
+    return share * force_x, share * force_y
 
 
 @inlined
@@ -141,11 +164,11 @@ def wheel_forces(
     scale = np.cbrt(normal)
     slip_speed = math.sqrt(slip_x * slip_x + slip_y * slip_y)
     mu = friction_coefficient(friction, law[RATIO], law[DECAY], slip_speed)
-    creep_force_x, creep_force_y = polach_force(
-        creep_x, creep_y, spin_creep, _cubic(cells[cell, 3], x) * scale, _cubic(cells[cell, 4], x) * scale,
-        _cubic(cells[cell, 5], x), _cubic(cells[cell, 6], x), _cubic(cells[cell, 7], x),
-        normal, mu, law[K_ADHESION], law[K_SLIP],
-    )  # fmt: skip
+    a, b = _cubic(cells[cell, 3], x) * scale, _cubic(cells[cell, 4], x) * scale
+    c11, c22, c23 = _cubic(cells[cell, 5], x), _cubic(cells[cell, 6], x), _cubic(cells[cell, 7], x)
+    creep_force_x, creep_force_y = creep_force(
+        law[LAW], creep_x, creep_y, spin_creep, a, b, c11, c22, c23, normal, mu, law[K_ADHESION], law[K_SLIP]
+    )
     level = creep_force_y * cos_angle
     lever_x = radius * p_y * yaw
     force_y = creep_force_x * yaw + level * (1.0 - yaw_square)

@@ -5,13 +5,16 @@ collections); see `manchester`.
 """
 
 import math
+from collections.abc import Mapping
+from typing import Any, Literal, Self
 
 import numpy as np
 import pydantic
 
+from railsim.contact.adhesion import CONDITIONS
 from railsim.contact.functions import ContactTable
 from railsim.contact.pairs import WheelRailPair
-from railsim.contact.wheel import ContactLaw
+from railsim.contact.wheel import CREEP_LAWS, ContactLaw
 from railsim.model import BUMP_STOP, GRAVITY, Body, LinearElement, Model, NonlinearElement, Wheelset
 from railsim.profiles.pair import Pair
 from railsim.spec import Spec, quantity
@@ -24,14 +27,44 @@ POLACH = "Polach (2005), dry"
 
 
 class Adhesion(Spec, frozen=True):
-    """Creep law of Polach (2005): mu = friction [(1 - ratio) exp(-decay w) + ratio], reduction factors kA and kS."""
+    """Creep law and its friction: mu = friction [(1 - ratio) exp(-decay w) + ratio], reduction factors kA and kS
+    (Polach 2005).
 
+    `condition` is a preset of `railsim.contact.adhesion`; numbers that are given beside it replace the preset's, and a
+    bare name is the condition. A track with a friction of its own replaces `friction`; the fall with the slip velocity
+    stays. `law` linear has no limit: no friction, and (kA + kS) / 2 of Kalker's slope.
+    """
+
+    condition: str | None = quantity(None, unit="dry, wet, low, very low", source="railsim.contact.adhesion")
+    law: Literal["polach", "fastsim", "linear"] = quantity("polach", unit="-", source="creep laws of railsim.contact")
     friction: float = quantity(0.4, unit="-", source="illustrative: dry rail in service", gt=0.0, le=1.0)
     friction_ratio: float = quantity(0.4, unit="-", source=POLACH, gt=0.0, le=1.0)
     friction_decay: float = quantity(0.6, unit="s/m", source=POLACH, ge=0.0)
     k_adhesion: float = quantity(1.0, unit="-", source=POLACH, gt=0.0, le=1.0)
     k_slip: float = quantity(0.4, unit="-", source=POLACH, gt=0.0, le=1.0)
     creep: bool = True
+
+    @pydantic.model_validator(mode="wrap")
+    @classmethod
+    def _preset(cls, given: Any, handler: pydantic.ModelWrapValidatorHandler[Self]) -> Self:
+        """Numbers of the condition where none are given; only those that are given count as set."""
+        values = {"condition": given} if isinstance(given, str) else given
+        name = values.get("condition") if isinstance(values, Mapping) else None
+        if name is None:
+            return handler(values)
+        if name not in list(CONDITIONS):
+            raise ValueError(f"unknown condition; use one of {', '.join(CONDITIONS)}")
+        filled = {key: value for key, value in CONDITIONS[name].parameters().items() if key not in values}
+        result = handler({**values, **filled})
+        result.model_fields_set.difference_update(filled)
+        return result
+
+    @pydantic.model_serializer(mode="wrap")
+    def _plain(self, handler: pydantic.SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """The preset's numbers go by its name, so that another name brings others."""
+        values = handler(self)
+        preset = CONDITIONS[self.condition].parameters() if self.condition else {}
+        return {key: value for key, value in values.items() if key not in preset or key in self.model_fields_set}
 
 
 class HalfVehicle(Vehicle, frozen=True):
@@ -188,7 +221,8 @@ def contact_law(adhesion: Adhesion, stiffness: float, load: float, mass: float, 
     rate = 1.5 * load / (load / stiffness) ** (2.0 / 3.0)
     damping = 2.0 * damping_ratio * math.sqrt(rate * mass / 2.0) / load
     a = adhesion
-    return ContactLaw(a.friction, a.friction_ratio, a.friction_decay, a.k_adhesion, a.k_slip, damping, float(a.creep))
+    numbers = a.friction, a.friction_ratio, a.friction_decay, a.k_adhesion, a.k_slip
+    return ContactLaw(*numbers, damping, float(a.creep), float(CREEP_LAWS.index(a.law)))
 
 
 def both_sides(values: tuple[float, float, float], half_spacing: float) -> np.ndarray:

@@ -7,9 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from railsim.contact.functions import ContactTable
+from railsim.contact.fastsim import fastsim_force
+from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23, ContactTable
+from railsim.contact.linear import linear_force
 from railsim.contact.pairs import WheelRailPair
-from railsim.contact.wheel import ContactLaw, WheelForces, wheel_forces
+from railsim.contact.polach import friction_coefficient, polach_force
+from railsim.contact.wheel import FASTSIM, LINEAR, POLACH, ContactLaw, WheelForces, wheel_forces
 
 RADIUS, HALF = 0.46, 0.75
 SMOOTH = ContactTable.build(WheelRailPair().contact_functions(RADIUS, HALF))
@@ -98,3 +101,35 @@ def test_creepages_of_a_shifted_wheelset() -> None:
     assert yawed.creep_force_y > 0.0
     turning = wheel(CONE, 0, FULL, np.array([0.0, -1e-4, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.1]))
     assert turning.creepage_x == pytest.approx(-HALF * 0.1 / 20.0, rel=1e-3)
+
+
+def patch(found: WheelForces) -> list[float]:
+    """Semi-axes and Kalker's coefficients of the left wheel where it touches."""
+    place = (found.shift - SMOOTH.start) / SMOOTH.spacing
+    cell = int(place)
+    row = SMOOTH.coefficients[0, cell] @ (place - cell) ** np.arange(4)
+    scale = np.cbrt(found.normal)
+    return [row[AXIS_A] * scale, row[AXIS_B] * scale, *row[[C11, C22, C23]]]
+
+
+@pytest.mark.parametrize("code", [POLACH, FASTSIM, LINEAR])
+def test_code_of_the_law_chooses_the_creep_force(code: int) -> None:
+    """Creep force of a wheel = the law called on its own, with that wheel's creepages and contact patch."""
+    q = np.array([2e-3, -1e-4, 1e-4, 2e-3])
+    found = wheel(SMOOTH, 0, FULL._replace(law=float(code)), q)
+    creep = found.creepage_x, found.creepage_y, found.spin_creepage
+    slip_speed = np.hypot(found.creepage_x, found.creepage_y) * np.hypot(20.0, 0.1)
+    friction = friction_coefficient(FULL.friction, FULL.friction_ratio, FULL.friction_decay, slip_speed)
+    assert found.friction == pytest.approx(friction, rel=1e-12)
+    rest = found.normal, friction, FULL.k_adhesion, FULL.k_slip
+    if code == LINEAR:
+        expected = 0.7 * np.array(linear_force(*creep, *patch(found)))
+    else:
+        expected = np.array((polach_force, fastsim_force)[code](*creep, *patch(found), *rest))
+    assert np.hypot(*expected) > 0.05 * friction * found.normal
+    assert (found.creep_force_x, found.creep_force_y) == pytest.approx(tuple(expected), rel=1e-9)
+
+
+def test_linear_law_knows_no_limit() -> None:
+    found = wheel(SMOOTH, 0, FULL._replace(law=float(LINEAR)), np.array([0.0, -1e-4, 0.0, 0.0]), spin=0.0)
+    assert -found.creep_force_x > 10.0 * FULL.friction * found.normal
