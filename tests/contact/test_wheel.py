@@ -121,11 +121,12 @@ def test_code_of_the_law_chooses_the_creep_force(code: int) -> None:
     slip_speed = np.hypot(found.creepage_x, found.creepage_y) * np.hypot(20.0, 0.1)
     friction = friction_coefficient(FULL.friction, FULL.friction_ratio, FULL.friction_decay, slip_speed)
     assert found.friction == pytest.approx(friction, rel=1e-12)
-    rest = found.normal, friction, FULL.k_adhesion, FULL.k_slip
-    if code == LINEAR:
-        expected = 0.7 * np.array(linear_force(*creep, *patch(found)))
-    else:
-        expected = np.array((polach_force, fastsim_force)[code](*creep, *patch(found), *rest))
+    laws: tuple[Any, ...] = (
+        lambda *given: polach_force(*given, found.normal, friction, FULL.k_adhesion, FULL.k_slip),
+        lambda *given: fastsim_force(*given, found.normal, friction, FULL.k_adhesion, FULL.k_slip),
+        lambda *given: 0.5 * (FULL.k_adhesion + FULL.k_slip) * np.array(linear_force(*given)),
+    )
+    expected = np.array(laws[code](*creep, *patch(found)))
     assert np.hypot(*expected) > 0.05 * friction * found.normal
     assert (found.creep_force_x, found.creep_force_y) == pytest.approx(tuple(expected), rel=1e-9)
 
