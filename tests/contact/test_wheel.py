@@ -121,12 +121,14 @@ def test_code_of_the_law_chooses_the_creep_force(code: int) -> None:
     slip_speed = np.hypot(found.creepage_x, found.creepage_y) * np.hypot(20.0, 0.1)
     friction = friction_coefficient(FULL.friction, FULL.friction_ratio, FULL.friction_decay, slip_speed)
     assert found.friction == pytest.approx(friction, rel=1e-12)
-    laws: tuple[Any, ...] = (
-        lambda *given: polach_force(*given, found.normal, friction, FULL.k_adhesion, FULL.k_slip),
-        lambda *given: fastsim_force(*given, found.normal, friction, FULL.k_adhesion, FULL.k_slip),
-        lambda *given: 0.5 * (FULL.k_adhesion + FULL.k_slip) * np.array(linear_force(*given)),
-    )
-    expected = np.array(laws[code](*creep, *patch(found)))
+    limited = [found.normal, friction, FULL.k_adhesion, FULL.k_slip]
+    laws: list[tuple[Any, list[float], float]] = [
+        (polach_force, limited, 1.0),
+        (fastsim_force, limited, 1.0),
+        (linear_force, [], 0.5 * (FULL.k_adhesion + FULL.k_slip)),
+    ]
+    law, more, share = laws[code]
+    expected = share * np.array(law(*creep, *patch(found), *more))
     assert np.hypot(*expected) > 0.05 * friction * found.normal
     assert (found.creep_force_x, found.creep_force_y) == pytest.approx(tuple(expected), rel=1e-9)
 
