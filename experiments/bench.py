@@ -50,9 +50,9 @@ def engine_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str, An
         "engine exudyn": (lambda: deque(load_engine("exudyn")(run), maxlen=0), run.duration),
         "engine compiled": (lambda: deque(load_engine("compiled")(run), maxlen=0), run.duration),
     }
-    rates = _rates(ways, repeats)
-    against = rates[BASELINE]
-    return [_row(name, rate, BASELINE if name != BASELINE else None, rate / against) for name, rate in rates.items()]
+    found = rates(ways, repeats)
+    against = found[BASELINE]
+    return [_row(name, rate, BASELINE if name != BASELINE else None, rate / against) for name, rate in found.items()]
 
 
 def estimator_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str, Any]]:
@@ -66,10 +66,10 @@ def estimator_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str,
             for name, estimator in found.items()
             if estimator.fits(measured)
         }
-        return [_row(name, rate, "real time", rate) for name, rate in _rates(ways, repeats).items()]
+        return [_row(name, rate, "real time", rate) for name, rate in rates(ways, repeats).items()]
 
 
-def _rates(ways: dict[str, tuple[Callable[[], object], float]], repeats: int) -> dict[str, float]:
+def rates(ways: dict[str, tuple[Callable[[], object], float]], repeats: int) -> dict[str, float]:
     """Seconds of each way per second of processor time: medians of runs in turn, after one that compiles what there
     is to.
     """

@@ -1,4 +1,4 @@
-"""`railsim figure`: draw figures of the paper and check what they claim."""
+"""`railsim figure`: draw figures of the paper and the validation report, and check what they claim."""
 
 import argparse
 from collections.abc import Callable, Mapping
@@ -14,10 +14,12 @@ def execute(given: argparse.Namespace) -> Outcome:
     """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held."""
     found: Mapping[str, Callable[[], Figure]] = dict(discover(figures, Figure))
     chosen = found if given.name == "all" else {given.name: pick(dict(found), given.name, "figure")}
-    results: dict[str, Any] = {name: publish(kind(), given.out, given.fast) for name, kind in chosen.items()}
+    asked = {name: kind() for name, kind in chosen.items()}
+    results: dict[str, Any] = {name: publish(figure, given.out, given.fast) for name, figure in asked.items()}
     claims = [[name, claim] for name, result in results.items() for claim in result["claims"]]
     rows = [[name, c["claim"], c["value"], c["target"], "held" if c["held"] else "NOT HELD"] for name, c in claims]
     files = [path for result in results.values() for path in result["files"]]
     text = table(["figure", "claim", "value", "target", ""], rows) if rows else "No claims."
+    notes = [f"{name}: {note}" for name, figure in asked.items() for note in figure.notes()]
     held = all(claim["held"] for _, claim in claims)
-    return Outcome({"figures": results}, "\n".join([text, "", *files]), held)
+    return Outcome({"figures": results}, "\n".join([text, "", *notes, *files]), held)

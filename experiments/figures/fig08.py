@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
+from matplotlib.figure import FigureBase
 
 from experiments.figures.interface import Claim, Figure
 from experiments.plots import BLUE, GREEN, GREY, PURPLE, RED
@@ -52,32 +53,7 @@ class Fig08(Figure):
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(11.0, 5.4), layout="constrained")
-        whole, close = picture.subplots(1, 2, width_ratios=(1.5, 1.0))
-        for (name, condition), colour in zip(CONDITIONS.items(), COLOURS, strict=True):
-            _lines(whole, table, name, colour)
-            _lines(close, table, name, colour)
-            slope = _slope(table, name)
-            reach = 0.45 * condition.friction * LOAD / slope
-            close.plot([0.0, 100.0 * reach], [0.0, 1e-3 * slope * reach], color=colour, lw=5.0, alpha=0.3, zorder=1)
-            _label(whole, table, name, colour)
-        close.plot(100.0 * table[CREEPAGE], 1e-3 * table["Kalker [N]"], color=GREY, lw=1.0, ls="--", zorder=1)
-        close.annotate("Kalker,\nlinear", (0.13, 12.4), color=GREY, ha="right", fontsize=9)
-        whole.set(xlim=(0.0, 100.0 * LARGEST), ylim=(0.0, 18.0), title="whole curve, with its maximum")
-        close.set(xlim=(0.0, 100.0 * CLOSE), ylim=(0.0, 14.4), title="start (thick: initial slope)")
-        for axes in (whole, close):
-            axes.set_xlabel("longitudinal creepage [%]")
-            axes.set_ylabel("creep force [kN]")
-            axes.grid(True, color="#dddddd", lw=0.6)
-            axes.set_axisbelow(True)
-            axes.spines[["top", "right"]].set_visible(False)
-        whole.plot([], [], color=GREY, lw=2.0, label="Polach (2005)")
-        whole.plot([], [], color=GREY, lw=1.4, ls=":", label="FASTSIM, slope reduced alike")
-        whole.legend(loc="upper right", frameon=False, fontsize=9)
-        contact = _contact()
-        picture.suptitle(
-            f"Creep curves: wheel load 4000 kg, {SPEED:g} m/s, "
-            f"semi-axes {1e3 * contact.a:.2f} mm (along) and {1e3 * contact.b:.2f} mm"
-        )
+        draw_curves(table, picture)
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
@@ -101,6 +77,36 @@ class Fig08(Figure):
             Claim("force at 10 % creepage over the largest, largest of the four", left, "< 1", left < 1.0),
             Claim("FASTSIM against Polach: difference over mu0 N", apart, "< 0.05", apart < 0.05),
         ]
+
+
+def draw_curves(table: pd.DataFrame, picture: FigureBase) -> None:
+    """Whole curves, and their start."""
+    whole, close = picture.subplots(1, 2, width_ratios=(1.5, 1.0))
+    for (name, condition), colour in zip(CONDITIONS.items(), COLOURS, strict=True):
+        _lines(whole, table, name, colour)
+        _lines(close, table, name, colour)
+        slope = _slope(table, name)
+        reach = 0.45 * condition.friction * LOAD / slope
+        close.plot([0.0, 100.0 * reach], [0.0, 1e-3 * slope * reach], color=colour, lw=5.0, alpha=0.3, zorder=1)
+        _label(whole, table, name, colour)
+    close.plot(100.0 * table[CREEPAGE], 1e-3 * table["Kalker [N]"], color=GREY, lw=1.0, ls="--", zorder=1)
+    close.annotate("Kalker,\nlinear", (0.13, 12.4), color=GREY, ha="right", fontsize=9)
+    whole.set(xlim=(0.0, 100.0 * LARGEST), ylim=(0.0, 18.0), title="whole curve, with its maximum")
+    close.set(xlim=(0.0, 100.0 * CLOSE), ylim=(0.0, 14.4), title="start (thick: initial slope)")
+    for axes in (whole, close):
+        axes.set_xlabel("longitudinal creepage [%]")
+        axes.set_ylabel("creep force [kN]")
+        axes.grid(True, color="#dddddd", lw=0.6)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+    whole.plot([], [], color=GREY, lw=2.0, label="Polach (2005)")
+    whole.plot([], [], color=GREY, lw=1.4, ls=":", label="FASTSIM, slope reduced alike")
+    whole.legend(loc="upper right", frameon=False, fontsize=9)
+    contact = _contact()
+    picture.suptitle(
+        f"Creep curves: wheel load 4000 kg, {SPEED:g} m/s, "
+        f"semi-axes {1e3 * contact.a:.2f} mm (along) and {1e3 * contact.b:.2f} mm"
+    )
 
 
 def _ordered(what: str, values: dict[str, float]) -> list[Claim]:

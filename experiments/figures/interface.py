@@ -3,7 +3,7 @@
 import os
 import tempfile
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ class Claim:
     """A statement about a figure, by the paper or by this program: value found, what it should be, whether it is."""
 
     claim: str
-    value: float
+    value: float | None
     target: str
     held: bool
 
@@ -46,9 +46,20 @@ class Figure(ABC):
     def check(self, table: pd.DataFrame) -> list[Claim]:
         """The claims, each held or not."""
 
+    def further(self, table: pd.DataFrame) -> Mapping[str, Callable[[Path], object]]:
+        """Files beside NAME.csv and NAME.png: what writes each, by its name. Most figures have none."""
+        del table
+        return {}
+
+    def notes(self) -> list[str]:
+        """What a reader of the claims must know, in lines: for example what could not be checked, and why."""
+        return []
+
 
 def publish(figure: Figure, folder: Path | str, fast: bool) -> dict[str, Any]:
-    """Compute, draw and check a figure; write NAME.csv and NAME.png, each of which appears whole or not at all.
+    """Compute, draw and check a figure; write NAME.csv, NAME.png and its further files.
+
+    Each file appears whole or not at all.
 
     Returns
     -------
@@ -65,6 +76,7 @@ def publish(figure: Figure, folder: Path | str, fast: bool) -> dict[str, Any]:
     files = [
         _replace(folder, f"{figure.name}.csv", lambda path: table.to_csv(path, index=False)),
         _replace(folder, f"{figure.name}.png", lambda path: picture.savefig(path, dpi=DPI, format="png")),
+        *(_replace(folder, name, write) for name, write in figure.further(table).items()),
     ]
     return {"files": [str(path) for path in files], "claims": [asdict(claim) for claim in figure.check(table)]}
 

@@ -1,14 +1,12 @@
 """The creep laws side by side: linear, Polach, FASTSIM; adhesion conditions; Polach fitted to falling friction."""
 
-import csv
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
+from experiments.validation.eurosprinter import LAYER, MODIFIED, STATIC, fit_polach, reference_curve
 from railsim.contact.adhesion import CONDITIONS, DRY, WET, adhesion_condition
 from railsim.contact.fastsim import fastsim_force
 from railsim.contact.hertz import hertz_ellipse
@@ -17,8 +15,8 @@ from railsim.contact.linear import creep_coefficients, linear_force
 from railsim.contact.polach import SHEAR, friction_coefficient, polach_force
 from railsim.errors import InputError
 from railsim.vehicles.half_vehicle import Adhesion
+from tests.profiles.reference import needs_reference
 
-REFERENCE = Path(__file__).parents[3] / "shared" / "reference" / "contact" / "creep_curves_eurosprinter.csv"
 A, B, NORMAL, FRICTION = 6e-3, 5e-3, 6e4, 0.3
 KALKER = kalker_coefficients(A / B)
 SMALL = 1e-5 * FRICTION * NORMAL / (SHEAR * A * B)
@@ -100,35 +98,16 @@ def test_polach_and_fastsim_in_combined_creepage_and_spin(spin_number: float, mo
     assert np.sqrt(np.mean(np.square(differences))) < typical
 
 
-@pytest.mark.skipif(not REFERENCE.exists(), reason="../shared/reference is not there")
+@needs_reference
 @pytest.mark.parametrize(
-    ("series", "friction", "fitted"),
-    [
-        ("contact_falling_friction_interface_layer", 0.33, (0.250, 0.279, 0.421, 0.547)),
-        ("fastsim_modified_falling_friction", 0.36, (0.53, 0.28, 0.336, 0.60)),
-    ],
+    ("series", "fitted"),
+    [(LAYER, (0.250, 0.279, 0.421, 0.547)), (MODIFIED, (0.53, 0.28, 0.336, 0.60))],
 )
-def test_polach_fits_falling_friction(series: str, friction: float, fitted: tuple[float, ...]) -> None:
-    """kA, kS, A, B fitted to CONTACT's series: every point within 3 % of mu N (mu 0.33).
-
-    mu0 is the static friction of each case (CONTACT's example tractcurv: 0.33, and 0.36 for the modified FASTSIM).
-    """
-    rows = [row for row in csv.DictReader(REFERENCE.read_text().splitlines()) if row["series"] == series]
-    a, b, normal, speed = 6.304e-3, 12.61e-3, 106.7e3, 10.0
-    coefficients = kalker_coefficients(0.5, 0.28)
-    creepage = [float(row["creepage_x [-]"]) for row in rows]
-    expected = np.array([-float(row["Fx/Fn [-]"]) for row in rows])
-
-    def residuals(parameters: np.ndarray) -> np.ndarray:
-        k_a, k_s, ratio, decay = parameters
-        found = []
-        for value in creepage:
-            mu = friction_coefficient(friction, ratio, decay, speed * value)
-            found.append(-polach_force(value, 0.0, 0.0, a, b, *coefficients, normal, mu, k_a, k_s)[0] / normal)
-        return (np.array(found) - expected) / 0.33
-
-    result = least_squares(residuals, (0.5, 0.2, 0.4, 0.6), bounds=([0.01, 0.001, 0.05, 0.0], [1.0, 1.0, 1.0, 5.0]))
-    assert len(rows) == 30
+def test_polach_fits_falling_friction(series: str, fitted: tuple[float, ...]) -> None:
+    """kA, kS, A, B fitted to CONTACT's series: every point within 3 % of mu N (mu 0.33)."""
+    curve = reference_curve(series)
+    result = fit_polach(curve, STATIC[series])
+    assert len(curve) == 30
     assert np.abs(result.fun).max() < 0.03
     assert result.x == pytest.approx(fitted, rel=0.03)
 

@@ -1,35 +1,34 @@
 """FASTSIM against Kalker's printed values, CONTACT's FASTSIM and the Manchester contact benchmark; its limits."""
 
-import csv
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from railsim.contact.fastsim import (
-    FULL_SLIDING,
-    creep_gradient,
-    equivalent_slope,
-    fastsim_band,
-    fastsim_force,
-    fastsim_reduced,
-    kalker_1982,
-    spiryagin_slope,
+from experiments.validation.contact_benchmark import BENCHMARK, law_alone, profiles
+from experiments.validation.eurosprinter import (
+    COULOMB,
+    FRICTION,
+    KALKER,
+    LOAD,
+    MODIFIED,
+    A,
+    B,
+    contact_grid,
+    coulomb,
+    modified,
+    reduced,
+    reference_curve,
 )
-from railsim.contact.hertz import hertz_ellipse
+from experiments.validation.kalker_1982 import Kalker1982
+from experiments.validation.reference import read
+from railsim.contact.fastsim import FULL_SLIDING, equivalent_slope, fastsim_band, fastsim_force, kalker_1982
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import linear_force
-from railsim.contact.polach import SHEAR, friction_coefficient, polach_force
-
-REFERENCE = Path(__file__).parents[3] / "shared" / "reference"
-needs_reference = pytest.mark.skipif(not REFERENCE.exists(), reason="../shared/reference is not there")
-
-# Eurosprinter case of Polach (2005) as CONTACT's example tractcurv states it
-A, B, LOAD, FRICTION, SPEED = 6.304e-3, 12.61e-3, 106.7e3, 0.33, 10.0
-KALKER = kalker_coefficients(0.5, 0.28)
+from railsim.contact.polach import SHEAR, polach_force
+from tests.profiles.reference import needs_reference
 
 CREEPAGE = st.floats(-0.1, 0.1)
 AXIS = st.floats(2e-3, 12e-3)
@@ -37,53 +36,19 @@ NORMAL = st.floats(1e3, 2e5)
 FACTOR = st.floats(0.05, 1.0)
 
 
-def eurosprinter(series: str) -> np.ndarray:
-    """(points, 2): creepage and size of Fx / N."""
-    text = (REFERENCE / "contact" / "creep_curves_eurosprinter.csv").read_text()
-    rows = [row for row in csv.DictReader(text.splitlines()) if row["series"] == series]
-    return np.array([(float(row["creepage_x [-]"]), -float(row["Fx/Fn [-]"])) for row in rows])
-
-
-def contact_grid(creepage: float, friction: float, slope: float) -> float:
-    """Fx / N on the grid of CONTACT's example: 48 x 44 equal cells over 1.1 times the ellipse, backward Euler."""
-    columns, rows, scale = 48, 44, 1.1
-    step, height = 2.0 * scale / columns, 2.0 * scale / rows
-    x = scale - (np.arange(columns) + 0.5) * step
-    y = -scale + (np.arange(rows) + 0.5) * height
-    bound_0 = friction * 2.0 / (math.pi * A * B)
-    growth = creepage * step * A * slope * 3.0 * SHEAR * KALKER[0] / (8.0 * A) / LOAD
-    traction, total = np.zeros(rows), 0.0
-    for place in x:
-        inside = place**2 + y**2 < 1.0
-        traction = np.where(inside, np.minimum(traction + growth, bound_0 * (1.0 - place**2 - y**2)), 0.0)
-        total += traction.sum()
-    return total * step * height * A * B
-
-
-@pytest.mark.parametrize(
-    ("given_values", "x", "y"),
-    [
-        ((0.0, -2.0, 2.0, 4.0), (0.0, 0.0), (0.1843, 0.1843)),
-        ((1.0, -2.0, 2.0, 4.0), (0.5684, 0.5720), (0.1838, 0.1857)),
-        ((1.0, -2.0, 2.0, 1.0), (0.4530, 0.4530), (0.8299, 0.8299)),
-    ],
-)
-def test_values_printed_by_kalker(
-    given_values: tuple[float, float, float, float], x: tuple[float, float], y: tuple[float, float]
-) -> None:
-    """Kalker (1982), 5 x 5 grid: sizes; ours opposes the creepage, so Tx is negative for ux = 1."""
-    force_x, force_y = kalker_1982(*given_values, 5, 5)
-    half_a_digit = 5.1e-5
-    assert x[0] - half_a_digit <= -force_x <= x[1] + half_a_digit
-    assert y[0] - half_a_digit <= force_y <= y[1] + half_a_digit
+def test_values_printed_by_kalker() -> None:
+    """Kalker (1982), 5 x 5 grid: ours opposes the creepage, so Tx is negative for ux = 1."""
+    section = Kalker1982()
+    assert [row.what for row in section.rows(section.compute(fast=False)) if not row.held] == []
+    assert kalker_1982(1.0, -2.0, 2.0, 4.0, 5, 5)[0] < 0.0 < kalker_1982(1.0, -2.0, 2.0, 4.0, 5, 5)[1]
 
 
 @needs_reference
 def test_coulomb_series_of_contact() -> None:
     """Within 2 % of mu N with our grid; within 0.2 % of every value on the series' own grid."""
-    series = eurosprinter("fastsim_coulomb")
+    series = reference_curve(COULOMB)
     assert len(series) == 30
-    ours = [-fastsim_force(c, 0.0, 0.0, A, B, *KALKER, LOAD, FRICTION, 1.0, 1.0)[0] / LOAD for c in series[:, 0]]
+    ours = [coulomb(creepage) for creepage in series[:, 0]]
     assert np.abs(np.array(ours) - series[:, 1]).max() < 0.02 * FRICTION
     same_grid = np.array([contact_grid(c, FRICTION, 1.0) for c in series[:, 0]])
     assert np.abs(same_grid / series[:, 1] - 1.0).max() < 0.002
@@ -92,7 +57,7 @@ def test_coulomb_series_of_contact() -> None:
 @needs_reference
 def test_backward_first_step_explains_the_series_slope() -> None:
     """Kalker's strips of 44 cells with a whole first step, as in CONTACT: every value of the series within 1 %."""
-    series = eurosprinter("fastsim_coulomb")
+    series = reference_curve(COULOMB)
     scale = 0.75 * math.pi * SHEAR * A * B * KALKER[0] / (4.0 * FRICTION * LOAD)
     for creepage, expected in series:
         part, _, full = fastsim_band(scale * creepage, 0.0, 0.0, 0.0, -1.0, 1.0, 40, 44, 1.0, 1.0)
@@ -102,31 +67,12 @@ def test_backward_first_step_explains_the_series_slope() -> None:
 @needs_reference
 def test_modified_series_of_contact() -> None:
     """Slope reduction of Spiryagin et al. (2013) and falling friction, parameters of CONTACT's example tractcurv."""
-    series = eurosprinter("fastsim_modified_falling_friction")
-    ours, same_grid = [], []
-    for creepage in series[:, 0]:
-        friction = friction_coefficient(0.36, 0.38, math.log(2.0) / 0.99, SPEED * creepage)
-        gradient = creep_gradient(creepage, 0.0, 0.0, A, B, *KALKER[:2], LOAD, friction)
-        slope = spiryagin_slope(0.54 * gradient, 0.54, 0.02, 0.62)
-        ours.append(-fastsim_reduced(creepage, 0.0, 0.0, A, B, *KALKER, LOAD, friction, slope, 10, 16)[0] / LOAD)
-        same_grid.append(contact_grid(creepage, friction, slope))
+    series = reference_curve(MODIFIED)
+    ours = [reduced(creepage) for creepage in series[:, 0]]
+    same_grid = [contact_grid(creepage, *modified(creepage)) for creepage in series[:, 0]]
     assert len(series) == 30
     assert np.abs(np.array(ours) - series[:, 1]).max() < 0.02 * FRICTION
     assert np.abs(np.array(same_grid) / series[:, 1] - 1.0).max() < 0.002
-
-
-def profile(name: str) -> np.ndarray:
-    """(points, 2): y and z [mm], z down, of a SIMPACK profile."""
-    text = (REFERENCE / "profiles" / name).read_text()
-    lines = text.split("point.begin")[1].split("point.end")[0].splitlines()
-    return np.array([[float(v) for v in line.split()[:2]] for line in lines if line.strip() and "!" not in line])
-
-
-def curvature(points: np.ndarray, y: float, reach: float = 2.5) -> float:
-    """d2z/dy2 over the arc, of a cubic through the points within `reach` of y [1/mm]."""
-    near = points[np.abs(points[:, 0] - y) < reach]
-    coefficients = np.polyfit(near[:, 0] - y, near[:, 1], 3)
-    return float(2.0 * coefficients[1] / (1.0 + coefficients[2] ** 2) ** 1.5)
 
 
 @needs_reference
@@ -137,21 +83,14 @@ def test_manchester_contact_benchmark() -> None:
     Creepages and normal force as given; ellipse by Hertz from the rolling radius and the curvatures of both profiles at
     the given contact points. Forces and creepages stay in CONTACT's frame: turned about x, both laws are the same.
     """
-    wheel, rail = profile("MBench_S1002_v3.prw"), profile("MBench_UIC60_v3.prr")
-    rows = list(csv.DictReader((REFERENCE / "contact" / "mbench_a22_left.csv").read_text().splitlines()))
+    pair, rows = profiles(), read(BENCHMARK).to_dict("records")
     assert len(rows) == 21
     for row in rows:
-        normal, friction = float(row["Fn_N"]), 0.3
-        across = 1e3 * (curvature(rail, -float(row["ycp_rail_mm"])) - curvature(wheel, float(row["ycp_w_mm"])))
-        ellipse = hertz_ellipse(1e3 / (460.0 + float(row["zcp_w_mm"])), across)
-        a, b = ellipse.longitudinal * math.cbrt(normal), ellipse.lateral * math.cbrt(normal)
-        creep = (float(row["creepage_x"]), float(row["creepage_y"]), 1e3 * float(row["spin_rad_mm"]))
-        expected = np.array([float(row["Fx_over_muN"]), float(row["Fy_over_muN"])])
-        conformal = float(row["y_ws_mm"]) < 2.0
-        for law, most in ((fastsim_force, 0.10 if conformal else 0.005), (polach_force, 0.15)):
-            force = law(*creep, a, b, *kalker_coefficients(a / b), normal, friction, 1.0, 1.0)
-            deviation = np.abs(np.array(force) / (friction * normal) - expected).max()
-            assert deviation < most, row["y_ws_mm"]
+        found = law_alone(pair, row)
+        conformal = row["y_ws_mm"] < 2.0
+        for law, most in (("FASTSIM", 0.10 if conformal else 0.005), ("Polach", 0.15)):
+            for column in (f"{law} law alone Fx", f"{law} law alone Fy"):
+                assert abs(found[f"{column}, ours"] - found[f"{column}, CONTACT"]) < most, row["y_ws_mm"]
 
 
 @settings(max_examples=150)

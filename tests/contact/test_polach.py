@@ -1,17 +1,18 @@
 """Polach's creep force: saturation, symmetry, Kalker's limit, and FASTSIM's curve."""
 
-import csv
 import math
-from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from experiments.validation import eurosprinter
+from experiments.validation.eurosprinter import COULOMB, polach, reference_curve
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.polach import SHEAR, friction_coefficient, polach_force
+from tests.profiles.reference import needs_reference
 
-REFERENCE = Path(__file__).parents[3] / "shared" / "reference" / "contact" / "creep_curves_eurosprinter.csv"
 CREEPAGE = st.floats(-0.3, 0.3)
 SPIN = st.floats(-2.0, 2.0)
 AXIS = st.floats(1e-3, 12e-3)
@@ -97,17 +98,13 @@ def test_friction_falls_with_slip_speed() -> None:
     assert friction_coefficient(0.55, 1.0, 0.6, 1.0) == 0.55
 
 
-@pytest.mark.skipif(not REFERENCE.exists(), reason="../shared/reference is not there")
-@pytest.mark.parametrize(("series", "most"), [("fastsim_coulomb", 0.04), ("contact_coulomb", 0.07)])
+@needs_reference
+@pytest.mark.parametrize(("series", "most"), [(COULOMB, 0.04), ("contact_coulomb", 0.07)])
 def test_longitudinal_curve_is_near_fastsim_and_contact(series: str, most: float) -> None:
     """Eurosprinter wheel of Polach 2005 with Coulomb friction: largest deviation as a share of mu N."""
-    rows = [row for row in csv.DictReader(REFERENCE.read_text().splitlines()) if row["series"] == series]
-    a, b, load, friction = 6.304e-3, 12.61e-3, 106.7e3, 0.33
-    coefficients = kalker_coefficients(0.5, 0.28)
-    deviations = []
-    for row in rows:
-        creepage, expected = float(row["creepage_x [-]"]), float(row["Fx/Fn [-]"])
-        found = polach_force(creepage, 0.0, 0.0, a, b, *coefficients, load, friction, 1.0, 1.0)[0] / load
-        deviations.append(abs(found - expected) / friction)
-    assert len(deviations) > 20
-    assert max(deviations) < most
+    curve = reference_curve(series)
+    found = np.array(
+        [polach(creepage, eurosprinter.FRICTION, np.array([1.0, 1.0, 1.0, 0.0])) for creepage in curve[:, 0]]
+    )
+    assert len(curve) > 20
+    assert np.abs(found - curve[:, 1]).max() < most * eurosprinter.FRICTION

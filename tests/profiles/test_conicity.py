@@ -3,16 +3,26 @@
 from functools import cache
 
 import numpy as np
-import pandas as pd
 import pytest
 
+from experiments.validation.conicity import (
+    AMPLITUDE,
+    CASES,
+    FOUND,
+    FROM_CONTACT,
+    SHIFT,
+    TABLED,
+    band,
+    benchmark_case,
+    manchester_conicity,
+)
+from experiments.validation.reference import read
+from experiments.validation.tables import where
 from railsim.profiles.conicity import equivalent_conicity, oscillation_centre
 from railsim.profiles.files import read_profile
 from railsim.profiles.profile import Profile
 from railsim.profiles.wheelset import WheelsetOnTrack
-from tests.profiles.reference import PROFILES, REFERENCE, needs_reference
-
-SHIFT = np.arange(-65, 66, 5) * 1e-4
+from tests.profiles.reference import needs_reference
 
 
 @cache
@@ -42,27 +52,25 @@ def test_centre_is_where_the_integral_is_equal() -> None:
 
 
 @needs_reference
-@pytest.mark.parametrize("case", ["E1", "E2", "E3", "E4", "E5", "E8"])
+@pytest.mark.parametrize("case", CASES)
 def test_en15302_benchmark(case: str) -> None:
-    shift, difference = pd.read_csv(REFERENCE / "conicity" / f"rolling_radius_difference_{case}.csv").to_numpy().T
-    tabled = pd.read_csv(REFERENCE / "conicity" / f"equivalent_conicity_{case}.csv").to_numpy()
-    found = equivalent_conicity(shift, difference, tabled[:, 0])
+    table = benchmark_case(case)
+    amplitude, found = table[AMPLITUDE].to_numpy(), table[FOUND].to_numpy()
     reached = np.isfinite(found)
-    first_unreached = tabled[~reached, 0].min()
-    assert first_unreached > {"E5": 5.45, "E8": 6.05}.get(case, shift[-1] + 0.05)
+    shift = read(f"conicity/rolling_radius_difference_{case}.csv").to_numpy()[:, 0]
+    assert amplitude[~reached].min() > {"E5": 5.45, "E8": 6.05}.get(case, shift[-1] + 0.05)
     assert reached.sum() == np.argmin(reached)  # all up to the end of the range
-    inside = tabled[reached]
-    assert np.all(found[reached] <= inside[:, [2, 4]].min(axis=1))
-    assert np.all(found[reached] >= inside[:, [3, 5]].max(axis=1))
-    at_3 = np.argmin(np.abs(tabled[:, 0] - 3.0))
-    assert found[at_3] == pytest.approx(tabled[at_3, 1], abs=0.004)
+    low, high = band(where(table, reached))
+    assert np.all(found[reached] <= high)
+    assert np.all(found[reached] >= low)
+    at_3 = np.argmin(np.abs(amplitude - 3.0))
+    assert found[at_3] == pytest.approx(table[TABLED][at_3], abs=0.004)
 
 
 @needs_reference
 def test_manchester_profiles_to_conicity() -> None:
-    wheel, rail = read_profile(PROFILES / "MBench_S1002_v3.prw"), read_profile(PROFILES / "MBench_UIC60_v3.prr")
-    found = equivalent_conicity(SHIFT, chain(wheel, rail), np.array([3e-3, 4e-3]))
-    assert found == pytest.approx([0.18, 0.166], abs=0.02)
+    found = manchester_conicity(1e-3 * np.array(list(FROM_CONTACT)))
+    assert found == pytest.approx(list(FROM_CONTACT.values()), abs=0.02)
 
 
 def test_shipped_profiles_to_conicity() -> None:
@@ -73,16 +81,3 @@ def test_shipped_profiles_to_conicity() -> None:
     assert equivalent_conicity(SHIFT, chain(wheel, steep), at_3)[0] == pytest.approx(0.18, abs=0.02)
     assert equivalent_conicity(SHIFT, chain(wheel, flat), at_3)[0] == pytest.approx(0.01, abs=0.003)
     assert 0.3 < equivalent_conicity(SHIFT, chain(worn, steep), at_3)[0] < 0.6
-
-
-@needs_reference
-@pytest.mark.parametrize(
-    ("name", "low", "high"),
-    [("Car7216_0001r.whl", 0.04, 0.1), ("Car7358_0001r.whl", 0.03, 0.06), ("avg_wheel.whl", 0.045, 0.08)],
-)
-def test_measured_wheels_on_the_measured_rail(name: str, low: float, high: float) -> None:
-    """Treads near 1:20: a cone would give 0.05 everywhere."""
-    rail = read_profile(PROFILES / "avg_HR.BAN").smoothed(2e-5)
-    wheel = read_profile(PROFILES / name).smoothed(5e-5)
-    found = equivalent_conicity(SHIFT, chain(wheel, rail), np.arange(1, 6) * 1e-3)
-    assert np.all((found > low) & (found < high))

@@ -1,12 +1,19 @@
 """Contact search: against closed forms, its own potential, and the Manchester benchmark A-2.2."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
+from experiments.validation.contact_benchmark import (
+    BENCHMARK,
+    CREEPAGES,
+    GEOMETRY,
+    PUT_IN,
+    SHIFT,
+    ContactBenchmark,
+    profiles,
+)
+from experiments.validation.reference import read
 from railsim.contact.functions import ContactTable
-from railsim.profiles.creepage import creepages
-from railsim.profiles.files import read_profile
 from railsim.profiles.layout import Layout
 from railsim.profiles.profile import Profile
 from railsim.profiles.s1002 import s1002
@@ -15,7 +22,7 @@ from railsim.profiles.tables import contact_functions
 from railsim.profiles.uic60 import uic60
 from railsim.profiles.wear import worn
 from railsim.profiles.wheelset import WheelsetOnTrack
-from tests.profiles.reference import PROFILES, REFERENCE, needs_reference
+from tests.profiles.reference import needs_reference
 
 CONE = 0.05
 
@@ -128,35 +135,33 @@ def test_no_overlap_is_said(sides: tuple[Profile, Profile]) -> None:
 
 @needs_reference
 def test_manchester_a22_left_wheel() -> None:
-    """CONTACT: x forward, y right, z down; a left wheel's y to the field is -y. Creepages there are rail over wheel."""
-    side = Side(
-        read_profile(PROFILES / "MBench_S1002_v3.prw"), read_profile(PROFILES / "MBench_UIC60_v3.prr"), Layout()
-    )
-    for row in pd.read_csv(REFERENCE / "contact" / "mbench_a22_left.csv").to_dict("records"):
-        roll, yaw = row["roll_ws_rad"], -row["yaw_ws_rad"]
-        contact = side.at(-1e-3 * row["y_ws_mm"], roll, yaw)
-        conformal = row["y_ws_mm"] < 0.9
-        near = 0.4 if conformal else 0.02  # mm
-        assert 1e3 * contact.wheel_place == pytest.approx(-row["ycp_w_mm"], abs=near)
-        assert 1e3 * contact.rail_place == pytest.approx(-row["ycp_rail_mm"], abs=near)
-        assert 1e3 * contact.position[0] == pytest.approx(row["xcp_tr_mm"], abs=0.005)
-        assert contact.angle == pytest.approx(row["contact_angle_rad"], abs=0.0015 if conformal else 2e-4)
-        assert 1e3 * contact.height == pytest.approx(-row["z_ws_mm"], abs=0.003)
-        along, across, spin = creepages(contact, roll, yaw, 1e-3 * row["vx_mm_s"], -row["vpitch_rad_s"])
-        assert across == pytest.approx(row["creepage_y"], rel=1e-3, abs=1e-9)
-        if row["y_ws_mm"] > 0.0:  # at 0 the two terms of the longitudinal creepage cancel: 2e-5 apart, stated
-            assert along == pytest.approx(-row["creepage_x"], rel=0.02)
-            assert spin == pytest.approx(1e3 * row["spin_rad_mm"], rel=0.02)
+    """Tighter than the validation report asks for: what this search reaches, conformal positions apart."""
+    table = ContactBenchmark().compute(fast=False)
+    assert len(table) == 21
+    for row in table.to_dict("records"):
+        apart = {what: row[f"{what}, ours"] - row[f"{what}, CONTACT"] for what in (*GEOMETRY, "longitudinal place")}
+        conformal = row[SHIFT] < 0.9
+        assert abs(apart["wheel place"]) < (0.4 if conformal else 0.02)
+        assert abs(apart["rail place"]) < (0.4 if conformal else 0.02)
+        assert abs(apart["longitudinal place"]) < 0.005
+        assert abs(apart["contact angle"]) < (0.0015 if conformal else 2e-4)
+        assert abs(apart["height"]) < 0.003
+        along, across, spin = ((row[f"{what}, ours"], row[f"{what}, CONTACT"]) for what in CREEPAGES)
+        assert across[0] == pytest.approx(across[1], rel=1e-3, abs=1e-9)
+        if row[SHIFT] > 0.0:  # at 0 the two terms of the longitudinal creepage cancel: 2e-5 apart, stated
+            assert along[0] == pytest.approx(along[1], rel=0.02)
+            assert spin[0] == pytest.approx(spin[1], rel=0.02)
         else:
-            assert along == pytest.approx(-row["creepage_x"], abs=2.5e-5)
-            assert spin == pytest.approx(1e3 * row["spin_rad_mm"], rel=0.05)
+            assert along[0] == pytest.approx(along[1], abs=2.5e-5)
+            assert spin[0] == pytest.approx(spin[1], rel=0.05)
+            assert row[f"spin creepage, {PUT_IN}"] == pytest.approx(spin[1], rel=0.005)
+            assert row[f"longitudinal creepage, {PUT_IN}"] == pytest.approx(along[1], rel=0.01)
 
 
 @needs_reference
 def test_manchester_a22_roll_from_both_sides() -> None:
-    profiles = read_profile(PROFILES / "MBench_S1002_v3.prw"), read_profile(PROFILES / "MBench_UIC60_v3.prr")
-    wheelset = WheelsetOnTrack(profiles)
-    for row in pd.read_csv(REFERENCE / "contact" / "mbench_a22_left.csv").to_dict("records"):
+    wheelset = WheelsetOnTrack(profiles())
+    for row in read(BENCHMARK).to_dict("records"):
         placed = wheelset.at(-1e-3 * row["y_ws_mm"], yaw=-row["yaw_ws_rad"])
         assert placed.roll == pytest.approx(row["roll_ws_rad"], abs=1.3e-4)
         assert 1e3 * placed.height == pytest.approx(-row["z_ws_mm"], abs=0.1)

@@ -1,0 +1,157 @@
+"""What a section of the validation report is: a table that is computed, rows that compare, a picture."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import FigureBase
+
+import experiments.validation as package
+from experiments.figures.interface import Claim
+from experiments.validation.reference import lacking
+from railsim.registry import discover
+
+
+@dataclass(frozen=True)
+class Row:
+    """One comparison.
+
+    Attributes
+    ----------
+    item : number of the section. what : the quantity.
+    ours, reference, difference : in `unit`; reference and difference None where the limit is all there is.
+    limit : in words; empty where nothing is claimed. used : share of the limit that is used, 1 = all of it, None where
+    there is no such share.
+    held : whether the limit is kept; None where nothing is claimed.
+    source : of the reference or of the limit.
+    """
+
+    item: str
+    what: str
+    ours: float
+    reference: float | None
+    difference: float | None
+    limit: str
+    unit: str
+    held: bool | None
+    source: str
+    used: float | None = None
+
+
+class Section(ABC):
+    """One section; its name is that of the module that defines it.
+
+    Attributes
+    ----------
+    item, part : number in the report, and a letter where several sections share one. title : heading.
+    about : one paragraph on what is compared, and how. source : author, year, file.
+    needs : files of the reference data (relative to their folder) without which nothing is checked.
+    size : of the picture [inch].
+    """
+
+    item: ClassVar[int]
+    part: ClassVar[str] = ""
+    title: ClassVar[str]
+    about: ClassVar[str]
+    source: ClassVar[str]
+    needs: ClassVar[tuple[str, ...]] = ()
+    size: ClassVar[tuple[float, float]] = (11.0, 4.5)
+
+    @property
+    def name(self) -> str:
+        """Name of the section."""
+        return type(self).__module__.rpartition(".")[2]
+
+    @property
+    def number(self) -> str:
+        """Item and part."""
+        return f"{self.item}{self.part}"
+
+    def lacking(self) -> list[str]:
+        """Files of the reference data that are not there."""
+        return lacking(self.needs)
+
+    @abstractmethod
+    def compute(self, fast: bool) -> pd.DataFrame:
+        """The numbers behind rows and picture; no column may be empty altogether."""
+
+    @abstractmethod
+    def rows(self, table: pd.DataFrame) -> list[Row]:
+        """What is compared."""
+
+    @abstractmethod
+    def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
+        """Fill an empty picture."""
+
+    def listing(self, table: pd.DataFrame) -> pd.DataFrame | None:
+        """A further table for the report (every deviation, for example), where there is one."""
+        del table
+        return None
+
+    def agrees(
+        self, what: str, ours: float, reference: float, limit: float, unit: str, source: str | None = None
+    ) -> Row:
+        """Ours is the reference within plus or minus `limit`."""
+        difference = float(ours) - float(reference)
+        used = abs(difference) / limit
+        return Row(
+            self.number, what, float(ours), float(reference), difference, f"± {limit:g} {unit}".strip(" -"), unit,
+            bool(used <= 1.0), source or self.source, used,
+        )  # fmt: skip
+
+    def agrees_relatively(self, what: str, ours: float, reference: float, limit: float, unit: str) -> Row:
+        """Ours is the reference within a share `limit` of it."""
+        used = abs(ours / reference - 1.0) / limit
+        return Row(
+            self.number, what, float(ours), float(reference), float(ours - reference), f"± {100.0 * limit:g} %", unit,
+            bool(used <= 1.0), self.source, used,
+        )  # fmt: skip
+
+    def bounded(
+        self, what: str, ours: float, low: float = -math.inf, high: float = math.inf, unit: str = "-",
+        source: str | None = None,
+    ) -> Row:  # fmt: skip
+        """Ours lies from `low` to `high`."""
+        limit = f"{low:g} … {high:g}" if math.isfinite(low) and math.isfinite(high) else ""
+        limit = limit or (f"≤ {high:g}" if math.isfinite(high) else f"≥ {low:g}")
+        held = bool(low <= ours <= high)
+        used = _share(float(ours), low, high)
+        return Row(
+            self.number, what, float(ours), None, None, f"{limit} {unit}".strip(" -"), unit, held,
+            source or self.source, used,
+        )  # fmt: skip
+
+    def claimed(self, claim: Claim) -> Row:
+        """The claim of a figure."""
+        value = math.nan if claim.value is None else claim.value
+        return Row(self.number, claim.claim, value, None, None, claim.target, "-", claim.held, self.source)
+
+    def noted(self, what: str, ours: float, reference: float | None, unit: str) -> Row:
+        """A number that is told without a claim."""
+        difference = None if reference is None else float(ours - reference)
+        return Row(self.number, what, float(ours), reference, difference, "", unit, None, self.source)
+
+
+def _share(value: float, low: float, high: float) -> float | None:
+    """Share of the room between the limits that is used: distance from their middle, or the ratio to a single one."""
+    if math.isfinite(low) and math.isfinite(high):
+        return abs(value - 0.5 * (low + high)) / (0.5 * (high - low))
+    if math.isfinite(high):
+        return value / high if value > 0.0 and high > 0.0 else None
+    return low / value if value > 0.0 and low > 0.0 else None
+
+
+def worst(ours: np.ndarray, reference: np.ndarray, relative: bool = False) -> int:
+    """Index of the largest deviation."""
+    deviation = np.abs(np.asarray(ours, float) - np.asarray(reference, float))
+    return int(np.argmax(deviation / np.abs(reference) if relative else deviation))
+
+
+def sections() -> list[Section]:
+    """Every section in the order of the report."""
+    found: Mapping[str, Callable[[], Section]] = dict(discover(package, Section))
+    return sorted((kind() for kind in found.values()), key=lambda section: (section.item, section.part, section.name))
