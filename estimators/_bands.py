@@ -59,7 +59,8 @@ def band_pass(values: np.ndarray, spacing: float, band: Band, integrate: int = 0
     integrate : how often to integrate over distance on the way; each stretch loses its linear trend first, which the
         long edge would take out anyway.
     """
-    return transform(values, spacing, lambda k: _gain(k, band, integrate), _reach(band), np.isfinite(band.longest))
+    long = np.isfinite(band.longest)
+    return transform(values, spacing, lambda k: _gain(k, band, integrate), _reach(band), long, integrate > 0)
 
 
 def high_pass(values: np.ndarray, spacing: float, longest: float) -> np.ndarray:
@@ -73,6 +74,7 @@ def transform(
     gain: Callable[[np.ndarray], np.ndarray],
     reach: float,
     detrend: bool,
+    even: bool = True,
 ) -> np.ndarray:
     """Multiply each stretch without NaN by `gain` of the angular wave number (rad/m, from 0) in the wave-number domain.
 
@@ -80,7 +82,9 @@ def transform(
     ----------
     values : shape (n,), NaN where there is nothing; those stay NaN.
     gain : real or complex response, shape as its argument.
-    reach : length over which the filter remembers, m; a stretch is continued that far by point reflection at its ends.
+    reach : length over which the filter remembers, m; a stretch is continued that far by reflection at its ends.
+    even : as in a mirror, which suits noisy curvatures and slopes; otherwise through the end point, which suits smooth
+        heights.
     detrend : take a straight line out of each stretch beforehand.
     """
     out = np.full(len(values), np.nan)
@@ -89,7 +93,8 @@ def transform(
         if detrend:
             piece = _without_trend(piece)
         pad = int(np.ceil(reach / spacing))
-        whole = np.pad(piece, pad, mode="reflect", reflect_type="odd") if len(piece) > 1 else np.pad(piece, pad)
+        kind = "even" if even else "odd"
+        whole = np.pad(piece, pad, mode="reflect", reflect_type=kind) if len(piece) > 1 else np.pad(piece, pad)
         size = int(fft.next_fast_len(len(whole), real=True) or len(whole))
         whole = np.concatenate([whole, np.linspace(whole[-1], whole[0], size - len(whole) + 2)[1:-1]])
         wave_number = 2.0 * np.pi * fft.rfftfreq(size, spacing)

@@ -92,15 +92,19 @@ class Way:
         inside = (self.s >= places[0] - 1e-9) & (self.s <= places[-1] + 1e-9)
         return settled(~fault & inside, self.spacing, BLUR)
 
-    def channel(self, measurements: Measurements, name: str, ahead: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    def channel(
+        self, measurements: Measurements, name: str, ahead: float = 0.0, values: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """A measured channel on the grid, and where it is all measured; delays of the data sheet are taken out.
 
         Parameters
         ----------
         ahead : how far before the vehicle's reference the sensor stands, m: what it feels belongs to that place.
+        values : what was made of the samples, to be taken in their stead; shape as they.
         """
         time = measurements.time(name) - delay(measurements, name)
-        return self.resample(time, measurements[name], ahead)
+        samples = measurements[name]
+        return self.resample(time, samples if values is None else np.where(np.isfinite(samples), values, np.nan), ahead)
 
     def resample(self, time: np.ndarray, values: np.ndarray, ahead: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Samples over time to the grid, without aliasing: values, shape (n,), and where they are valid.

@@ -6,7 +6,8 @@ collections); see `manchester`.
 
 import math
 from collections.abc import Mapping
-from typing import Any, Literal, Self
+from types import MappingProxyType
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 import pydantic
@@ -24,6 +25,8 @@ IWNICKI = "Iwnicki (1998), Manchester benchmarks, passenger vehicle 1"
 HALF = f"{IWNICKI}; half of the whole body"
 ILLUSTRATIVE = "illustrative"
 POLACH = "Polach (2005), dry"
+SHIFT = 0.003
+"""Lateral shift over which conicity is stated [m] (EN 15302: 3 mm)."""
 
 
 class Adhesion(Spec, frozen=True):
@@ -112,6 +115,27 @@ class HalfVehicle(Vehicle, frozen=True):
     )
     pair: Pair = quantity(WheelRailPair(), unit="-", source="analytic pair, or profiles (kind: profiles)")
     adhesion: Adhesion = pydantic.Field(default_factory=Adhesion)
+
+    derived: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType(
+        {
+            "design_conicity": ("-", "nominal profiles: slope of the rolling radius over +-3 mm"),
+            "design_contact_angle_rate": ("rad/m", "nominal profiles: change of the contact angle over +-3 mm"),
+            "design_contact_curvature": ("1/m", "nominal profiles: sum of the lateral curvatures at rest"),
+            "design_wheel_load": ("N", "nominal masses"),
+        }
+    )
+
+    def design(self) -> dict[str, float]:
+        """What is known of the nominal wheels on the nominal rails, and the load of a wheel."""
+        left, _ = self.pair.sides(self.wheel_radius, self.half_gauge)
+        radius = np.interp((-SHIFT, SHIFT), left.shift, left.radius)
+        angle = np.interp((-SHIFT, SHIFT), left.shift, left.contact_angle())
+        return {
+            "design_conicity": float(np.diff(radius)[0]) / (2.0 * SHIFT),
+            "design_contact_angle_rate": float(np.diff(angle)[0]) / (2.0 * SHIFT),
+            "design_contact_curvature": float(np.interp(0.0, left.shift, left.curvature)),
+            "design_wheel_load": self.wheel_load,
+        }
 
     def model(self) -> Model:
         """Bodies `body`, `bogie`, `wheelset1` (leading), `wheelset2`: 16 free coordinates and two spins."""
