@@ -76,12 +76,26 @@ class Wheelset:
 
 
 @dataclass(frozen=True)
+class LongitudinalPath:
+    """How longitudinal forces go from the wheelsets to the vehicle: every wheelset pulls `frame` at its axle's height,
+    `frame` pulls what it carries at `rod_height` [m above the rails], and what drives or brakes a wheelset stands on
+    `frame`.
+
+    `frame` must be free to pitch. All else that acts along the track (resistance, and what holds a prescribed speed)
+    acts on what is carried, whose pitch is held.
+    """
+
+    frame: str
+    rod_height: float
+
+
+@dataclass(frozen=True)
 class Model:
     """All of a vehicle.
 
     `primary`: whether axleboxes carry a frame (displacement transducers exist). `reference`: body whose distance is s.
     `trailing_pivot`: distance from the reference back to the missing bogie [m]; a body listed in `chord_yaw` keeps
-    the direction of that chord.
+    the direction of that chord. `path`: None = longitudinal forces pitch nothing.
     """
 
     bodies: tuple[Body, ...]
@@ -94,6 +108,7 @@ class Model:
     primary: bool = True
     trailing_pivot: float = 0.0
     chord_yaw: str | None = None
+    path: LongitudinalPath | None = None
     vertical_load: dict[str, float] = field(default_factory=dict)
 
     def index(self, name: str) -> int:

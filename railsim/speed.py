@@ -17,6 +17,7 @@ class SpeedTables(NamedTuple):
     speed: np.ndarray  # (k,) m/s; prescribed speed, or the first value to start with
     torque: np.ndarray  # (k, w) N m on each wheelset, driving +
     slip: np.ndarray  # (k, w) target (V - r0 omega) / V of the slide control, 0 = off
+    brake: np.ndarray  # (k, w) N m of friction brakes, against the wheelset's rotation
     driven: bool
     resistance: np.ndarray  # (3,) N, N s/m, N s2/m2
 
@@ -67,20 +68,23 @@ Speed = Annotated[Constant | Profile | Driven, pydantic.Field(discriminator="kin
 
 
 class Traction(Spec, frozen=True):
-    """Torque of drive or brake on one wheelset over time, or a slide held at `slip` by the brake, as a slide control
-    does.
+    """What acts on one wheelset over time, one of three: a `torque` [N m] whatever the wheelset does, driving +; a
+    friction `brake` [N m] against its rotation, which holds a wheelset that stands; a slide held at `slip` by the
+    brake, as a slide control does.
     """
 
     wheelset: int = pydantic.Field(ge=1)
     time: tuple[float, ...]
     torque: tuple[float, ...] | None = None
+    brake: tuple[Annotated[float, pydantic.Field(ge=0.0)], ...] | None = None
     slip: tuple[Annotated[float, pydantic.Field(ge=-0.9, le=0.9)], ...] | None = None
 
     @pydantic.model_validator(mode="after")
     def _consistent(self) -> Self:
-        if (self.torque is None) == (self.slip is None):
-            raise ValueError("give either torque or slip")
-        _check_knots(self.time, self.torque or self.slip or (), "torque or slip")
+        given = [values for values in (self.torque, self.brake, self.slip) if values is not None]
+        if len(given) != 1:
+            raise ValueError("give one of torque, brake and slip")
+        _check_knots(self.time, given[0], "torque, brake or slip")
         return self
 
 
@@ -90,15 +94,15 @@ def speed_tables(
     """Everything on one common set of knots."""
     time, values = speed.knots(duration)
     knots = np.unique(np.concatenate([time, *(t.time for t in traction), [0.0]]))
-    torque, slip = np.zeros((len(knots), wheelsets)), np.zeros((len(knots), wheelsets))
+    torque, slip, brake = np.zeros((3, len(knots), wheelsets))
     for entry in traction:
-        column = entry.wheelset - 1
-        if entry.torque is not None:
-            torque[:, column] += np.interp(knots, entry.time, entry.torque)
-        if entry.slip is not None:
-            slip[:, column] += np.interp(knots, entry.time, entry.slip)
+        for total, given in ((torque, entry.torque), (slip, entry.slip), (brake, entry.brake)):
+            if given is not None:
+                total[:, entry.wheelset - 1] += np.interp(knots, entry.time, given)
     resistance = np.array(speed.resistance if isinstance(speed, Driven) else (0.0, 0.0, 0.0))
-    return SpeedTables(knots, np.interp(knots, time, values), torque, slip, isinstance(speed, Driven), resistance)
+    return SpeedTables(
+        knots, np.interp(knots, time, values), torque, slip, brake, isinstance(speed, Driven), resistance
+    )
 
 
 def _check_knots(time: tuple[float, ...], values: tuple[float, ...], what: str) -> None:

@@ -149,7 +149,7 @@ def test_longest_duration_that_is_named_does_fit(small: Path):
         (["sensors=3"], r"sensors: give a list"),
         (["effects=[wear]"], r"effects: there are none in this version"),
         (["traction=[{wheelset: 3, time: [0], slip: [0]}]"], r"traction\.0\.wheelset: 3, but the vehicle has 2"),
-        (["traction=[{wheelset: 1, time: [0]}]"], r"traction\.0: give either torque or slip"),
+        (["traction=[{wheelset: 1, time: [0]}]"], r"traction\.0: give one of torque, brake and slip"),
         (["output_rate=256", "substeps=1"], r"substeps: a step of 3.91 ms is unstable .* give at least 3 or"),
         (["speed.speed=2", "substeps=1"], r"substeps: a step of 0.977 ms is unstable .* at 2 m/s; give at least"),
         (["seed"], r"--set seed: write key=value"),

@@ -14,7 +14,7 @@ critically damped springs.
 import math
 
 from railsim.compiled import kernel
-from railsim.engines._kernel import contact, pose, prescribed_speed, wheelset_torque
+from railsim.engines._kernel import contact, drag, path_moment, pose, prescribed_speed, wheelset_torque
 from railsim.engines._laws import law_force
 from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, EAST, GRADIENT, HEADING, NORTH, ROLL, UP, locate, slope, value
@@ -174,16 +174,41 @@ def forces(plant, t, start, q, v, memory, work, out):
         place(plant, b, q, v, memory, work)
     velocity, acceleration = prescribed_speed(plant.knots, t)
     target = start + travelled(plant.knots, t)
+    frame = plant.core.path_frame
     if plant.core.driven:
         target, velocity = mean_motion(plant, work)
         acceleration = 0.0
-        _drag(plant, reference, work[reference, 28], q, work, out)
+        resisting = drag(plant, work[reference, 28])
+        own, mine = q[6 * reference : 6 * reference + 6], out[6 * reference : 6 * reference + 6]
+        add_wrench(work[reference, :16], own, -resisting, 0.0, 0.0, 0.0, 0.0, 0.0, mine)
     for b in range(bodies):
         _hold(plant, b, target, velocity, acceleration, q, work, out)
+    along, torque = 0.0, 0.0
     for i in range(w):
-        _wheelset(plant, i, t, q, v, work, out)
+        pull, turning = _wheelset(plant, i, t, q, v, work, out)
+        along += pull
+        torque += turning
+    if frame >= 0:
+        _path(plant, acceleration, along, torque, q, work, out)
     if plant.core.elements > 0:
         _elements(plant, q, v, work, out)
+
+
+@kernel
+def _path(plant, acceleration, along, torque, q, work, out):
+    """Pitch the bogie by what goes through it along the track: the holding forces act on centres of gravity, the
+    joints that they stand for at the heights of axles and traction rod.
+    """
+    frame = plant.core.path_frame
+    f = work[frame, :16]
+    own, mine = q[6 * frame : 6 * frame + 6], out[6 * frame : 6 * frame + 6]
+    felt = acceleration + GRAVITY * f[6]
+    if plant.core.driven:
+        total = 0.0
+        for mass in plant.core.body_mass:
+            total += mass
+        felt = (along - drag(plant, work[frame, 28])) / total
+    add_wrench(f, own, 0.0, 0.0, 0.0, 0.0, path_moment(plant, felt, along, torque), 0.0, mine)
 
 
 @kernel
@@ -224,13 +249,6 @@ def place(plant, b, q, v, memory, work):
 
 
 @kernel
-def _drag(plant, b, velocity, q, work, out):
-    a = plant.core.resistance
-    drag = a[0] + velocity * (a[1] + velocity * a[2]) if velocity > 0.0 else 0.0
-    add_wrench(work[b, :16], q[6 * b : 6 * b + 6], -drag, 0.0, 0.0, 0.0, 0.0, 0.0, out[6 * b : 6 * b + 6])
-
-
-@kernel
 def _hold(plant, b, target, velocity, acceleration, q, work, out):
     """Longitudinal place; height, roll, pitch and yaw where they are not free; static vertical load."""
     f, motion = work[b, :16], work[b, 16:29]
@@ -267,7 +285,9 @@ def wheelset_motion(plant, i, work, local):
 
 @kernel
 def _wheelset(plant, i, t, q, v, work, out):
-    """Both contacts, torque and the gyroscopic moment of the spinning wheels."""
+    """Both contacts, torque and the gyroscopic moment of the spinning wheels; return force along the
+    track [N] and torque [N m].
+    """
     bodies = plant.core.body_mass.shape[0]
     b = plant.core.wheelset_body[i]
     f, local = work[b, :16], work[work.shape[0] - 1, 12:20]
@@ -277,16 +297,19 @@ def _wheelset(plant, i, t, q, v, work, out):
     left = contact(plant, i, 0, f[15], pace, spin, local)
     right = contact(plant, i, 1, f[15], pace, spin, local)
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
+    along = left.force_x + right.force_x
     add_wrench(
         f, own,
-        left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z,
+        along, left.force_y + right.force_y, left.force_z + right.force_z,
         left.moment_x + right.moment_x, 0.0, left.moment_z + right.moment_z, mine,
     )  # fmt: skip
-    out[6 * bodies + i] = left.moment_spin + right.moment_spin + wheelset_torque(plant, i, t, spin, pace)
+    torque = wheelset_torque(plant, i, t, spin, pace)
+    out[6 * bodies + i] = left.moment_spin + right.moment_spin + torque
     momentum = plant.core.spin_inertia[i] * spin
     w_x, w_y, w_z = angular_velocity(own, v[6 * b : 6 * b + 6])
     h_x, h_y, h_z = momentum * work[b, 31], momentum * work[b, 34], momentum * work[b, 37]
     add_moment(own, h_y * w_z - h_z * w_y, h_z * w_x - h_x * w_z, h_x * w_y - h_y * w_x, mine)
+    return along, torque
 
 
 @kernel

@@ -28,6 +28,7 @@ from railsim.track.kernel import (
     value,
 )
 
+BRAKE_GRIP = 400.0  # 1/s; a brake's torque per spin inertia and spin, until it slips: it holds a wheelset that stands
 SLIDE_GAIN = 400.0  # 1/s; brake torque of the slide control per spin inertia and spin error
 RAIL_RIGHT = 1  # offset of the right rail's channels from the left one's
 
@@ -62,6 +63,10 @@ def wheelset_torque(plant, i, t, spin, velocity):
     slip = plant.knots[a, column] + x * (plant.knots[b, column] - plant.knots[a, column])
     if slip != 0.0:
         torque -= SLIDE_GAIN * plant.core.spin_inertia[i] * (spin - (1.0 - slip) * velocity / plant.core.radius[i])
+    column += plant.core.radius.shape[0]
+    brake = plant.knots[a, column] + x * (plant.knots[b, column] - plant.knots[a, column])
+    if brake > 0.0:
+        torque -= max(-brake, min(brake, BRAKE_GRIP * plant.core.spin_inertia[i] * spin))
     return torque
 
 
@@ -181,10 +186,13 @@ def derivatives(plant, t, x, out, scratch):
         if pull != 0.0:
             for i in range(n):
                 force[i] -= plant.core.direction[e, i] * pull
-    along = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local)
+    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local)
     if plant.core.driven:
         acceleration = _free_acceleration(plant, s, velocity, along)
     frame_motion(plant, s, velocity, acceleration, frame)
+    if plant.core.path_frame >= 0:
+        pitch = plant.core.coordinate[plant.core.path_frame, 4]
+        force[pitch] += path_moment(plant, acceleration + GRAVITY * frame[6], rolling, torque)
     _frame_forces(plant, velocity, x, q, rate, force, frame)
     for i in range(n):
         force[i] /= plant.core.mass[i]
@@ -292,9 +300,11 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
 
 @inlined
 def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local):
-    """Add the contact forces; return the longitudinal resultant [N]."""
+    """Add the contact forces; return along the vehicle's x, along each wheelset's own track [N], and the torques [N m],
+    summed up.
+    """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
-    along = 0.0
+    along, rolling, torques = 0.0, 0.0, 0.0
     for i in range(w):
         body = plant.core.wheelset_body[i]
         distance = s + plant.core.position[body, 0]
@@ -304,6 +314,7 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local):
         right = contact(plant, i, 1, distance, velocity, spin, local)
         f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z
         m_x, m_z = left.moment_x + right.moment_x, left.moment_z + right.moment_z
+        rolling += f_x
         if plant.core.curved:
             f_x, f_y, f_z = (
                 f_x + here[4] * f_z - here[5] * f_y,
@@ -321,6 +332,7 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local):
         if index[5] >= 0:
             force[index[5]] += m_z
         torque = wheelset_torque(plant, i, t, spin, velocity)
+        torques += torque
         out[2 * n + i] = spin
         out[2 * n + w + i] = (left.moment_spin + right.moment_spin + torque) / plant.core.spin_inertia[i]
         # gyroscopic moments of the spinning wheels
@@ -328,7 +340,28 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local):
             momentum = plant.core.spin_inertia[i] * spin
             force[index[3]] += momentum * rate[index[5]]
             force[index[5]] -= momentum * rate[index[3]]
-    return along
+    return along, rolling, torques
+
+
+@inlined
+def path_moment(plant, acceleration, along, torque):
+    """Pitching moment on the bogie [N m] of what goes through it along the track: d'Alembert on each body.
+
+    Each wheelset pushes it by its contact force less what its own mass takes, at the axle's height; the car body holds
+    it back at the rod's height by what then is missing for the bogie's own acceleration; brakes and motors react.
+    `acceleration` [m/s2] holds gravity's part along the track; `along` [N] and `torque` [N m] are those of all
+    wheelsets.
+    """
+    axles = along - plant.core.path_mass[0] * acceleration
+    rod = plant.core.path_mass[1] * acceleration - axles
+    return plant.core.path_lever[0] * axles + plant.core.path_lever[1] * rod - torque
+
+
+@inlined
+def drag(plant, velocity):
+    """Running resistance [N]."""
+    a = plant.core.resistance
+    return a[0] + velocity * (a[1] + velocity * a[2]) if velocity > 0.0 else 0.0
 
 
 @inlined
@@ -340,9 +373,7 @@ def _free_acceleration(plant, s, velocity, along):
     if plant.core.curved:
         cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
         climb = math.sin(value(plant.track, cell, GRADIENT, x))
-    a = plant.core.resistance
-    drag = a[0] + velocity * (a[1] + velocity * a[2]) if velocity > 0.0 else 0.0
-    return (along - drag) / total - GRAVITY * climb
+    return (along - drag(plant, velocity)) / total - GRAVITY * climb
 
 
 @inlined

@@ -38,7 +38,7 @@ class Plant(NamedTuple):
     track: np.ndarray  # (cells, channels, 4) of `TrackTables`
     contact: np.ndarray  # (2, cells, channels, 4) of `ContactTable`
     pose: np.ndarray  # (1 + w, cells, 6, 4): 0 = the chord to the missing bogie, then each wheelset's place
-    knots: np.ndarray  # (k, 2 + 2 w) time, speed, torques, slips of `SpeedTables`
+    knots: np.ndarray  # (k, 2 + 3 w) time, speed, torques, slips, brakes of `SpeedTables`
 
 
 def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
@@ -82,6 +82,9 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("curved", "i8"),
         ("driven", "i8"),
         ("resistance", "f8", 3),
+        ("path_frame", "i8"),  # body that the wheelsets pull, -1 = longitudinal forces pitch nothing
+        ("path_mass", "f8", 2),  # of all wheelsets, of the frame
+        ("path_lever", "f8", 2),  # height of axles and of the rod above the frame's centre of gravity
     ]
     return np.dtype([field if len(field) == 2 else (field[0], field[1], field[2]) for field in fields], align=True)
 
@@ -130,6 +133,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "driven": speed.driven,
         "resistance": speed.resistance,
     }
+    values |= _path(model)
     for name, value in values.items():
         core[name] = value
     for row, element in enumerate(model.nonlinear):
@@ -145,8 +149,21 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         core["finite_preload"][row] = element.preload
     ahead = [model.bodies[i].position[0] for i in wheelset_body]
     pose = _poses(track, [-model.trailing_pivot, *ahead], curved)
-    knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip))
+    knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip, speed.brake))
     return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots)
+
+
+def _path(model: Model) -> dict[str, Any]:
+    if model.path is None:
+        return {"path_frame": -1}
+    frame = model.bodies[model.index(model.path.frame)]
+    axles = sum(model.bodies[model.index(w.body)].mass for w in model.wheelsets)
+    heights = np.array([model.wheelsets[0].radius, model.path.rod_height])
+    return {
+        "path_frame": model.index(model.path.frame),
+        "path_mass": [axles, frame.mass],
+        "path_lever": heights - frame.position[2],
+    }
 
 
 def _curved(track: TrackTables) -> bool:

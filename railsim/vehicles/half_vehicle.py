@@ -16,7 +16,7 @@ from railsim.contact.adhesion import CONDITIONS
 from railsim.contact.functions import ContactTable
 from railsim.contact.pairs import WheelRailPair
 from railsim.contact.wheel import CREEP_LAWS, ContactLaw
-from railsim.model import BUMP_STOP, GRAVITY, Body, LinearElement, Model, NonlinearElement, Wheelset
+from railsim.model import BUMP_STOP, GRAVITY, Body, LinearElement, LongitudinalPath, Model, NonlinearElement, Wheelset
 from railsim.profiles.pair import Pair
 from railsim.spec import Spec, quantity
 from railsim.vehicles.interface import Vehicle
@@ -155,6 +155,7 @@ class HalfVehicle(Vehicle, frozen=True):
             reference="bogie",
             trailing_pivot=2.0 * self.semi_bogie_spacing,
             chord_yaw="body",
+            path=LongitudinalPath("bogie", self.secondary_height),
         )
 
     @property
@@ -255,7 +256,8 @@ def both_sides(values: tuple[float, float, float], half_spacing: float) -> np.nd
 
     Along x only the couple that turns the bodies in yaw is kept: every body is held at its place along the track,
     and against that holding the springs' common longitudinal stiffness would resist the bogie's pitch, which
-    wheelsets that are free to roll do not.
+    wheelsets that are free to roll do not. The force that they carry along the track follows from the holding and
+    pitches the bogie by `model.LongitudinalPath`.
     """
     total = np.zeros((6, 6))
     for y in (half_spacing, -half_spacing):
