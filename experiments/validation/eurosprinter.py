@@ -87,19 +87,21 @@ class Eurosprinter(Section):
             top, bottom = panels[:, column]
             creepage = 100.0 * part[CREEPAGE]
             top.plot(creepage, part[THEIRS], "o", color=GREY, mfc="none", ms=6, label="reference")
-            for law, colour in (("FASTSIM", BLUE), ("FASTSIM on CONTACT's grid", ORANGE), ("Polach, fitted", RED)):
+            styles = {"FASTSIM": (BLUE, "-"), "FASTSIM on CONTACT's grid": (ORANGE, "-"), "Polach, fitted": (RED, "--")}
+            for law, (colour, style) in styles.items():
                 ours = values(part, f"{law} [Fx/N]")
                 if np.isnan(ours).any():
                     continue
-                top.plot(creepage, ours, color=colour, lw=1.4, label=law)
-                bottom.plot(creepage, 100.0 * (ours - part[THEIRS]) / FRICTION, color=colour, lw=1.4)
-            top.set(title=WORDS[series], ylabel="Fx / N", xscale="symlog")
-            limit_lines(bottom, -2.0, 2.0) if series != LAYER else limit_lines(bottom, -3.0, 3.0)
+                top.plot(creepage, ours, color=colour, ls=style, lw=1.4, label=law)
+                bottom.plot(creepage, 100.0 * (ours - part[THEIRS]) / FRICTION, color=colour, ls=style, lw=1.4)
+            top.set_title(WORDS[series], fontsize=10)
+            top.set(ylabel="Fx / N", xscale="log", xlim=(0.01, 30.0), ylim=(0.0, 0.37))
+            limits = {COULOMB: (-2.0, 2.0), MODIFIED: (-3.0, -2.0, 2.0, 3.0), LAYER: (-3.0, 3.0)}
+            limit_lines(bottom, *limits[series])
             bottom.set(ylabel="difference in % of mu N", xlabel="creepage in %", ylim=(-4.0, 4.0))
-            top.legend(frameon=False, fontsize=8, loc="lower center")
+            top.legend(frameon=False, fontsize=8, loc="lower right")
             grid(top)
             grid(bottom)
-            top.set(xscale="linear", ylim=(0.0, 0.37))
 
     def _largest(self, part: pd.DataFrame, law: str, words: str, limit: float) -> Row:
         ours, theirs = values(part, f"{law} [Fx/N]") / FRICTION, values(part, THEIRS) / FRICTION

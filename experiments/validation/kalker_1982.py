@@ -54,12 +54,13 @@ class Kalker1982(Section):
 
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         axes = picture.subplots()
-        place = range(len(table))
-        axes.vlines(place, table["lowest"], table["highest"], color=GREY, lw=9.0, alpha=0.5)
-        axes.plot(place, table["lowest"], "_", color=GREY, ms=18, mew=2.0, label="Kalker (1982)")
-        axes.plot(place, table["highest"], "_", color=GREY, ms=18, mew=2.0)
-        axes.plot(place, table["ours"], "o", color=BLUE, ms=5, label="railsim")
-        axes.set_xticks(list(place), [case.replace(" of ", "\n") for case in table["case"]], fontsize=8)
-        axes.set(ylabel="share of mu N", xlim=(-0.5, len(table) - 0.5))
-        axes.legend(frameon=False)
+        middle = 0.5 * (table["lowest"] + table["highest"])
+        half = 0.5 * (table["highest"] - table["lowest"]) + HALF_A_DIGIT
+        place = list(range(len(table)))
+        axes.vlines(place, -1e4 * half, 1e4 * half, color=GREY, lw=12.0, alpha=0.4, label="Kalker (1982)")
+        axes.plot(place, 1e4 * (table["ours"] - middle), "o", color=BLUE, ms=5, label="railsim")
+        titles = [f"{case}\n{value:.4f}" for case, value in zip(table["case"], middle, strict=True)]
+        axes.set_xticks(place, [title.replace(" of ", "\n") for title in titles], fontsize=8)
+        axes.set(ylabel="from the middle of what is\nprinted, 10⁻⁴ mu N", xlim=(-0.5, len(table) - 0.5))
+        axes.legend(frameon=False, loc="upper left")
         grid(axes)

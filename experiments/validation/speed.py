@@ -75,7 +75,7 @@ class Speed(Section):
                 axes.annotate(f" {value:.3g}", (value, place), va="center", fontsize=8)
         axes.set_yticks(range(len(names)), [f"engine {name}" for name in names])
         axes.invert_yaxis()
-        axes.set(xscale="log", xlabel="simulated seconds per second of processor time")
+        axes.set(xlabel="simulated seconds per second of processor time")
         axes.legend(frameon=False)
         grid(axes)
 
