@@ -3,6 +3,7 @@
 import argparse
 import importlib
 import json
+import keyword
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -65,7 +66,8 @@ def build_parser() -> argparse.ArgumentParser:
 def _execute(given: argparse.Namespace) -> Outcome:
     """Import the command's module only now, so that the others cost no time; what it prints goes to stderr."""
     with redirect_stdout(sys.stderr):
-        return importlib.import_module(f"experiments.commands.{given.command}").execute(given)
+        module = f"{given.command}_" if keyword.iskeyword(given.command) else given.command
+        return importlib.import_module(f"experiments.commands.{module}").execute(given)
 
 
 def _complain(text: str, code: int = BAD_INPUT) -> int:
@@ -111,6 +113,12 @@ def _figure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fast", action="store_true", help="shorter runs, the compiled engine")
 
 
+def _import(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="CSV, Parquet, MDF4 or TDMS")
+    parser.add_argument("--map", metavar="MAP.yaml", required=True, help="what its columns mean: docs/field_data.md")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of the recording; track.csv for a track")
+
+
 def _inspect(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("what", metavar="RECORDING|SCENARIO|TRACK", help="a name or a path")
 
@@ -130,6 +138,7 @@ _COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "score": ("compare an estimate with the truth of its recording", _score),
     "figure": ("draw figures of the paper and check its claims", _figure),
     "list": ("what there is", _list),
+    "import": ("turn measured data into a recording, or a track-recording car's file into a track", _import),
     "inspect": ("check a recording, scenario or track and say what is wrong with it", _inspect),
     "bench": ("speed of the engines and estimators", _bench),
 }

@@ -19,6 +19,7 @@ from railsim.model import Model
 from railsim.overrides import override
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensors
+from railsim.settings import load_yaml
 from railsim.spec import Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction, speed_tables
 from railsim.track.files import read_track, shipped_tracks
@@ -218,10 +219,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
     InputError : no such file, not YAML, an unknown key, a value out of bounds, parts that do not fit together.
     """
     path, text = _read(source)
-    try:
-        values = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise InputError(f"'{path}' is not YAML: {_first_line(error)}") from None
+    values = load_yaml(text, f"'{path}'")
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
         raise InputError(f"'{path}' is not a scenario: it must hold keys and values, for example 'track: smooth'")
     for key, value in _pairs(overrides):
@@ -268,10 +266,7 @@ def _pairs(overrides: Mapping[str, Any] | Sequence[str]) -> Iterable[tuple[str, 
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
             raise InputError(f"--set {text}: write key=value, for example vehicle.body_mass=18000")
-        try:
-            pairs.append((key.strip(), yaml.safe_load(value)))
-        except yaml.YAMLError as error:
-            raise InputError(f"--set {text}: the value is not YAML: {_first_line(error)}") from None
+        pairs.append((key.strip(), load_yaml(value, f"--set {text}: the value")))
     return pairs
 
 
@@ -281,12 +276,6 @@ def _locate_track(given: str, folder: Path) -> str:
         return given
     found = [path for path in (folder / given, Path(given)) if path.is_file()]
     return str(found[0].resolve()) if found else given
-
-
-def _first_line(error: yaml.YAMLError) -> str:
-    mark = getattr(error, "problem_mark", None)
-    problem = getattr(error, "problem", None) or str(error).splitlines()[0]
-    return f"{problem} (line {mark.line + 1})" if mark else problem
 
 
 def _nearest_rate(output_rate: float, wanted: float) -> float:

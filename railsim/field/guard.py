@@ -1,0 +1,162 @@
+"""Reads binary files in a process of its own, with limits on time and memory: damage can neither hang nor crash us."""
+
+import json
+import os
+import selectors
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from railsim.errors import InputError
+from railsim.field.readers.interface import Wanted
+from railsim.field.tables import Column, Table
+
+SECONDS = 30.0  # s, to start and to read a small file
+BYTES_A_SECOND = 2e6  # slowest reading that is waited for
+MEMORY = 1_000_000_000  # bytes beyond what the libraries need
+MEMORY_A_BYTE = 20.0  # further bytes of memory for each byte of the file
+_LONGEST_LINE = 200_000_000
+
+
+class Guard:
+    """A reading process, started when it is first needed and ended by `close` or at the end of a `with`.
+
+    Parameters
+    ----------
+    seconds : s; how long a small file may take.
+    memory : bytes that a small file may take.
+    """
+
+    def __init__(self, seconds: float = SECONDS, memory: int = MEMORY) -> None:
+        self._seconds = seconds
+        self._memory = memory
+        self._process: subprocess.Popen[bytes] | None = None
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+
+    def __enter__(self) -> Self:
+        """The guard itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the process."""
+        self.close()
+
+    def close(self) -> None:
+        """End the process and remove what its libraries left."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+            self._process = None
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
+
+    def read(self, kind: str, path: Path, wanted: list[Wanted]) -> list[Table]:
+        """Columns of a file.
+
+        Raises
+        ------
+        InputError : what the reader says; the file is damaged, takes too long or too much memory.
+        """
+        size = path.stat().st_size
+        request = {
+            "format": kind,
+            "path": str(path.resolve()),
+            "memory": int(self._memory + MEMORY_A_BYTE * size),
+            "wanted": [{"group": w.group, "columns": w.columns, "clock": w.clock} for w in wanted],
+        }
+        process = self._started()
+        answer = _Answer(process, time.monotonic() + self._seconds + size / BYTES_A_SECOND)
+        try:
+            assert process.stdin is not None
+            process.stdin.write(json.dumps(request).encode() + b"\n")
+            process.stdin.flush()
+            head = json.loads(answer.line())
+            if "tables" in head:
+                return [_unpack(table, answer) for table in head["tables"]]
+        except TimeoutError:
+            self.close()
+            raise InputError(
+                f"'{path}': no end of reading after {self._seconds + size / BYTES_A_SECOND:.0f} s; "
+                f"the {kind} file is damaged, copy it again"
+            ) from None
+        except (OSError, EOFError, ValueError):
+            self.close()
+            raise InputError(f"'{path}' is damaged: it stops the {kind} reader; copy it again") from None
+        if "error" in head:
+            raise InputError(f"'{path}': {head['error']}")
+        reason = " ".join(str(head.get("damaged")).split())[:120]
+        raise InputError(f"'{path}' is not a whole {kind} file ({reason}); copy it again")
+
+    def _started(self) -> subprocess.Popen[bytes]:
+        if self._process is None or self._process.poll() is not None:
+            self.close()
+            self._folder = tempfile.TemporaryDirectory(prefix="railsim-reading-")
+            root = str(Path(__file__).parents[2])
+            paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
+            settings = {**os.environ, "PYTHONPATH": paths, "TMPDIR": self._folder.name, "HOME": self._folder.name}
+            settings |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "railsim.field.worker"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                cwd=self._folder.name,
+                env=settings,
+            )
+        return self._process
+
+
+class _Answer:
+    """Bytes from the process until a deadline."""
+
+    def __init__(self, process: subprocess.Popen[bytes], deadline: float) -> None:
+        assert process.stdout is not None
+        self._handle = process.stdout.fileno()
+        self._deadline = deadline
+        self._held = bytearray()
+
+    def line(self) -> bytes:
+        while (end := self._held.find(b"\n")) < 0:
+            if len(self._held) > _LONGEST_LINE:
+                raise ValueError("line too long")
+            self._more(1 << 16)
+        line = bytes(self._held[:end])
+        del self._held[: end + 1]
+        return line
+
+    def numbers(self, count: int) -> np.ndarray:
+        chunks, due = [bytes(self._held[: 8 * count])], 8 * count
+        del self._held[: 8 * count]
+        due -= len(chunks[0])
+        while due > 0:
+            chunks.append(self._read(min(due, 1 << 20)))
+            due -= len(chunks[-1])
+        return np.frombuffer(bytearray(b"".join(chunks)), dtype=np.float64)
+
+    def _more(self, most: int) -> None:
+        self._held += self._read(most)
+
+    def _read(self, most: int) -> bytes:
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._handle, selectors.EVENT_READ)
+            if not selector.select(max(0.0, self._deadline - time.monotonic())):
+                raise TimeoutError
+        data = os.read(self._handle, most)
+        if not data:
+            raise EOFError
+        return data
+
+
+def _unpack(head: dict[str, Any], answer: _Answer) -> Table:
+    columns = {}
+    for one in head["columns"]:
+        values = one["texts"] if "texts" in one else answer.numbers(int(one["count"]))
+        columns[one["name"]] = Column(one["name"], values, one["unit"], bool(one["instants"]))
+    clock = None if head["clock"] is None else answer.numbers(int(head["clock"]))
+    return Table(columns, clock, head["start"])

@@ -1,0 +1,89 @@
+"""What a reader is asked for, and what its module must hold."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from railsim.errors import InputError
+from railsim.field.tables import Column, Table, missing
+
+MOST_NAMES = 100_000
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Columns of one group.
+
+    Attributes
+    ----------
+    group : name or number from 0; None where the file has only one.
+    columns : their names.
+    clock : whether the group's own time axis is needed.
+    """
+
+    group: str | int | None
+    columns: tuple[str, ...]
+    clock: bool = False
+
+
+Reader = Callable[[Path, list[Wanted]], list[Table]]
+
+
+def pick_group(wanted: str | int | None, names: list[str]) -> int:
+    """Place of the group in `names`.
+
+    Raises
+    ------
+    InputError : no such group, or none is named and there are several.
+    """
+    if wanted is None:
+        if len(names) == 1:
+            return 0
+        listed = ", ".join(f"{i} '{name[:40]}'" for i, name in enumerate(names[:20])) or "none"
+        raise InputError(f"the file has {len(names)} groups ({listed}); name one by 'group:' in the map")
+    if isinstance(wanted, int):
+        if not 0 <= wanted < len(names):
+            raise InputError(f"no group {wanted}; the file has {len(names)}, counted from 0")
+        return wanted
+    if names.count(wanted) > 1:
+        raise InputError(f"the file has {names.count(wanted)} groups '{wanted}'; name one by its number, from 0")
+    if wanted not in names:
+        raise missing(wanted, names, "group")
+    return names.index(wanted)
+
+
+def column(name: str, values: Any, unit: str | None) -> Column:
+    """A column from whatever a library returned.
+
+    Raises
+    ------
+    InputError : neither numbers nor texts nor instants, or more than one value a row.
+    """
+    array = np.asarray(values)
+    unit = unit.strip() or None if unit else None
+    if array.ndim != 1:
+        raise InputError(f"column '{name}' holds {array.ndim}-dimensional values; choose one with a number a row")
+    if array.dtype.kind in "fiub":
+        return Column(name, array.astype(np.float64), unit)
+    if array.dtype.kind in "SUO":
+        texts = [_text(value) for value in array.tolist()]
+        return Column(name, texts, unit)
+    raise InputError(f"column '{name}' holds values of type {array.dtype}; choose one with numbers")
+
+
+def instants(name: str, nanoseconds: np.ndarray, lost: np.ndarray) -> tuple[Column, str]:
+    """A column of instants in s after the first, and that one as ISO text (UTC); `nanoseconds` since 1970."""
+    if lost.all():
+        return Column(name, np.full(nanoseconds.size, np.nan), "s", True), "1970-01-01T00:00:00Z"
+    first = nanoseconds[~lost][0]
+    seconds = np.where(lost, np.nan, (nanoseconds - first).astype(np.float64) * 1e-9)
+    return Column(name, seconds, "s", True), f"{np.datetime64(int(first), 'ns')}Z"
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -1,0 +1,220 @@
+"""A file of measured channels becomes a recording."""
+
+import io
+from dataclasses import replace
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from railsim import registry, vehicles
+from railsim.errors import InputError
+from railsim.field.channels import convert, from_pulses, numbers, wanted_unit
+from railsim.field.clock import Clock, columns_of, read_clock
+from railsim.field.guard import Guard
+from railsim.field.map import Own, RecordingMap, TableMap
+from railsim.field.readers.interface import Wanted
+from railsim.field.regular import How, Series, regular
+from railsim.field.sheets import data_sheets
+from railsim.field.source import about_file, find_format, read_tables
+from railsim.field.tables import Notes, Table
+from railsim.measurements import TIME
+from railsim.recording import write_recording
+from railsim.track.files import format_track, read_track, shipped_tracks
+from railsim.vehicles.interface import Vehicle
+
+_SLOWEST = 1e-3  # Hz
+
+
+def import_recording(
+    path: Path, mapped: RecordingMap, folder: Path, out: Path, notes: Notes, guard: Guard | None = None
+) -> Path:
+    """Write the recording.
+
+    Parameters
+    ----------
+    path : file with the measured data.
+    mapped : what its columns mean.
+    folder : of the map, from which the name of a track is taken.
+    out : folder of the recording.
+    notes : takes what was assumed and repaired; it is stored in about.json.
+    guard : process that reads binary formats; None: one for this file alone.
+
+    Raises
+    ------
+    InputError : map and file do not fit together, or the file is damaged; one line.
+    """
+    kind = find_format(path, mapped.format, notes)
+    vehicle = _vehicle(mapped.vehicle, notes)
+    _check_names(mapped)
+    tables = read_tables(path, kind, mapped.csv, [_wanted(one) for one in mapped.tables], _lost(mapped), notes, guard)
+    clocks = [_clock(one, table, notes) for one, table in zip(mapped.tables, tables, strict=True)]
+    series, start = _series(mapped, tables, clocks, vehicle, notes)
+    frames = _frames(series)
+    rates = {name: rate for rate, frame in frames.items() for name in frame.columns[1:]}
+    about: dict[str, Any] = {"origin": mapped.origin, "vehicle": vehicle}
+    about["sensors"] = data_sheets(mapped.sensors, rates, notes)
+    if start is not None:
+        about["start"] = start.isoformat()
+    about |= _speed_source(mapped, list(rates), notes)
+    track = None if mapped.track is None else _track(mapped.track, folder)
+    about["import"] = about_file(path, kind) | {"map": mapped.model_dump(mode="json", exclude_unset=True)}
+    about |= {"assumptions": notes.assumptions, "repairs": notes.repairs}
+    return write_recording(out, frames, about, track=track)
+
+
+def _check_names(mapped: RecordingMap) -> None:
+    seen: set[str] = set()
+    for table in mapped.tables:
+        for name in table.channels:
+            wanted_unit(name)
+            if name in seen:
+                raise InputError(f"channel '{name}' stands in two tables; keep one")
+            seen.add(name)
+
+
+def _wanted(mapped: TableMap) -> Wanted:
+    names = [channel.column for channel in mapped.channels.values()]
+    return Wanted(mapped.group, tuple(dict.fromkeys([*names, *columns_of(mapped.time)])), isinstance(mapped.time, Own))
+
+
+def _lost(mapped: RecordingMap) -> dict[str, list[str]]:
+    """Texts that stand for a lost sample, by column."""
+    found: dict[str, list[str]] = {}
+    for table in mapped.tables:
+        for channel in table.channels.values():
+            texts = [marker for marker in channel.lost if isinstance(marker, str)]
+            found.setdefault(channel.column, []).extend(texts)
+    return found
+
+
+def _clock(mapped: TableMap, table: Table, notes: Notes) -> Clock:
+    rows = len(next(iter(table.columns.values())).values)
+    if rows == 0:
+        raise InputError("the table holds no rows at all; is it the right file?")
+    return read_clock(mapped, table, rows, notes)
+
+
+def _series(
+    mapped: RecordingMap, tables: list[Table], clocks: list[Clock], vehicle: dict[str, Any], notes: Notes
+) -> tuple[list[Series], datetime | None]:
+    """The tables over one time, and the instant of its zero."""
+    known = [clock.start is not None for clock in clocks]
+    if any(known) and not all(known):
+        raise InputError("tables with and without a date cannot be brought together; give all the same kind of time")
+    start = min((_first(clock) for clock in clocks), default=None, key=_order) if all(known) else None
+    if start is not None:
+        notes.assume(f"time 0 is {start.isoformat()}, the first row of all tables")
+    found = []
+    for number, (one, table, clock) in enumerate(zip(mapped.tables, tables, clocks, strict=True), 1):
+        shift = (clock.start - start).total_seconds() if clock.start and start else 0.0
+        label = "time" if len(tables) == 1 else f"table {number}: time"
+        how = How(label, "s", one.repair, notes)
+        time, columns = _filled(one, table, clock.seconds + shift, vehicle, how)
+        found.append(regular(time, columns, 1.0 / one.rate if one.rate else None, how))
+    return found, start
+
+
+def _order(moment: datetime) -> float:
+    return moment.timestamp()
+
+
+def _first(clock: Clock) -> datetime:
+    """The earliest instant of a clock with a date."""
+    assert clock.start is not None
+    good = clock.seconds[np.isfinite(clock.seconds)]
+    return clock.start + timedelta(seconds=float(good.min())) if good.size else clock.start
+
+
+def _filled(
+    mapped: TableMap, table: Table, time: np.ndarray, vehicle: dict[str, Any], how: How
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Times and channels, without rows that hold nothing where the map says so."""
+    if mapped.rows == "filled":
+        raw = [numbers(table.columns[one.column], table, one.lost) for one in mapped.channels.values()]
+        keep = np.asarray(np.isfinite(np.array(raw)).any(axis=0))
+        how.notes.assume(f"{how.label}: {int((~keep).sum())} rows without any value belong to other tables")
+        table, time = _rows(table, keep), time[keep]
+    radius = vehicle.get("wheel_radius")
+    columns = {}
+    for name, channel in mapped.channels.items():
+        if channel.pulses is not None:
+            nominal = float(radius) if isinstance(radius, int | float) else None
+            columns[name] = from_pulses(name, channel, table, time, nominal, how.notes)
+        else:
+            columns[name] = convert(name, channel, table, wanted_unit(name), how.notes)
+    return time, columns
+
+
+def _rows(table: Table, keep: np.ndarray) -> Table:
+    """Some rows of a table of numbers; columns of text (times) are not needed any more."""
+    columns = {
+        name: replace(one, values=one.values[keep])
+        for name, one in table.columns.items()
+        if isinstance(one.values, np.ndarray)
+    }
+    return Table(columns, None, table.start, table.first_row)
+
+
+def _frames(series: list[Series]) -> dict[float, pd.DataFrame]:
+    """Tables by rate; those of one rate on one time are put together.
+
+    Raises
+    ------
+    InputError : two tables of one rate at different times, or too slow a rate.
+    """
+    frames: dict[float, pd.DataFrame] = {}
+    for one in series:
+        rate = float(f"{1.0 / one.step:.10g}")
+        if not rate >= _SLOWEST:
+            raise InputError(
+                f"rows every {one.step:.4g} s are too far apart for a recording; is the unit of time right?"
+            )
+        if rate not in frames:
+            frames[rate] = pd.DataFrame({TIME: one.axis, **one.columns})
+            continue
+        other = frames[rate][TIME].to_numpy()
+        if other.size != one.axis.size or not np.allclose(other, one.axis, rtol=0, atol=1e-3 * one.step):
+            raise InputError(
+                f"two tables have {rate:g} Hz but different times, which a recording cannot hold; cut them to the same "
+                "rows, or add 'resample' to the repair of one and give it another rate"
+            )
+        frames[rate] = pd.DataFrame({**frames[rate], **one.columns})
+    return frames
+
+
+def _vehicle(given: str | dict[str, Any], notes: Notes) -> dict[str, Any]:
+    """Nominal parameters of a shipped vehicle, with changes, or those that the map gives."""
+    found = registry.discover(vehicles, Vehicle)
+    values = {"name": given} if isinstance(given, str) else dict(given)
+    name = values.pop("name", None)
+    if not isinstance(name, str) or not name:
+        raise InputError("vehicle: give a name, with or without nominal parameters")
+    if name in found:
+        return {"name": name, **found[name].build(values, "vehicle").nominal()}
+    if isinstance(given, str):
+        raise InputError(
+            f"vehicle: none is called '{given}'; there are: {', '.join(sorted(found))}; or give parameters"
+        )
+    for key, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise InputError(f"vehicle.{key}: {value!r} is not a number; give SI units (text needs a point: 1.0e6)")
+    notes.assume(f"vehicle '{name}' is none of ours: {len(values)} parameters as given, no others are known")
+    return {"name": name, **values}
+
+
+def _speed_source(mapped: RecordingMap, channels: list[str], notes: Notes) -> dict[str, Any]:
+    if mapped.speed_source is None:
+        notes.assume("no speed source is stated; estimators choose among the channels")
+        return {}
+    if mapped.speed_source not in channels:
+        raise InputError(f"speed_source: no channel '{mapped.speed_source}'; there are: {', '.join(channels)}")
+    return {"speed_source": mapped.speed_source}
+
+
+def _track(name: str, folder: Path) -> pd.DataFrame:
+    """The stated track as columns."""
+    source = name if name in shipped_tracks() else folder / name
+    return pd.read_csv(io.StringIO(format_track(read_track(source))), comment="#", float_precision="round_trip")

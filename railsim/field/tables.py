@@ -1,0 +1,74 @@
+"""What readers hand over: columns as they stand in the file; and the notes on every decision that was taken."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+import numpy as np
+
+from railsim.errors import InputError
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a file.
+
+    Attributes
+    ----------
+    name : as in the file.
+    values : numbers (float64, NaN where empty), shape (n,), or texts.
+    unit : as the file states it; None where it does not.
+    instants : whether the numbers are seconds after `start` of the table, read from the file's own time type.
+    fault : row and text of the first cell that is no number, among texts.
+    """
+
+    name: str
+    values: np.ndarray | list[str]
+    unit: str | None = None
+    instants: bool = False
+    fault: tuple[int, str] | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of one group of a file, all of the same length.
+
+    Attributes
+    ----------
+    columns : by name, those that were asked for.
+    clock : the group's own time axis in s, shape (n,); None where the format has none.
+    start : ISO 8601 instant of the clock's or the instants' zero; None where the file does not state it.
+    first_row : number of the first row for messages (in CSV the line of the file).
+    """
+
+    columns: dict[str, Column]
+    clock: np.ndarray | None = None
+    start: str | None = None
+    first_row: int = 1
+
+
+@dataclass
+class Notes:
+    """Everything that was assumed or repaired on the way, in order; printed, and stored with the result."""
+
+    assumptions: list[str] = field(default_factory=list)
+    repairs: list[str] = field(default_factory=list)
+
+    def assume(self, text: str) -> None:
+        """Note a decision that the map left open."""
+        if text not in self.assumptions:
+            self.assumptions.append(text)
+
+    def repair(self, text: str) -> None:
+        """Note what was changed in the data."""
+        if text not in self.repairs:
+            self.repairs.append(text)
+
+
+def missing(name: str, there: Iterable[str], what: str) -> InputError:
+    """The error for a name that is not there; lists similar names, or the first of all."""
+    names = [str(one) for one in there]
+    close = get_close_matches(name, names, 3, 0.6) or names[:20]
+    more = "" if len(close) >= len(names) or len(close) <= 3 else f" and {len(names) - len(close)} more"
+    listed = ", ".join(f"'{one[:60]}'" for one in close) or "none"
+    return InputError(f"no {what} '{name}'; there are: {listed}{more}")
