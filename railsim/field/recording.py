@@ -217,4 +217,4 @@ def _speed_source(mapped: RecordingMap, channels: list[str], notes: Notes) -> di
 def _track(name: str, folder: Path) -> pd.DataFrame:
     """The stated track as columns."""
     source = name if name in shipped_tracks() else folder / name
-    return pd.read_csv(io.StringIO(format_track(read_track(source))), comment="#", float_precision="round_trip")
+    return pd.read_csv(io.StringIO(format_track(read_track(source))), comment="#")

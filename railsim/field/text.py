@@ -177,7 +177,6 @@ def _parsed(text: str, layout: _Layout, options: Csv, lost: Mapping[str, Sequenc
             keep_default_na=False,
             na_values={unique[i]: [*_EMPTY, *lost[layout.names[i]]] for i in places},
             skipinitialspace=True,
-            float_precision="round_trip",
             low_memory=False,
             on_bad_lines="error",
             **settings,
