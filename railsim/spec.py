@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from typing import Any, Self
+from typing import Any, Self, get_args
 
 import pydantic
 
@@ -67,10 +67,23 @@ def _one_line(cls: type[Spec], error: pydantic.ValidationError, where: str) -> s
 
 
 def _owner(cls: type[Spec], path: tuple[int | str, ...]) -> type[Spec]:
-    """The nested Spec in which a wrong key stands."""
+    """The nested Spec in which a wrong key stands, through lists, mappings and unions told apart by their `kind`."""
+    choice = [cls]
     for part in path:
-        field = cls.model_fields.get(str(part))
-        inner = field.annotation if field else None
-        if isinstance(inner, type) and issubclass(inner, Spec):
-            cls = inner
-    return cls
+        field = choice[0].model_fields.get(str(part)) if len(choice) == 1 else None
+        tagged = [one for one in choice if str(part) in _kinds(one)] if len(choice) > 1 else []
+        choice = (_specs_in(field.annotation) if field else tagged) or choice
+    return choice[0]
+
+
+def _kinds(spec: type[Spec]) -> tuple[Any, ...]:
+    """Values of the field `kind` by which a union tells its members apart."""
+    field = spec.model_fields.get("kind")
+    return get_args(field.annotation) if field else ()
+
+
+def _specs_in(annotation: Any) -> list[type[Spec]]:
+    """The Specs that an annotation names."""
+    if isinstance(annotation, type) and issubclass(annotation, Spec):
+        return [annotation]
+    return [spec for part in get_args(annotation) for spec in _specs_in(part)]

@@ -3,9 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import correlate
 
 from railsim.errors import InputError
+
+LONGEST = 25.0
+"""m: longest wavelength of range D1 of EN 13848-1."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,7 @@ def shifts(
     largest: float,
     threshold: float,
 ) -> Shifts:
-    """Estimate shifts.
+    """Estimate shifts from wavelengths up to `LONGEST`: longer ones are alike wherever one looks.
 
     Parameters
     ----------
@@ -62,8 +66,11 @@ def shifts(
             rejected += 1
         else:
             found.append((float(centre), *one))
-    if not found:
-        raise InputError(f"align: in none of {rejected} windows do the runs agree; is it the same track and column?")
+    if 2 * len(found) < rejected + len(found):
+        raise InputError(
+            f"align: the runs agree in {len(found)} of {rejected + len(found)} windows; is it the same track and "
+            "column?"
+        )
     at, shift, height = np.array(found).T
     return Shifts(at, shift, height, rejected)
 
@@ -79,7 +86,9 @@ def _shift(
     half, reach = int(window / 2 / step), int(np.ceil(largest / step))
     own = np.interp(centre + step * np.arange(-half, half + 1), *run)
     wide = np.interp(centre + step * np.arange(-half - reach, half + reach + 1), *reference)
+    own = _short_waves(own, step)
     own = own - own.mean()
+    wide = _short_waves(wide, step)
     count = own.size
     total = np.concatenate([[0.0], np.cumsum(wide)])
     square = np.concatenate([[0.0], np.cumsum(wide**2)])
@@ -95,3 +104,8 @@ def _shift(
     before, peak, after = height[best - 1 : best + 2]
     fraction = 0.5 * (before - after) / (before - 2 * peak + after)
     return float((best - reach + fraction) * step), float(peak)
+
+
+def _short_waves(values: np.ndarray, step: float) -> np.ndarray:
+    """Values less their running mean over `LONGEST`."""
+    return values - uniform_filter1d(values, max(1, round(LONGEST / step)), mode="nearest")

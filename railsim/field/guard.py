@@ -159,4 +159,4 @@ def _unpack(head: dict[str, Any], answer: _Answer) -> Table:
         values = one["texts"] if "texts" in one else answer.numbers(int(one["count"]))
         columns[one["name"]] = Column(one["name"], values, one["unit"], bool(one["instants"]))
     clock = None if head["clock"] is None else answer.numbers(int(head["clock"]))
-    return Table(columns, clock, head["start"])
+    return Table(columns, clock, head["start"], cut_short=bool(head["cut_short"]))

@@ -12,6 +12,7 @@ from railsim.field.tables import Notes
 WIDEST = 1.5  # steps; a wider one is a gap
 _JITTER = 1e-3  # of a step; less is rounding
 _DRIFT = 0.25  # steps over the record by which a stated rate may be off
+_EVEN, _JITTERY = 0.01, 0.2  # by how much rows' median distance may differ from the stated one
 _MOST_ROWS = 200_000_000
 
 
@@ -66,7 +67,8 @@ def regular(axis: np.ndarray, columns: Mapping[str, np.ndarray], step: float | N
     if axis.size < 2:
         raise InputError(f"{how.label}: {axis.size} rows are left; a table needs two")
     usual = float(np.median(np.diff(axis)))
-    if step is not None and abs(usual / step - 1) > 0.01:
+    allowed = _JITTERY if {"snap", "resample"} & set(how.repairs) else _EVEN
+    if step is not None and abs(usual / step - 1) > allowed:
         raise InputError(
             f"{how.label}: rows are stated {step:.6g} {how.unit} apart and are {usual:.6g} {how.unit} apart; {_CURE}"
         )
@@ -84,7 +86,10 @@ def regular(axis: np.ndarray, columns: Mapping[str, np.ndarray], step: float | N
     return Series(axis, dict(zip(columns, values, strict=True)), step)
 
 
-_CURE = "correct the rate or spacing, or, where rows of slower channels are empty, add 'rows: filled'"
+_CURE = (
+    "correct the rate or spacing, add 'rows: filled' where rows of slower channels are empty, or 'snap' to repair "
+    "where times jitter"
+)
 
 
 def _timed(axis: np.ndarray, values: np.ndarray, how: How) -> _Rows:

@@ -67,10 +67,14 @@ def read_tables(
         return [
             Table({name: table.columns[name] for name in one.columns}, None, None, table.first_row) for one in wanted
         ]
-    if guard is not None:
-        return guard.read(kind, path, list(wanted))
-    with Guard() as own:
-        return own.read(kind, path, list(wanted))
+    if guard is None:
+        with Guard() as own:
+            tables = own.read(kind, path, list(wanted))
+    else:
+        tables = guard.read(kind, path, list(wanted))
+    if any(table.cut_short for table in tables):
+        notes.repair(f"the {_NAMES[kind]} file ends within its last segment: what is there is taken")
+    return tables
 
 
 def about_file(path: Path, kind: str) -> dict[str, Any]:

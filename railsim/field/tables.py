@@ -39,12 +39,14 @@ class Table:
     clock : the group's own time axis in s, shape (n,); None where the format has none.
     start : ISO 8601 instant of the clock's or the instants' zero; None where the file does not state it.
     first_row : number of the first row for messages (in CSV the line of the file).
+    cut_short : whether the file ends before the rows that it states; those that are there are held.
     """
 
     columns: dict[str, Column]
     clock: np.ndarray | None = None
     start: str | None = None
     first_row: int = 1
+    cut_short: bool = False
 
 
 @dataclass

@@ -128,10 +128,11 @@ def _cells(line: str, separator: str) -> list[str]:
 
 
 def _separator(header: str, body: list[str], path: Path, notes: Notes) -> str:
-    """The first of `_SEPARATORS` that cuts header and rows into the same number of cells, more than one."""
+    """The first of `_SEPARATORS` that cuts the header and most rows into the same number of cells, more than one."""
     for separator in _SEPARATORS:
         count = len(_cells(header, separator))
-        if count > 1 and all(len(_cells(line, separator)) == count for line in body[:20]):
+        alike = sum(len(_cells(line, separator)) == count for line in body[:20])
+        if count > 1 and 2 * alike >= len(body[:20]):
             notes.assume(f"columns are separated by {separator!r}: header and first rows have {count} cells each")
             return separator
     raise InputError(f"'{path}': no separator gives header and rows the same number of cells; state csv.separator")

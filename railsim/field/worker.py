@@ -72,7 +72,7 @@ def _pack(tables: list[Table]) -> tuple[dict[str, Any], list[np.ndarray]]:
         clock = None if table.clock is None else table.clock.size
         if table.clock is not None:
             arrays.append(table.clock)
-        heads.append({"columns": columns, "clock": clock, "start": table.start})
+        heads.append({"columns": columns, "clock": clock, "start": table.start, "cut_short": table.cut_short})
     return {"tables": heads}, arrays
 
 

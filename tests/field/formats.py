@@ -53,7 +53,8 @@ def whole_map(seen: Measurements, **more: Mapping[float, dict[str, Any]] | Any) 
         "origin": "written by a test",
         "vehicle": seen.vehicle["name"],
         "tables": [
-            table_map([n for n in seen.channels if seen.rate(n) == rate], rate, **groups.get(rate, {})) for rate in rates
+            table_map([n for n in seen.channels if seen.rate(n) == rate], rate, **groups.get(rate, {}))
+            for rate in rates
         ],
         "sensors": sensors,
         **more,

@@ -1,5 +1,6 @@
 """TDMS files (National Instruments), read with npTDMS."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,8 @@ def read(path: Path, wanted: list[Wanted]) -> list[Table]:
     with path.open("rb") as handle, TdmsFile.open(handle, raw_timestamps=False) as file:
         groups = file.groups()
         names = [str(group.name) for group in groups]
-        return [_table(groups[pick_group(one.group, names)], one) for one in wanted]
+        tables = [_table(groups[pick_group(one.group, names)], one) for one in wanted]
+        return [replace(table, cut_short=file.file_status.incomplete_final_segment) for table in tables]
 
 
 def _table(group: Any, wanted: Wanted) -> Table:
