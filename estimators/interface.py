@@ -4,6 +4,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import pandas as pd
@@ -35,8 +36,12 @@ class Estimate:
         if first not in ("time [s]", "s [m]"):
             raise ValueError(f"first column of an estimate must be 'time [s]' or 's [m]', not '{first}'")
 
-    def save(self, folder: Path | str) -> None:
+    def save(self, folder: Path | str, tables: Mapping[str, pd.DataFrame] = MappingProxyType({})) -> None:
         """Write estimate.parquet and about.json; the folder appears whole or not at all, an older estimate is replaced.
+
+        Parameters
+        ----------
+        tables : what else shall stand in the folder, by file name, as CSV.
 
         Raises
         ------
@@ -45,6 +50,8 @@ class Estimate:
         with write_folder_atomically(folder) as aside:
             write_frame(aside / "estimate.parquet", self.series)
             write_json(aside / "about.json", {"name": self.name, "about": self.about})
+            for name, table in tables.items():
+                table.to_csv(aside / name, index=False, float_format="%.6g")
 
     @classmethod
     def open(cls, folder: Path | str) -> Self:
