@@ -20,7 +20,7 @@ PAIRS: dict[str, dict[str, object]] = {
     "tables from profiles": {"vehicle.pair": {"kind": "profiles"}},
 }
 ENGINES = ("compiled", "exudyn")
-DURATION, FAST_DURATION = 20.0, 4.0  # s
+DURATION, FAST_DURATION = 20.0, 2.0  # s
 REPEATS, FAST_REPEATS = 5, 3
 SPEED = f"speed [{UNIT}]"
 LEAST = 0.8
