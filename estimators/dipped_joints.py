@@ -1,0 +1,148 @@
+"""Dipped rail joints from the bogie's gyros: position, depth, dip angle and side (section 3.3 of Ward et al. 2011)."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+from estimators._bands import settled
+from estimators._curvature import PITCH, ROLL, blur, over_distance, pitch_inverse, roll_inverse, vertical
+from estimators._dip_fit import Dips, find, none_found, synthesise
+from estimators._dips import Channel, Kind, bank, channel, clipped
+from estimators._space import SpeedSource, Way, find_way, has_speed
+from estimators.interface import Estimate, Estimator
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+CLEAR = 3.0
+"""A dip whose wheelbase comes this close to an end or a gap is left out, m."""
+RAMP = 4.0
+"""Length over which channels come in after a gap, m."""
+LEAST = 20.0
+"""Shorter records hold no background to compare with, m."""
+
+
+class DippedJoints(Estimator, frozen=True):
+    """A pair of opposite curvature steps one wheelbase apart, found by matched filters in space.
+
+    Needs the pitch gyro and a speed. With a vertical accelerometer on the bogie the sizes are better; with a roll gyro
+    the rail is told, and joints on one rail alone are found more surely. How far joints are apart is not used.
+    """
+
+    speed_source: SpeedSource = quantity("tachometer", unit="-", source="scenario: tachometer, or refined")
+    slowest: float = quantity(2.0, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
+    cut_off: float = quantity(60.0, unit="Hz", source="illustrative: below half of 256 Hz", gt=5.0)
+    threshold: float = quantity(5.0, unit="-", source="noise alone exceeds it less than once in 100 km", ge=3.0)
+    one_sided: float = quantity(0.3, unit="-", source="illustrative: ratio from which one rail is named", gt=0, lt=1)
+
+    requires: ClassVar[tuple[str, ...]] = (PITCH,)
+
+    def fits(self, measurements: Measurements) -> bool:
+        """Whether the recording has the gyro and the speed source."""
+        return super().fits(measurements) and has_speed(measurements, self.speed_source)
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Events of kind "joint", in the order of distance.
+
+        Raises
+        ------
+        InputError : a channel, the speed or a vehicle parameter is missing.
+        """
+        self.need(measurements)
+        way = find_way(measurements, self.speed_source, self.slowest)
+        dips, channels, valid = find_dips(measurements, way, self.cut_off, self.threshold)
+        chord, _ = over_distance(measurements, way, PITCH, pitch_inverse(measurements.vehicle), self.cut_off)
+        series = pd.DataFrame(
+            {
+                "s [m]": way.s,
+                "time [s]": way.time,
+                "vertical_curvature [1/m]": np.where(valid, -chord, np.nan),
+                "dip_snr [-]": np.where(valid, bank(channels)[0] if channels else np.nan, np.nan),
+                "valid [-]": valid.astype(float),
+            }
+        )
+        found = [dict(event, kind="joint") for event in events(dips, way, self.one_sided, len(channels) > 1)]
+        about = {
+            "settings": self.model_dump(mode="json"),
+            "curvature": channels[0].kind if channels else "none",
+            "events": found,
+        }
+        return Estimate(self.name, series, about)
+
+
+def find_dips(
+    measurements: Measurements, way: Way, cut_off: float, threshold: float
+) -> tuple[Dips, list[Channel], np.ndarray]:
+    """Dips, the whitened channels in which they were found, and where on the grid there is anything to be found.
+
+    The background's spectrum is taken from the record with its spikes cut off, then again without the dips found.
+    Where less than `LEAST` is valid there are none.
+    """
+    curvature, valid, kind = vertical(measurements, way, cut_off)
+    if np.count_nonzero(valid) * way.spacing < LEAST:
+        valid = np.zeros(len(way.s), dtype=bool)
+    rows: list[tuple[np.ndarray, np.ndarray, Kind]] = [(curvature * _ramp(valid, way.spacing), valid, kind)]
+    if ROLL in measurements:
+        roll = over_distance(measurements, way, ROLL, roll_inverse(measurements.vehicle), cut_off)
+        rows.append((roll[0] * _ramp(roll[1], way.spacing), roll[1], "roll"))
+    base = float(measurements.vehicle["semi_wheelbase"])
+    width = blur(float(np.median(way.speed[valid])) if valid.any() else 1.0, cut_off)
+    rest = [clipped(values, good) for values, good, _ in rows]
+    dips, channels = none_found(), []
+    for _ in range(2 if valid.any() else 0):
+        channels = [
+            channel(values, background, good, what, base, width, way.spacing)
+            for (values, good, what), background in zip(rows, rest, strict=True)
+        ]
+        dips = find(channels, threshold)
+        rest = [row[0] - synthesise(dips, one, white=False) for row, one in zip(rows, channels, strict=True)]
+    good = np.logical_and.reduce([valid, *(row[1] for row in rows)])
+    return dips.take(_inside(dips.place, good, way.spacing, base + CLEAR)), channels, good
+
+
+def events(dips: Dips, way: Way, one_sided: float, sides: bool) -> list[dict[str, Any]]:
+    """Place, time, depth, angle and rail of each dip, with standard deviations, as JSON holds them.
+
+    "depth [m]" and "angle [rad]" are those of both rails' mean, as a bogie feels them; "rail_depth [m]" that of the
+    rail that is named, twice as much where it is one alone.
+    """
+    depth, depth_std = dips.depth()
+    angle, angle_std = dips.angle()
+    length = dips.half_length()
+    time = np.interp(dips.place, way.s, way.time)
+    found = []
+    for i in range(len(depth)):
+        alone = sides and abs(dips.ratio[i]) > one_sided
+        side = ("left" if dips.ratio[i] > 0 else "right") if alone else "both" if sides else "unknown"
+        found.append(
+            {
+                "s [m]": float(dips.place[i]),
+                "s_std [m]": float(dips.place_std[i]),
+                "time [s]": float(time[i]),
+                "depth [m]": float(depth[i]),
+                "depth_std [m]": float(depth_std[i]),
+                "angle [rad]": float(angle[i]),
+                "angle_std [rad]": float(angle_std[i]),
+                "half_length [m]": float(length[i]),
+                "side": side,
+                "rail_depth [m]": float(depth[i] * (2.0 if alone else 1.0)),
+                "snr [-]": float(dips.snr[i]),
+            }
+        )
+    return found
+
+
+def _inside(place: np.ndarray, good: np.ndarray, spacing: float, reach: float) -> np.ndarray:
+    """Places around which the record is good as far as `reach`, m."""
+    bad = np.concatenate([[0], np.cumsum(~good)])
+    low = np.clip(np.floor((place - reach) / spacing).astype(np.int64), 0, len(good))
+    high = np.clip(np.ceil((place + reach) / spacing).astype(np.int64) + 1, 0, len(good))
+    ends = (place - reach >= 0) & (place + reach <= (len(good) - 1) * spacing)
+    return (bad[high] == bad[low]) & ends
+
+
+def _ramp(valid: np.ndarray, spacing: float) -> np.ndarray:
+    """0 where not valid, rising to 1 within `RAMP` of it."""
+    kernel = np.hanning(2 * round(RAMP / spacing) + 1)
+    reach = settled(valid, spacing, RAMP)
+    return np.convolve(reach, kernel / kernel.sum(), mode="same") * valid

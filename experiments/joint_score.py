@@ -1,0 +1,143 @@
+"""Scores of dips that an estimator found: joints, crossings and voids against the features of the true track.
+
+A true dip is what lies within `ABREAST` of another on either rail; its size is the mean of both rails, as a bogie feels
+it. An event belongs to the dip that was nearest to the bogie's centre at the event's time, so that a wrong odometer
+does not spoil the comparison.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from estimators.interface import Estimate
+from railsim.track.features import Feature, from_stated
+from railsim.truth import TIME, Truth
+
+NEAR = 0.5
+"""An event farther from every dip is a false one, m."""
+ABREAST = 0.5
+"""Dips of both rails that are this close are one, m."""
+ENDS = 5.0
+"""Dips closer than this to an end of the record, or of a valid stretch of it, do not count, m."""
+MM = 1e3
+
+
+class TrueDip(NamedTuple):
+    """Place m, depth m and angle rad of both rails' mean, rail ("left", "right", "both")."""
+
+    s: float
+    depth: float
+    angle: float
+    side: str
+
+
+def true_dips(truth: Truth) -> list[TrueDip]:
+    """Dips that the run's track states, in the order of distance."""
+    found = [from_stated(values) for values in truth.about.get("features", [])]
+    groups: list[list[Feature]] = []
+    for one in sorted((one for one in found if one.depth is not None and one.length is None), key=lambda one: one.s):
+        if groups and one.s - groups[-1][0].s < ABREAST:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return [_joined(group) for group in groups]
+
+
+def matched(estimate: Estimate, truth: Truth) -> pd.DataFrame:
+    """One row for each true dip that counts, and for each false event.
+
+    Returns
+    -------
+    Columns "true s [m]", "true depth [m]", "true angle [rad]", "true side" (NaN, "" in rows of false events), "s [m]"
+    (where the bogie's centre truly was at the event's time), "depth [m]", "depth_std [m]", "angle [rad]", "side" (NaN,
+    "" where the dip was missed).
+    """
+    true = truth["s [m]"]
+    every = true_dips(truth)
+    dips = [dip for dip in every if _counts(dip.s, estimate, truth)]
+    found = list(estimate.about.get("events", []))
+    places = np.array([np.interp(event["time [s]"], truth.time, true) for event in found])
+    free = np.ones(len(found), dtype=bool)
+    rows: list[dict[str, Any]] = []
+    for dip in dips:
+        row: dict[str, Any] = {"true s [m]": dip.s, "true depth [m]": dip.depth, "true angle [rad]": dip.angle}
+        row["true side"] = dip.side
+        distance = np.where(free, np.abs(places - dip.s), np.inf)
+        if distance.size and distance.min() < NEAR:
+            nearest = int(distance.argmin())
+            free[nearest] = False
+            row |= _found(found[nearest], float(places[nearest]))
+        rows.append(row)
+    everything = np.array([dip.s for dip in every])
+    for i in np.flatnonzero(free):
+        if not everything.size or np.abs(everything - places[i]).min() > NEAR:
+            rows.append(_found(found[i], float(places[i])))
+    numbers = ("true s [m]", "true depth [m]", "true angle [rad]", "s [m]", "depth [m]", "depth_std [m]", "angle [rad]")
+    table: dict[str, Any] = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in numbers}
+    texts = {name: np.array([row.get(name, "") for row in rows], dtype=object) for name in ("true side", "side")}
+    return pd.DataFrame(table | texts)
+
+
+def joint_scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
+    """Recall, precision, and errors of position, depth, angle and side of the dips that were found."""
+    table = matched(estimate, truth)
+    columns = {str(name): np.asarray(table[name]) for name in table.columns}
+    true, found = np.isfinite(columns["true s [m]"]), np.isfinite(columns["s [m]"])
+    scores = {"true dips [-]": float(true.sum()), "events [-]": float(found.sum())}
+    if true.any():
+        scores["recall [-]"] = float(found[true].mean())
+    if found.any():
+        scores["precision [-]"] = float(true[found].mean())
+    hits = {name: values[true & found] for name, values in columns.items()}
+    return scores | (_sizes(hits) if len(hits["s [m]"]) else {})
+
+
+def _sizes(hits: dict[str, np.ndarray]) -> dict[str, float]:
+    """Errors of the dips that were found."""
+    true_depth, true_angle = hits["true depth [m]"], hits["true angle [rad]"]
+    depth = hits["depth [m]"] / true_depth - 1
+    angled = true_angle > 0
+    scores = {
+        "rms error of position [m]": _rms(hits["s [m]"] - hits["true s [m]"]),
+        "rms relative error of depth [-]": _rms(depth),
+        "depth within 15 % [-]": float(np.mean(np.abs(depth) <= 0.15)),
+        "depth within 2 std [-]": float(np.mean(np.abs(depth * true_depth) <= 2 * hits["depth_std [m]"])),
+    }
+    if angled.any():
+        scores["rms relative error of angle [-]"] = _rms(hits["angle [rad]"][angled] / true_angle[angled] - 1)
+    if (hits["side"] != "unknown").any():
+        scores["rail named rightly [-]"] = float(np.mean(hits["side"] == hits["true side"]))
+    return scores
+
+
+def _joined(group: list[Feature]) -> TrueDip:
+    """Mean of both rails; one rail alone counts half."""
+    shares = [1.0 if one.side == "both" else 0.5 for one in group]
+    depth = sum(share * (one.depth or 0.0) for share, one in zip(shares, group, strict=True))
+    angle = sum(share * (one.angle or 0.0) for share, one in zip(shares, group, strict=True))
+    sides = {one.side for one in group}
+    return TrueDip(group[0].s, depth, angle, sides.pop() if len(sides) == 1 else "both")
+
+
+def _counts(s: float, estimate: Estimate, truth: Truth) -> bool:
+    """Whether the record is valid for `ENDS` on both sides of a place."""
+    series = estimate.series
+    places = np.interp(np.asarray(series[TIME]), truth.time, truth["s [m]"])
+    valid = np.asarray(series["valid [-]"]) > 0.5
+    near = np.abs(places - s) <= ENDS
+    return bool(places[0] <= s - ENDS and places[-1] >= s + ENDS and valid[near].all())
+
+
+def _found(event: dict[str, Any], place: float) -> dict[str, Any]:
+    sizes = {key: event.get(key, np.nan) for key in ("depth [m]", "depth_std [m]", "angle [rad]")}
+    return {"s [m]": place, **sizes, "side": event.get("side", "")}
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+JOINT_SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {"dip_snr [-]": joint_scores}
+"""By the column of the estimate: what scores its events."""
