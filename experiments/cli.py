@@ -17,7 +17,7 @@ from railsim.errors import InputError
 
 BAD_INPUT = 2
 INTERRUPTED = 130
-KINDS = ("scenarios", "estimators", "effects", "sensors", "vehicles", "tracks", "figures")
+KINDS = ("scenarios", "estimators", "effects", "sensors", "vehicles", "tracks", "figures", "studies")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -37,8 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone, which is its right
         return 0
-    except KeyboardInterrupt:
-        return _complain("interrupted; nothing was written", INTERRUPTED)
+    except KeyboardInterrupt as stop:
+        return _complain(str(stop) or "interrupted; nothing was written", INTERRUPTED)
     except InputError as error:
         return _complain(str(error))
     except pydantic.ValidationError as error:
@@ -127,6 +127,19 @@ def _list(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("kind", choices=KINDS, nargs="?", help="all kinds where none is named")
 
 
+def _sweep(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("sweep", metavar="SWEEP", nargs="?", help="name of a shipped study, or path of a YAML file")
+    parser.add_argument("--out", metavar="DIR", help="folder of the results; a sweep that was stopped goes on there")
+    where = parser.add_mutually_exclusive_group()
+    cores = len(os.sched_getaffinity(0))
+    where.add_argument(
+        "--jobs", type=int, default=cores, metavar="N", help=f"processes on this machine (default: {cores})"
+    )
+    where.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster, host:port")
+    parser.add_argument("--keep-truth", action="store_true", help="leave the simulated runs in the cache")
+    parser.add_argument("--report", metavar="DIR", help="only write the report of a finished sweep again")
+
+
 def _bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fast", action="store_true", help="a short run, once: to see that it works, not to be quoted")
 
@@ -137,6 +150,7 @@ _COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "estimate": ("run one estimator on a recording", _estimate),
     "score": ("compare an estimate with the truth of its recording", _score),
     "figure": ("draw figures of the paper and check its claims", _figure),
+    "sweep": ("run a design over a scenario's keys on many processes: a table and a report; resumes by itself", _sweep),
     "list": ("what there is", _list),
     "import": ("turn measured data into a recording, or a track-recording car's file into a track", _import),
     "inspect": ("check a recording, scenario or track and say what is wrong with it", _inspect),

@@ -10,6 +10,7 @@ from estimators.interface import Estimator
 from experiments import figures
 from experiments.commands.interface import Outcome, table
 from experiments.figures.interface import Figure
+from experiments.sweep.settings import shipped_studies
 from railsim import sensors, vehicles
 from railsim.registry import discover
 from railsim.scenario import load_scenario, shipped_scenarios
@@ -61,5 +62,6 @@ LISTERS: dict[str, Callable[[], dict[str, str]]] = {
     "vehicles": lambda: {name: _first_line(kind) for name, kind in discover(vehicles, Vehicle).items()},
     "tracks": lambda: {name: _track_description(name) for name in shipped_tracks()},
     "figures": lambda: {name: _first_line(kind) for name, kind in discover(figures, Figure).items()},
+    "studies": shipped_studies,
 }
 """By kind: what there is, as name and description."""

@@ -1,0 +1,69 @@
+"""`railsim sweep`: a design over a scenario, run on many processes, one table and one report."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from experiments.commands.interface import Outcome, table
+from experiments.sweep.executors import Cluster, Executor, Local
+from experiments.sweep.report import write_report
+from experiments.sweep.run import Done, run_sweep
+from experiments.sweep.settings import read_sweep
+from experiments.sweep.store import TABLE
+from experiments.sweep.table import counts
+from railsim.errors import InputError
+
+
+def execute(given: argparse.Namespace) -> Outcome:
+    """Run what is not finished, write the table and the report; exit code 1 where repeated tasks did not agree."""
+    if given.report:
+        if given.sweep or given.out:
+            raise InputError("--report takes the folder of a finished sweep and nothing else; leave the rest out")
+        path = write_report(Path(given.report))
+        return Outcome({"report": str(path)}, f"{path}: written")
+    if not given.sweep or not given.out:
+        raise InputError("give a sweep and --out DIR, or --report DIR")
+    if given.jobs < 1:
+        raise InputError(f"--jobs {given.jobs}: give a number from 1")
+    done = run_sweep(read_sweep(given.sweep), Path(given.out), partial(_executor, given))
+    report = write_report(Path(given.out))
+    result = {"table": f"{given.out}/{TABLE}", "report": str(report), **_facts(done)}
+    return Outcome(result, _text(result, done), done.repeatable)
+
+
+def _executor(given: argparse.Namespace, scratch: Path) -> Executor:
+    if given.cluster:
+        return Cluster(given.cluster, given.keep_truth)
+    return Local(given.jobs, scratch, given.keep_truth)
+
+
+def _facts(done: Done) -> dict[str, Any]:
+    return {
+        "points": done.plan.points,
+        "runs": len(done.plan.tasks),
+        "performed": done.performed,
+        "rows": done.table.num_rows,
+        "status": counts(done.table),
+        "throughput": done.throughput,
+    }
+
+
+def _text(result: dict[str, Any], done: Done) -> str:
+    lines = [
+        f"{result['table']}: {result['rows']} rows of {result['points']} points, {result['runs']} simulated runs "
+        f"({result['performed']} of them now)",
+        f"{result['report']}: response plots, best and worst, failures, speed",
+        "",
+        table(["status", "rows"], [[name, count] for name, count in result["status"].items()]),
+    ]
+    if done.throughput:
+        speed = done.throughput
+        lines += [
+            "",
+            f"{speed['rate [s/s]']:.1f} simulated seconds per second on {speed['workers']} workers; efficiency "
+            f"{speed['efficiency [-]']:.2f} against one worker alone ({speed['one worker alone [s/s]']:.1f})",
+        ]
+    if not done.repeatable:
+        lines.append("NOT HELD: tasks that were repeated did not give the same rows")
+    return "\n".join(lines)

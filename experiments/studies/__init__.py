@@ -1,0 +1,1 @@
+"""Shipped studies: one sweep a YAML file."""

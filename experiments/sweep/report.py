@@ -1,0 +1,203 @@
+"""Report of a sweep: one HTML page with its pictures inside."""
+
+import base64
+import html
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from experiments.commands.interface import show
+from experiments.sweep import analysis, pictures
+from experiments.sweep.analysis import Frame
+from experiments.sweep.store import REPORT, TABLE, read_settings, replace_file, task_facts
+from experiments.sweep.table import read_table
+from railsim.files import read_json
+
+DPI = 110
+MOST_ROWS = 60  # of a table on the page; the Parquet table holds all
+_STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:1150px;margin:2em auto;padding:0 1em;color:#222}
+h1{font-size:1.5em}h2{font-size:1.2em;margin-top:2em;border-bottom:1px solid #ccc}img{max-width:100%}
+table{border-collapse:collapse;margin:.6em 0;font-size:13px}td,th{padding:.15em .7em;border-bottom:1px solid #e4e4e4;
+text-align:left;vertical-align:top}td.n{text-align:right;font-variant-numeric:tabular-nums}.note{color:#666}"""
+
+
+def write_report(folder: Path) -> Path:
+    """Write report.html, and its pictures once more as PNG files in `pictures/`; returns the page's path.
+
+    Raises
+    ------
+    InputError : the folder holds no finished sweep, or cannot be written.
+    """
+    settings = read_settings(folder)
+    frame = read_table(folder / TABLE)
+    page = _Page(folder)
+    _head(page, settings, frame)
+    found = analysis.scored(frame)
+    factors = list(settings["factors"])
+    names = analysis.responses(found, settings["responses"])
+    means = {name: analysis.per_point(found, name, factors) for name in names}
+    _sensor_sets(page, settings, frame, found)
+    if names:
+        _responses(page, means, factors)
+        _indices(page, settings, found, factors, names)
+        _extremes(page, found, factors, names)
+    _failures(page, frame)
+    _speed(page, folder)
+    replace_file(folder / REPORT, page.text(settings["name"]).encode())
+    return folder / REPORT
+
+
+class _Page:
+    """Parts of the page in their order."""
+
+    def __init__(self, folder: Path) -> None:
+        self._parts: list[str] = []
+        self._pictures = folder / "pictures"
+        self._pictures.mkdir(exist_ok=True)
+
+    def heading(self, text: str) -> None:
+        self._parts.append(f"<h2>{html.escape(text)}</h2>")
+
+    def line(self, text: str) -> None:
+        self._parts.append(f"<p>{html.escape(text)}</p>")
+
+    def table(self, rows: Frame, decimals: int = 4) -> None:
+        cut = rows.head(MOST_ROWS)
+        head = "".join(f"<th>{html.escape(str(name))}</th>" for name in cut.columns)
+        body = "".join(
+            "<tr>" + "".join(_cell(value, decimals) for value in row) + "</tr>"
+            for row in cut.itertuples(index=False, name=None)
+        )
+        self._parts.append(f"<table><tr>{head}</tr>{body}</table>")
+        if len(rows) > len(cut):
+            self._parts.append(f'<p class="note">{len(rows) - len(cut)} further rows are left out.</p>')
+
+    def picture(self, name: str, figure: Figure) -> None:
+        data = io.BytesIO()
+        figure.savefig(data, format="png", dpi=DPI)
+        replace_file(self._pictures / f"{name}.png", data.getvalue())
+        text = base64.b64encode(data.getvalue()).decode()
+        self._parts.append(f'<img alt="{html.escape(name)}" src="data:image/png;base64,{text}">')
+
+    def text(self, title: str) -> str:
+        head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>'
+        return f"{head}<style>{_STYLE}</style><h1>Sweep {html.escape(title)}</h1>{''.join(self._parts)}</html>\n"
+
+
+def _cell(value: Any, decimals: int) -> str:
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        text = "" if value != value else show(float(value), decimals) if isinstance(value, float) else str(value)
+        return f'<td class="n">{text}</td>'
+    return f"<td>{html.escape('' if value is None or value != value else str(value))}</td>"
+
+
+def _head(page: _Page, settings: Mapping[str, Any], frame: Frame) -> None:
+    if settings["description"]:
+        page.line(settings["description"])
+    statuses = ", ".join(f"{count} {name}" for name, count in frame["status"].value_counts().items())
+    page.line(
+        f"Scenario {settings['scenario']}, engine {settings['engine']}; design {settings['design']['kind']} over "
+        f"{', '.join(settings['factors'])}: {settings['design']['points']} points, {settings['tasks']} simulated runs; "
+        f"estimators {', '.join(settings['estimators'])}; {len(settings['seeds'])} noise seeds; "
+        f"{len(frame)} rows ({statuses})."
+    )
+
+
+def _responses(page: _Page, means: Mapping[str, Frame], factors: Sequence[str]) -> None:
+    page.heading("Responses")
+    page.line(
+        "Median over everything else with the band of 10 to 90 %; values are means over the noise seeds, "
+        "failed runs are left out."
+    )
+    for number, (name, table) in enumerate(means.items()):
+        page.picture(f"response{number + 1}", pictures.main_effects(table, name, factors))
+        crossed = pictures.interaction(table, name, factors)
+        if crossed is not None:
+            page.picture(f"interaction{number + 1}", crossed)
+
+
+def _indices(
+    page: _Page, settings: Mapping[str, Any], found: Frame, factors: Sequence[str], names: Sequence[str]
+) -> None:
+    parts = [(name, *analysis.indices(found, name, factors, settings["design"])) for name in names]
+    if not any(len(table) or notes for _, table, notes in parts):
+        return
+    page.heading("Sensitivity: Sobol' indices")
+    page.line(
+        "Share of the variance by a factor alone (first) and with all its interactions (total), with 95 % bootstrap "
+        "intervals."
+    )
+    for number, (name, table, notes) in enumerate(parts):
+        if len(table):
+            page.picture(f"indices{number + 1}", pictures.index_bars(table, name))
+            page.table(table.assign(response=name))
+        for note in notes:
+            page.line(note)
+
+
+def _extremes(page: _Page, found: Frame, factors: Sequence[str], names: Sequence[str]) -> None:
+    page.heading("Best and worst points")
+    for name in names:
+        page.line(name)
+        page.table(analysis.extremes(found, name, factors))
+
+
+def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, found: Frame) -> None:
+    costs = {name: one["cost"] for name, one in settings["sensors"].items() if one["cost"] is not None}
+    if not costs:
+        return
+    page.heading("Sets of sensors")
+    sets = [
+        {"set": name, "cost class": one["cost"], "channels": ", ".join(one["channels"])}
+        for name, one in settings["sensors"].items()
+    ]
+    page.table(pd.DataFrame(sets))
+    main = analysis.main_responses(found)
+    tables = {
+        name: analysis.by_set(found[found["estimator"].isin([k for k, v in main.items() if v == name])], name, costs)
+        for name in dict.fromkeys(main.values())
+    }
+    tables = {name: table for name, table in tables.items() if len(table)}
+    if tables:
+        page.picture("pareto", pictures.pareto(tables))
+    page.line("By estimator: the cheapest set that serves it, and the cheapest with a score within 10 % of its best.")
+    smallest = analysis.smallest_sets(frame, found, costs)
+    page.table(smallest)
+    for name, table in tables.items():
+        page.line(name)
+        wide = table.pivot(index="sensors", columns="estimator", values="value").reindex(list(costs)).reset_index()
+        page.table(wide)
+
+
+def _failures(page: _Page, frame: Frame) -> None:
+    bad = analysis.failures(frame)
+    page.heading("Failures")
+    if bad.empty:
+        page.line("None.")
+    else:
+        page.table(bad)
+
+
+def _speed(page: _Page, folder: Path) -> None:
+    page.heading("Speed and memory")
+    path = folder / "throughput.json"
+    if path.exists():
+        rows = [{"": name, "value": value} for name, value in read_json(path, "the folder of a sweep").items()]
+        page.table(pd.DataFrame(rows), 3)
+        page.line(
+            "Of the last session: rate without the start of the workers; efficiency: rate over that of as many workers "
+            "as fast as one that has the machine for itself (some tasks were run again alone to measure it)."
+        )
+    else:
+        page.line("Too few tasks in the last session to measure its speed.")
+    series, growth = analysis.memory(task_facts(folder))
+    if series:
+        page.picture("memory", pictures.memory_plot(series))
+    if growth is not None:
+        page.line(
+            f"Largest growth of a worker's memory after the first {analysis.SETTLED} tasks: {100 * growth:.1f} %."
+        )

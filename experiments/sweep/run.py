@@ -1,0 +1,144 @@
+"""Run a sweep to its end: what is finished already is not run again, what fails becomes rows."""
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+from tqdm import tqdm
+
+from experiments.sweep.executors import Executor
+from experiments.sweep.plan import Plan, make_plan
+from experiments.sweep.settings import Sweep
+from experiments.sweep.store import TABLE, Store, open_store, replace_file, write_throughput
+from experiments.sweep.table import assemble, table_bytes
+from experiments.sweep.task import Task
+
+ENOUGH = 20  # tasks in a session from which on its speed is worth a number
+ALONE = 0.02  # share of the tasks that are timed again on one worker alone
+MOST_ALONE = 10
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C; says what is kept."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """A finished sweep: its table, what was done in this session, and whether repeated tasks gave the same rows."""
+
+    table: pa.Table
+    plan: Plan
+    performed: int
+    throughput: dict[str, Any] | None
+    repeatable: bool
+
+
+def run_sweep(sweep: Sweep, folder: Path, executor: Callable[[Path], Executor]) -> Done:
+    """Perform what is not finished and write the table.
+
+    Parameters
+    ----------
+    sweep : what to do.
+    folder : of the results; one of this very sweep goes on where it stopped.
+    executor : makes the executor, given a folder for truth that is in use.
+
+    Raises
+    ------
+    InputError : the sweep cannot be planned, the folder is of another one or cannot be written, workers are lost.
+    Interrupted : Ctrl-C.
+    """
+    plan = _planned(sweep)
+    with open_store(folder, plan) as store:
+        results = {task.number: store.finished(task) for task in plan.tasks}
+        left = [task for task in plan.tasks if results[task.number] is None]
+        throughput, repeatable = None, True
+        if left:
+            workers = executor(store.running)
+            try:
+                session = _perform(left, len(plan.tasks), store, workers, results)
+                if len(left) >= ENOUGH:
+                    throughput, repeatable = _speed(left, results, workers, session)
+                    write_throughput(folder, throughput)
+            except KeyboardInterrupt:
+                kept = sum(result is not None for result in results.values())
+                text = f"interrupted; {kept} of {len(plan.tasks)} tasks are kept: the same command goes on"
+                raise Interrupted(text) from None
+            finally:
+                workers.close()
+        table = assemble(plan, (result["rows"] for result in results.values() if result is not None))
+        content = table_bytes(table)
+        if not (folder / TABLE).exists() or (folder / TABLE).read_bytes() != content:
+            replace_file(folder / TABLE, content)
+    return Done(table, plan, len(left), throughput, repeatable)
+
+
+def _planned(sweep: Sweep) -> Plan:
+    """The plan, with a bar where building the scenarios takes long."""
+    with tqdm(desc="checking", unit=" points", delay=2.0, leave=False, file=sys.stderr) as bar:
+
+        def tick(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        return make_plan(sweep, tick)
+
+
+def _perform(
+    left: list[Task], total: int, store: Store, workers: Executor, results: dict[int, dict[str, Any] | None]
+) -> dict[str, float]:
+    """Fill `results`; returns when the session began and ended, and how long its first task took alone."""
+    began = time.time()
+    quiet = not sys.stderr.isatty()
+    with tqdm(
+        total=total, initial=total - len(left), desc="sweep", unit=" tasks", file=sys.stderr, dynamic_ncols=not quiet,
+        mininterval=10.0 if quiet else 0.2, maxinterval=10.0, smoothing=0.05,
+    ) as bar:  # fmt: skip
+        for task, result in workers.run(left):
+            store.keep(task, result)
+            results[task.number] = result
+            bar.update()
+    return {"began": began, "ended": time.time()}
+
+
+def _speed(
+    left: list[Task], results: dict[int, dict[str, Any] | None], workers: Executor, session: dict[str, float]
+) -> tuple[dict[str, Any], bool]:
+    """Throughput of a session, against one worker that has the machine for itself; and whether repeats agree.
+
+    The first tasks, while workers start and load machine code, count in the whole session but not in the steady part.
+    """
+    mine = sorted((one for task in left if (one := results[task.number])), key=lambda one: one["ended"])
+    steady = mine[2 * workers.workers :]
+    since = mine[2 * workers.workers - 1]["ended"]
+    wall = steady[-1]["ended"] - since
+    count = min(MOST_ALONE, max(3, round(ALONE * len(left))))
+    chosen = [left[round(place * (len(left) - 1) / count)] for place in range(1, count + 1)]
+    alone, same = [], True
+    for task in [chosen[0], *chosen]:  # the first once more: it warms up
+        _, again = next(iter(workers.run([task])))
+        first = results[task.number]
+        same = same and first is not None and again["rows"] == first["rows"]
+        alone.append(again)
+    rate = sum(one["simulated"] for one in steady) / wall
+    one_worker = sum(one["simulated"] for one in alone[1:]) / sum(one["ended"] - one["began"] for one in alone[1:])
+    busy = sum(one["ended"] - one["began"] for one in steady)
+    found = {
+        "workers": workers.workers,
+        "tasks": len(mine),
+        "simulated [s]": sum(one["simulated"] for one in mine),
+        "wall [s]": session["ended"] - session["began"],
+        "rate [s/s]": rate,
+        "one worker alone [s/s]": one_worker,
+        "tasks timed alone": count,
+        "efficiency [-]": rate / (workers.workers * one_worker) if one_worker > 0 else 0.0,
+        "workers busy [-]": busy / (workers.workers * wall),
+        "processor time per busy time [-]": sum(one["cpu"] for one in steady) / busy,
+        "load average": os.getloadavg()[1],
+        "repeated tasks agree": same,
+    }
+    return found, same

@@ -1,0 +1,271 @@
+"""A task: one simulated run with all that is made of it. It runs wherever the package is installed."""
+
+import hashlib
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from estimators.interface import Estimator
+from experiments.score import score, score_rows
+from experiments.sweep.settings import SensorSet, Variant
+from railsim.cache import cache_folder
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+from railsim.scenario import Scenario, digest_of
+from railsim.simulation import measure, run_digest, simulate
+from railsim.track.files import read_track, shipped_tracks
+from railsim.truth import TIME, Truth
+
+FAILURES = (ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RuntimeError, AssertionError)
+"""What a run or an estimator may raise without ending the sweep; a full disk or no memory ends it."""
+
+OK, FAILED, UNFIT = "ok", "failed", "does not fit"
+Row = list[Any]
+"""point, place of the sensor set, place of the variant, seed, recording, score, unit, value, status, message."""
+
+
+@dataclass(frozen=True)
+class PointTask:
+    """A design point: the scenario as plain values and the settings that it changes, by label of estimator."""
+
+    number: int
+    scenario: dict[str, Any]
+    changes: dict[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Task:
+    """All points that share one simulated run.
+
+    Attributes
+    ----------
+    number : place in the sweep. run : digest of the simulated run. track : name and text of a track that is not
+    shipped, so that a worker need not have the file.
+    """
+
+    number: int
+    run: str
+    engine: str
+    points: tuple[PointTask, ...]
+    variants: tuple[Variant, ...]
+    sets: tuple[SensorSet, ...]
+    seeds: tuple[int, ...]
+    track: tuple[str, str] | None = None
+
+    def digest(self) -> str:
+        """SHA-256 over everything that shapes the result."""
+        points = [[point.number, point.scenario, point.changes] for point in self.points]
+        variants = [[one.label, one.name, one.settings] for one in self.variants]
+        sets = [[one.name, one.patterns, one.cost] for one in self.sets]
+        return digest_of([self.run, self.engine, points, variants, sets, self.seeds, self.track])
+
+
+class VersionError(RuntimeError):
+    """A worker's program or libraries are not those of the process that planned the sweep."""
+
+
+def perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any]:
+    """Simulate, measure, estimate, score; what fails becomes a row.
+
+    Returns
+    -------
+    "rows" (see `Row`), and facts that are not part of the table: times, processor time, memory.
+
+    Raises
+    ------
+    VersionError : this process would not make the run that was planned.
+    """
+    began, used = time.time(), time.process_time()
+    with tempfile.TemporaryDirectory(prefix="railsim-sweep-", dir=scratch) as aside:
+        points = [(point, _scenario(task, point, Path(aside))) for point in task.points]
+        if run_digest(points[0][1], task.engine) != task.run:
+            raise VersionError("a worker has another version of railsim, numba, numpy or scipy; install the same")
+        try:
+            truth = _truth(points[0][1], task, Path(aside), keep_truth)
+        except FAILURES as error:
+            rows = failed_rows(task, _message(error))
+            simulated = 0.0
+        else:
+            rows = _Maker(task, truth).rows(points)
+            simulated = truth.duration
+        for row in rows:
+            row[-1] = row[-1].replace(f"{aside}/", "")  # a line must not depend on where it was written
+    facts = {"simulated": simulated, "began": began, "ended": time.time(), "cpu": time.process_time() - used}
+    return {"rows": rows, **facts, "worker": _worker(), "rss": resident_bytes()}
+
+
+def failed_rows(task: Task, message: str) -> list[Row]:
+    """The rows of a task whose run could not be simulated."""
+    return [
+        [point.number, at, which, seed, None, None, None, None, FAILED, message]
+        for point in task.points
+        for at in range(len(task.sets))
+        for which in range(len(task.variants))
+        for seed in task.seeds
+    ]
+
+
+def restrict(measured: Measurements, wanted: SensorSet) -> Measurements:
+    """The recording as a vehicle with these sensors only would have made it; raises `InputError` where none is left."""
+    names = [name for name in measured.channels if wanted.has(name)]
+    if len(names) == len(measured.channels):
+        return measured
+    tables: dict[float, dict[str, np.ndarray]] = {}
+    for name in names:
+        table = tables.setdefault(measured.rate(name), {TIME: measured.time(name)})
+        table[name] = measured[name]
+    sheets = [
+        {**sheet, "channels": [name for name in sheet["channels"] if name in names]}
+        for sheet in measured.about["sensors"]
+    ]
+    about = {**measured.about, "sensors": [sheet for sheet in sheets if sheet["channels"]]}
+    return Measurements(about, tables, measured.track)
+
+
+def recording_digest(measured: Measurements) -> str:
+    """SHA-256 over every sample of every channel and the track as measured."""
+    total = hashlib.sha256()
+    for name in measured.channels:
+        total.update(f"{name}\0{measured.rate(name)!r}\0".encode())
+        total.update(np.ascontiguousarray(measured[name], "<f8").tobytes())
+    if measured.track is not None:
+        for name, column in measured.track.items():
+            total.update(f"track {name}\0".encode() + np.ascontiguousarray(column, "<f8").tobytes())
+    return total.hexdigest()
+
+
+def resident_bytes() -> int:
+    """Memory of this process that is in use [bytes]; 0 where the system does not tell."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return 0
+
+
+class _InMemory(Truth):
+    """A truth that keeps the columns it has read: every seed reads the same."""
+
+    def __init__(self, truth: Truth) -> None:
+        super().__init__(truth.folder, truth.rate, len(truth), truth.columns, truth.about)
+        self._kept: dict[str, np.ndarray] = {}
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._kept:
+            column = super().__getitem__(name)
+            column.setflags(write=False)
+            self._kept[name] = column
+        return self._kept[name]
+
+
+class _Maker:
+    """Makes the rows of a task from its truth; equal recordings and equal estimates are made once."""
+
+    def __init__(self, task: Task, truth: Truth) -> None:
+        self._task = task
+        self._truth = _InMemory(truth)
+        self._scores: dict[str, Any] = {}
+
+    def rows(self, points: list[tuple[PointTask, Scenario]]) -> list[Row]:
+        """In the order of points, sensor sets, variants, seeds, scores."""
+        found: dict[tuple[int, int, int, int], list[Row]] = {}
+        for point, scenario in points:
+            for seed in self._task.seeds:
+                for (at, which), rows in self._of_recording(point, scenario, seed):
+                    found[point.number, at, which, seed] = rows
+        places = {seed: place for place, seed in enumerate(self._task.seeds)}
+        ordered = sorted(found, key=lambda key: (*key[:3], places[key[3]]))
+        return [[*key, *row] for key in ordered for row in found[key]]
+
+    def _of_recording(
+        self, point: PointTask, scenario: Scenario, seed: int
+    ) -> Iterator[tuple[tuple[int, int], list[Row]]]:
+        count = len(self._task.variants)
+        try:
+            whole = measure(self._truth, scenario, seed).measurements
+        except FAILURES as error:
+            for at in range(len(self._task.sets)):
+                yield from (((at, which), [_failed(None, error)]) for which in range(count))
+            return
+        for at, wanted in enumerate(self._task.sets):
+            try:
+                measured = restrict(whole, wanted)
+            except InputError as error:
+                yield from (((at, which), [_failed(None, error, UNFIT)]) for which in range(count))
+                continue
+            digest = recording_digest(measured)
+            for which, variant in enumerate(self._task.variants):
+                yield (at, which), self._of_variant(measured, digest, variant, point.changes.get(variant.label, {}))
+
+    def _of_variant(self, measured: Measurements, digest: str, variant: Variant, changes: dict[str, Any]) -> list[Row]:
+        estimator = variant.build(changes)
+        key = digest_of([digest, measured.about["sensors"], estimator.name, estimator.model_dump(mode="json")])
+        if key not in self._scores:
+            self._scores[key] = self._estimated(estimator, measured, digest)
+        return self._scores[key]
+
+    def _estimated(self, estimator: Estimator, measured: Measurements, digest: str) -> list[Row]:
+        try:
+            if not estimator.fits(measured):
+                return [[digest, None, None, None, UNFIT, why_unfit(estimator, measured)]]
+            scores = score(estimator.estimate(measured), self._truth)
+        except FAILURES as error:
+            return [_failed(digest, error)]
+        return [
+            [digest, row["score"], row["unit"], float(row["value"]) if np.isfinite(row["value"]) else None, OK, ""]
+            for row in score_rows(estimator.name, scores)
+        ]
+
+
+def why_unfit(estimator: Estimator, measured: Measurements) -> str:
+    """The line in which an estimator names what it lacks."""
+    try:
+        estimator.need(measured)
+    except InputError as error:
+        return _message(error)
+    return f"{estimator.name} does not fit these channels"
+
+
+def _scenario(task: Task, point: PointTask, aside: Path) -> Scenario:
+    values = point.scenario
+    if task.track is not None:
+        name, text = task.track
+        path = aside / name
+        if not path.exists():
+            path.write_text(text, encoding="utf-8", newline="\n")
+        values = {**values, "track": str(path)}
+    return Scenario.build(values)
+
+
+def _truth(scenario: Scenario, task: Task, aside: Path, keep_truth: bool) -> Truth:
+    """The run: from the cache where that has it (or shall keep it), else made aside, where it goes with the task."""
+    if keep_truth or (cache_folder() / task.run).is_dir():
+        return simulate(scenario, task.engine)
+    return simulate(scenario, task.engine, folder=aside / "truth")
+
+
+def track_text(scenario: Scenario) -> tuple[str, str] | None:
+    """Name and text of the scenario's track file; None for a shipped one."""
+    if scenario.track in shipped_tracks():
+        return None
+    read_track(scenario.track)
+    path = Path(scenario.track)
+    return path.name, path.read_text(encoding="utf-8-sig")
+
+
+def _failed(digest: str | None, error: BaseException, status: str = FAILED) -> Row:
+    return [digest, None, None, None, status, _message(error)]
+
+
+def _message(error: BaseException) -> str:
+    text = " ".join(str(error).split())
+    return text if isinstance(error, InputError) else f"{type(error).__name__}: {text}"
+
+
+def _worker() -> str:
+    return f"{os.uname().nodename}:{os.getpid()}"
