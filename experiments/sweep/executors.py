@@ -142,7 +142,7 @@ class Cluster:
         InputError : the cluster is lost, or a task ends its worker again and again.
         """
         waiting, running = list(reversed(tasks)), {}
-        done = self._distributed.as_completed()
+        done = self._distributed.as_completed(loop=self._client.loop)
         try:
             while waiting or running:
                 while waiting and len(running) < 2 * max(1, self.workers):

@@ -3,6 +3,7 @@
 import importlib.resources
 import os
 import tempfile
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -56,8 +57,11 @@ def read_track(source: str | os.PathLike[str]) -> Track:
     return parse_track(text, path.stem, str(source))
 
 
+@lru_cache(maxsize=2)
 def parse_track(text: str, name: str, source: str = "") -> Track:
-    """Track from the text of a file; `source` stands in front of messages."""
+    """Track from the text of a file; `source` stands in front of messages. The last two are kept: the runs of a sweep
+    share them.
+    """
     where = source or name
     comments, rows = _split(text)
     if not rows:

@@ -1,0 +1,89 @@
+"""The report: one page without links to elsewhere, and the numbers in it."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from experiments.sweep.analysis import RESPONSE, by_set, failures, memory, smallest_sets
+from experiments.sweep.report import write_report
+from railsim.errors import InputError
+from tests.experiments.sweep.conftest import SWEEP, Sweeping
+
+COSTS = {"cheap": 1.0, "good": 2.0, "dear": 3.0}
+ERROR = "rms error [mm]"
+
+
+def frame_of(values: dict[str, float]) -> pd.DataFrame:
+    """A found score for every set of sensors."""
+    rows = [{"estimator": "it", "sensors": name, RESPONSE: ERROR, "value": value} for name, value in values.items()]
+    return pd.DataFrame(rows).assign(status="ok", message="")
+
+
+def test_page_stands_alone(whole: Path):
+    page = write_report(whole).read_text()
+    assert page.count('src="data:image/png;base64,') >= 2
+    assert not re.search(r'(src|href)="(?!data:)', page)
+    for heading in ("Responses", "Best and worst points", "Failures", "Speed and memory"):
+        assert f"<h2>{heading}</h2>" in page
+    assert "speed_plain needs channel" in page
+
+
+def test_page_of_a_sweep_with_costs_shows_sets(sweep_file: Path, tmp_path: Path, sweeping: Sweeping):
+    text = SWEEP.replace("both: [bogie.*]", "both: {channels: [bogie.*], cost: 2}").replace("[25, 30, 35]", "[30]")
+    sweep_file.write_text(
+        text.replace('all: ["*"]', 'all: {channels: ["*"], cost: 2.5}').replace("[0.8, 1.0]", "[1.0]")
+    )
+    sweeping(sweep_file, tmp_path / "out")
+    assert "<h2>Sets of sensors</h2>" in write_report(tmp_path / "out").read_text()
+    assert (tmp_path / "out" / "pictures" / "pareto.png").exists()
+
+
+def test_no_report_before_the_end(whole: Path, tmp_path: Path):
+    (tmp_path / "sweep.json").write_bytes((whole / "sweep.json").read_bytes())
+    with pytest.raises(InputError, match="has no table yet; run the sweep to its end first"):
+        write_report(tmp_path)
+    with pytest.raises(InputError, match="is not the folder of a sweep"):
+        write_report(tmp_path / "nix")
+
+
+@pytest.mark.parametrize(
+    ("values", "front", "near"),
+    [
+        ({"cheap": 3.0, "good": 1.0, "dear": 0.95}, ["cheap", "good", "dear"], "good"),
+        ({"cheap": 1.0, "good": 2.0, "dear": 0.5}, ["cheap", "dear"], "dear"),
+        ({"good": 1.0, "dear": 1.0}, ["good"], "good"),
+    ],
+)
+def test_front_and_smallest_sets(values: dict[str, float], front: list[str], near: str):
+    found = frame_of(values)
+    table = by_set(found, ERROR, COSTS)
+    assert list(table.loc[table["front"], "sensors"]) == front
+    row = smallest_sets(found, found, COSTS).iloc[0]
+    assert row["cheapest"] == next(iter(values))
+    assert row["cheapest near best"] == near
+
+
+def test_estimator_that_nothing_serves_has_a_row():
+    bad = pd.DataFrame([{"estimator": "it", "sensors": "cheap", "status": "does not fit", "message": "needs more"}])
+    row = smallest_sets(bad, frame_of({}).reindex(columns=["estimator", RESPONSE, "value"]), COSTS).iloc[0]
+    assert (row["estimator"], row["score"]) == ("it", "none: needs more")
+
+
+def test_memory_growth_is_that_after_the_settling():
+    facts = [{"worker": f"w{n % 2}", "rss": 100.0 if n < 10 else 200.0 + (n == 90) * 30.0} for n in range(100)]
+    series, growth = memory(facts)
+    assert sorted(series) == ["w0", "w1"]
+    assert growth == pytest.approx(0.15)
+    assert memory(facts[:40])[1] is None
+
+
+def test_failures_are_counted_by_message():
+    bad = pd.DataFrame(
+        {"estimator": ["a"] * 3, "status": ["failed"] * 3, "message": ["x", "y", "x"], "point": [4, 5, 2]}
+    )
+    found = failures(bad)
+    assert found[["message", "rows", "first_point"]].to_numpy().tolist() == [["x", 2, 2], ["y", 1, 5]]
+    assert np.issubdtype(found["rows"].dtype, np.integer)
