@@ -14,6 +14,7 @@ from railsim.track.kernel import LEFT_VERTICAL, RIGHT_VERTICAL, TrackTables, sam
 GAUGE = 1.5  # m; distance of the contacts, for a first guess
 LENGTH, ANGLE, SPIN = 1e-4, 1e-4, 1e-3  # m, rad, relative: scales of the unknowns
 ACCURACY = 1e-9  # m/s2, rad/s2
+RESTLESS = 1e-4  # m/s2, rad/s2; more is no steady state
 
 
 def state_size(plant: Plant) -> int:
@@ -72,7 +73,10 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
 
     found = root(residual, guess, method="hybr", options={"xtol": 1e-14, "maxfev": 20000})
     best = _polish(residual, found.x)
-    if not np.isfinite(best).all() or np.abs(residual(best)).max() > 1e-4:
+    if not np.abs(residual(best)).max() <= RESTLESS:  # weak creep forces hardly hold the bodies' y and yaw
+        slow = root(residual, guess, method="lm", options={"xtol": 1e-14, "ftol": 1e-15, "maxiter": 20000})
+        best = _polish(residual, slow.x)
+    if not np.isfinite(best).all() or np.abs(residual(best)).max() > RESTLESS:
         raise InputError(
             f"no steady state at s = {start:g} m and {speed:g} m/s: "
             "start on straight track or choose a speed that suits the cant"

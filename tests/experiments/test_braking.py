@@ -1,0 +1,14 @@
+"""Item 9: braking section of the validation report."""
+
+from experiments.validation.braking import CONDITIONS, Braking
+
+
+def test_tachometer_fails_where_the_wheels_slide_and_the_bogie_knows_the_speed() -> None:
+    section = Braking()
+    table = section.compute(fast=True)
+    assert set(table["adhesion"]) == set(CONDITIONS)
+    rows = section.rows(table)
+    assert [row.what for row in rows if row.held is False] == []
+    sliding = table[(table["adhesion"] == "very low") & (table["slip [-]"] > 0.5)]
+    assert (sliding["tachometer [m/s]"] < 0.6 * sliding["speed [m/s]"]).all()
+    assert len(sliding) > 500
