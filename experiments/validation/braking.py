@@ -59,12 +59,12 @@ class Braking(Section):
     item = 9
     title = "Braking on dry and on very low adhesion"
     about = (
-        "A Class 175-like half vehicle at 30 m/s, friction brakes of 5 % of its weight from 5 s to 30 s, no wheel-slide "
-        "protection. Slip is (V - r0 omega) / V of the leading wheelset, the tachometer's error is relative to the true "
-        "speed and compared with the longitudinal creepage in the contact; root mean squares over the run, largest "
-        "values told beside them: the tachometer waits for its next pulse while the wheel stops. The cross-correlation "
-        "speed is that of the refined estimator from bogie sensors (industrial grade); the plain one lags by half its "
-        "window whenever the speed changes, sliding or not."
+        "A Class 175-like half vehicle at 30 m/s, friction brakes of 5 % of its weight from 5 s to 30 s, no "
+        "wheel-slide protection. Slip is (V - r0 omega) / V of the leading wheelset; the tachometer's error is "
+        "relative to the true speed and compared with the longitudinal creepage in the contact. Root mean squares "
+        "over the run, largest values told beside them: the tachometer waits for its next pulse while the wheel "
+        "stops. The cross-correlation speed is that of the refined estimator from bogie sensors (industrial grade); "
+        "the plain one knows whole samples of delay only and steps as the speed changes, sliding or not."
     )
     source = "issue 3, item 9; presets of railsim.contact.adhesion"
     size = (11.0, 5.5)
