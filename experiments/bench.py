@@ -5,7 +5,8 @@ run.
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,13 @@ UNIT = "s/s"
 SCENARIO = "straight_erri_low"
 REPEATS = 3  # the median is reported
 FAST_DURATION = 8.0  # s
+ANALYTIC = "engine compiled"
+VARIANTS: dict[str, dict[str, Any]] = {
+    "engine compiled, profiles": {"vehicle.pair": {"kind": "profiles", "wheel": "s1002", "rail": "uic60_40"}},
+    "engine compiled, FASTSIM": {"vehicle.adhesion.law": "fastsim"},
+}
+"""The compiled engine with other contacts than the analytic pair and Polach's law, as overrides of the scenario."""
+
 BASELINE = "solve_ivp RK45, rtol 1e-6"
 
 
@@ -33,12 +41,16 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     """
     scenario = load_scenario(SCENARIO, {"duration": FAST_DURATION} if fast else {})
     repeats = 1 if fast else REPEATS
-    return [*engine_rows(scenario, repeats), *estimator_rows(scenario, repeats)]
+    shorter = {"duration": FAST_DURATION} if fast else {}
+    variants = {name: load_scenario(SCENARIO, {**shorter, **changes}) for name, changes in VARIANTS.items()}
+    return [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats)]
 
 
-def engine_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str, Any]]:
+def engine_rows(
+    scenario: Scenario, repeats: int = REPEATS, variants: Mapping[str, Scenario] = MappingProxyType({})
+) -> list[dict[str, Any]]:
     """Both engines, and `scipy.integrate.solve_ivp` on the compiled engine's own right-hand side (Dormand-Prince and
-    LSODA).
+    LSODA). `variants` are runs of the compiled engine that are compared with its run of the scenario itself.
     """
     run = build_run(scenario)
     ways: dict[str, tuple[Callable[[], object], float]] = {
@@ -48,11 +60,14 @@ def engine_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str, An
             scenario.duration / 10.0,
         ),
         "engine exudyn": (lambda: deque(load_engine("exudyn")(run), maxlen=0), run.duration),
-        "engine compiled": (lambda: deque(load_engine("compiled")(run), maxlen=0), run.duration),
+        ANALYTIC: (lambda: deque(load_engine("compiled")(run), maxlen=0), run.duration),
     }
+    for name, variant in variants.items():
+        other = build_run(variant)
+        ways[name] = (lambda other=other: deque(load_engine("compiled")(other), maxlen=0), other.duration)
     found = rates(ways, repeats)
-    against = found[BASELINE]
-    return [_row(name, rate, BASELINE if name != BASELINE else None, rate / against) for name, rate in found.items()]
+    against = {name: ANALYTIC if name in variants else BASELINE for name in found if name != BASELINE}
+    return [_row(name, rate, against.get(name), rate / found[against.get(name, name)]) for name, rate in found.items()]
 
 
 def estimator_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str, Any]]:
