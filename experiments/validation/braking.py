@@ -98,8 +98,8 @@ def braking_rows(section: Section, table: pd.DataFrame) -> list[Row]:
     for adhesion in CONDITIONS:
         part = _part(table, adhesion)
         largest = float(part[SLIP].max())
-        limits = {"high": 0.01} if adhesion == "dry" else {"low": 0.2}
-        found.append(section.bounded(f"{adhesion}: largest slip", largest, **limits))
+        low, high = (-np.inf, 0.01) if adhesion == "dry" else (0.2, np.inf)
+        found.append(section.bounded(f"{adhesion}: largest slip", largest, low, high))
         apart = _relative(part, TACHOMETER) + part[CREEPAGE].to_numpy(float)
         found.append(section.bounded(f"{adhesion}: tachometer error and slip, rms of the sum", _rms(apart), high=0.01))
         found.append(section.noted(f"{adhesion}: the same, largest", float(np.abs(apart).max()), None, "-"))
