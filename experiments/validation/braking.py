@@ -97,7 +97,7 @@ def braking_rows(section: Section, table: pd.DataFrame) -> list[Row]:
     found = []
     for adhesion in CONDITIONS:
         part = _part(table, adhesion)
-        largest = float(part[SLIP].max())
+        largest = float(part[SLIP].to_numpy(float).max())
         low, high = (-np.inf, 0.01) if adhesion == "dry" else (0.2, np.inf)
         found.append(section.bounded(f"{adhesion}: largest slip", largest, low, high))
         apart = _relative(part, TACHOMETER) + part[CREEPAGE].to_numpy(float)
