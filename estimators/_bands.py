@@ -132,5 +132,5 @@ def _reach(band: Band) -> float:
 
 def _without_trend(piece: np.ndarray) -> np.ndarray:
     x = np.linspace(-1.0, 1.0, len(piece)) if len(piece) > 1 else np.zeros(1)
-    slope = float(x @ piece) / max(float(x @ x), 1.0)
+    slope = float(np.sum(x * piece)) / max(float(np.sum(x * x)), 1.0)  # sums, not products of the threaded BLAS
     return piece - piece.mean() - slope * x

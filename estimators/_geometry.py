@@ -1,6 +1,6 @@
 """What the estimators of track geometry share: settings, the columns of their series, cleaning of a gyro's signal."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -13,6 +13,7 @@ from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
+Gain = Callable[[np.ndarray], np.ndarray]
 PAPER = "Ward et al. 2011, section 3.2"
 CANT_BASE = 1.5  # m, distance of the rail centres over which cross level is given (EN 13848-1)
 APART = 1.06  # ratio of neighbouring speeds between which responses are blended
@@ -127,27 +128,29 @@ def sensor_place(measurements: Measurements, name: str) -> tuple[float, float, f
 
 
 def by_speed(
-    values: np.ndarray, way: Way, filter_at: Callable[[float], Callable[[np.ndarray], np.ndarray]], memory: float
+    inputs: Sequence[np.ndarray], way: Way, filters_at: Callable[[float], Sequence[Gain]], memory: float
 ) -> np.ndarray:
-    """Filter over distance whose response depends on the speed: those of neighbouring speeds, blended place by place.
+    """Sum of filtered inputs where the filters depend on the speed: those of neighbouring speeds, blended by place.
 
     Parameters
     ----------
-    values : on the grid, NaN where there is nothing.
-    filter_at : speed (m/s) to a response by angular wave number (rad/m).
-    memory : of the filter, m.
+    inputs : on the grid, NaN where there is nothing (at the same places).
+    filters_at : speed (m/s) to one response by angular wave number (rad/m) for each input.
+    memory : of the filters, m.
     """
-    fast = way.speed[np.isfinite(values)]
-    if not fast.size:
-        return values
+    known = np.isfinite(inputs[0])
+    if not known.any():
+        return inputs[0]
+    fast = way.speed[known]
     low, high = float(fast.min()), float(fast.max())
     speeds = np.geomspace(low, high, max(2, round(np.log(high / low) / np.log(APART)) + 1))
     place = np.clip(np.interp(way.speed, speeds, np.arange(len(speeds))), 0.0, len(speeds) - 1.0)
-    found = np.where(np.isfinite(values), 0.0, np.nan)
+    found = np.where(known, 0.0, np.nan)
     for index, speed in enumerate(speeds):
         weight = np.maximum(0.0, 1.0 - np.abs(place - index))
-        if weight.any():
-            found += weight * transform(values, way.spacing, filter_at(float(speed)), memory, detrend=False)
+        if weight[known].any():
+            for values, gain in zip(inputs, filters_at(float(speed)), strict=True):
+                found += weight * transform(values, way.spacing, gain, memory, detrend=False)
     return found
 
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.signal import correlate
 
 from estimators._bands import stretches
 
 WINDOW, STRIDE = 60.0, 15.0  # m; length of a window (several waves of D1), and how far they lie apart
 FIRST_REACH, NEXT_REACH = 3.0, 0.6  # m; search around the expected place, in the first round and in the second
+STEADY = 180.0  # m; odometers drift more slowly than this, and a change of the track is shorter
 ALIKE = 0.8  # correlation above which a window counts as found
 APART = 12.0  # m; changes closer than this are one
 MAD = 1.4826  # standard deviation over median absolute deviation of a normal distribution
@@ -64,8 +65,8 @@ def match(reference: np.ndarray, other: np.ndarray, spacing: float) -> Match:
     second = _windows(reference, stretched, spacing, NEXT_REACH, 0.0)
     if len(second.place) < 2:
         return first
-    place = first.other_place(second.place + second.lag)
-    return Match(second.place, np.asarray(median_filter(place - second.place, 3, mode="nearest")), second.correlation)
+    lag = first.other_place(second.place + second.lag) - second.place
+    return Match(second.place, _steady(second.place, lag), second.correlation)
 
 
 def laid_on(other: np.ndarray, spacing: float, found: Match, place: np.ndarray) -> np.ndarray:
@@ -78,14 +79,15 @@ def laid_on(other: np.ndarray, spacing: float, found: Match, place: np.ndarray) 
 
 
 def changes(
-    reference: np.ndarray, later: np.ndarray, spacing: float, least: float = 0.5e-3, factor: float = 6.0
+    reference: np.ndarray, later: np.ndarray, spacing: float, least: float = 0.3e-3, factor: float = 6.0
 ) -> list[dict[str, Any]]:
     """Places at which two passes on one grid differ.
 
     Parameters
     ----------
-    least : smallest difference that is reported, m. factor : and at least so many standard deviations of the
-        differences (by their median absolute deviation, which few real changes do not move).
+    least : smallest difference that is reported, m (0.3 mm: what passes must agree to).
+    factor : and at least so many standard deviations of the differences (by their median absolute deviation, which few
+        real changes do not move).
 
     Returns
     -------
@@ -117,6 +119,17 @@ def changes(
             }
         )
     return events
+
+
+def _steady(place: np.ndarray, lag: np.ndarray) -> np.ndarray:
+    """The lags as an odometer can drift: a line, and what is left of it smoothed over `STEADY`.
+
+    A change of the track pulls at every window that holds it; the median over more windows than these drops that.
+    """
+    line = np.polyval(np.polyfit(place, lag, 1), place)
+    count = 2 * round(STEADY / STRIDE / 2) + 1
+    left = median_filter(lag - line, count, mode="nearest")
+    return line + np.asarray(uniform_filter1d(left, count // 2 + 1, mode="nearest"))
 
 
 def _windows(reference: np.ndarray, other: np.ndarray, spacing: float, reach: float, expected: float | None) -> Match:

@@ -12,11 +12,12 @@ The bogie's yaw over the track's slope, at the wave number k, is the transfer fu
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from railsim.contact.linear import creep_coefficients
+from railsim.contact.linear import CreepCoefficients, creep_coefficients
 from railsim.errors import InputError
 
 NEEDED = (
@@ -128,9 +129,7 @@ def matrices(p: Mapping[str, float], speed: float, creep: float) -> tuple[np.nda
     damping = _suspension(p, "damping")
     rail, roll, roll_rate = np.zeros((3, 7, 2))
     radius = p["wheel_radius"]
-    f11, f22, f23 = creep_coefficients(
-        1.0 / p["wheel_radius"], p["design_contact_curvature"], p["design_wheel_load"], creep
-    )
+    f11, f22, f23 = _creep(1.0 / p["wheel_radius"], p["design_contact_curvature"], p["design_wheel_load"], creep)
     load, arm, conicity = p["design_wheel_load"], p["half_gauge"], p["design_conicity"]
     lateral = 2.0 * load * p["design_contact_angle_rate"]
     steering = 2.0 * f11 * arm * conicity / radius
@@ -147,6 +146,11 @@ def matrices(p: Mapping[str, float], speed: float, creep: float) -> tuple[np.nda
         roll[y, number], roll[yaw, number] = -lateral * radius - 2.0 * load, -steering * radius
         roll_rate[y, number], roll_rate[yaw, number] = -2.0 * f22 * radius / speed, 2.0 * f23 * radius / speed
     return mass, damping, stiffness, rail, roll, roll_rate
+
+
+@lru_cache(maxsize=8)
+def _creep(along: float, across: float, load: float, share: float) -> CreepCoefficients:
+    return creep_coefficients(along, across, load, share)
 
 
 def _suspension(p: Mapping[str, float], kind: str) -> np.ndarray:

@@ -1,20 +1,20 @@
 """Lateral alignment and curvature from the bogie's yaw rate: y'' = yaw rate / speed, less the bogie's own motion."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
-from estimators._geometry import TrackEstimator, by_speed, geometry, turning
+from estimators._geometry import Gain, TrackEstimator, by_speed, geometry, turning
 from estimators._plan_view import roll_response, yaw_response
 from estimators._space import Way
 from estimators.interface import Estimate
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
-Gain = Callable[[np.ndarray], np.ndarray]
 RATE = "bogie.rate_yaw [rad/s]"
 ROLL_RATE = "bogie.rate_roll [rad/s]"
+NODES = 801  # 0.008 rad/m apart: finer than the memory asks for
 SHORTEST = 2.0 * np.pi / 1.0  # rad/m; shorter waves than 1 m carry nothing of the bands
 MEMORY = 150.0  # m; the bogie's kinematic oscillation has decayed
 
@@ -66,35 +66,33 @@ class AlignmentLateral(TrackEstimator, frozen=True):
 
     def _compensated(self, yawing: np.ndarray, rolling: np.ndarray, way: Way, measurements: Measurements) -> np.ndarray:
         """Curvature of the rails from yaw rate and roll rate over speed (NaN where not measured)."""
-        vehicle, rolled = measurements.vehicle, ROLL_RATE in measurements
-        found = by_speed(yawing, way, lambda speed: self._filters(vehicle, speed, rolled)[0], MEMORY)
-        if rolled:
-            found = found + by_speed(rolling, way, lambda speed: self._filters(vehicle, speed, rolled)[1], MEMORY)
+        rolled = ROLL_RATE in measurements
+        inputs = [yawing, rolling] if rolled else [yawing]
+        return by_speed(inputs, way, lambda speed: self._filters(measurements.vehicle, speed, rolled), MEMORY)
+
+    def _filters(self, vehicle: Mapping[str, Any], speed: float, rolled: bool) -> list[Gain]:
+        """Filters by wave number that make the rails' curvature of yaw rate over speed and of roll rate over speed."""
+        k = np.linspace(0.0, SHORTEST, NODES)
+        position, height = yaw_response(vehicle, speed, k, self.creep)
+        seen = np.abs(position) ** 2 + np.abs(height) ** 2 * self.cross_level + self.yaw_error
+        if not rolled:
+            return [_between(k, np.conj(position) / seen)]
+        roll = roll_response(vehicle, speed, k)
+        power = np.abs(roll) ** 2 * self.cross_level + self.roll_error
+        cross = height * np.conj(roll) * self.cross_level
+        determinant = seen * power - np.abs(cross) ** 2
+        scale = 1j * k * vehicle["wheel_radius"]  # slope of the height r phi, from the rate of phi itself
+        by_yaw, by_roll = np.conj(position) * power / determinant, -np.conj(position) * cross / determinant * scale
+        return [_between(k, by_yaw), _between(k, by_roll)]
+
+
+def _between(nodes: np.ndarray, values: np.ndarray) -> Gain:
+    """Response by interpolation; zero beyond the last node."""
+
+    def gain(k: np.ndarray) -> np.ndarray:
+        inside = np.searchsorted(k, nodes[-1], side="right")
+        found = np.zeros(len(k), dtype=complex)
+        found[:inside] = np.interp(k[:inside], nodes, values)
         return found
 
-    def _filters(self, vehicle: Mapping[str, Any], speed: float, rolled: bool) -> tuple[Gain, Gain]:
-        """Filters by wave number that make the rails' curvature of yaw rate over speed and of roll rate over speed."""
-
-        def both(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            position, height = yaw_response(vehicle, speed, k, self.creep)
-            height = height * self.cross_level
-            seen = np.abs(position) ** 2 + np.abs(height) ** 2 / max(self.cross_level, 1e-9) + self.yaw_error
-            if not rolled:
-                return np.conj(position) / seen, np.zeros(len(k))
-            roll = roll_response(vehicle, speed, k)
-            power = np.abs(roll) ** 2 * self.cross_level + self.roll_error
-            cross = height * np.conj(roll)
-            determinant = seen * power - np.abs(cross) ** 2
-            scale = 1j * k * vehicle["wheel_radius"]  # slope of the height r phi, from the rate of phi itself
-            return np.conj(position) * power / determinant, -np.conj(position) * cross / determinant * scale
-
-        def within(number: int) -> Gain:
-            def gain(k: np.ndarray) -> np.ndarray:
-                used = k < SHORTEST
-                values = np.zeros(len(k), dtype=complex)
-                values[used] = both(k[used])[number]
-                return values
-
-            return gain
-
-        return within(0), within(1)
+    return gain

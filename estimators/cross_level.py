@@ -53,7 +53,7 @@ class CrossLevel(TrackEstimator, frozen=True):
         rolling, good = turning(measurements, ROLL, way)
         if self.compensate:
             seen = np.where(good, rolling, np.nan)
-            rolling = by_speed(seen, way, lambda speed: self._inverse(measurements, speed), MEMORY)
+            rolling = by_speed([seen], way, lambda speed: [self._inverse(measurements, speed)], MEMORY)
         columns = geometry("cross_level", -CANT_BASE * rolling, good, way, self.cut, integrate=1)
         slope = np.where(good, -CANT_BASE * rolling, np.nan)
         columns["twist [m/m]"] = transform(

@@ -1,0 +1,185 @@
+"""Repeated passes over one track at 10, 20 and 40 m/s, and one after a defect has grown: section 3.4 of the paper asks
+for both.
+"""
+
+import itertools
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from estimators._passes import changes, laid_on, match
+from estimators._space import SPACING
+from estimators.alignment_vertical import AlignmentVertical
+from experiments.figures.interface import Claim, Figure
+from experiments.plots import BLUE, GREEN, GREY, ORANGE, RED
+from railsim import measure, simulate
+from railsim.scenario import Scenario
+from railsim.track.files import read_track, write_track
+from railsim.track.track import Track
+
+TRACK = "straight_erri_low"
+MM = 1e3
+BAND, WHOLE = "vertical_d1 [m]", "vertical [m]"
+GROWN_AT, GROWN_BY, GROWN_OVER = 0.6, 1e-3, 2.5  # share of the run; m; m (half length at 1/e)
+AGREE, NEAR = 0.3, 1.0  # mm rms; m
+CLOSE = 30.0  # m to each side of the defect in the closer view
+COLOURS = (BLUE, ORANGE, GREEN)
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One pass: speed m/s, error of its wheel's radius, where it starts (m), seed of its sensors, over which track."""
+
+    speed: float
+    radius_error: float
+    start: float
+    seed: int
+    grown: bool = False
+
+    @property
+    def name(self) -> str:
+        """How the table's columns call it."""
+        return f"{self.speed:g} m/s{' later' if self.grown else ''}"
+
+
+PASSES = (
+    Pass(10.0, 0.012, 20.0, 1),
+    Pass(20.0, -0.006, 8.0, 2),
+    Pass(40.0, 0.004, 24.0, 3),
+    Pass(20.0, 0.009, 14.0, 4, grown=True),
+)
+"""The first one is the reference on whose distance the others are laid."""
+
+
+class Passes(Figure):
+    """Vertical D1 from the pitch rate with MEMS sensors and wrong odometers, laid on the first pass by correlation."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        length = 600.0 if fast else 1900.0
+        first = PASSES[0]
+        columns: dict[str, np.ndarray] = {}
+        heights: dict[str, np.ndarray] = {}
+        with tempfile.TemporaryDirectory() as folder:
+            grown = _grown(Path(folder), first.start + GROWN_AT * length)
+            estimates = {one.name: _ride(one, length, grown, fast) for one in PASSES}
+        reference = estimates[first.name][BAND].to_numpy()
+        place = SPACING * np.arange(len(reference))
+        columns["s [m]"] = place
+        for one in PASSES:
+            values = estimates[one.name][BAND].to_numpy()
+            found = match(reference, values, SPACING)
+            columns[f"{one.name} [mm]"] = MM * laid_on(values, SPACING, found, place)
+            columns[f"lag {one.name} [m]"] = found.other_place(place) - place
+            heights[one.name] = MM * laid_on(estimates[one.name][WHOLE].to_numpy(), SPACING, found, place)
+        later = f"{PASSES[-1].name} [mm]"
+        before = np.mean([columns[f"{one.name} [mm]"] for one in PASSES[:-1]], axis=0)
+        columns["before [mm]"] = before
+        *earlier, last = heights.values()
+        columns["height change [mm]"] = last - np.mean(earlier, axis=0)
+        columns["change [mm]"] = columns[later] - before
+        events = changes(before / MM, columns[later] / MM, SPACING)
+        mark = np.full(len(place), np.nan)
+        for event in events:
+            mark[round(event["s [m]"] / SPACING)] = MM * event["change [m]"]
+        columns["found [mm]"] = mark
+        columns["true place [m]"] = np.full(len(place), GROWN_AT * length * (1.0 + first.radius_error))
+        return pd.DataFrame(columns)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        picture = Picture(figsize=(11.0, 8.0), layout="constrained")
+        panels = picture.subplots(3, 1, height_ratios=(1.0, 1.4, 1.0))
+        place = table["s [m]"].to_numpy()
+        at = float(table["true place [m]"].iloc[0])
+        near = np.abs(place - at) < CLOSE
+        for one, colour in zip(PASSES, (*COLOURS, RED), strict=True):
+            style = {"color": colour, "lw": 1.4, "ls": "--" if one.grown else "-"}
+            panels[0].plot(place, table[f"lag {one.name} [m]"], label=one.name, **style)
+            panels[1].plot(place[near], table[f"{one.name} [mm]"][near], label=one.name, **style)
+        panels[2].plot(place, table["change [mm]"], color=GREY, lw=1.0, label="later pass less mean of the first three")
+        found = table["found [mm]"].notna()
+        panels[2].plot(place[found], table["found [mm]"][found], "o", color=RED, label="reported as change")
+        panels[2].axvline(at, color=RED, lw=0.8, ls=":", label="where the defect grew")
+        titles = ("Odometer against the first pass", "Vertical alignment D1 around the defect", "What has changed")
+        labels = ("difference [m]", "D1 [mm]", "change of D1 [mm]")
+        for axes, title, label in zip(panels, titles, labels, strict=True):
+            axes.set(title=title, xlabel="distance by the first pass's odometer [m]", ylabel=label)
+            axes.grid(True, color="#dddddd", lw=0.6)
+            axes.set_axisbelow(True)
+            axes.spines[["top", "right"]].set_visible(False)
+            axes.margins(x=0.0)
+            axes.legend(ncols=4, frameon=False, fontsize=9, loc="upper left")
+            low, high = axes.get_ylim()
+            axes.set_ylim(low, high + 0.25 * (high - low))
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        claims = []
+        for one, two in itertools.combinations([one.name for one in PASSES if not one.grown], 2):
+            error = table[f"{one} [mm]"].to_numpy() - table[f"{two} [mm]"].to_numpy()
+            rms = float(np.sqrt(np.nanmean(error**2)))
+            claims.append(Claim(f"D1 at {one} and {two}: difference", rms, f"<= {AGREE} mm rms", rms <= AGREE))
+        compared = float(np.mean(np.isfinite(table["change [mm]"].to_numpy())))
+        claims.append(Claim("share of the way that could be compared", compared, ">= 0.85", compared >= 0.85))
+        found = table.loc[np.isfinite(table["found [mm]"].to_numpy())]
+        away = np.abs(found["s [m]"].to_numpy() - found["true place [m]"].to_numpy())
+        right = int(np.sum(away <= NEAR))
+        nearest = float(away.min()) if len(away) else np.inf
+        claims.append(Claim("defect that grew by 1 mm: found how far away", nearest, f"<= {NEAR:g} m", nearest <= NEAR))
+        others = len(found) - right
+        claims.append(Claim("changes reported elsewhere", float(others), "= 0", others == 0))
+        target = MM * GROWN_BY
+        size = _growth(table, found, away)
+        within = abs(size - target) <= 0.3 * target
+        claims.append(Claim("its growth in the 70 m alignment", size, f"{target:g} mm +- 30 %", within))
+        return claims
+
+
+def _growth(table: pd.DataFrame, found: pd.DataFrame, away: np.ndarray) -> float:
+    """How much deeper the track is at the nearest change than around it, mm; D1 shows a part of so long a dip only."""
+    if not len(away):
+        return 0.0
+    at = float(found["s [m]"].iloc[int(away.argmin())])
+    distance = np.abs(table["s [m]"].to_numpy() - at)
+    change = table["height change [mm]"].to_numpy()
+    around = (distance > 3.0 * GROWN_OVER) & (distance < 5.0 * GROWN_OVER)
+    return float(np.nanmean(change[around]) - np.nanmean(change[distance < 0.5]))
+
+
+def _ride(one: Pass, length: float, grown: Path, fast: bool) -> pd.DataFrame:
+    """The estimate's series."""
+    values = {
+        "track": str(grown) if one.grown else TRACK,
+        "vehicle": "manchester",
+        "speed": {"kind": "constant", "speed": one.speed},
+        "start": one.start,
+        "duration": round((length + 20.0 - one.start) / one.speed, 1),
+        "seed": one.seed,
+        "sensors": [
+            {"kind": "gyro", "name": "bogie", "body": "bogie", "axes": ["pitch"], "rate": 256, "errors": "mems"},
+            {
+                "kind": "tachometer",
+                "name": "wheelset1",
+                "body": "wheelset1",
+                "rate": 64,
+                "radius_error": one.radius_error,
+            },
+        ],
+    }
+    scenario = Scenario.build(values)
+    truth = simulate(scenario, engine="compiled" if fast else "exudyn")
+    return AlignmentVertical(compensate=True).estimate(measure(truth, scenario).measurements).series
+
+
+def _grown(folder: Path, at: float) -> Path:
+    """The track with a dip `GROWN_BY` deeper at that place, both rails."""
+    track = read_track(TRACK)
+    dip = GROWN_BY * np.exp(-(((track.s - at) / GROWN_OVER) ** 2))
+    columns = dict(track.columns())
+    columns["vertical"] = track.vertical - dip
+    path = folder / "grown.csv"
+    write_track(Track(track.s, columns, "grown", track.comments), path)
+    return path
