@@ -94,6 +94,23 @@ def joint_scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
     return scores | (_sizes(hits) if len(hits["s [m]"]) else {})
 
 
+def switch_scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
+    """Recall of the labelled features, their places by time, and their distances from the crossover's middle."""
+    real = {str(one["label"]): float(one["s [m]"]) for one in truth.about.get("features", []) if one.get("label")}
+    found = {event["label"]: event for event in estimate.about.get("events", [])}
+    scores = {"true features [-]": float(len(real)), "crossovers [-]": float(len(estimate.about.get("crossovers", [])))}
+    hits = sorted(set(real) & set(found))
+    if real:
+        scores["recall [-]"] = len(hits) / len(real)
+    if hits:
+        middle = (min(real.values()) + max(real.values())) / 2
+        at = [np.interp(found[one]["time [s]"], truth.time, truth["s [m]"]) - real[one] for one in hits]
+        away = [found[one]["from_middle [m]"] - (real[one] - middle) for one in hits]
+        scores["largest error of place [m]"] = float(np.abs(at).max())
+        scores["largest error of distance from middle [m]"] = float(np.abs(away).max())
+    return scores
+
+
 def _sizes(hits: dict[str, np.ndarray]) -> dict[str, float]:
     """Errors of the dips that were found."""
     true_depth, true_angle = hits["true depth [m]"], hits["true angle [rad]"]
@@ -139,5 +156,8 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-JOINT_SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {"dip_snr [-]": joint_scores}
+JOINT_SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {
+    "dip_snr [-]": joint_scores,
+    "yaw [rad]": switch_scores,
+}
 """By the column of the estimate: what scores its events."""

@@ -1,0 +1,60 @@
+"""Figure 3: 35 m lateral alignment through a crossover and over plain track beyond."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from experiments.figures._crossover_runs import PLAIN, X, crossover_table, mark, seeds, series, symmetry
+from experiments.figures.interface import Claim, Figure
+from experiments.plots import BLUE, GREY, ORANGE
+
+
+class Fig03(Figure):
+    """From the bogie's yaw gyro and the tachometer; distance from midway between C and D."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        return crossover_table(fast)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        picture = Picture(figsize=(10.0, 4.8), layout="constrained")
+        axes = picture.subplots()
+        rows = series(table)
+        axes.plot(rows[X], 1e3 * rows["true alignment [m]"], color=GREY, lw=1.2, label="the track's own")
+        axes.plot(rows[X], 1e3 * rows["alignment [m]"], color=BLUE, lw=1.5, label="from yaw rate, as in the paper")
+        axes.plot(rows[X], 1e3 * rows["compensated [m]"], color=ORANGE, lw=1.2, label="the bogie's own motion undone")
+        mark(axes, table, 0.94)
+        axes.set(
+            xlim=(-60.0, 140.0), xlabel="distance from the middle [m]", ylabel="35 m lateral alignment [mm], left +"
+        )
+        axes.legend(loc="lower right", frameon=False)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.set_title("Lateral alignment through a crossover, 5 m/s, MEMS sensors")
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        runs = [series(table, seed) for seed in seeds(table)]
+        centres = [_zero(rows) for rows in runs]
+        centre = max(centres, key=abs)
+        pairs = zip(runs, centres, strict=True)
+        turned = min(symmetry(rows[X], rows["alignment [m]"], -1.0, place) for rows, place in pairs)
+        sharp = min(symmetry(rows[X], rows["compensated [m]"], -1.0) for rows in runs)
+        rough = min(_rms(rows, 0.0, PLAIN[0] - 10.0) / _rms(rows, *PLAIN) for rows in runs)
+        return [
+            Claim("rotational symmetry about the zero point: correlation", turned, ">= 0.95", turned >= 0.95),
+            Claim("that zero point from midway between C and D", centre, "-3.5 to 3.5 m: C to D", abs(centre) <= 3.5),
+            Claim("compensated: rotational symmetry about midway: correlation", sharp, ">= 0.95", sharp >= 0.95),
+            Claim("alignment in the crossover over that on plain track", rough, ">= 3", rough >= 3.0),
+        ]
+
+
+def _rms(rows: dict[str, np.ndarray], near: float, far: float) -> float:
+    part = (rows[X] >= near) & (rows[X] <= far)
+    return float(np.sqrt(np.mean(rows["alignment [m]"][part] ** 2)))
+
+
+def _zero(rows: dict[str, np.ndarray]) -> float:
+    """Where the alignment crosses zero nearest to the middle, m: the bogie lags behind the track."""
+    x, y = np.asarray(rows[X], dtype=float), np.asarray(rows["alignment [m]"], dtype=float)
+    at = np.flatnonzero(np.diff(np.sign(y)) != 0)
+    nearest = int(at[np.abs(x[at]).argmin()])
+    return float(x[nearest] - y[nearest] * (x[nearest + 1] - x[nearest]) / (y[nearest + 1] - y[nearest]))

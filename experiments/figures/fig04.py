@@ -1,0 +1,56 @@
+"""Figure 4: the bogie's yaw through a crossover."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from experiments.figures._crossover_runs import SHAPE, X, crossover_table, features, mark, seeds, series, symmetry
+from experiments.figures.interface import Claim, Figure
+from experiments.plots import BLUE, ORANGE
+
+PAPER = 0.077  # rad; "nearly 0.077 radians, consistent with a 1 in 13 crossing angle" (Ward et al. 2011, section 3.3)
+
+
+class Fig04(Figure):
+    """Integrated yaw rate, from the direction of the plain track before and after."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        return crossover_table(fast)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        picture = Picture(figsize=(10.0, 4.8), layout="constrained")
+        axes = picture.subplots()
+        rows = series(table)
+        axes.plot(rows[X], 1e3 * rows["yaw [rad]"], color=BLUE, lw=1.6, label="yaw of the bogie")
+        axes.axhline(1e3 / 13, color=ORANGE, lw=1.0, ls="--", label="1 in 13")
+        mark(axes, table, 0.94)
+        axes.set(
+            xlim=(-60.0, 140.0), ylim=(-10, 95), xlabel="distance from the middle [m]", ylabel="yaw [mrad], left +"
+        )
+        axes.legend(loc="center right", frameon=False)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.set_title("Bogie yaw through a crossover, 5 m/s, MEMS gyro (the paper's sign is the opposite)")
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        runs = [series(table, seed) for seed in seeds(table)]
+        largest = np.array([np.nanmax(np.abs(rows["yaw [rad]"])) for rows in runs])
+        worst = float(largest[np.abs(largest - PAPER).argmax()])
+        even = min(symmetry(rows[X], rows["yaw [rad]"], 1.0) for rows in runs)
+        length = _length(table)
+        return [
+            Claim("largest yaw", worst, f"{PAPER} rad within 2 %", abs(worst / PAPER - 1) <= 0.02),
+            Claim("rotational symmetry about the middle: correlation", even, ">= 0.95", even >= 0.95),
+            Claim(
+                "distance from A to F", length, f"{SHAPE.length:g} m within 0.75 m", abs(length - SHAPE.length) <= 0.75
+            ),
+        ]
+
+
+def _length(table: pd.DataFrame) -> float:
+    """A to F, m, the worst of all seeds."""
+    rows = features(table)
+    lengths = rows[X][rows["label"] == "F"] - rows[X][rows["label"] == "A"]
+    if lengths.size < len(seeds(table)):
+        return float("nan")
+    return float(lengths[np.abs(lengths - SHAPE.length).argmax()])
