@@ -1,0 +1,182 @@
+"""Joints on 2 km of jointed track: what is found, and how well its size is known, from 15 km/h to 45 m/s."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from estimators.dipped_joints import DippedJoints
+from experiments.figures.interface import Claim, Figure
+from experiments.joint_score import matched
+from experiments.plots import BLACK, BLUE, GREEN, GREY, ORANGE, RED
+from railsim import measure, simulate
+from railsim.scenario import Scenario
+
+SPEEDS = (4.2, 8.0, 15.0, 30.0, 45.0)  # m/s; 4.2 is 15 km/h
+SEEDS = (1, 2, 3)
+LENGTH = 2000.0  # m
+SENSORS: dict[str, tuple[str, ...]] = {
+    "gyros, accelerometer": ("roll", "pitch", "z"),
+    "gyros": ("roll", "pitch"),
+    "pitch gyro": ("pitch",),
+}
+COLOURS = {"gyros, accelerometer": BLUE, "gyros": ORANGE, "pitch gyro": RED}
+FULL = "gyros, accelerometer"
+PRECISION = RECALL = 0.95
+DEPTH = 0.15
+
+
+class Joints(Figure):
+    """MEMS sensors on the bogie, tachometer 1 % wrong; joints abreast and staggered; three seeds of noise each."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        tables = []
+        for speed in SPEEDS[2::2] if fast else SPEEDS:
+            scenario = Scenario.build(_values(speed, FULL))
+            truth = simulate(scenario, engine="compiled" if fast else "exudyn")
+            for sensors in SENSORS:
+                suite = Scenario.build(_values(speed, sensors))
+                for seed in SEEDS[:1] if fast else SEEDS:
+                    found = matched(DippedJoints().estimate(measure(truth, suite, seed=seed).measurements), truth)
+                    tables.append(found.assign(**{"speed [m/s]": speed, "sensors": sensors, "seed [-]": seed}))
+        return pd.concat(tables, ignore_index=True)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        picture = Picture(figsize=(11.0, 4.6), layout="constrained")
+        counts, errors, scatter = picture.subplots(1, 3, width_ratios=(1, 1, 1.15))
+        for sensors, colour in COLOURS.items():
+            parts = {speed: _part(table, sensors, speed) for speed in _speeds(table)}
+            speeds = list(parts)
+            counts.plot(speeds, [_recall(part) for part in parts.values()], "o-", color=colour, label=sensors)
+            counts.plot(speeds, [_precision(part) for part in parts.values()], "x:", color=colour)
+            errors.plot(speeds, [100 * _rms(_depth_error(part)) for part in parts.values()], "o-", color=colour)
+            errors.plot(speeds, [100 * _bound(part) for part in parts.values()], "_", color=colour, ms=16, mew=2)
+        counts.plot([], [], "x:", color=GREY, label="precision (line: recall)")
+        counts.axhline(RECALL, color=BLACK, lw=0.8, ls="--")
+        counts.set(ylim=(0.8, 1.01), xlabel="speed [m/s]", ylabel="recall, precision")
+        counts.legend(loc="lower left", frameon=False, fontsize=8)
+        errors.plot([], [], "_", color=GREY, ms=16, mew=2, label="stated standard deviation")
+        errors.axhline(100 * DEPTH, color=BLACK, lw=0.8, ls="--")
+        errors.set(ylim=(0.0, 22.0), xlabel="speed [m/s]", ylabel="rms error of depth [%]")
+        errors.legend(loc="lower left", frameon=False, fontsize=8)
+        part = _part(table, FULL, max(_speeds(table)))
+        both = part["true side"] == "both"
+        for which, colour, name in ((both, BLUE, "joints abreast"), (~both, GREEN, "one rail alone")):
+            scatter.plot(
+                1e3 * part["true depth [m]"][which], 1e3 * part["depth [m]"][which], "o", ms=3, color=colour, label=name
+            )
+        line = np.array([0.0, 6.5])
+        for factor in (1 - DEPTH, 1.0, 1 + DEPTH):
+            scatter.plot(line, factor * line, color=BLACK, lw=0.7, ls="-" if factor == 1 else "--")
+        scatter.set(xlim=(0, 6.5), ylim=(0, 7.5), xlabel="true depth, mean of both rails [mm]", ylabel="found [mm]")
+        scatter.set_title(f"{max(_speeds(table)):g} m/s, {FULL}", fontsize=10)
+        scatter.legend(loc="upper left", frameon=False, fontsize=8)
+        for axes in (counts, errors, scatter):
+            axes.spines[["top", "right"]].set_visible(False)
+        picture.suptitle(f"Dipped joints on {LENGTH:g} m of jointed track, MEMS sensors on the bogie")
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        claims = []
+        for speed in _speeds(table):
+            part = _part(table, FULL, speed)
+            precision, recall = _precision(part), _recall(part)
+            depth = _rms(_depth_error(part))
+            where = f"{speed:g} m/s, {FULL}"
+            claims += [
+                Claim(f"{where}: precision", precision, f">= {PRECISION}", precision >= PRECISION),
+                Claim(f"{where}: recall", recall, f">= {RECALL}", recall >= RECALL),
+                Claim(f"{where}: rms error of depth", depth, f"<= {DEPTH}", depth <= DEPTH),
+            ]
+        for sensors in tuple(SENSORS)[1:]:
+            parts = [_part(table, sensors, speed) for speed in _speeds(table)]
+            least = min(min(_precision(part), _recall(part)) for part in parts)
+            depth = max(_rms(_depth_error(part)) for part in parts)
+            claims += [
+                Claim(f"{sensors}: worst precision or recall of all speeds", least, ">= 0.95", least >= RECALL),
+                Claim(f"{sensors}: worst rms error of depth", depth, f"<= {DEPTH}", depth <= DEPTH),
+            ]
+        return claims + _quality([_part(table, FULL, speed) for speed in _speeds(table)])
+
+
+def _quality(parts: list[dict[str, np.ndarray]]) -> list[Claim]:
+    """What else is said of a joint, worst of all speeds."""
+    single = [float(np.mean(np.abs(_depth_error(part)) <= DEPTH)) for part in parts]
+    inside = [float(np.mean(_deviation(part) <= 2.0)) for part in parts]
+    place = max(_rms(_hits(part)["s [m]"] - _hits(part)["true s [m]"]) for part in parts)
+    side = min(float(np.mean(_hits(part)["side"] == _hits(part)["true side"])) for part in parts)
+    worst = min(inside, key=lambda one: -abs(one - 0.95))
+    return [
+        Claim(
+            "joints whose depth is within 15 %, each by itself: least share",
+            min(single),
+            ">= 0.95",
+            min(single) >= 0.95,
+        ),
+        Claim("depths within two stated standard deviations: share", worst, "0.90 to 0.98", 0.90 <= worst <= 0.98),
+        Claim("rms error of position", place, "<= 0.125 m", place <= 0.125),
+        Claim("rail named rightly: least share", side, ">= 0.95", side >= 0.95),
+    ]
+
+
+def _values(speed: float, sensors: str) -> dict[str, Any]:
+    axes = SENSORS[sensors]
+    common = {"name": "bogie", "body": "bogie", "rate": 256, "errors": "mems"}
+    fitted: list[dict[str, Any]] = [{"kind": "gyro", "axes": [one for one in axes if one != "z"], **common}]
+    if "z" in axes:
+        fitted.append({"kind": "accelerometer", "axes": ["z"], **common})
+    fitted.append({"kind": "tachometer", "name": "wheelset1", "body": "wheelset1", "rate": 64, "radius_error": 0.01})
+    return {
+        "track": "jointed_60ft",
+        "vehicle": "class175",
+        "speed": {"kind": "constant", "speed": speed},
+        "start": 40.0,
+        "duration": round(LENGTH / speed, 2),
+        "sensors": fitted,
+    }
+
+
+def _speeds(table: pd.DataFrame) -> list[float]:
+    return sorted({float(speed) for speed in np.asarray(table["speed [m/s]"])})
+
+
+def _part(table: pd.DataFrame, sensors: str, speed: float) -> dict[str, np.ndarray]:
+    """Columns of all seeds of one speed and choice of sensors."""
+    rows = (np.asarray(table["sensors"]) == sensors) & (np.asarray(table["speed [m/s]"]) == speed)
+    return {str(name): np.asarray(table[name])[rows] for name in table.columns}
+
+
+def _hits(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    both = np.isfinite(part["true s [m]"]) & np.isfinite(part["s [m]"])
+    return {name: values[both] for name, values in part.items()}
+
+
+def _recall(part: dict[str, np.ndarray]) -> float:
+    return float(np.mean(np.isfinite(part["s [m]"])[np.isfinite(part["true s [m]"])]))
+
+
+def _precision(part: dict[str, np.ndarray]) -> float:
+    return float(np.mean(np.isfinite(part["true s [m]"])[np.isfinite(part["s [m]"])]))
+
+
+def _depth_error(part: dict[str, np.ndarray]) -> np.ndarray:
+    """Relative, of the joints that were found."""
+    hits = _hits(part)
+    return hits["depth [m]"] / hits["true depth [m]"] - 1
+
+
+def _deviation(part: dict[str, np.ndarray]) -> np.ndarray:
+    """Error of the depth over its stated standard deviation."""
+    hits = _hits(part)
+    return np.abs(hits["depth [m]"] - hits["true depth [m]"]) / hits["depth_std [m]"]
+
+
+def _bound(part: dict[str, np.ndarray]) -> float:
+    """Root mean square of the stated relative standard deviation: what the background leaves to know."""
+    hits = _hits(part)
+    return _rms(hits["depth_std [m]"] / hits["true depth [m]"])
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.asarray(values, dtype=float) ** 2)))
