@@ -1,0 +1,232 @@
+"""Kalman filter and smoother over distance for a vehicle whose wheelsets pass the same track one after the other.
+
+The state is [top, line]: `top` holds the vehicle's states, the outputs of the last step, the sensors' biases and the
+track's shaping states; `line` the track at the leading wheelset now, one step ago ... one wheelbase ago. A step moves
+the line on by one place and forms only the top and the line's first entry anew, so that a step costs some thousand
+operations where dense matrices of that size would cost a hundred thousand. The smoother is the modified Bryson-Frazier
+form (Bierman 1973, "Fixed interval smoothing with discrete measurements"), which inverts no matrix; it gives the same
+numbers as Rauch, Tung and Striebel's.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from railsim.compiled import allocating, inlined
+
+
+class Steps(NamedTuple):
+    """Transitions by speed, between which is interpolated.
+
+    Attributes
+    ----------
+    F : rows of the transition for the top and the line's first entry, shape (speeds, rows, columns).
+    Q : covariance of what is new in them, shape (speeds, rows, rows).
+    column : index in the state of each column of F, shape (columns,).
+    parts : index in the state of each measured output, of its bias and of its two tilts, shape (m, 4).
+    unsettled : variance added to the vehicle's states where its motion is not known (standstill), shape (rows,).
+    """
+
+    F: np.ndarray
+    Q: np.ndarray
+    column: np.ndarray
+    parts: np.ndarray
+    unsettled: np.ndarray
+
+
+@inlined
+def _interpolate(table, place, out):
+    """out = the table at a fractional index."""
+    low = min(int(place), table.shape[0] - 1)
+    high = min(low + 1, table.shape[0] - 1)
+    share = place - low
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = table[low, i, j] + share * (table[high, i, j] - table[low, i, j])
+
+
+@inlined
+def _predict(P, F, Q, column, A, new):
+    """new = F P F' + Q with the line moved on; A is scratch of shape (rows, states)."""
+    rows, columns = F.shape
+    states = P.shape[0]
+    for i in range(rows):
+        for j in range(states):
+            A[i, j] = 0.0
+        for c in range(columns):
+            factor = F[i, c]
+            if factor != 0.0:
+                row = P[column[c]]
+                for j in range(states):
+                    A[i, j] += factor * row[j]
+    for i in range(rows):
+        for j in range(i + 1):
+            total = Q[i, j]
+            for c in range(columns):
+                total += A[i, column[c]] * F[j, c]
+            new[i, j] = new[j, i] = total
+    for i in range(rows):
+        for j in range(rows, states):
+            new[i, j] = new[j, i] = A[i, j - 1]
+    for i in range(rows, states):
+        for j in range(rows, states):
+            new[i, j] = P[i - 1, j - 1]
+
+
+@allocating
+def forward(steps, place, measured, R, turning, settled, x, P, watched):
+    """Kalman filter from (x, P), which are overwritten.
+
+    Parameters
+    ----------
+    place : fractional index of each step's speed in the tables, shape (n,).
+    measured : shape (n, m), NaN where there is nothing.
+    R : variances, shape (n, m).
+    turning : factors of the tilts in each measurement, shape (n, m, 2).
+    settled : False where the vehicle's motion is unknown, shape (n,).
+    watched : index of the state that will be smoothed.
+
+    Returns
+    -------
+    Predicted mean of the watched state (n,), its covariance with all states (n, states), gains (n, m, states),
+    innovations and their variances (n, m); variance 0 where nothing was measured. Then the log likelihood.
+    """
+    count, m = measured.shape
+    states = len(x)
+    rows, columns = steps.F.shape[1:]
+    mean, beside = np.empty(count), np.empty((count, states))
+    gains, innovations, variances = np.zeros((count, m, states)), np.zeros((count, m)), np.zeros((count, m))
+    F, Q, A, new = np.empty((rows, columns)), np.empty((rows, rows)), np.empty((rows, states)), np.empty_like(P)
+    top = np.empty(rows)
+    likelihood = 0.0
+    for k in range(count):
+        if k > 0:
+            _interpolate(steps.F, place[k], F)
+            _interpolate(steps.Q, place[k], Q)
+            for i in range(rows):
+                top[i] = 0.0
+                for c in range(columns):
+                    top[i] += F[i, c] * x[steps.column[c]]
+            for i in range(states - 1, rows - 1, -1):
+                x[i] = x[i - 1]
+            x[:rows] = top
+            _predict(P, F, Q, steps.column, A, new)
+            P, new = new, P
+            if not settled[k]:
+                for i in range(rows):
+                    P[i, i] += steps.unsettled[i]
+        mean[k] = x[watched]
+        beside[k] = P[watched]
+        for j in range(m):
+            if np.isfinite(measured[k, j]):
+                one, two, three, four = steps.parts[j]
+                turn, lean = turning[k, j]
+                error = measured[k, j] - x[one] - x[two] - turn * x[three] - lean * x[four]
+                gain = gains[k, j]
+                for i in range(states):
+                    gain[i] = P[one, i] + P[two, i] + turn * P[three, i] + lean * P[four, i]
+                S = gain[one] + gain[two] + turn * gain[three] + lean * gain[four] + R[k, j]
+                for i in range(states):
+                    gain[i] /= S
+                for i in range(states):
+                    x[i] += gain[i] * error
+                    for n in range(states):
+                        P[i, n] -= gain[i] * gain[n] * S
+                innovations[k, j], variances[k, j] = error, S
+                likelihood -= 0.5 * (np.log(S) + error * error / S)
+    return mean, beside, gains, innovations, variances, likelihood
+
+
+@allocating
+def backward(steps, place, turning, filtered, watched):
+    """Smoothed mean and variance of the watched state, shapes (n,), from what `forward` returned."""
+    mean, beside, gains, innovations, variances, _ = filtered
+    count, states = beside.shape
+    m = gains.shape[1]
+    rows, columns = steps.F.shape[1:]
+    smoothed, spread = np.empty(count), np.empty(count)
+    adjoint, L, new, A = (
+        np.zeros(states),
+        np.zeros((states, states)),
+        np.empty((states, states)),
+        np.empty((rows, states)),
+    )
+    F, moved, back = np.empty((rows, columns)), np.empty(states), np.empty(states)
+    for k in range(count - 1, -1, -1):
+        for j in range(m - 1, -1, -1):
+            if variances[k, j] > 0.0:
+                weight = (1.0, 1.0, turning[k, j, 0], turning[k, j, 1])
+                _absorb(adjoint, L, gains[k, j], steps.parts[j], weight, innovations[k, j], variances[k, j], back)
+        total, shrink = mean[k], beside[k, watched]
+        for i in range(states):
+            total -= beside[k, i] * adjoint[i]
+            part = 0.0
+            for j in range(states):
+                part += L[i, j] * beside[k, j]
+            shrink -= beside[k, i] * part
+        smoothed[k], spread[k] = total, shrink
+        if k > 0:
+            _interpolate(steps.F, place[k], F)
+            _transpose(adjoint, L, F, steps.column, A, moved, new)
+            adjoint[:] = moved
+            L, new = new, L
+    return smoothed, spread
+
+
+@inlined
+def _absorb(adjoint, L, gain, which, weight, error, S, back):
+    """One measurement along h: adjoint = (1 - h g') adjoint - h e / S, L likewise from both sides, plus h h' / S."""
+    states = len(adjoint)
+    along, square = 0.0, 0.0
+    for i in range(states):
+        along += gain[i] * adjoint[i]
+        back[i] = 0.0
+        for j in range(states):
+            back[i] += L[i, j] * gain[j]
+    for i in range(states):
+        square += back[i] * gain[i]
+    for a in range(4):
+        adjoint[which[a]] -= weight[a] * (along + error / S)
+        for i in range(states):
+            L[which[a], i] -= weight[a] * back[i]
+            L[i, which[a]] -= weight[a] * back[i]
+    for a in range(4):
+        for b in range(4):
+            L[which[a], which[b]] += weight[a] * weight[b] * (square + 1.0 / S)
+
+
+@inlined
+def _transpose(adjoint, L, F, column, A, moved, new):
+    """moved = F' adjoint, new = F' L F for the whole transition; A is scratch of shape (rows, states)."""
+    rows, columns = F.shape
+    states = len(adjoint)
+    for i in range(states):
+        inside = rows - 1 <= i < states - 1
+        moved[i] = adjoint[i + 1] if inside else 0.0
+        for j in range(states):
+            new[i, j] = L[i + 1, j + 1] if inside and rows - 1 <= j < states - 1 else 0.0
+    for c in range(columns):
+        at = column[c]
+        for i in range(rows):
+            moved[at] += F[i, c] * adjoint[i]
+    for i in range(rows):  # A = (L F) rows of the top, in columns of the old state
+        for j in range(states):
+            A[i, j] = L[i, j + 1] if rows - 1 <= j < states - 1 else 0.0
+        for c in range(columns):
+            total = 0.0
+            for r in range(rows):
+                total += L[i, r] * F[r, c]
+            A[i, column[c]] += total
+    for c in range(columns):
+        at = column[c]
+        for i in range(rows):
+            factor = F[i, c]
+            if factor != 0.0:
+                for j in range(states):
+                    new[at, j] += factor * A[i, j]
+    for i in range(rows - 1, states - 1):
+        for c in range(columns):
+            total = 0.0
+            for r in range(rows):
+                total += L[i + 1, r] * F[r, c]
+            new[i, column[c]] += total
