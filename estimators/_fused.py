@@ -56,7 +56,14 @@ class Plane:
     def noise(self) -> Noise:
         """Of the readings by their data sheets."""
         columns = [(one.density, one.bias, one.drift, one.drift_time, one.tilt) for one in self.readings]
-        return Noise(*(np.array(column) for column in zip(*columns, strict=True)), self.drive)
+        density, bias, drift, drift_time, tilt = (np.array(column) for column in zip(*columns, strict=True))
+        return Noise(density, bias, drift, drift_time, tilt, self.drive)
+
+    def bounds(self, speed: float, prior: Prior, bands: dict[str, Band]) -> dict[str, float]:
+        """Cramer-Rao bound of each band at a speed, m rms: sensor noise alone, the model taken to be right."""
+        systems = [self.system(self.vehicle, speed)]
+        known = information(systems, prior, self.noise(), speed, self.wheelbase, np.zeros(len(self.readings)))
+        return {name: known.rms(known.bound, band) for name, band in bands.items()}
 
     def information(self, speed: float, spacing: float, distance_error: float, prior: Prior) -> Information:
         """Spectra at a speed with the floor under the readings' noise."""
@@ -79,6 +86,7 @@ class Fused(NamedTuple):
     band_std : of each band by name, m.
     seen : whether any sensor gave anything.
     level : of the fitted spectrum, m rad.
+    bounds : Cramer-Rao bound of each band at the median speed, m rms.
     """
 
     s: np.ndarray
@@ -87,6 +95,7 @@ class Fused(NamedTuple):
     band_std: dict[str, np.ndarray]
     seen: np.ndarray
     level: float
+    bounds: dict[str, float]
 
     def raised(self, by: np.ndarray, error: np.ndarray, shares: dict[str, float]) -> "Fused":
         """The same with something added to the values, and with an `error` (m, standard deviation) of which `shares`
@@ -94,6 +103,10 @@ class Fused(NamedTuple):
         """
         band_std = {name: np.hypot(std, shares.get(name, 1.0) * error) for name, std in self.band_std.items()}
         return self._replace(values=self.values + by, std=np.hypot(self.std, error), band_std=band_std)
+
+    def without(self, places: np.ndarray) -> "Fused":
+        """The same, NaN at some places and with them in the bands that reach there."""
+        return self._replace(values=np.where(places, np.nan, self.values))
 
     def with_share(self, other: "Fused", share: float) -> "Fused":
         """This plus a share of another quantity, whose errors are independent."""
@@ -126,7 +139,8 @@ def fuse(plane: Plane, way: Way, bands: dict[str, Band], distance_error: float) 
     for name, band in bands.items():
         usual = _over(way.speed, speeds, [one.rms(one.with_model_error, band) ** 2 for one in known])
         band_std[name] = np.sqrt(usual + np.where(_near_gap(seen, way.spacing, band.longest), excess, 0.0))
-    return Fused(way.s, values, np.sqrt(variance + wrong), band_std, seen, prior.level)
+    bounds = plane.bounds(float(np.median(way.speed)), prior, bands)
+    return Fused(way.s, values, np.sqrt(variance + wrong), band_std, seen, prior.level, bounds)
 
 
 def smooth(made: Passage, way: Way, readings: list[Reading], noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -173,7 +187,7 @@ def fit_level(plane: Plane, way: Way, distance_error: float) -> float:
 
 def _periodogram(values: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Wavenumbers in rad/m and one-sided density per rad/m, Hann window."""
-    window = get_window("hann", len(values))
+    window = np.asarray(get_window("hann", len(values)))
     spectrum = np.fft.rfft((values - values.mean()) * window)
     density = np.abs(spectrum) ** 2 * spacing / np.sum(window**2) / np.pi
     return 2 * np.pi * np.fft.rfftfreq(len(values), spacing), density

@@ -51,7 +51,7 @@ class Attitude:
     Attributes
     ----------
     roll : rad, left side up; `roll_std` : standard deviation of its constant part.
-    turn : yaw rate about the vertical, rad/s.
+    turn : yaw rate about the vertical, rad/s; `turn_std` : standard deviation of its constant part.
     roll_rate, yaw_rate, side : as measured, rad/s, rad/s, m/s2.
     """
 
@@ -61,6 +61,7 @@ class Attitude:
     yaw_rate: np.ndarray
     side: np.ndarray
     roll_std: float
+    turn_std: float
 
 
 def channels_of(measurements: Measurements, body: str, quantity: str) -> list[str]:
@@ -170,8 +171,10 @@ def attitude(measurements: Measurements, way: Way, sensor: str = "bogie") -> Att
     roll = transform(slow, way.spacing, low, 3 * CROSSOVER, detrend=False)
     roll += transform(roll_rate / way.speed, way.spacing, integrated, 3 * CROSSOVER, detrend=False)
     design = transform(yaw_rate, way.spacing, lambda k: low(k, 2 * np.pi / CURVE), 3 * CURVE, detrend=False)
-    errors = stated(measurements, names[0]).get("errors", {})
-    return Attitude(roll, design, roll_rate, yaw_rate, side, float(errors.get("bias_std", 0.0)) / GRAVITY)
+    roll_std, turn_std = (
+        float(stated(measurements, name).get("errors", {}).get("bias_std", 0.0)) for name in (names[0], names[2])
+    )
+    return Attitude(roll, design, roll_rate, yaw_rate, side, roll_std / GRAVITY, turn_std)
 
 
 def _filled(values: np.ndarray, valid: np.ndarray) -> np.ndarray:

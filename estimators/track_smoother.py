@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from estimators._bands import band_pass, bands_of, settled
 from estimators._fused import Fused, Plane, fuse
@@ -25,7 +25,15 @@ CANT_CORNERS = (0.001, 0.8246)  # rad/m; ERRI's upper corner, and freedom for th
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
 SHIFT_SHARES = {"d1": 0.7, "d2": 0.7, "d3": 0.3}  # the same of what a wheelset's lateral shift makes
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
-LEAST_CURVATURE = 1e-4  # 1/m; wider curves count as straight
+CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
+STIFF_AND_HEAVY: tuple[str, ...] = (
+    "primary_vertical_stiffness",
+    "secondary_vertical_stiffness",
+    "bogie_mass",
+    "body_mass",
+    "bogie_pitch_inertia",
+)
+DAMPED: tuple[str, ...] = ("primary_vertical_damping", "secondary_vertical_damping")
 CENTRED = 0.05  # m; a vertical accelerometer farther to the side feels roll and is not used
 
 
@@ -90,18 +98,17 @@ class TrackSmoother(Estimator, frozen=True):
             found["cross_level"] = level.raised(
                 np.zeros(len(way.s)), self._shifting(measurements, way, level), SHIFT_SHARES
             )
-            found["left_vertical"] = found["vertical"].with_share(found["cross_level"], -0.5)
-            found["right_vertical"] = found["vertical"].with_share(found["cross_level"], 0.5)
-        series = pd.DataFrame({"s [m]": out.s, "time [s]": out.time})
-        across = self._roll(measurements, way)
-        if across is not None:
-            found["cross_level"] = fuse(across, way, bands_of("cross_level"), self.distance_error)
-        found["vertical"] = found["vertical"].raised(*self._settling(measurements, way), CURVE_SHARES)
+            canted = self._canted(measurements, way)
+            for name, share in (("left_vertical", -0.5), ("right_vertical", 0.5)):
+                found[name] = found["vertical"].with_share(found["cross_level"], share).without(canted)
         for name, fused in found.items():
             add(series, name, fused, out, wheelbase / 2)
         seen = np.interp(out.s, way.s, found["vertical"].seen.astype(float)) > 0.5
         series["valid [-]"] = (out.valid & seen).astype(float)
-        about: dict[str, Any] = self.model_dump() | {f"{name} level [m rad]": one.level for name, one in found.items()}
+        about: dict[str, Any] = self.model_dump()
+        for name in {"vertical", "cross_level"} & set(found):
+            about[f"{name}_level [m rad]"] = found[name].level
+            about |= {f"{name}_{band}_bound [m]": bound for band, bound in found[name].bounds.items()}
         return Estimate(self.name, series, about)
 
     def _vertical(self, measurements: Measurements, way: Way) -> Plane:
@@ -168,7 +175,14 @@ class TrackSmoother(Estimator, frozen=True):
             return np.zeros(len(way.s)), np.zeros(len(way.s))
         given = (p["bogie_mass"] + p["body_mass"]) * centripetal(moved, way) / (4 * p["primary_vertical_stiffness"])
         canted = uniform_filter1d(np.abs(moved.roll - np.median(moved.roll)), max(1, round(CURVE_REACH / way.spacing)))
-        return given, self.curve_error * canted * (np.abs(moved.turn) / way.speed > LEAST_CURVATURE)
+        return given, self.curve_error * canted * curved(moved, way)
+
+    def _canted(self, measurements: Measurements, way: Way) -> np.ndarray:
+        """Where a curve's cant stands in the cross level and cannot be told from a rail's own irregularity."""
+        moved = attitude(measurements, way)
+        if moved is None:
+            return np.zeros(len(way.s), dtype=bool)
+        return maximum_filter1d(curved(moved, way), max(1, round(2 * CURVE_REACH / way.spacing)))
 
     def _shifting(self, measurements: Measurements, way: Way, level: Fused) -> np.ndarray:
         """What the wheelsets' lateral shift adds to the roll, m of cross level (standard deviation): it grows with the
@@ -180,27 +194,25 @@ class TrackSmoother(Estimator, frozen=True):
             return np.full(len(way.s), rough)
         count = max(1, round(CURVE_REACH / way.spacing))
         unbalanced = np.abs(uniform_filter1d(moved.side - np.median(moved.side), count))
-        unbalanced *= uniform_filter1d(np.abs(moved.turn) / way.speed, count) > LEAST_CURVATURE
+        unbalanced *= curved(moved, way)
         return np.hypot(rough, self.flange_error * unbalanced)
 
     def _unknown(self) -> dict[str, float]:
         """Relative standard deviations of the vehicle's parameters."""
         one = self.parameter_error
-        stiff = (
-            "primary_vertical_stiffness",
-            "secondary_vertical_stiffness",
-            "bogie_mass",
-            "body_mass",
-            "bogie_pitch_inertia",
-        )
-        return dict.fromkeys(stiff, one) | dict.fromkeys(
-            ("primary_vertical_damping", "secondary_vertical_damping"), 2 * one
-        )
+        return dict.fromkeys(STIFF_AND_HEAVY, one) | dict.fromkeys(DAMPED, 2 * one)
 
 
 def centripetal(moved: Attitude, way: Way) -> np.ndarray:
     """Vertical specific force less gravity that a canted curve makes, m/s2: -V r roll - g roll^2 / 2."""
     return -way.speed * moved.turn * moved.roll - GRAVITY * moved.roll**2 / 2
+
+
+def curved(moved: Attitude, way: Way) -> np.ndarray:
+    """Where the track is curved, and not only the yaw gyro biased."""
+    count = max(1, round(CURVE_REACH / way.spacing))
+    curvature = np.abs(uniform_filter1d(moved.turn / way.speed, count))
+    return curvature > CANTED + 2.0 * moved.turn_std / way.speed
 
 
 def displacements(measurements: Measurements, way: Way, half_difference: bool) -> list[Reading]:
@@ -221,7 +233,7 @@ def add(series: pd.DataFrame, name: str, fused: Fused, way: Way, lead: float) ->
     series[f"{name}_std [m]"] = np.interp(way.s, ahead, fused.std)
     spacing = float(fused.s[1] - fused.s[0])
     for band, edges in bands_of(name).items():
-        part = band_pass(fused.values, spacing, edges)
-        inside = settled(np.ones(len(way.s), dtype=bool), way.spacing, edges.longest)
-        series[f"{name}_{band} [m]"] = np.where(inside, np.interp(way.s, ahead, part), np.nan)
+        inside = settled(np.isfinite(fused.values), spacing, edges.longest)
+        part = np.where(inside, band_pass(fused.values, spacing, edges), np.nan)
+        series[f"{name}_{band} [m]"] = np.interp(way.s, ahead, part)
         series[f"{name}_{band}_std [m]"] = np.interp(way.s, ahead, fused.band_std[band])
