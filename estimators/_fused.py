@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -181,7 +181,7 @@ def fit_level(plane: Plane, way: Way, distance_error: float) -> float:
             total += float(np.sum(np.log(expected) + density / expected))
         return total
 
-    found = minimize_scalar(unlikely, bounds=LEVELS, method="bounded", options={"xatol": 1e-3})
+    found: Any = minimize_scalar(unlikely, bounds=LEVELS, method="bounded", options={"xatol": 1e-3})
     return float(np.exp(found.x))
 
 
