@@ -175,6 +175,6 @@ def _over_speed(axes: Axes, table: pd.DataFrame, quantity: str, band: str, names
     axes.set(title=title, xscale="log", yscale="log", xlabel="speed [m/s]")
     axes.set_xticks([4, 8, 15, 30, 45], ["4", "8", "15", "30", "45"])
     low, high = axes.get_ylim()
-    ticks = [tick for tick in (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0) if low <= tick <= high]
+    ticks = [tick for tick in (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 5.0) if low <= tick <= high]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
