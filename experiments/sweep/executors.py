@@ -55,6 +55,7 @@ class Local:
     def __init__(self, jobs: int, scratch: Path, keep_truth: bool) -> None:
         self._jobs, self._scratch, self._keep = jobs, str(scratch), keep_truth
         self._pool: Any = None
+        self._idle = True
 
     @property
     def workers(self) -> int:
@@ -91,6 +92,7 @@ class Local:
                 max_workers=self._jobs, initializer=_begin, initargs=(os.getpid(),), env=THREADS
             )
         waiting, running = list(reversed(tasks)), {}
+        self._idle = False
         while waiting or running:
             room = 1 if len(waiting) == len(tasks) else 2 * self._jobs
             while waiting and len(running) < room:
@@ -99,11 +101,12 @@ class Local:
             for future in wait(list(running), return_when=FIRST_COMPLETED).done:
                 task = running.pop(future)
                 yield task, _result(future)
+        self._idle = True
 
     def close(self) -> None:
-        """End the processes."""
+        """End the processes; what they are at is given up."""
         if self._pool is not None:
-            self._pool.shutdown(wait=True, kill_workers=True)
+            self._pool.shutdown(wait=True, kill_workers=not self._idle)
             self._pool = None
 
 

@@ -111,6 +111,9 @@ def _speed(
     """Throughput of a session, against one worker that has the machine for itself; and whether repeats agree.
 
     The first tasks, while workers start and load machine code, count in the whole session but not in the steady part.
+    Where other programs use the machine too, efficiency says how much they leave; the workers' own share in it is then
+    the part of the time that they are busy, and the processor time that a simulated second takes with one worker over
+    that with all.
     """
     mine = sorted((one for task in left if (one := results[task.number])), key=lambda one: one["ended"])
     steady = mine[2 * workers.workers :]
@@ -124,9 +127,10 @@ def _speed(
         first = results[task.number]
         same = same and first is not None and again["rows"] == first["rows"]
         alone.append(again)
-    rate = sum(one["simulated"] for one in steady) / wall
-    one_worker = sum(one["simulated"] for one in alone[1:]) / sum(one["ended"] - one["began"] for one in alone[1:])
-    busy = sum(one["ended"] - one["began"] for one in steady)
+    alone, simulated = alone[1:], sum(one["simulated"] for one in steady)
+    rate, busy, used = simulated / wall, sum(map(_duration, steady)), sum(one["cpu"] for one in steady)
+    one_worker = sum(one["simulated"] for one in alone) / sum(map(_duration, alone))
+    cost = sum(one["cpu"] for one in alone) / max(sum(one["simulated"] for one in alone), 1e-9)
     found = {
         "workers": workers.workers,
         "tasks": len(mine),
@@ -137,8 +141,13 @@ def _speed(
         "tasks timed alone": count,
         "efficiency [-]": rate / (workers.workers * one_worker) if one_worker > 0 else 0.0,
         "workers busy [-]": busy / (workers.workers * wall),
-        "processor time per busy time [-]": sum(one["cpu"] for one in steady) / busy,
+        "processor time, one worker alone over all [-]": cost * simulated / used,
+        "processor time per busy time [-]": used / busy,
         "load average": os.getloadavg()[1],
         "repeated tasks agree": same,
     }
     return found, same
+
+
+def _duration(one: dict[str, Any]) -> float:
+    return one["ended"] - one["began"]
