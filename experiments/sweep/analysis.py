@@ -117,7 +117,7 @@ def indices(found: Frame, response: str, factors: Sequence[str], design: Mapping
 def by_set(found: Frame, response: str, costs: Mapping[str, float]) -> Frame:
     """Cost and mean score of every estimator that a set of sensors serves; "front": no cheaper set is as good.
 
-    Scores of points are averaged (root mean square for an error that is one); sets without a cost are left out.
+    Scores are averaged over points and seeds; sets without a cost are left out.
     """
     chosen = found[(found[RESPONSE] == response) & found["sensors"].isin(list(costs))]
     mean = chosen.groupby(["estimator", "sensors"], sort=False, as_index=False)["value"].mean()

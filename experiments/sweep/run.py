@@ -91,7 +91,7 @@ def _planned(sweep: Sweep) -> Plan:
 def _perform(
     left: list[Task], total: int, store: Store, workers: Executor, results: dict[int, dict[str, Any] | None]
 ) -> dict[str, float]:
-    """Fill `results`; returns when the session began and ended, and how long its first task took alone."""
+    """Fill `results`; returns when the session began and ended."""
     began = time.time()
     quiet = not sys.stderr.isatty()
     with tqdm(

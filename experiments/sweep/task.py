@@ -80,6 +80,7 @@ def perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any]
     Raises
     ------
     VersionError : this process would not make the run that was planned.
+    InputError : the truth cannot be written here (a full disk, for example).
     """
     began, used = time.time(), time.process_time()
     with tempfile.TemporaryDirectory(prefix="railsim-sweep-", dir=scratch) as aside:
@@ -89,6 +90,7 @@ def perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any]
         try:
             truth = _truth(points[0][1], task, Path(aside), keep_truth)
         except FAILURES as error:
+            _check_place(error)
             rows = failed_rows(task, _message(error))
             simulated = 0.0
         else:
@@ -258,7 +260,14 @@ def track_text(scenario: Scenario) -> tuple[str, str] | None:
     return path.name, path.read_text(encoding="utf-8-sig")
 
 
+def _check_place(error: BaseException) -> None:
+    """Raise again what speaks of this machine (a full disk), not of the run."""
+    if isinstance(error.__context__, OSError):
+        raise error
+
+
 def _failed(digest: str | None, error: BaseException, status: str = FAILED) -> Row:
+    _check_place(error)
     return [digest, None, None, None, status, _message(error)]
 
 

@@ -1,5 +1,6 @@
 """Sweeps from end to end: resumed, on processes, on a cluster, with failures: the table is the same byte for byte."""
 
+import errno
 import os
 import signal
 import socket
@@ -135,6 +136,23 @@ def test_failures_become_rows_and_the_rest_goes_on(sweep_file: Path, tmp_path: P
     assert short["message"].str.contains("do not fit a window").all()
     good = frame[(frame["speed.speed"] == 25) & (frame["estimators.plain.window"] == 1.0) & (frame["sensors"] == "all")]
     assert set(good["status"]) == {OK}
+
+
+def test_full_disk_ends_the_sweep(
+    sweep_file: Path, tmp_path: Path, sweeping: Sweeping, whole: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def full(*_: object) -> None:
+        try:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        except OSError:
+            raise InputError("cannot write the truth: No space left on device; free some space") from None
+
+    with monkeypatch.context() as patch:
+        patch.setattr("railsim.simulation._integrate", full)
+        with pytest.raises(InputError, match="No space left"):
+            sweeping(sweep_file, tmp_path / "out")
+    assert sweeping(sweep_file, tmp_path / "out").performed == RUNS
+    assert same(tmp_path / "out", whole)
 
 
 def test_folder_of_another_sweep_is_refused(sweep_file: Path, tmp_path: Path, sweeping: Sweeping, whole: Path):
