@@ -46,6 +46,11 @@ class Guard:
         """End the process."""
         self.close()
 
+    @property
+    def alive(self) -> bool:
+        """Whether the process runs."""
+        return self._process is not None and self._process.poll() is None
+
     def close(self) -> None:
         """End the process and remove what its libraries left."""
         if self._process is not None:
@@ -94,7 +99,7 @@ class Guard:
         raise InputError(f"'{path}' is not a whole {kind} file ({reason}); copy it again")
 
     def _started(self) -> subprocess.Popen[bytes]:
-        if self._process is None or self._process.poll() is not None:
+        if not self.alive:
             self.close()
             self._folder = tempfile.TemporaryDirectory(prefix="railsim-reading-")
             root = str(Path(__file__).parents[2])
@@ -109,6 +114,7 @@ class Guard:
                 cwd=self._folder.name,
                 env=settings,
             )
+        assert self._process is not None
         return self._process
 
 

@@ -11,6 +11,7 @@ import resource
 import struct
 import sys
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -27,10 +28,15 @@ DAMAGE = (
 """What libraries raise on a damaged file; whatever else they do ends this process, which `guard` notices."""
 
 
+_CHANGES = ("os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.chmod", "os.truncate")
+_FORBIDDEN = ("os.system", "os.exec", "os.fork", "os.posix_spawn", "subprocess.Popen", "socket.connect", "socket.bind")
+
+
 def main() -> None:
     """Answer until stdin ends."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not stand among the answers
+    sys.addaudithook(_keep_inside(os.getcwd()))
     for line in sys.stdin:
         head, arrays = answer(json.loads(line))
         _send(answers, head, arrays)
@@ -49,8 +55,27 @@ def answer(request: dict[str, Any]) -> tuple[dict[str, Any], list[np.ndarray]]:
         return {"damaged": f"{type(error).__name__}: {error}"}, []
 
 
+def _keep_inside(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
+    """A hook that lets Python code write in `folder` only, whatever a file makes a library do."""
+
+    def hook(event: str, arguments: tuple[Any, ...]) -> None:
+        if event == "open":
+            path, mode, flags = arguments
+            writes = (
+                bool(flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT)) if mode is None else bool(set(mode) & set("wax+"))
+            )
+            changed = [path] if writes and isinstance(path, str | bytes | os.PathLike) else []
+        else:
+            changed = [one for one in arguments[:2] if isinstance(one, str | bytes)] if event in _CHANGES else []
+        if event in _FORBIDDEN or any(not os.path.abspath(os.fsdecode(one)).startswith(folder) for one in changed):
+            raise PermissionError(f"{event} is not allowed while a file is read")
+
+    return hook
+
+
 def _limit(memory: int) -> None:
-    """Let this process have `memory` bytes more than it has now."""
+    """Let this process have `memory` bytes more than it has now, and write no larger file."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (memory, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + memory, hard))
