@@ -48,11 +48,7 @@ def read_clock(mapped: TableMap, table: Table, rows: int, notes: Notes) -> Clock
         clock = Clock(np.arange(rows) / mapped.rate, None)
         notes.assume(f"rows follow each other at {mapped.rate:g} Hz without a gap: the file has no time")
     elif isinstance(base, Own):
-        assert table.clock is not None
-        clock = Clock(table.clock, None)
-        notes.assume(
-            f"times as the file's own axis has them{f', which begins at {table.start}' if table.start else ''}"
-        )
+        clock = _own(table, notes)
     elif isinstance(base, Seconds):
         unit = parse_unit(base.unit)
         clock = Clock(unit.to_si(numbers(table.columns[base.column], table)), None)
@@ -66,6 +62,17 @@ def read_clock(mapped: TableMap, table: Table, rows: int, notes: Notes) -> Clock
         notes.assume(f"times moved by {mapped.time_offset:g} s, as the map says")
         return Clock(clock.seconds + mapped.time_offset, clock.start)
     return clock
+
+
+def _own(table: Table, notes: Notes) -> Clock:
+    assert table.clock is not None
+    since = f", which begins at {table.start}" if table.start else ""
+    notes.assume(f"times as the file's own axis has them{since}")
+    try:
+        start = _instant(table.start, "UTC") if table.start else None
+    except (ValueError, OverflowError):
+        raise InputError(f"the file's axis begins at '{table.start[:40] if table.start else ''}', no date") from None
+    return Clock(table.clock, start)
 
 
 def _counter(base: Counter, table: Table, notes: Notes) -> Clock:

@@ -120,7 +120,13 @@ class Chord(Spec, frozen=True):
     ahead: float = quantity(unit="m, from the measuring point to the chord's front end", source=MAP, gt=0, le=100)
     shortest: float = quantity(3.0, unit="m, wavelength", source="EN 13848-1, range D1", gt=0)
     longest: float = quantity(70.0, unit="m, wavelength", source="EN 13848-1, end of range D2", gt=0)
-    floor: float = quantity(0.1, unit="-, chord's gain below which its inverse is held back", source=MAP, gt=0, lt=1)
+    floor: float = quantity(
+        0.03,
+        unit="-, chord's gain below which its inverse is held back",
+        source="trial: docs/field_data.md",
+        gt=0,
+        lt=1,
+    )
 
 
 class Channel(Spec, frozen=True):

@@ -148,8 +148,8 @@ def versines(track: Track, s: np.ndarray, behind: float, ahead: float) -> np.nda
 @pytest.mark.parametrize(
     ("behind", "ahead", "d1", "d2"),
     [
-        (5.0, 5.0, 0.25, 0.25),  # blind at 5 m wavelength, inside D1
-        (2.6, 7.4, 0.15, 0.25),  # no blind wavelength between 3 and 70 m
+        (5.0, 5.0, 0.15, 0.05),  # blind at 5 m wavelength, inside D1
+        (2.6, 7.4, 0.03, 0.05),  # no blind wavelength between 3 and 70 m
     ],
 )
 def test_versines_become_alignment(tmp_path: Path, behind: float, ahead: float, d1: float, d2: float):
