@@ -6,8 +6,11 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline, make_smoothing_spline
 
+from railsim.errors import InputError
+
 Kind = Literal["wheel", "rail"]
 
+_FEWEST = 4  # points of a cubic spline with a slope at its top
 STEEPEST = np.radians(85.0)
 """Largest inclination of the part of a profile that can be touched [rad]; gauge faces and flange backs lie beyond."""
 
@@ -77,6 +80,8 @@ class Profile:
         if self.kind == "wheel":  # not beyond the flange's tip: the back is never touched
             first += int(np.argmin(self.z[first : middle + 1]))
         part = slice(max(first, 0), last + 1)
+        if self.y[part].size < _FEWEST:
+            raise InputError(f"{self.name}: no running surface of {_FEWEST} points in a row found; mend their order")
         return Surface(CubicSpline(self.y[part], self.z[part]), float(self.y[part][0]), float(self.y[part][-1]))
 
     def gauge_point(self, depth: float) -> float:

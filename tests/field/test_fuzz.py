@@ -97,11 +97,13 @@ def test_damaged_file(
         suppress_health_check=list(HealthCheck), print_blob=True,
     )  # fmt: skip
 
+    out = tmp_path / "out"
+
     @bound
     @given(damages(target.text))
     def attack(edits: list[tuple[str, float, bytes]]) -> None:
         target.file.write_bytes(damaged(before, edits))
-        out = tmp_path / "out"
+        shutil.rmtree(out, ignore_errors=True)  # what a former failure has left
         out.mkdir()
         started = time.monotonic()
         try:
