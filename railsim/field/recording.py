@@ -125,7 +125,10 @@ def _first(clock: Clock) -> datetime:
     """The earliest instant of a clock with a date."""
     assert clock.start is not None
     good = clock.seconds[np.isfinite(clock.seconds)]
-    return clock.start + timedelta(seconds=float(good.min())) if good.size else clock.start
+    try:
+        return clock.start + timedelta(seconds=float(good.min())) if good.size else clock.start
+    except OverflowError:
+        raise InputError(f"times begin {good.min():.4g} s after {clock.start.isoformat()}; is the file damaged?") from None
 
 
 def _filled(
