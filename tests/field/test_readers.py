@@ -40,9 +40,7 @@ def test_scaled_integers_and_invalid_samples_of_mdf4(guard: Guard, tmp_path: Pat
     conversion: Any = {"a": step, "b": 0.0}
     with MDF(version="4.10") as file:
         file.header.start_time = START
-        file.append(
-            [Signal(raw, time, name="q", unit="deg/s", conversion=conversion, raw=True, invalidation_bits=invalid)]
-        )
+        file.append([Signal(raw, time, name="q", unit="deg/s", conversion=conversion, invalidation_bits=invalid)])
         file.save(tmp_path / "x.mf4")
     seen = run(tmp_path / "x.mf4", [{"time": {"kind": "own"}, "channels": {RATE: {"column": "q"}}}], guard).measurements
     found = np.rad2deg(seen[RATE])
