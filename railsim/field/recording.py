@@ -128,7 +128,9 @@ def _first(clock: Clock) -> datetime:
     try:
         return clock.start + timedelta(seconds=float(good.min())) if good.size else clock.start
     except OverflowError:
-        raise InputError(f"times begin {good.min():.4g} s after {clock.start.isoformat()}; is the file damaged?") from None
+        raise InputError(
+            f"times begin {good.min():.4g} s after {clock.start.isoformat()}; is the file damaged?"
+        ) from None
 
 
 def _filled(
