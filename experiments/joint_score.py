@@ -101,7 +101,7 @@ def switch_scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
     scores = {"true features [-]": float(len(real)), "crossovers [-]": float(len(estimate.about.get("crossovers", [])))}
     hits = sorted(set(real) & set(found))
     if real:
-        scores["recall [-]"] = len(hits) / len(real)
+        scores["features found [-]"] = len(hits) / len(real)
     if hits:
         middle = (min(real.values()) + max(real.values())) / 2
         at = [np.interp(found[one]["time [s]"], truth.time, truth["s [m]"]) - real[one] for one in hits]

@@ -25,7 +25,7 @@ def test_every_part_is_found_where_it_is(run) -> None:
     estimate, truth = run
     assert "".join(event["label"] for event in estimate.about["events"]) == "ABCDEF"
     scores = switch_scores(estimate, truth)
-    assert scores["recall [-]"] == 1
+    assert scores["features found [-]"] == 1
     assert scores["largest error of place [m]"] < 0.1
     assert scores["largest error of distance from middle [m]"] < 0.5
 
