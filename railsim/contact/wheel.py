@@ -9,7 +9,10 @@ with H the lift and b the half distance of the contact functions, d and w the ra
 side = +1 left and -1 right. It is exact to first order in the roll angle (its derivative by phi is the contact's
 lateral place) and second order in yaw, so that a cone gives the gravitational stiffnesses W lambda / l and -l W
 lambda of Ward et al. (2011), eqs. (16) and (17). The normal penetration is p_n = p cos(delta), N = C p_n^1.5, and
-the generalised forces are -N dp_n/dq: the contact conserves energy as long as damping and creep are off.
+the generalised forces are -N dp_n/dq: the contact conserves energy as long as damping and creep are off. Where the
+angle changes within the depth (flange root), their resultant is smaller than N and less steep than H' at u: it acts
+where wheel and rail are nearest along the normal. Creepages and creep law are evaluated there and with that resultant,
+which is also the normal force that is returned (with creep off: N itself).
 """
 
 import math
@@ -145,23 +148,31 @@ def wheel_forces(
     elastic_z = normal * cosine
     elastic_yaw = -normal * cosine * p_yaw
 
-    radius = _cubic(cells[cell, 1], x)
+    # creepages and creep law see the pressure's own direction and size, at the place where wheel and rail are nearest
+    # along it: short of `shift`, where the lift is read, by the depth's lateral part
+    p_y += p * cosine_u / cosine
     angle = math.atan(p_y)
     cos_angle = 1.0 / math.sqrt(1.0 + p_y * p_y)
     sin_angle = p_y * cos_angle
+    pressure = elastic_z / cos_angle
+    place = (shift - p * lift_1 * cosine * cosine - start) / spacing
+    cell = min(max(int(place), 0), cells.shape[0] - 1)
+    x = min(max(place - cell, 0.0), 1.0)
+    arm = side * _cubic(cells[cell, 2], x) + rail_y - y
+    radius = _cubic(cells[cell, 1], x)
     reference = 1.0 / math.sqrt(speed * speed + SPEED_FLOOR * SPEED_FLOOR)
     along = speed * (1.0 - curvature * (y + arm)) - arm * yaw_rate
     across = y_rate + radius * roll_rate
     slip_x = along * (1.0 - yaw_square) + across * yaw - radius * spin
     slip_y = (across * (1.0 - yaw_square) - along * yaw) / cos_angle
-    turning = (speed * curvature + yaw_rate) * cos_angle - spin * sin_angle
+    turning = (speed * curvature + yaw_rate) * cos_angle - spin * (sin_angle - roll * cos_angle)
     creep_x, creep_y, spin_creep = slip_x * reference, slip_y * reference, turning * reference
     if law[CREEP] == 0.0:
         return WheelForces(
             0.0, elastic_y, elastic_z, elastic_roll, 0.0, elastic_yaw, normal, 0.0, 0.0, creep_x, creep_y, spin_creep,
             angle, radius, shift, friction,
         )  # fmt: skip
-    scale = np.cbrt(normal)
+    scale = np.cbrt(pressure)
     slip_speed = math.sqrt(slip_x * slip_x + slip_y * slip_y)
     mu = friction_coefficient(friction, law[RATIO], law[DECAY], slip_speed)
     a, b = _cubic(cells[cell, 3], x) * scale, _cubic(cells[cell, 4], x) * scale
@@ -180,5 +191,5 @@ def wheel_forces(
         elastic_roll + arm * force_z + radius * force_y,
         -radius * creep_force_x,
         elastic_yaw + lever_x * level - arm * creep_force_x,
-        normal, creep_force_x, creep_force_y, creep_x, creep_y, spin_creep, angle, radius, shift, mu,
+        pressure, creep_force_x, creep_force_y, creep_x, creep_y, spin_creep, angle, radius, shift, mu,
     )  # fmt: skip
