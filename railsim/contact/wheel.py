@@ -149,13 +149,14 @@ def wheel_forces(
     elastic_yaw = -normal * cosine * p_yaw
 
     # creepages and creep law see the pressure's own direction and size, at the place where wheel and rail are nearest
-    # along it: short of `shift`, where the lift is read, by the depth's lateral part
+    # along it: short of u, where the lift is read, by the depth's lateral part
     p_y += p * cosine_u / cosine
     angle = math.atan(p_y)
     cos_angle = 1.0 / math.sqrt(1.0 + p_y * p_y)
     sin_angle = p_y * cos_angle
     pressure = elastic_z / cos_angle
-    place = (shift - p * lift_1 * cosine * cosine - start) / spacing
+    shift -= p * lift_1 * cosine * cosine
+    place = (shift - start) / spacing
     cell = min(max(int(place), 0), cells.shape[0] - 1)
     x = min(max(place - cell, 0.0), 1.0)
     arm = side * _cubic(cells[cell, 2], x) + rail_y - y
@@ -178,7 +179,7 @@ def wheel_forces(
     a, b = _cubic(cells[cell, 3], x) * scale, _cubic(cells[cell, 4], x) * scale
     c11, c22, c23 = _cubic(cells[cell, 5], x), _cubic(cells[cell, 6], x), _cubic(cells[cell, 7], x)
     creep_force_x, creep_force_y = creep_force(
-        law[LAW], creep_x, creep_y, spin_creep, a, b, c11, c22, c23, normal, mu, law[K_ADHESION], law[K_SLIP]
+        law[LAW], creep_x, creep_y, spin_creep, a, b, c11, c22, c23, pressure, mu, law[K_ADHESION], law[K_SLIP]
     )
     level = creep_force_y * cos_angle
     lever_x = radius * p_y * yaw

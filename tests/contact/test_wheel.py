@@ -93,9 +93,12 @@ def test_damping_cannot_pull() -> None:
 
 
 def test_creepages_of_a_shifted_wheelset() -> None:
-    """Rolling freely: longitudinal creepages (r0 - r) / r0, and the lateral one of a yawed wheelset is -yaw."""
+    """Rolling freely: longitudinal creepages (r0 - r) / r0, and the lateral one of a yawed wheelset is -yaw.
+
+    The wheel is 0.2 mm deep in the rail: it touches where it is nearest to it, 0.2 mm sin(delta) before its shift.
+    """
     shifted = wheel(CONE, 0, FULL, np.array([2e-3, -1e-4, 0.0, 0.0]))
-    assert shifted.creepage_x == pytest.approx(-0.05 * 2e-3 / RADIUS, rel=1e-3)
+    assert shifted.creepage_x == pytest.approx(-0.05 * (2e-3 - 2e-4 * 0.05) / RADIUS, rel=1e-4)
     yawed = wheel(CONE, 0, FULL, np.array([0.0, -1e-4, 0.0, 1e-3]))
     assert yawed.creepage_y == pytest.approx(-1e-3, rel=2e-3)
     assert yawed.creep_force_y > 0.0
