@@ -1,12 +1,15 @@
-"""Steady curving at R 400 m: time-domain runs against the balance of `railsim.analysis.curving`."""
+"""Item 7: steady curving at R 400 m, time-domain runs against the balance of `railsim.analysis.curving`."""
 
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
 
 from experiments.plots import BLUE, ORANGE
+from experiments.validation.drawing import grid
+from experiments.validation.interface import Row, Section
 from railsim.analysis.curving import Curve, Curving, steady_curving
 from railsim.engines._channels import channel_names
 from railsim.engines.interface import Run, default_substeps
@@ -27,7 +30,6 @@ START = 30.0  # m
 RATE = 256.0  # rows a second; the last second is averaged
 SPEEDS = (8.0, 14.0, 19.8, 24.0)  # m/s: much cant excess, excess, balance, deficiency
 LIMIT = 0.01
-SOURCE = "scipy.optimize.root on free-body diagrams (railsim.analysis.curving)"
 PROFILES = ProfilePair(kind="profiles")
 VEHICLES: dict[str, HalfVehicle] = {
     "Manchester": Manchester(),
@@ -35,6 +37,50 @@ VEHICLES: dict[str, HalfVehicle] = {
     "Manchester, S1002 on 60E1": Manchester(pair=PROFILES),
     "Class 175, S1002 on 60E1": Class175(pair=PROFILES),
 }
+
+
+class SteadyCurving(Section):
+    """Wheelset places, yaw angles and creep forces."""
+
+    item = 7
+    title = "Steady curving against a quasi-static solution"
+    about = (
+        "Left-hand curve of 400 m with 157 mm of cant, without irregularities. Ours: the last second of a run through "
+        "straight, clothoid and 20 s of circle. Reference: free-body diagrams of the half vehicle that turns about the "
+        "curve's axis as one body, with finite rotations, its own contact search in the profiles that the contact "
+        "functions imply, and Polach's published law, solved by scipy.optimize.root; nothing of the engines' equations "
+        "is used. Differences of place and yaw are relative to the larger wheelset's, of a creep force to that "
+        "wheel's resultant."
+    )
+    source = "scipy.optimize.root on free-body diagrams (railsim.analysis.curving)"
+    size = (8.0, 4.5)
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        return curving_table(fast)
+
+    def rows(self, table: pd.DataFrame) -> list[Row]:
+        found = []
+        for (name, engine, kind), group in table.groupby(["vehicle", "engine", "kind"], sort=False):
+            worst = group.loc[group["difference [-]"].idxmax()]
+            used = float(worst["difference [-]"]) / LIMIT
+            found.append(
+                Row(
+                    self.number,
+                    f"{name}, {engine}: {kind}, worst: {worst['quantity']} at {worst['V [m/s]']:g} m/s",
+                    float(worst["ours"]),
+                    float(worst["reference"]),
+                    float(worst["ours"] - worst["reference"]),
+                    "± 1 %",
+                    str(worst["unit"]),
+                    used <= 1.0,
+                    self.source,
+                    used,
+                )  # fmt: skip
+            )
+        return found
+
+    def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
+        draw_curving(table, picture.subplots())
 
 
 def curving_table(fast: bool = False) -> pd.DataFrame:
@@ -82,46 +128,27 @@ def compared(found: dict[str, float], solved: Curving) -> list[dict[str, Any]]:
         size = max(abs(reference) for _, reference in pairs)
         for i, (ours, reference) in enumerate(pairs, 1):
             difference = abs(ours - reference) / size
-            rows.append(_row(f"wheelset {i} {axis}", ours, reference, difference, unit))
+            kind = "lateral position" if axis == "y" else "yaw"
+            rows.append(_row(kind, f"wheelset {i} {kind}", ours, reference, difference, unit))
     for name, wheel in solved.wheels.items():
         force = np.array([found[f"{name}.creep_force_{axis} [N]"] for axis in "xy"])
         reference = np.array([wheel.creep_force_x, wheel.creep_force_y])
         size = float(np.hypot(*reference))
         difference = float(np.hypot(*(force - reference))) / size
-        rows.append(_row(f"{name.replace('_', ' ')} creep force", float(np.hypot(*force)), size, difference, "N"))
+        what = f"{name.replace('_', ' ')} creep force"
+        rows.append(_row("creep force", what, float(np.hypot(*force)), size, difference, "N"))
     return rows
 
 
-def _row(what: str, ours: float, reference: float, difference: float, unit: str) -> dict[str, Any]:
+def _row(kind: str, what: str, ours: float, reference: float, difference: float, unit: str) -> dict[str, Any]:
     return {
+        "kind": kind,
         "quantity": what,
         "ours": ours,
         "reference": reference,
         "unit": unit,
         "difference [-]": difference,
     }
-
-
-def curving_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """The largest difference of each kind for every vehicle and engine."""
-    kinds = table["quantity"].str.split().str[2:].str.join(" ").replace("y", "lateral position")
-    rows = []
-    for (name, engine, kind), group in table.groupby(["vehicle", "engine", kinds], sort=False):
-        worst = group.loc[group["difference [-]"].idxmax()]
-        rows.append(
-            {
-                "item": "7",
-                "what": f"{name}, {engine}: {kind} ({worst['quantity']} at {worst['V [m/s]']:g} m/s)",
-                "ours": float(worst["ours"]),
-                "reference": float(worst["reference"]),
-                "difference": float(worst["difference [-]"]),
-                "limit": LIMIT,
-                "unit": str(worst["unit"]),
-                "held": bool(worst["difference [-]"] <= LIMIT),
-                "source": SOURCE,
-            }
-        )
-    return rows
 
 
 def draw_curving(table: pd.DataFrame, axes: Axes) -> None:
@@ -138,6 +165,7 @@ def draw_curving(table: pd.DataFrame, axes: Axes) -> None:
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xlim(left=0.0)
+    grid(axes)
     axes.set_xlabel("difference of run and balance [%]")
     axes.set_title("Steady curving, R 400 m, cant 157 mm, 8 to 24 m/s", fontsize="medium")
     axes.legend(fontsize="small")
