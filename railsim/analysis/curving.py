@@ -318,7 +318,21 @@ class Balance:
                 wheel = wheels[f"wheel{i}_{word}"] = self.wheel(bodies[name], coordinates, side)
                 left_over[name][:3] += wheel.force
                 left_over[name][3:] += np.cross(wheel.place - bodies[name].centre, wheel.force)
+            self.pass_on(bodies, left_over, name, "bogie", bodies[name].centre)
+        rod = bodies["bogie"].centre + (self.vehicle.secondary_height - self.vehicle.bogie_height) * UP
+        self.pass_on(bodies, left_over, "bogie", "body", rod)
         return bodies, left_over, wheels
+
+    @staticmethod
+    def pass_on(
+        bodies: dict[str, Placed], left_over: dict[str, np.ndarray], giver: str, taker: str, place: np.ndarray
+    ) -> None:
+        """What is left over along the track (the curve's resistance) goes on to the next body at `place` [m]."""
+        along = bodies[giver].track.apply([1.0, 0.0, 0.0])
+        force = (left_over[giver][:3] @ along) * along
+        for name, sign in ((giver, -1.0), (taker, 1.0)):
+            left_over[name][:3] += sign * force
+            left_over[name][3:] += sign * np.cross(place - bodies[name].centre, force)
 
     def inertia(self, name: str, body: Placed, values: dict[str, float]) -> np.ndarray:
         """Weight less mass times acceleration [N], and less the change of angular momentum [N m]; (6,)."""
