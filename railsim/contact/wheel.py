@@ -8,11 +8,14 @@ The vertical penetration of wheel and rail is a function of the wheelset's coord
 with H the lift and b the half distance of the contact functions, d and w the rail's lateral and vertical deviation,
 side = +1 left and -1 right. It is exact to first order in the roll angle (its derivative by phi is the contact's
 lateral place) and second order in yaw, so that a cone gives the gravitational stiffnesses W lambda / l and -l W
-lambda of Ward et al. (2011), eqs. (16) and (17). The normal penetration is p_n = p cos(delta), N = C p_n^1.5, and
-the generalised forces are -N dp_n/dq: the contact conserves energy as long as damping and creep are off. Where the
-angle changes within the depth (flange root), their resultant is smaller than N and less steep than H' at u: it acts
-where wheel and rail are nearest along the normal. Creepages and creep law are evaluated there and with that resultant,
-which is also the normal force that is returned (with creep off: N itself).
+lambda of Ward et al. (2011), eqs. (16) and (17). The depth p_n is the distance to the place where wheel and rail are
+nearest: the wheelset moved by -sigma across the track would just touch there if it were lifted by p(sigma), so that
+
+    p_n^2 = sigma^2 + p(sigma)^2   with   sigma = p(sigma) p_y(sigma),
+
+which is p cos(delta) where the contact angle does not change within the depth. N = C p_n^1.5, and the generalised
+forces are -N dp_n/dq: the contact conserves energy as long as damping and creep are off, and its force is normal to
+the profiles where they are nearest. Creepages and creep law are evaluated there.
 """
 
 import math
@@ -25,6 +28,8 @@ from railsim.contact.fastsim import fastsim_force
 from railsim.contact.linear import linear_force
 from railsim.contact.polach import friction_coefficient, polach_force
 
+NEAREST = 1e-11  # m; accuracy of the place where wheel and rail are nearest
+NEAREST_STEPS = 8  # of Newton's method at most; one or two do on the tread
 SPEED_FLOOR = 0.1  # m/s; creepage = slip velocity / sqrt(V^2 + SPEED_FLOOR^2), finite at standstill
 
 
@@ -74,6 +79,33 @@ def _cubic(row, x):
     return row[0] + x * (row[1] + x * (row[2] + x * row[3]))
 
 
+@inlined
+def _profile(start, spacing, cells, u):
+    """Lift, its first and second derivative; half distance and its derivative; cell and fraction. Straight beyond the
+    table.
+    """
+    place = (u - start) / spacing
+    cell = min(max(int(place), 0), cells.shape[0] - 1)
+    x = place - cell
+    edge = min(max(x, 0.0), 1.0)
+    lift_row, half_row = cells[cell, 0], cells[cell, 2]
+    lift_1 = (lift_row[1] + edge * (2.0 * lift_row[2] + 3.0 * edge * lift_row[3])) / spacing
+    lift = _cubic(lift_row, edge) + lift_1 * (x - edge) * spacing
+    half = _cubic(half_row, edge)
+    if x != edge:
+        return lift, lift_1, 0.0, half, 0.0, cell, edge
+    lift_2 = (2.0 * lift_row[2] + 6.0 * x * lift_row[3]) / (spacing * spacing)
+    half_1 = (half_row[1] + x * (2.0 * half_row[2] + 3.0 * x * half_row[3])) / spacing
+    return lift, lift_1, lift_2, half, half_1, cell, x
+
+
+@inlined
+def _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1):
+    """dp/du."""
+    turned = lift_2 * (2.0 * r0 * lift_1 - side * half) - side * lift_1 * half_1
+    return lift_1 - side * half_1 * roll + yaw_square * turned
+
+
 @kernel
 def creep_force(law, creep_x, creep_y, spin, a, b, c11, c22, c23, normal, friction, k_adhesion, k_slip):
     """Creep force by the law of that code [N]: arguments and signs of `polach_force`.
@@ -103,26 +135,9 @@ def wheel_forces(
     the track's.
     """
     shift = y + r0 * roll - rail_y
-    place = (shift - start) / spacing
-    cell = min(max(int(place), 0), cells.shape[0] - 1)
-    x = place - cell
-    lift_row, half_row = cells[cell, 0], cells[cell, 2]
-    if x < 0.0 or x > 1.0:  # beyond the table: straight on
-        edge = 0.0 if x < 0.0 else 1.0
-        lift_1 = (lift_row[1] + edge * (2.0 * lift_row[2] + 3.0 * edge * lift_row[3])) / spacing
-        lift_2 = 0.0
-        lift = _cubic(lift_row, edge) + lift_1 * (x - edge) * spacing
-        half = _cubic(half_row, edge)
-        half_1 = 0.0
-        x = edge
-    else:
-        lift = _cubic(lift_row, x)
-        lift_1 = (lift_row[1] + x * (2.0 * lift_row[2] + 3.0 * x * lift_row[3])) / spacing
-        lift_2 = (2.0 * lift_row[2] + 6.0 * x * lift_row[3]) / (spacing * spacing)
-        half = _cubic(half_row, x)
-        half_1 = (half_row[1] + x * (2.0 * half_row[2] + 3.0 * x * half_row[3])) / spacing
-    arm = side * half + rail_y - y
     yaw_square = 0.5 * yaw * yaw
+    lift, lift_1, lift_2, half, half_1, cell, x = _profile(start, spacing, cells, shift)
+    arm = side * half + rail_y - y
     yaw_factor = lift_1 * (r0 * lift_1 - side * half)
     p = lift + rail_z - z - roll * arm + yaw_square * yaw_factor
     if p <= 0.0:
@@ -130,61 +145,57 @@ def wheel_forces(
             0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.atan(lift_1 + roll),
             _cubic(cells[cell, 1], x), shift, friction,
         )  # fmt: skip
-    p_u = (
-        lift_1
-        - side * half_1 * roll
-        + yaw_square * (lift_2 * (2.0 * r0 * lift_1 - side * half) - side * lift_1 * half_1)
-    )
+    p_u = _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1)
     p_y = p_u + roll
-    p_roll = r0 * p_u - arm
-    p_yaw = yaw * yaw_factor
-    cosine = 1.0 / math.sqrt(1.0 + lift_1 * lift_1)
-    cosine_u = -lift_1 * lift_2 * cosine * cosine * cosine
-    p_normal = p * cosine
-    rate = cosine * (p_y * (y_rate - rail_y_rate) - z_rate + p_roll * roll_rate + p_yaw * yaw_rate + rail_z_rate)
+    sigma = p * p_y / (1.0 + p_y * p_y + max(p * lift_2, -0.5))
+    for _ in range(NEAREST_STEPS):
+        lift, lift_1, lift_2, half, half_1, cell, x = _profile(start, spacing, cells, shift - sigma)
+        arm = side * half + rail_y - y
+        yaw_factor = lift_1 * (r0 * lift_1 - side * half)
+        p = lift + rail_z - z - roll * (arm + sigma) + yaw_square * yaw_factor
+        p_u = _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1)
+        p_y = p_u + roll
+        step = (p * p_y - sigma) / (1.0 + p_y * p_y + max(p * lift_2, -0.5))
+        if abs(step) < NEAREST:
+            break
+        sigma += step
+    cosine = 1.0 / math.sqrt(1.0 + p_y * p_y)
+    sine = p_y * cosine
+    p_normal = math.sqrt(p * p + sigma * sigma)
+    p_roll = cosine * (r0 * p_u - arm - sigma)
+    p_yaw = cosine * yaw * yaw_factor
+    rate = sine * (y_rate - rail_y_rate) + cosine * (rail_z_rate - z_rate) + p_roll * roll_rate + p_yaw * yaw_rate
     normal = max(stiffness * p_normal * math.sqrt(p_normal) * (1.0 + law[DAMPING] * rate), 0.0)
-    elastic_y = -normal * (cosine * p_y + p * cosine_u)
-    elastic_roll = -normal * (cosine * p_roll + p * cosine_u * r0)
-    elastic_z = normal * cosine
-    elastic_yaw = -normal * cosine * p_yaw
+    elastic_y, elastic_z = -normal * sine, normal * cosine
+    elastic_roll, elastic_yaw = -normal * p_roll, -normal * p_yaw
 
-    # creepages and creep law see the pressure's own direction and size, at the place where wheel and rail are nearest
-    # along it: short of u, where the lift is read, by the depth's lateral part
-    p_y += p * cosine_u / cosine
+    shift -= sigma
     angle = math.atan(p_y)
-    cos_angle = 1.0 / math.sqrt(1.0 + p_y * p_y)
-    sin_angle = p_y * cos_angle
-    pressure = elastic_z / cos_angle
-    shift -= p * lift_1 * cosine * cosine
-    place = (shift - start) / spacing
-    cell = min(max(int(place), 0), cells.shape[0] - 1)
-    x = min(max(place - cell, 0.0), 1.0)
-    arm = side * _cubic(cells[cell, 2], x) + rail_y - y
     radius = _cubic(cells[cell, 1], x)
     reference = 1.0 / math.sqrt(speed * speed + SPEED_FLOOR * SPEED_FLOOR)
     along = speed * (1.0 - curvature * (y + arm)) - arm * yaw_rate
     across = y_rate + radius * roll_rate
     slip_x = along * (1.0 - yaw_square) + across * yaw - radius * spin
-    slip_y = (across * (1.0 - yaw_square) - along * yaw) / cos_angle
-    turning = (speed * curvature + yaw_rate) * cos_angle - spin * (sin_angle - roll * cos_angle)
+    slip_y = (across * (1.0 - yaw_square) - along * yaw) / cosine
+    turning = (speed * curvature + yaw_rate) * cosine - spin * (sine - roll * cosine)
     creep_x, creep_y, spin_creep = slip_x * reference, slip_y * reference, turning * reference
     if law[CREEP] == 0.0:
         return WheelForces(
             0.0, elastic_y, elastic_z, elastic_roll, 0.0, elastic_yaw, normal, 0.0, 0.0, creep_x, creep_y, spin_creep,
             angle, radius, shift, friction,
         )  # fmt: skip
-    scale = np.cbrt(pressure)
+    scale = np.cbrt(normal)
     slip_speed = math.sqrt(slip_x * slip_x + slip_y * slip_y)
     mu = friction_coefficient(friction, law[RATIO], law[DECAY], slip_speed)
     a, b = _cubic(cells[cell, 3], x) * scale, _cubic(cells[cell, 4], x) * scale
     c11, c22, c23 = _cubic(cells[cell, 5], x), _cubic(cells[cell, 6], x), _cubic(cells[cell, 7], x)
     creep_force_x, creep_force_y = creep_force(
-        law[LAW], creep_x, creep_y, spin_creep, a, b, c11, c22, c23, pressure, mu, law[K_ADHESION], law[K_SLIP]
+        law[LAW], creep_x, creep_y, spin_creep, a, b, c11, c22, c23, normal, mu, law[K_ADHESION], law[K_SLIP]
     )
-    level = creep_force_y * cos_angle
+    level = creep_force_y * cosine
     lever_x = radius * p_y * yaw
     force_y = creep_force_x * yaw + level * (1.0 - yaw_square)
-    force_z = creep_force_y * sin_angle
+    force_z = creep_force_y * sine
     return WheelForces(
         creep_force_x * (1.0 - yaw_square) - level * yaw,
         elastic_y + force_y,
@@ -192,5 +203,5 @@ def wheel_forces(
         elastic_roll + arm * force_z + radius * force_y,
         -radius * creep_force_x,
         elastic_yaw + lever_x * level - arm * creep_force_x,
-        pressure, creep_force_x, creep_force_y, creep_x, creep_y, spin_creep, angle, radius, shift, mu,
+        normal, creep_force_x, creep_force_y, creep_x, creep_y, spin_creep, angle, radius, shift, mu,
     )  # fmt: skip
