@@ -30,12 +30,11 @@ def scored(frame: Frame) -> Frame:
 
 
 def responses(found: Frame, wanted: Sequence[str]) -> list[str]:
-    """Scores to show: those asked for that there are, else the first of each estimator."""
+    """Scores to show: those asked for that there are, else the first error of each estimator."""
     there = list(dict.fromkeys(found[RESPONSE]))
     if wanted:
         return [name for name in wanted if name in there]
-    firsts = [next(iter(group[RESPONSE])) for _, group in found.groupby("estimator", sort=False)]
-    return list(dict.fromkeys(firsts))[:MOST_RESPONSES]
+    return list(dict.fromkeys(main_responses(found).values()))[:MOST_RESPONSES]
 
 
 def smaller_is_better(response: str) -> bool:

@@ -174,8 +174,11 @@ def _cloud(panel: Axes, table: Frame, response: str) -> None:
         panel.annotate(str(name), (cost, value), (4, 5), textcoords="offset points", fontsize=8, color=BLACK)
     panel.set(xlabel="cost class of the sensor set", ylabel=response, xlim=(0.0, 1.25 * right))
     _scale(panel, table["value"].to_numpy())
+    if panel.get_yscale() == "linear" and float(table["value"].min()) >= 0.0:
+        panel.set_ylim(0.0, 1.12 * float(table["value"].max()))
     _tidy(panel)
-    panel.legend(frameon=False, fontsize=8, loc="upper right")
+    columns = min(3, table["estimator"].nunique())
+    panel.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns)
 
 
 def _scale(panel: Axes, values: np.ndarray) -> None:
