@@ -38,7 +38,9 @@ def main_effects(means: Frame, response: str, factors: Sequence[str]) -> Figure:
     for panel in panels[::columns]:
         panel.set_ylabel(response)
     _scale(panels[0], means["value"].to_numpy())
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
+    handles, names = panels[0].get_legend_handles_labels()
+    room = max(1, int(figure.get_figwidth() / 2.4))
+    figure.legend(handles, names, loc="outside upper center", ncols=min(room, len(names)), frameon=False)
     return figure
 
 
@@ -75,7 +77,8 @@ def interaction(means: Frame, response: str, factors: Sequence[str]) -> Figure |
         panel.set_xlabel(over)
     _scale(panels[0, 0], means["value"].to_numpy())
     handles, names = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, title=second, loc="outside upper center", ncols=min(5, len(names)), frameon=False)
+    room = max(1, int(figure.get_figwidth() / 1.3))
+    figure.legend(handles, names, title=second, loc="outside upper center", ncols=min(room, len(names)), frameon=False)
     return figure
 
 
