@@ -64,7 +64,8 @@ class Braking(Section):
         "relative to the true speed and compared with the longitudinal creepage in the contact. Both by root "
         "mean square over the run and by the largest value, which on very low adhesion exceeds 1 % for some samples as "
         "the wheel stops and starts again: there the tachometer waits for its next pulse, and the estimator for the "
-        "change of deceleration. The cross-correlation speed is that of the refined estimator from bogie sensors (industrial grade); "
+        "change of deceleration. The cross-correlation speed is that of the refined estimator from bogie sensors "
+        "(industrial grade); "
         "the plain one knows whole samples of delay only and steps as the speed changes, sliding or not."
     )
     source = "issue 3, item 9; presets of railsim.contact.adhesion"
