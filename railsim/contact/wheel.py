@@ -28,7 +28,7 @@ from railsim.contact.fastsim import fastsim_force
 from railsim.contact.linear import linear_force
 from railsim.contact.polach import friction_coefficient, polach_force
 
-NEAREST = 1e-11  # m; accuracy of the place where wheel and rail are nearest
+NEAREST = 1e-8  # m; last step of the search for the place where wheel and rail are nearest; its square is the error
 NEAREST_STEPS = 8  # of Newton's method at most; one or two do on the tread
 SPEED_FLOOR = 0.1  # m/s; creepage = slip velocity / sqrt(V^2 + SPEED_FLOOR^2), finite at standstill
 
@@ -156,9 +156,12 @@ def wheel_forces(
         p_u = _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1)
         p_y = p_u + roll
         step = (p * p_y - sigma) / (1.0 + p_y * p_y + max(p * lift_2, -0.5))
-        if abs(step) < NEAREST:
-            break
         sigma += step
+        if abs(step) < NEAREST:  # the rest of the way along the tangent
+            p -= p_y * step
+            p_u -= lift_2 * step
+            p_y -= lift_2 * step
+            break
     cosine = 1.0 / math.sqrt(1.0 + p_y * p_y)
     sine = p_y * cosine
     p_normal = math.sqrt(p * p + sigma * sigma)
