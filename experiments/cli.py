@@ -121,6 +121,12 @@ def _import(parser: argparse.ArgumentParser) -> None:
 
 def _inspect(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("what", metavar="RECORDING|SCENARIO|TRACK", help="a name or a path")
+    parser.add_argument("--repair", metavar="DIR", help="folder of a cleaned copy of the recording, with a log")
+    parser.add_argument(
+        "--prune", action="store_true", help="say what a recording would be reduced to: events and features"
+    )
+    parser.add_argument("--after", type=float, default=90.0, metavar="DAYS", help="age from which raw data go (90)")
+    parser.add_argument("--yes", action="store_true", help="with --prune: do it")
 
 
 def _list(parser: argparse.ArgumentParser) -> None:

@@ -157,6 +157,8 @@ def _read_tables(folder: Path, about: dict[str, Any]) -> dict[float, dict[str, n
     paths = sorted((folder / "measured").glob("*.parquet"))
     stated = about.get("measured", {path.name: {} for path in paths})
     names = sorted(path.name for path in paths)
+    if not names and (folder / "features").is_dir():
+        raise InputError(f"'{folder}' holds no raw data any more: they were reduced to '{folder / 'features'}'")
     if not isinstance(stated, dict) or not names or sorted(stated) != names:
         listed = ", ".join(sorted(stated)) if isinstance(stated, dict) else ""
         raise InputError(f"measured/ must hold the tables {listed or '<rate>hz.parquet'}; make or copy it again")

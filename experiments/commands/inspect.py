@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from experiments import suspicions
+from experiments import retention
 from experiments.commands.interface import Outcome, table
 from railsim.errors import InputError
+from railsim.quality.inspection import inspect as quality
+from railsim.quality.repair import write_repaired
 from railsim.recording import Recording
 from railsim.scenario import load_scenario, shipped_scenarios
 from railsim.track.files import read_track, shipped_tracks
@@ -28,13 +30,22 @@ class Report:
     problems: list[str]
     header: list[str] = field(default_factory=list)
     rows: list[list[Any]] = field(default_factory=list)
+    findings: list[dict[str, Any]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Inspect whatever the name or path stands for; exit code 1 where something is suspicious."""
-    reports = [INSPECTORS[kind](given.what) for kind in kinds_of(given.what)]
+    kinds = kinds_of(given.what)
+    if (given.repair or given.prune) and kinds != ["recording"]:
+        raise InputError(f"'{given.what}' is a {kinds[0]}; --repair and --prune are for recordings")
+    if given.prune:
+        return retention.prune(Path(given.what), given.after, given.yes)
+    if given.repair:
+        return _repair(given.what, given.repair)
+    reports = [INSPECTORS[kind](given.what) for kind in kinds]
     found = [
-        {"kind": r.kind, "name": r.name, "facts": r.facts, "problems": r.problems}
+        {"kind": r.kind, "name": r.name, "facts": r.facts, "problems": r.problems, "findings": r.findings}
         | {"table": [dict(zip(r.header, row, strict=True)) for row in r.rows]}
         for r in reports
     ]
@@ -74,7 +85,22 @@ def _recording(what: str) -> Report:
     }
     header = ["channel", "rate [Hz]", "samples", "lost", "lowest", "mean", "highest", "std"]
     rows = [[name, measured.rate(name), *_statistics(measured[name])] for name in measured.channels]
-    return Report("recording", what, facts, suspicions.of_recording(measured), header, rows)
+    found = quality(measured)
+    stated = [one.stated() for one in found.findings]
+    notes = [one.text() for one in found.findings if one.severity == "note"]
+    return Report("recording", what, facts, [one.text() for one in found.faults], header, rows, stated, notes)
+
+
+def _repair(what: str, folder: str) -> Outcome:
+    """Write a cleaned copy; exit code 0, because what was wrong is mended."""
+    recording = Recording.open(what)
+    if Path(folder).resolve() == recording.folder.resolve():
+        raise InputError(f"'{folder}' is the recording itself; name another folder for the cleaned copy")
+    found = quality(recording.measurements)
+    write_repaired(recording, found.cleaned, found.findings, folder)
+    lines = [f"{folder}: cleaned copy of {what}", *(f"  {one.text()}" for one in found.faults)]
+    result = {"repaired": str(folder), "findings": [one.stated() for one in found.findings]}
+    return Outcome(result, "\n".join(lines if found.faults else [*lines, "  nothing had to be changed"]))
 
 
 def _statistics(values: np.ndarray) -> list[Any]:
@@ -129,7 +155,7 @@ def _text(report: Report) -> str:
     ]
     if report.rows:
         lines += ["", table(report.header, report.rows, decimals=5)]
-    lines += ["", *(f"suspicious: {text}" for text in report.problems)]
+    lines += ["", *(f"note: {text}" for text in report.notes), *(f"suspicious: {text}" for text in report.problems)]
     return "\n".join(lines if report.problems else [*lines, "nothing suspicious"])
 
 

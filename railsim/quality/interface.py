@@ -1,0 +1,68 @@
+"""What a check of a recording is, and what it finds."""
+
+from abc import abstractmethod
+from dataclasses import asdict, dataclass, field
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from railsim.measurements import Measurements
+from railsim.spec import Spec
+
+Severity = Literal["fault", "note"]
+Repair = Literal["none", "blank", "fill", "subtract", "swap", "negate", "scale", "regrid"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something wrong with a channel.
+
+    Attributes
+    ----------
+    kind : "offset", "offset step", "noise", "stuck", "null", "drop-out", "spikes", "saturation", "clock", "swapped",
+        "inverted" or "tachometer".
+    channel : name of the channel; "time [s] at 256 Hz" for a table's times.
+    start, end : s, first and last sample that is concerned.
+    extent : how large it is, in words.
+    advice : what to do about it.
+    severity : "note" for what belongs to service (a receiver's outage, a sliding wheel): nothing is wrong.
+    repair : what `railsim.quality.repair` does about it.
+    amount : of `subtract` (unit of the channel) and `scale` (factor by which to divide).
+    other : the other channel of a swap.
+    samples : numbers of the samples that are blanked or filled, where not all from `start` to `end` are; shape (n,).
+    """
+
+    kind: str
+    channel: str
+    start: float
+    end: float
+    extent: str
+    advice: str
+    severity: Severity = "fault"
+    repair: Repair = "none"
+    amount: float = 0.0
+    other: str | None = None
+    samples: np.ndarray | None = field(default=None, compare=False, repr=False)
+
+    def stated(self) -> dict[str, Any]:
+        """For JSON: all but the numbers of the samples, of which only their count."""
+        values = {key: value for key, value in asdict(self).items() if key not in ("samples", "start", "end")}
+        values |= {"start [s]": self.start, "end [s]": self.end}
+        return values | ({} if self.samples is None else {"samples": int(self.samples.size)})
+
+    def text(self) -> str:
+        """One line for people."""
+        where = f"t = {self.start:.2f} s" if self.end <= self.start else f"t = {self.start:.2f} to {self.end:.2f} s"
+        name = self.channel if self.other is None else f"{self.channel}, {self.other}"
+        return f"{name}: {self.kind}, {where}: {self.extent}; {self.advice}"
+
+
+class Check(Spec, frozen=True):
+    """Base of every check; its fields are its limits, each with its reason as source."""
+
+    stage: ClassVar[int]
+    """Checks run in this order, each on what the repairs of those before it have left."""
+
+    @abstractmethod
+    def find(self, measurements: Measurements) -> list[Finding]:
+        """Everything of its kinds that is wrong with a recording."""

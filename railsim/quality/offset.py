@@ -1,0 +1,92 @@
+"""Zero of a sensor over the whole record against its data sheet."""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from railsim.measurements import Measurements
+from railsim.quality._offsets import GRAVITY, axis_of, expected, heading_rate, still_mean, tolerance
+from railsim.quality._signals import kind_of, limit, sheet
+from railsim.quality.interface import Check, Finding
+from railsim.spec import quantity
+
+
+class Offset(Check, frozen=True):
+    """Means against gravity, rest, the path's heading and a second sensor on the same body."""
+
+    width: float = quantity(5.0, unit="standard deviations", source="1e-6 a channel, normal distribution", gt=0)
+
+    stage: ClassVar[int] = 7
+
+    def find(self, measurements: Measurements) -> list[Finding]:
+        """One finding for a channel."""
+        found = {}
+        for name in measurements:
+            off = self._alone(measurements, name)
+            if off is not None:
+                found[name] = off
+        for first, second in _pairs(measurements):
+            if first not in found and second not in found:
+                found |= self._pair(measurements, first, second)
+        return [_finding(measurements, name, size) for name, size in found.items()]
+
+    def _alone(self, measured: Measurements, name: str) -> float | None:
+        """Offset, where it is beyond what data sheet and running allow."""
+        kind = kind_of(measured, name)
+        if kind not in ("accelerometer", "gyro", "displacement") or not np.isfinite(measured[name]).any():
+            return None
+        allowed = tolerance(measured, name)
+        off = float(np.nanmean(measured[name])) - expected(measured, name)
+        running = allowed.running
+        if kind == "gyro":
+            rest = still_mean(measured, name)
+            heading = heading_rate(measured) if axis_of(name) == "yaw" else None
+            if rest is not None:
+                off, running = rest, 0.0
+            elif heading is not None:
+                off, running = off - heading[0], self.width * heading[1]
+        return off if allowed.deviation and abs(off) > self.width * allowed.deviation + running else None
+
+    def _pair(self, measured: Measurements, first: str, second: str) -> dict[str, float]:
+        """The one of two like channels on a body that is further from what is expected, where they disagree."""
+        one, two = (float(np.nanmean(measured[name])) - expected(measured, name) for name in (first, second))
+        deviation = math.hypot(tolerance(measured, first).deviation, tolerance(measured, second).deviation)
+        if not deviation or not abs(one - two) > self.width * deviation:
+            return {}
+        turned = _leaning(measured) if axis_of(first) == "y" else 0.0
+        return {first: one - two} if abs(one - turned) > abs(two - turned) else {second: two - one}
+
+
+def _pairs(measured: Measurements) -> list[tuple[str, str]]:
+    """Accelerometer channels of one axis on one body."""
+    found: dict[tuple[object, str], list[str]] = {}
+    for name in measured:
+        if kind_of(measured, name) == "accelerometer":
+            found.setdefault((sheet(measured, name).get("body"), axis_of(name)), []).append(name)
+    return [(names[0], other) for names in found.values() for other in names[1:]]
+
+
+def _leaning(measured: Measurements) -> float:
+    """Mean lateral specific force of the path, m/s2: speed times yaw rate and gravity by the roll since the start."""
+    roll, yaw = (next((n for n in measured if n.endswith(f"rate_{a} [rad/s]")), None) for a in ("roll", "yaw"))
+    speed = next((n for n in measured if n.endswith(".speed [m/s]")), None)
+    if roll is None or yaw is None or speed is None:
+        return 0.0
+    angle = np.nancumsum(measured[roll]) / measured.rate(roll)
+    return float(np.nanmedian(measured[speed]) * np.nanmean(measured[yaw]) + GRAVITY * angle.mean())
+
+
+def _finding(measured: Measurements, name: str, off: float) -> Finding:
+    time = measured.time(name)
+    bias = limit(measured, name, "bias_std")
+    return Finding(
+        "offset",
+        name,
+        float(time[0]),
+        float(time[-1]),
+        f"the zero is {off:+.3g} off{f', {abs(off) / bias:.0f} times the data sheet' if bias else ''}",
+        "set the zero anew at standstill; the mean is brought to what is expected",
+        repair="subtract",
+        amount=off,
+    )

@@ -1,0 +1,133 @@
+"""What a finding changes in a recording: a cleaned copy, with a log; the original is only read."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from railsim.measurements import TIME, Measurements
+from railsim.quality._signals import filled
+from railsim.quality.clock import gridded, numbers
+from railsim.quality.interface import Finding
+from railsim.recording import Recording, write_recording
+
+_Columns = dict[str, np.ndarray]
+
+
+def repaired(measured: Measurements, findings: Sequence[Finding]) -> Measurements:
+    """A copy in which each finding's repair is made; notes change nothing."""
+    faults = [one for one in findings if one.severity == "fault" and one.repair != "none"]
+    if not faults:
+        return measured
+    frames = _frames(measured)
+    for one in (fault for fault in faults if fault.repair != "regrid"):
+        _change(frames[_rate(measured, one)], one)
+    for rate in {_rate(measured, one) for one in faults if one.repair == "regrid"}:
+        frames[rate] = _regrid(frames[rate], rate)
+    return Measurements(measured.about, frames, measured.track)
+
+
+def write_repaired(
+    recording: Recording, measured: Measurements, findings: Sequence[Finding], folder: Path | str
+) -> Path:
+    """Write the cleaned copy; its about.json holds the log under "inspection".
+
+    Parameters
+    ----------
+    recording : the original, from which truth (if any) is copied.
+    measured : the cleaned measurements.
+    findings : what was found and done.
+
+    Raises
+    ------
+    InputError : the folder cannot be written, or is the original's.
+    """
+    log = [one.stated() | {"done": _done(one)} for one in findings]
+    about: dict[str, Any] = {**measured.about, "inspection": {"of": recording.folder.name, "findings": log}}
+    frames = {rate: pd.DataFrame(columns) for rate, columns in _frames(measured).items()}
+    written = write_recording(
+        folder,
+        frames,
+        about,
+        recording.truth,
+        track=measured.track,
+        true_track=recording.true_track,
+        scenario=recording.scenario,
+    )
+    return Path(written)
+
+
+def _done(one: Finding) -> str:
+    """The repair in words."""
+    if one.severity == "note":
+        return "nothing"
+    words = {
+        "none": "nothing",
+        "blank": "samples left out",
+        "fill": "samples interpolated",
+        "subtract": f"{one.amount:.6g} subtracted",
+        "swap": f"exchanged with {one.other}",
+        "negate": "sign turned round",
+        "scale": f"divided by {one.amount:.6g}",
+        "regrid": "even times, missing rows left empty",
+    }
+    return words[one.repair]
+
+
+def _frames(measured: Measurements) -> dict[float, _Columns]:
+    frames: dict[float, _Columns] = {}
+    for name in measured:
+        table = frames.setdefault(measured.rate(name), {TIME: measured.time(name).copy()})
+        table[name] = measured[name].copy()
+    return frames
+
+
+def _rate(measured: Measurements, one: Finding) -> float:
+    if one.channel.startswith(TIME):
+        return float(one.channel.removeprefix(f"{TIME} at ").removesuffix(" Hz"))
+    return measured.rate(one.channel)
+
+
+def _change(table: _Columns, one: Finding) -> None:
+    time = table[TIME]
+    half = 0.5 * float(np.median(np.diff(time)))
+    at = one.samples if one.samples is not None else np.flatnonzero((time > one.start - half) & (time < one.end + half))
+    for name in _together(table, one.channel):
+        values = table[name]
+        if one.repair in ("blank", "fill"):
+            lost = np.isnan(values)
+            values[at] = np.nan
+            if one.repair == "fill":
+                table[name] = np.where(lost, np.nan, filled(values))
+        elif one.repair == "subtract":
+            values[at] -= one.amount
+        elif one.repair == "negate":
+            values *= -1.0
+        elif one.repair == "scale":
+            values /= one.amount
+    if one.repair == "swap" and one.other is not None:
+        table[one.channel], table[one.other] = table[one.other], table[one.channel]
+
+
+def _together(table: _Columns, name: str) -> list[str]:
+    """A tachometer's two channels are one measurement."""
+    for ending, other in ((".speed [m/s]", ".wheel_speed [rad/s]"), (".wheel_speed [rad/s]", ".speed [m/s]")):
+        twin = name.removesuffix(ending) + other
+        if name.endswith(ending) and twin in table:
+            return [name, twin]
+    return [name]
+
+
+def _regrid(table: _Columns, rate: float) -> _Columns:
+    """Rows on the even grid, those that are missing empty."""
+    place = numbers(table[TIME], rate).astype(int)
+    even = gridded(table[TIME], rate)
+    count = int(place[-1]) + 1
+    new: _Columns = {TIME: np.interp(np.arange(count), place, even)}
+    for name in list(table)[1:]:
+        new[name] = np.full(count, math.nan)
+        new[name][place] = table[name]
+    return new

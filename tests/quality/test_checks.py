@@ -1,0 +1,205 @@
+"""Each kind of fault in a synthetic rigid bogie: found, named, placed, repaired; the clean bogie: nothing."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from railsim.measurements import TIME, Measurements
+from railsim.quality.inspection import checks, inspect
+
+RATE, LENGTH, SPEED = 256.0, 20.0, 20.0
+ARM = np.array([1.2, 1.0, 0.0])
+ERRORS = {"noise_density": 4e-4, "bias_std": 0.02, "resolution": 1e-5, "scale_error_std": 0.002, "range": 80.0}
+Frames = dict[float, dict[str, np.ndarray]]
+
+
+def _movement(rng: np.random.Generator) -> np.ndarray:
+    """Band-limited random motion, 1 to 15 Hz, standard deviation 1, shape (n,)."""
+    count = round(RATE * LENGTH)
+    at = np.fft.rfftfreq(count, 1 / RATE)
+    spectrum = (rng.standard_normal(at.size) + 1j * rng.standard_normal(at.size)) * ((at > 1) & (at < 15))
+    values = np.fft.irfft(spectrum, count)
+    return values / values.std()
+
+
+def _bogie(seed: int) -> tuple[dict[str, object], Frames]:
+    """Two accelerometers and a gyro on a rigid body, a tachometer and a receiver: description and tables."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(RATE * LENGTH)) / RATE
+    turn = [0.02 * _movement(rng) for _ in range(3)]
+    alpha = [np.gradient(one, 1 / RATE, edge_order=2) for one in turn]
+    force = [0.5 * _movement(rng) for _ in range(3)]
+    force[2] = force[2] + 9.81
+    x, y, z = ARM
+    lead = [
+        force[0] + alpha[1] * z - alpha[2] * y,
+        force[1] + alpha[2] * x - alpha[0] * z,
+        force[2] + alpha[0] * y - alpha[1] * x,
+    ]
+
+    def noisy(values: np.ndarray, density: float) -> np.ndarray:
+        return values + density * np.sqrt(RATE / 2) * rng.standard_normal(values.size)
+
+    fast = {TIME: time}
+    fast |= {f"bogie.acceleration_{a} [m/s2]": noisy(v, 4e-4) for a, v in zip("xyz", force, strict=True)}
+    fast |= {f"bogie_lead.acceleration_{a} [m/s2]": noisy(v, 4e-4) for a, v in zip("xyz", lead, strict=True)}
+    names = ("roll", "pitch", "yaw")
+    fast |= {f"bogie.rate_{a} [rad/s]": noisy(v, 4e-5) for a, v in zip(names, turn, strict=True)}
+    slow, eight = np.arange(0, LENGTH, 1 / 64), np.arange(0, LENGTH, 1 / 8)
+    speed = SPEED + 0.002 * rng.standard_normal(slow.size)
+    frames: Frames = {
+        RATE: fast,
+        64.0: {TIME: slow, "wheelset1.wheel_speed [rad/s]": speed / 0.46, "wheelset1.speed [m/s]": speed},
+        8.0: {TIME: eight, "gnss.speed [m/s]": SPEED + 0.05 * rng.standard_normal(eight.size)},
+    }
+    gyro = {**ERRORS, "noise_density": 4e-5, "bias_std": 1e-3, "resolution": 1e-6, "range": 8.0}
+    sensors = [
+        {"kind": "accelerometer", "name": "bogie", "position": [0, 0, 0], "errors": ERRORS},
+        {"kind": "accelerometer", "name": "bogie_lead", "position": ARM.tolist(), "errors": ERRORS},
+        {"kind": "gyro", "name": "bogie", "position": [0, 0, 0], "errors": gyro},
+        {"kind": "tachometer", "name": "wheelset1"},
+        {"kind": "gnss", "name": "gnss"},
+    ]
+    for sheet in sensors:
+        quantity = {"accelerometer": "acceleration", "gyro": "rate"}.get(str(sheet["kind"]), "")
+        every = [name for table in frames.values() for name in table]
+        sheet |= {"body": "wheelset1" if sheet["kind"] == "tachometer" else "bogie"}
+        sheet["channels"] = [name for name in every if name.startswith(f"{sheet['name']}.{quantity}")]
+    return {"origin": "a test", "vehicle": {"wheel_radius": 0.46}, "sensors": sensors}, frames
+
+
+def _measured(about: dict[str, object], frames: Frames) -> Measurements:
+    return Measurements(about, {rate: pd.DataFrame(table) for rate, table in frames.items()})
+
+
+PITCH, LEAD_Z, SIDE = "bogie.rate_pitch [rad/s]", "bogie_lead.acceleration_z [m/s2]", "bogie.acceleration_y [m/s2]"
+TACHOMETER = "wheelset1.speed [m/s]"
+
+
+def _lose_rows(frames: Frames) -> None:
+    frames[RATE] = {name: np.delete(values, slice(1000, 1300)) for name, values in frames[RATE].items()}
+
+
+def _put(channel: str, part: slice, value: Callable[[np.ndarray], np.ndarray | float]) -> Callable[[Frames], None]:
+    def change(frames: Frames) -> None:
+        table = next(table for table in frames.values() if channel in table)
+        table[channel][part] = value(table[channel][part])
+
+    return change
+
+
+def _swap(frames: Frames) -> None:
+    table = frames[RATE]
+    table[PITCH], table["bogie.rate_roll [rad/s]"] = table["bogie.rate_roll [rad/s]"], table[PITCH]
+
+
+def _noise(values: np.ndarray) -> np.ndarray:
+    return values + 0.1 * np.random.default_rng(5).standard_normal(values.size)
+
+
+def _spiked(values: np.ndarray) -> np.ndarray:
+    changed = values.copy()
+    changed[[0, 2, 300]] += [6.0, -6.0, 6.0]
+    return changed
+
+
+def _jitter(values: np.ndarray) -> np.ndarray:
+    return values + np.random.default_rng(6).uniform(-0.3, 0.3, values.size) / RATE
+
+
+ALL, LATER = slice(None), slice(2560, None)
+CASES = {
+    "offset": (SIDE, _put(SIDE, ALL, lambda v: v + 2.0), 0.0, LENGTH),
+    "offset step": (LEAD_Z, _put(LEAD_Z, LATER, lambda v: v + 0.5), 10.0, LENGTH),
+    "noise": (SIDE, _put(SIDE, slice(1280, 2560), _noise), 5.0, 10.0),
+    "stuck": (LEAD_Z, _put(LEAD_Z, slice(1280, 1536), lambda v: v[0]), 5.0, 6.0),
+    "null": (PITCH, _put(PITCH, slice(1280, 1536), lambda _: 0.0), 5.0, 6.0),
+    "drop-out": (PITCH, _put(PITCH, slice(1280, 1536), lambda _: np.nan), 5.0, 6.0),
+    "spikes": (SIDE, _put(SIDE, slice(1280, 1792), _spiked), 5.0, 5.0 + 300 / RATE),
+    "saturation": (SIDE, _put(SIDE, ALL, lambda v: np.minimum(v, np.quantile(v, 0.98))), 0.0, LENGTH),
+    "clock": ("time [s] at 256 Hz", _put(TIME, slice(0, 0), lambda v: v), 5.0, 10.0),
+    "swapped": (PITCH, _swap, 0.0, LENGTH),
+    "inverted": (LEAD_Z, _put(LEAD_Z, ALL, lambda v: -v), 0.0, LENGTH),
+    "tachometer": (TACHOMETER, _put(TACHOMETER, ALL, lambda v: 1.15 * v), 0.0, LENGTH),
+}
+
+
+def _spoilt(kind: str) -> Measurements:
+    about, frames = _bogie(1)
+    if kind == "clock":
+        frames[RATE][TIME][1280:2560] = _jitter(frames[RATE][TIME][1280:2560])
+    CASES[kind][1](frames)
+    return _measured(about, frames)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_found_in_a_rigid_bogie(seed: int):
+    assert inspect(_measured(*_bogie(seed))).findings == []
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_fault_is_found_named_and_placed(kind: str):
+    channel, _, start, end = CASES[kind]
+    found = inspect(_spoilt(kind)).faults
+    assert [one.kind for one in found] == [kind]
+    assert channel in (found[0].channel, found[0].other)
+    if kind == "saturation":  # the first and last sample that is cut off
+        clean = _measured(*_bogie(1))
+        start, end = clean.time(channel)[clean[channel] > np.quantile(clean[channel], 0.98)][[0, -1]]
+    assert abs(found[0].start - start) < 0.5
+    assert abs(found[0].end - end) < 0.5
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_repair_brings_the_true_samples_back(kind: str):
+    about, frames = _bogie(1)
+    clean, mended = _measured(about, frames), inspect(_spoilt(kind)).cleaned
+    for name in clean:
+        if name == "wheelset1.wheel_speed [rad/s]":
+            continue  # the case spoils one of the tachometer's two channels, the repair divides both
+        off = mended[name] - clean[name]
+        spread = float(clean[name].std())
+        allowed = 0.25 if kind in ("offset", "offset step", "spikes") else 1e-9
+        allowed = 0.02 * 20 if kind == "tachometer" and name == TACHOMETER else allowed * spread
+        assert np.nanmax(np.abs(off)) <= allowed, name
+        assert np.isfinite(mended[name]).mean() > 0.7
+
+
+def test_missing_rows_come_back_as_a_gap():
+    about, frames = _bogie(2)
+    whole = frames[RATE][TIME].copy()
+    _lose_rows(frames)
+    done = inspect(_measured(about, frames))
+    assert [(one.kind, one.channel) for one in done.faults] == [("drop-out", "time [s] at 256 Hz")]
+    np.testing.assert_allclose(done.cleaned.time(PITCH), whole, atol=1e-9)
+    assert np.flatnonzero(np.isnan(done.cleaned[PITCH])).tolist() == list(range(1000, 1300))
+
+
+def test_a_step_that_two_sensors_feel_is_real():
+    about, frames = _bogie(3)
+    for name in ("bogie.acceleration_x [m/s2]", "bogie_lead.acceleration_x [m/s2]"):
+        frames[RATE][name][2560:3328] -= 0.8
+    assert not [one for one in inspect(_measured(about, frames)).faults if one.kind == "offset step"]
+
+
+def test_a_sliding_wheel_is_a_note_and_missing_pulses_are_a_fault():
+    slide, broken = np.ones(1280), np.ones(1280)
+    slide[400:800] = 1 - 0.2 * np.clip(np.minimum(np.arange(400), 400 - np.arange(400)) / 64, 0, 1)
+    broken[400:800] = 0.6
+    for shape, kind, severity in ((slide, "slip", "note"), (broken, "tachometer", "fault")):
+        about, frames = _bogie(4)
+        for name in (TACHOMETER, "wheelset1.wheel_speed [rad/s]"):
+            frames[64.0][name] *= shape
+        found = inspect(_measured(about, frames)).findings
+        assert [(one.kind, one.severity) for one in found] == [(kind, severity)]
+
+
+def test_every_finding_says_what_to_do():
+    assert len(checks()) == 10
+    for kind in CASES:
+        for one in inspect(_spoilt(kind)).findings:
+            assert one.advice
+            assert one.extent
+            assert one.text().startswith(one.channel)
