@@ -12,6 +12,8 @@ from railsim.spec import quantity
 
 _MOST = 10  # outliers that are fitted together
 
+_APART = 16  # samples: more than two outliers in that many are a transient, which is real
+
 
 class Spikes(Check, frozen=True):
     """Additive outliers of the autoregressive model that are large beside the channel's own movement."""
@@ -68,6 +70,8 @@ class Spikes(Check, frozen=True):
             match = np.correlate(np.concatenate([reach, np.zeros(white.filter.size - 1)]), white.filter, mode="valid")
             places = sorted({*places, window.start + int(np.argmax(np.abs(match)))})
             before, after, sizes = fitted(white, white.filter, places, window)
+            if len(places) > 2 + (places[-1] - places[0]) // _APART:
+                break
             if after < max(self.clean, self.rest * before):
                 return {at: float(size * white.scale[at]) for at, size in zip(places, sizes, strict=True)}
             left = white.innovations.copy()

@@ -147,7 +147,7 @@ def test_fault_is_found_named_and_placed(kind: str):
     assert channel in (found[0].channel, found[0].other)
     if kind == "saturation":  # the first and last sample that is cut off
         clean = _measured(*_bogie(1))
-        start, end = clean.time(channel)[clean[channel] > np.quantile(clean[channel], 0.98)][[0, -1]]
+        start, end = clean.time(SIDE)[clean[SIDE] > np.quantile(clean[SIDE], 0.98)][[0, -1]]
     assert abs(found[0].start - start) < 0.5
     assert abs(found[0].end - end) < 0.5
 
