@@ -12,7 +12,7 @@ from estimators._space import Way
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
-LEAST_DENSITY = 1e-9  # a sensor without any stated noise is taken to have this one
+LEAST_DENSITY = 1e-7  # a sensor without any stated noise is taken to have this one
 LEAST_BIAS = 1e-6
 CROSSOVER = 60.0  # m; roll comes from the lateral acceleration above this wavelength, from the roll gyro below it
 CURVE = 20.0  # m; yaw rates of longer wavelengths turn about the vertical, shorter ones about the bogie's own axis
@@ -95,6 +95,7 @@ def reading(
     turning: tuple[np.ndarray, np.ndarray] | None = None,
     typical: float = 0.0,
     roll_std: float = 0.0,
+    mounting: float | None = None,
 ) -> Reading:
     """A channel on the grid.
 
@@ -104,13 +105,14 @@ def reading(
     turning : motions across the sensor's axis, shapes (n,), of which it shows a little by its mounting; the first also
         by an error of the roll, of which `roll_std` is the standard deviation, rad.
     typical : what the sensor shows at rest, unit of the channel; its scale error makes a bias of that.
+    mounting : standard deviation of the share of `turning` that is seen; that of the data sheet where not given.
     """
     values, valid = way.channel(measurements, name, ahead=way.spacing / 2)
     errors = stated(measurements, name).get("errors", {})
     rounding = float(errors.get("resolution", 0.0)) / np.sqrt(6.0 * measurements.rate(name))
     scale = float(errors.get("scale_error_std", 0.0))
     bias = np.hypot(float(errors.get("bias_std", 0.0)), typical * scale)
-    mounting = float(errors.get("misalignment_std", 0.0))
+    mounting = float(errors.get("misalignment_std", 0.0)) if mounting is None else mounting
     correction = np.zeros(len(way.s)) if correction is None else correction
     return Reading(
         name,

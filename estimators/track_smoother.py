@@ -2,6 +2,7 @@
 every value is uncertain by.
 """
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -34,6 +35,7 @@ STIFF_AND_HEAVY: tuple[str, ...] = (
     "bogie_pitch_inertia",
 )
 DAMPED: tuple[str, ...] = ("primary_vertical_damping", "secondary_vertical_damping")
+NOD_REACH = 20.0  # m; the speed's own noise is averaged over this length
 CENTRED = 0.05  # m; a vertical accelerometer farther to the side feels roll and is not used
 
 
@@ -216,14 +218,36 @@ def curved(moved: Attitude, way: Way) -> np.ndarray:
 
 
 def displacements(measurements: Measurements, way: Way, half_difference: bool) -> list[Reading]:
-    """Primary displacement transducers, left and right of a wheelset together."""
+    """Primary displacement transducers, left and right of a wheelset together.
+
+    Their mean also shows how the bogie pitches as the vehicle is braked or driven: a length per acceleration that
+    depends on where the force comes from, and so is estimated.
+    """
+    turning = None if half_difference else (forward(way), np.zeros(len(way.s)))
     found = []
     for number, x in ((1, 1.0), (2, -1.0)):
         names = [f"primary{number}_{side}.displacement [m]" for side in ("left", "right")]
         if all(name in measurements for name in names):
-            pair = [reading(measurements, way, name, Output("displacement", (x, 0.0, 0.0))) for name in names]
+            output = Output("displacement", (x, 0.0, 0.0))
+            pair = [
+                reading(measurements, way, name, output, turning=turning, mounting=nod(measurements.vehicle))
+                for name in names
+            ]
             found.append(combined(pair[0], pair[1], half_difference))
     return found
+
+
+def forward(way: Way) -> np.ndarray:
+    """Acceleration along the track from the speed, m/s2, shape (n,): mean over `NOD_REACH`."""
+    speed = uniform_filter1d(way.speed, max(1, round(NOD_REACH / way.spacing)))
+    return speed * np.gradient(speed, way.spacing)
+
+
+def nod(vehicle: Mapping[str, float]) -> float:
+    """Movement over a wheelset as all of the vehicle's inertia pitches the bogie, m per m/s2: the most there can be."""
+    mass = vehicle["body_mass"] + vehicle["bogie_mass"] + 2.0 * vehicle["wheelset_mass"]
+    lever = vehicle["secondary_height"] - vehicle["wheel_radius"]
+    return mass * abs(lever) / (4.0 * vehicle["primary_vertical_stiffness"] * vehicle["semi_wheelbase"])
 
 
 def add(series: pd.DataFrame, name: str, fused: Fused, way: Way, lead: float) -> None:
