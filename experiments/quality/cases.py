@@ -94,10 +94,15 @@ def restored(clean: Measurements, spoilt: Measurements, truth: Truth) -> dict[st
     """Largest rms error of any estimator after the repair, and without it, over that from the clean recording."""
     before = _errors(clean, truth)
     after, without = _errors(inspect(spoilt).cleaned, truth), _errors(spoilt, truth)
-    worst = {key: after.get(key, np.inf) / value for key, value in before.items()}
+    worst = {key: after[key] / value for key, value in before.items() if key in after}
     name = max(worst, key=lambda key: worst[key]) if worst else ""
-    raw = max((without.get(key, np.inf) / value for key, value in before.items()), default=np.nan)
-    return {"repaired over clean": worst.get(name, np.nan), "worst score": name, "spoilt over clean": raw}
+    raw = max((without[key] / value for key, value in before.items() if key in without), default=np.nan)
+    return {
+        "repaired over clean": worst.get(name, np.nan),
+        "worst score": name,
+        "lost": len(before) - len(worst),
+        "spoilt over clean": raw,
+    }
 
 
 def _errors(measured: Measurements, truth: Truth) -> dict[str, float]:

@@ -30,8 +30,10 @@ def checks() -> list[Check]:
 def inspect(measured: Measurements) -> Inspection:
     """Verify a recording before use (Ward et al. 2011, section 6)."""
     findings: list[Finding] = []
+    cleaned = measured
     for check in checks():
         new = check.find(measured)
         measured = repaired(measured, new)
+        cleaned = repaired(cleaned, [one for one in new if one.repair != "mask"])
         findings += new
-    return Inspection(sorted(findings, key=lambda one: (one.severity != "fault", one.start)), measured)
+    return Inspection(sorted(findings, key=lambda one: (one.severity != "fault", one.start)), cleaned)

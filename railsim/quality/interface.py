@@ -10,7 +10,7 @@ from railsim.measurements import Measurements
 from railsim.spec import Spec
 
 Severity = Literal["fault", "note"]
-Repair = Literal["none", "blank", "fill", "subtract", "swap", "negate", "scale", "regrid"]
+Repair = Literal["none", "mask", "blank", "fill", "subtract", "swap", "negate", "scale", "regrid"]
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Finding:
     extent : how large it is, in words.
     advice : what to do about it.
     severity : "note" for what belongs to service (a receiver's outage, a sliding wheel): nothing is wrong.
-    repair : what `railsim.quality.repair` does about it.
+    repair : what `railsim.quality.repair` does about it; "mask" keeps the samples from later checks only.
     amount : of `subtract` (unit of the channel) and `scale` (factor by which to divide).
     other : the other channel of a swap.
     samples : numbers of the samples that are blanked or filled, where not all from `start` to `end` are; shape (n,).

@@ -73,8 +73,8 @@ class Noise(Check, frozen=True):
                     float(time[ends[0]]),
                     float(time[ends[1]]),
                     f"{float(np.median(floor[first:last])):.3g} times the data sheet's noise density",
-                    "check screen and supply; treat the stretch as a gap where its high frequencies matter",
-                    repair="blank",
+                    "check screen and supply; the samples stay: give them less weight",
+                    repair="mask",
                 )
             )
         return found

@@ -66,6 +66,7 @@ def _done(one: Finding) -> str:
         return "nothing"
     words = {
         "none": "nothing",
+        "mask": "nothing",
         "blank": "samples left out",
         "fill": "samples interpolated",
         "subtract": f"{one.amount:.6g} subtracted",
@@ -97,7 +98,7 @@ def _change(table: _Columns, one: Finding) -> None:
     at = one.samples if one.samples is not None else np.flatnonzero((time > one.start - half) & (time < one.end + half))
     for name in _together(table, one.channel):
         values = table[name]
-        if one.repair in ("blank", "fill"):
+        if one.repair in ("mask", "blank", "fill"):
             lost = np.isnan(values)
             values[at] = np.nan
             if one.repair == "fill":

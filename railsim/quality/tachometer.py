@@ -82,8 +82,10 @@ class Tachometer(Check, frozen=True):
         text = f"{100 * off:+.1f} % off the other speed"
         start, end = float(time[ends[0]]), float(time[min(ends[1], time.size) - 1])
         if broken:
-            advice = "speed jumps faster than a wheel can be braked: pulses are missing; treat the stretch as a gap"
-            return Finding("tachometer", name, start, end, text, advice, repair="blank")
+            pad = round(0.15 * rate)
+            hit = np.arange(max(0, ends[0] - pad), min(time.size, ends[1] + pad))
+            advice = "speed jumps faster than a wheel can be braked: pulses are missing; interpolated"
+            return Finding("tachometer", name, start, end, text, advice, repair="fill", samples=hit)
         return Finding("slip", name, start, end, text, "a wheel slides or spins: true, but not running speed", "note")
 
 

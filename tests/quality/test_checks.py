@@ -161,6 +161,8 @@ def test_repair_brings_the_true_samples_back(kind: str):
             continue  # the case spoils one of the tachometer's two channels, the repair divides both
         off = mended[name] - clean[name]
         spread = float(clean[name].std())
+        if kind == "noise":
+            continue  # reported, not taken out
         allowed = 0.25 if kind in ("offset", "offset step", "spikes") else 1e-9
         allowed = 0.02 * 20 if kind == "tachometer" and name == TACHOMETER else allowed * spread
         assert np.nanmax(np.abs(off)) <= allowed, name
