@@ -16,7 +16,8 @@ from estimators._shaping import Noise, Passage, Prior, passage
 from estimators._smoother import backward, forward
 from estimators._space import Way
 
-FLOOR = 0.01  # of what a sensor typically shows: the least that the linear model is trusted not to explain
+FLOOR = 0.007  # of what a sensor typically shows: the least that the linear model is trusted not to explain
+STRUCTURE = 0.015  # of what a sensor shows: standard deviation of what the model leaves out; tuned on straight_erri_low
 SPEED_RATIO = 1.5  # between speeds at which uncertainties of bands are computed; in between they are interpolated
 FITTED = (2.5, 60.0)  # m; wavelengths from which the level of the spectrum is found
 LEAST_SPREAD = 1.02  # of the speed: less counts as constant
@@ -68,7 +69,7 @@ class Plane:
     def information(self, speed: float, spacing: float, distance_error: float, prior: Prior) -> Information:
         """Spectra at a speed with the floor under the readings' noise."""
         systems = deviations(lambda p: self.system(p, speed), self.vehicle, self.unknown)
-        scales = np.array([one.scale for one in self.readings])
+        scales = np.array([np.hypot(one.scale, STRUCTURE) for one in self.readings])
         noise = self.noise()
         plain = information(systems, prior, noise, speed, self.wheelbase, scales, distance_error)
         floor = np.array([plain.rms(np.abs(one) ** 2 * plain.track) for one in plain.H.T]) * FLOOR
@@ -137,7 +138,8 @@ def fuse(plane: Plane, way: Way, bands: dict[str, Band], distance_error: float) 
     seen = way.valid & np.any([np.isfinite(one.values) for one in plane.readings], axis=0)
     band_std = {}
     for name, band in bands.items():
-        usual = _over(way.speed, speeds, [one.rms(one.with_model_error, band) ** 2 for one in known])
+        usual = _over(way.speed, speeds, [one.rms(one.bound, band) ** 2 for one in known])
+        usual += _between(way.speed, speeds, [one.local(values, way.spacing, band) for one in known])
         band_std[name] = np.sqrt(usual + np.where(_near_gap(seen, way.spacing, band.longest), excess, 0.0))
     bounds = plane.bounds(float(np.median(way.speed)), prior, bands)
     return Fused(way.s, values, np.sqrt(variance + wrong), band_std, seen, prior.level, bounds)
@@ -223,3 +225,11 @@ def _slope_variance(prior: Prior) -> float:
 def _over(speed: np.ndarray, speeds: np.ndarray, values: list[float]) -> np.ndarray:
     """Interpolated over the logarithm of the speed."""
     return np.interp(np.log(speed), np.log(speeds), values)
+
+
+def _between(speed: np.ndarray, speeds: np.ndarray, courses: list[np.ndarray]) -> np.ndarray:
+    """Courses over the places for each of `speeds`, each place interpolated to its own speed; shape (n,)."""
+    place = np.interp(np.log(speed), np.log(speeds), np.arange(len(speeds), dtype=float))
+    low = np.minimum(place.astype(int), max(len(speeds) - 2, 0))
+    high, at, stacked = np.minimum(low + 1, len(speeds) - 1), np.arange(len(speed)), np.stack(courses)
+    return stacked[low, at] + (place - low) * (stacked[high, at] - stacked[low, at])

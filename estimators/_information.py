@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import fft
+from scipy.ndimage import uniform_filter1d
 
 from estimators._bands import Band, response
 from estimators._planes import System
@@ -56,9 +58,30 @@ class Information:
     @cached_property
     def with_model_error(self) -> np.ndarray:
         """The bound and what the unknowns in the model leave, m^2/(rad/m)."""
+        return self.bound + self.track * np.sum(np.abs(self.left) ** 2, axis=0)
+
+    @cached_property
+    def left(self) -> np.ndarray:
+        """What the smoother makes of each unknown per metre of irregularity, W dH, shape (unknowns, k)."""
         gains = self.bound[:, None] * self.weighed
-        left = np.einsum("km,ukm->uk", gains, self.wrong)
-        return self.bound + self.track * np.sum(np.abs(left) ** 2, axis=0)
+        return np.einsum("km,ukm->uk", gains, self.wrong)
+
+    def local(self, values: np.ndarray, spacing: float, band: Band) -> np.ndarray:
+        """Variance that the unknowns leave in a band of an irregularity, m^2, along it, mean over the longest wave.
+
+        To first order the error is the sum over the unknowns of z W dH * irregularity with z of unit variance, so that
+        its size goes with what the track really has where the model is unsure, not with a smooth spectrum.
+        """
+        reach = round(band.longest / spacing)
+        padded = np.pad(values, min(reach, len(values) - 1), mode="reflect")
+        size = int(fft.next_fast_len(len(padded), real=True) or len(padded))
+        k = 2 * np.pi * fft.rfftfreq(size, spacing)
+        spectrum = np.asarray(fft.rfft(padded, size)) * response(k, band)
+        total = np.zeros(len(padded))
+        for one in self.left:
+            total += fft.irfft(spectrum * np.interp(k, self.wavenumber, one), size)[: len(padded)] ** 2
+        first = (len(padded) - len(values)) // 2
+        return uniform_filter1d(total, max(1, reach), mode="nearest")[first : first + len(values)]
 
     def rms(self, density: np.ndarray, band: Band | None = None) -> float:
         """Root of the integral of a density, over a band by the response of the band filters, m."""

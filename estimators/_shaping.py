@@ -5,12 +5,15 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 from estimators._planes import System
 from estimators._smoother import Steps
 
 SPEED_STEP = 0.01  # relative distance of the speeds in the tables; between them transitions are interpolated
+EXACT_STEP = 0.08  # the same of those whose matrix exponential is computed; splines in between
+SPLINE_LEAST = 12  # speeds in the table below which all are computed
 CORNERS = (0.0206, 0.8246)  # rad/m: shape of the spectra of ERRI B176 (1989)
 SHORT = 0.438  # rad/m: ERRI's third corner, of cross level
 
@@ -143,7 +146,12 @@ def passage(
     """
     low, high = float(np.min(speed)), float(np.max(speed))
     speeds = np.geomspace(low, high * (1 + 1e-9), max(2, int(np.ceil(np.log(high / low) / SPEED_STEP)) + 1))
-    tables = [_step(system(float(one)), prior, noise, spacing, spacing / float(one)) for one in speeds]
+    after_step = prior.step(spacing)
+    moves = _moves(system, speeds, spacing)
+    tables = [
+        _step(move, after_step, noise, len(start), spacing / float(one))
+        for move, one in zip(moves, speeds, strict=True)
+    ]
     m, n, p = len(noise.density), len(start), len(prior.corners)
     present = noise.tilt > 0
     tilted, index = int(present.sum()), np.arange(m)
@@ -166,19 +174,40 @@ def passage(
     return Passage(steps, speeds, spacing, count, P, line)
 
 
-def _step(system: System, prior: Prior, noise: Noise, spacing: float, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """F and Q of `Steps` for steps of `dt` s; irregularities go linearly from place to place, outputs are means."""
-    n, m, p = len(system.A), len(system.C), len(prior.corners)
-    held = m + int((noise.tilt > 0).sum())  # biases and tilts
+def _moves(system: Callable[[float], System], speeds: np.ndarray, spacing: float) -> np.ndarray:
+    """States after a step and mean outputs over it, from states, inputs and their rates; shape (speeds, n + m, n + 4).
+
+    They are smooth in the logarithm of the speed, so that cubic splines take the place of most exponentials.
+    """
+    count = int(np.ceil(np.log(speeds[-1] / speeds[0]) / EXACT_STEP)) + 3
+    if len(speeds) < max(SPLINE_LEAST, count):
+        return np.stack([_move(system(float(one)), spacing / float(one)) for one in speeds])
+    exact = np.geomspace(speeds[0], speeds[-1], count)
+    moves = np.stack([_move(system(float(one)), spacing / float(one)) for one in exact])
+    return CubicSpline(np.log(exact), moves)(np.log(np.clip(speeds, exact[0], exact[-1])))
+
+
+def _move(system: System, dt: float) -> np.ndarray:
+    """The same at one speed, for a step of `dt` s."""
+    n, m = len(system.A), len(system.C)
     whole = np.zeros((n + 4 + m, n + 4 + m))
     whole[:n, : n + 4] = np.hstack([system.A, system.B, system.E])
     whole[n : n + 2, n + 2 : n + 4] = np.eye(2)
     whole[n + 4 :, : n + 4] = np.hstack([system.C, system.D, system.G])
-    moved = expm(whole * dt)[[*range(n), *range(n + 4, n + 4 + m)]]
+    moved = expm(whole * dt)[[*range(n), *range(n + 4, n + 4 + m)], : n + 4]
     moved[n:] /= dt
+    return moved
+
+
+def _step(
+    moved: np.ndarray, own_step: tuple[np.ndarray, np.ndarray], noise: Noise, n: int, dt: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """F and Q of `Steps` for steps of `dt` s; irregularities go linearly from place to place, outputs are means."""
+    T, new = own_step
+    m, p = len(noise.density), len(T)
+    held = m + int((noise.tilt > 0).sum())  # biases and tilts
     after = moved[:, n + 2 : n + 4] / dt
     before = moved[:, n : n + 2] - after
-    T, new = prior.step(spacing)
     order = np.array([*range(1, p), 0])  # the irregularity stands last in the top
     own = np.zeros((p, n + held + p + 2))
     own[:, n + held : n + held + p] = T[np.ix_(order, order)]

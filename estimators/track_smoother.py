@@ -24,7 +24,8 @@ ROLL, SIDE = "bogie.rate_roll [rad/s]", "bogie.acceleration_y [m/s2]"
 LEVEL = 4.032e-7 * 0.8246**2  # m rad; vertical irregularity of ERRI B176 (1989) "low", where none can be fitted
 CANT_CORNERS = (0.001, 0.8246)  # rad/m; ERRI's upper corner, and freedom for the design cant below
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
-SHIFT_SHARES = {"d1": 0.7, "d2": 0.7, "d3": 0.3}  # the same of what a wheelset's lateral shift makes
+SHIFT_SHARES = {"d1": 0.65, "d2": 0.7, "d3": 0.3}  # the same of what a wheelset's lateral shift makes; tuned likewise
+SHIFT_GROWTH = 0.75  # power of the spectrum's level; between linear (0.5) and products of two motions (1)
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
 STIFF_AND_HEAVY: tuple[str, ...] = (
@@ -55,19 +56,22 @@ class TrackSmoother(Estimator, frozen=True):
     )
 
     curve_error: float = quantity(
-        0.003,
+        0.0022,
         unit="m/rad (standard deviation of the height by the roll on canted track)",
-        source="illustrative: wheelset lifted by its lateral shift, products of angles that the model leaves out",
+        source="tuned on curve_r400: wheelset lifted by its lateral shift, products of angles not modelled",
         ge=0.0,
     )
 
     shift_error: float = quantity(
-        1.5e-4, unit="m (standard deviation of cross level on track like ERRI low)", source="illustrative", ge=0.0
+        2.0e-4,
+        unit="m (standard deviation of cross level on track like ERRI low)",
+        source="tuned on straight_erri_low and straight_erri_high: roll of wheelsets that shift between the rails",
+        ge=0.0,
     )
     flange_error: float = quantity(
         2.5e-3,
         unit="m per m/s2 of unbalanced lateral acceleration (standard deviation of cross level)",
-        source="illustrative: wheelset lifted by its flange",
+        source="tuned on curve_r400: wheelset lifted by its flange",
         ge=0.0,
     )
 
@@ -176,8 +180,9 @@ class TrackSmoother(Estimator, frozen=True):
         if moved is None:
             return np.zeros(len(way.s)), np.zeros(len(way.s))
         given = (p["bogie_mass"] + p["body_mass"]) * centripetal(moved, way) / (4 * p["primary_vertical_stiffness"])
-        canted = uniform_filter1d(np.abs(moved.roll - np.median(moved.roll)), max(1, round(CURVE_REACH / way.spacing)))
-        return given, self.curve_error * canted * curved(moved, way)
+        curve = curved(moved, way)
+        canted = uniform_filter1d(np.abs(beyond_straight(moved.roll, curve)), max(1, round(CURVE_REACH / way.spacing)))
+        return given, self.curve_error * canted * curve
 
     def _canted(self, measurements: Measurements, way: Way) -> np.ndarray:
         """Where a curve's cant stands in the cross level and cannot be told from a rail's own irregularity."""
@@ -191,12 +196,12 @@ class TrackSmoother(Estimator, frozen=True):
         track's roughness, and with the flange's contact where a curve's cant does not balance the speed.
         """
         moved = attitude(measurements, way)
-        rough = self.shift_error * np.sqrt(level.level / (4 * LEVEL))
+        rough = self.shift_error * (level.level / (4 * LEVEL)) ** SHIFT_GROWTH
         if moved is None:
             return np.full(len(way.s), rough)
         count = max(1, round(CURVE_REACH / way.spacing))
-        unbalanced = np.abs(uniform_filter1d(moved.side - np.median(moved.side), count))
-        unbalanced *= curved(moved, way)
+        curve = curved(moved, way)
+        unbalanced = np.abs(uniform_filter1d(beyond_straight(moved.side, curve), count)) * curve
         return np.hypot(rough, self.flange_error * unbalanced)
 
     def _unknown(self) -> dict[str, float]:
@@ -215,6 +220,11 @@ def curved(moved: Attitude, way: Way) -> np.ndarray:
     count = max(1, round(CURVE_REACH / way.spacing))
     curvature = np.abs(uniform_filter1d(moved.turn / way.speed, count))
     return curvature > CANTED + 2.0 * moved.turn_std / way.speed
+
+
+def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:
+    """Values less their median outside curves, which is the sensor's bias; as they are where all is curve."""
+    return values if curve.all() else values - np.median(values[~curve])
 
 
 def displacements(measurements: Measurements, way: Way, half_difference: bool) -> list[Reading]:

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from experiments.figures.track_accuracy import FUSED, GRADES, LENGTHS, RUNS, TrackAccuracy
+from experiments.figures.track_accuracy import FUSED, GRADES, JUDGED, LENGTHS, RUNS, TrackAccuracy
 
 
 def _table(error: float, share: float) -> pd.DataFrame:
@@ -17,10 +17,20 @@ def _table(error: float, share: float) -> pd.DataFrame:
         for band in ("d1", "d2", "d3")
     ]
     rows += [
-        common | {"part": "coverage", "speed [m/s]": speed, "grade": "mems", "band": band, "track": track, "seed": 0}
+        common
+        | {
+            "quantity": quantity,
+            "part": "coverage",
+            "speed [m/s]": speed,
+            "grade": "mems",
+            "band": band,
+            "track": track,
+            "seed": 0,
+        }
         for track, (_, _, speeds) in RUNS.items()
         for speed in speeds
         for band in ("d1", "d2")
+        for quantity in JUDGED
     ]
     return pd.DataFrame(rows)
 
@@ -28,7 +38,7 @@ def _table(error: float, share: float) -> pd.DataFrame:
 @pytest.mark.parametrize(("error", "share", "held"), [(0.12, 0.95, True), (0.3, 0.99, False), (0.3, 0.8, False)])
 def test_claims_follow_the_numbers(error: float, share: float, held: bool):
     claims = TrackAccuracy().check(_table(error, share))
-    assert len(claims) == 2 * len(GRADES) + 1 + 9 + 1
+    assert len(claims) == 2 * len(GRADES) + 1 + len(JUDGED) * (9 + 1)
     assert {claim.held for claim in claims} == {held}
 
 
