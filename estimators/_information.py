@@ -79,7 +79,8 @@ class Information:
         spectrum = np.asarray(fft.rfft(padded, size)) * response(k, band)
         total = np.zeros(len(padded))
         for one in self.left:
-            total += fft.irfft(spectrum * np.interp(k, self.wavenumber, one), size)[: len(padded)] ** 2
+            error = np.asarray(fft.irfft(spectrum * np.interp(k, self.wavenumber, one), size))
+            total += error[: len(padded)] ** 2
         first = (len(padded) - len(values)) // 2
         return uniform_filter1d(total, max(1, reach), mode="nearest")[first : first + len(values)]
 

@@ -12,7 +12,7 @@ from estimators._planes import System
 from estimators._smoother import Steps
 
 SPEED_STEP = 0.01  # relative distance of the speeds in the tables; between them transitions are interpolated
-EXACT_STEP = 0.08  # the same of those whose matrix exponential is computed; splines in between
+EXACT_STEP = 0.06  # the same of those whose matrix exponential is computed; splines in between
 SPLINE_LEAST = 12  # speeds in the table below which all are computed
 CORNERS = (0.0206, 0.8246)  # rad/m: shape of the spectra of ERRI B176 (1989)
 SHORT = 0.438  # rad/m: ERRI's third corner, of cross level

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
-from estimators._bands import BANDS
+from estimators._bands import BANDS, response
 from estimators._information import information
 from estimators._planes import Output, roll, vertical
-from estimators._shaping import Noise, Passage, Prior, passage
+from estimators._shaping import Noise, Passage, Prior, _move, _moves, passage
 from estimators._smoother import backward, forward
 from railsim.vehicles.manchester import Manchester
 
@@ -149,3 +149,26 @@ def test_bound_goes_from_the_prior_to_the_noise():
     inside = (sharp.wavenumber > 2 * np.pi / 70.0) & (sharp.wavenumber < 2 * np.pi / 3.0)
     np.testing.assert_allclose(sharp.bound[inside], expected[inside], rtol=1e-3)
     assert sharp.rms(sharp.bound, BANDS["d1"]) < sharp.rms(sharp.bound, BANDS["d2"]) < sharp.rms(sharp.bound)
+
+
+def test_moves_between_exact_speeds_are_splines_of_them():
+    speeds = np.geomspace(2.0, 30.0, 200)
+    system = vertical(VEHICLE, OUTPUTS)
+    exact = np.stack([_move(system, 0.125 / speed) for speed in speeds])
+    size = np.abs(exact).max(axis=0)
+    error = np.abs(_moves(lambda _: system, speeds, 0.125) - exact).max(axis=0)
+    np.testing.assert_array_less(error, 2e-4 * size + 1e-12)
+
+
+def test_local_model_error_of_a_wave_is_that_of_its_wavenumber():
+    """Half the squared amplitude that the unknowns leave of a pure wave, four times that where it is twice as high."""
+    system, other = (vertical(VEHICLE | {"bogie_mass": m * VEHICLE["bogie_mass"]}, OUTPUTS) for m in (1.0, 1.05))
+    known = information([system, other], PRIOR, _noise(6), 20.0, 4 * SPACING, np.array([0.01, 0.01]), 0.01)
+    s, k, band = np.arange(0.0, 2000.0, 0.125), 2 * np.pi / 12.0, BANDS["d1"]
+    height = np.where(s < 1000.0, 1.0, 2.0) * 1e-3
+    found = known.local(height * np.sin(k * s), 0.125, band)
+    left = np.array([np.interp(k, known.wavenumber, one) for one in known.left])
+    expected = 0.5 * np.sum(np.abs(left) ** 2) * float(response(np.array([k]), band)[0]) ** 2 * height**2
+    for place in (500.0, 1500.0):
+        at = round(place / 0.125)
+        assert found[at] == pytest.approx(expected[at], rel=0.05)
