@@ -45,7 +45,7 @@ SPREAD = {  # relative standard deviation of the true parameters about the nomin
     "secondary_vertical_damping": 0.06,
 }
 FAST_LENGTH = 400.0  # m
-DRAWS = 6  # vehicles and specimens of their sensors for each track and speed
+DRAWS = 4  # vehicles and specimens of their sensors for each track and speed
 HONEST = (0.90, 0.97)
 JUDGED = ("vertical", "cross_level")
 QUANTITIES = ("vertical", "cross_level", "left_vertical", "right_vertical", "lateral")
