@@ -22,9 +22,13 @@ def execute(given: argparse.Namespace) -> Outcome:
 
 
 def score_table(rows: Sequence[dict[str, Any]]) -> str:
-    """Scores side by side: a row a score, a column an estimator."""
-    names = list(dict.fromkeys(row["estimator"] for row in rows))
-    keys = list(dict.fromkeys((row["score"], row["unit"]) for row in rows))
-    values = {(row["score"], row["unit"], row["estimator"]): row["value"] for row in rows}
-    lines = [[score, unit, *(values.get((score, unit, name)) for name in names)] for score, unit in keys]
-    return table(["score", "unit", *names], lines)
+    """Scores side by side: a row a score, a column an estimator; a table for each group of estimators that have the
+    same scores.
+    """
+    values: dict[tuple[str, str], dict[str, float]] = {}
+    for row in rows:
+        values.setdefault((row["score"], row["unit"]), {})[row["estimator"]] = row["value"]
+    groups: dict[tuple[str, ...], list[list[Any]]] = {}
+    for (name, unit), found in values.items():
+        groups.setdefault(tuple(found), []).append([name, unit, *found.values()])
+    return "\n\n".join(table(["score", "unit", *names], lines) for names, lines in groups.items())
