@@ -13,7 +13,8 @@ import pydantic
 import yaml
 
 from railsim import registry, vehicles
-from railsim.engines.interface import LONGEST_STEP, SLOWEST, creep_rate, default_substeps
+from railsim.contact.wheel import SLOWEST
+from railsim.engines.interface import LONGEST_STEP, creep_rate, default_substeps
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.overrides import override

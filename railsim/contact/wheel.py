@@ -30,7 +30,7 @@ from railsim.contact.polach import friction_coefficient, polach_force
 
 NEAREST = 1e-8  # m; last step of the search for the place where wheel and rail are nearest; its square is the error
 NEAREST_STEPS = 8  # of Newton's method at most; one or two do on the tread
-SPEED_FLOOR = 0.1  # m/s; creepage = slip velocity / sqrt(V^2 + SPEED_FLOOR^2), finite at standstill
+SLOWEST = 0.5  # m/s; creepage = slip velocity / (V^4 + SLOWEST^4)^(1/4), finite at standstill
 
 
 class ContactLaw(NamedTuple):
@@ -175,7 +175,7 @@ def wheel_forces(
     shift -= sigma
     angle = math.atan(p_y)
     radius = _cubic(cells[cell, 1], x)
-    reference = 1.0 / math.sqrt(speed * speed + SPEED_FLOOR * SPEED_FLOOR)
+    reference = 1.0 / math.sqrt(math.sqrt(speed**4 + SLOWEST**4))
     along = speed * (1.0 - curvature * (y + arm)) - arm * yaw_rate
     across = y_rate + radius * roll_rate
     slip_x = along * (1.0 - yaw_square) + across * yaw - radius * spin

@@ -9,6 +9,7 @@ import numpy as np
 
 from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22
 from railsim.contact.hertz import STEEL_SHEAR
+from railsim.contact.wheel import SLOWEST
 from railsim.errors import InputError
 from railsim.model import GRAVITY, Model
 from railsim.speed import SpeedTables
@@ -16,7 +17,6 @@ from railsim.track.kernel import TrackTables
 
 LONGEST_STEP = 1.0 / 1024.0  # s; the wheelset's bounce on its contacts stays below 1.3 rad a step
 STABLE = 2.4  # largest product of step and creep rate; the RK4 limit on the negative axis is 2.78
-SLOWEST = 0.5  # m/s; the creep rate grows as 1/V, and below this the step is kept
 CHUNK = 8192  # rows of truth that are held in memory at a time
 
 

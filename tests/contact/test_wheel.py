@@ -12,7 +12,7 @@ from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23, ContactTabl
 from railsim.contact.linear import linear_force
 from railsim.contact.pairs import WheelRailPair
 from railsim.contact.polach import friction_coefficient, polach_force
-from railsim.contact.wheel import FASTSIM, LINEAR, POLACH, ContactLaw, WheelForces, wheel_forces
+from railsim.contact.wheel import FASTSIM, LINEAR, POLACH, SLOWEST, ContactLaw, WheelForces, wheel_forces
 
 RADIUS, HALF = 0.46, 0.75
 SMOOTH = ContactTable.build(WheelRailPair().contact_functions(RADIUS, HALF))
@@ -121,7 +121,7 @@ def test_code_of_the_law_chooses_the_creep_force(code: int) -> None:
     q = np.array([2e-3, -1e-4, 1e-4, 2e-3])
     found = wheel(SMOOTH, 0, FULL._replace(law=float(code)), q)
     creep = found.creepage_x, found.creepage_y, found.spin_creepage
-    slip_speed = np.hypot(found.creepage_x, found.creepage_y) * np.hypot(20.0, 0.1)
+    slip_speed = np.hypot(found.creepage_x, found.creepage_y) * (20.0**4 + SLOWEST**4) ** 0.25
     friction = friction_coefficient(FULL.friction, FULL.friction_ratio, FULL.friction_decay, slip_speed)
     assert found.friction == pytest.approx(friction, rel=1e-12)
     limited = [found.normal, friction, FULL.k_adhesion, FULL.k_slip]

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from railsim import simulate
 from railsim.model import GRAVITY, Model
+from railsim.scenario import Scenario
 from railsim.speed import Driven, Traction
 from railsim.track.synthesis import Segment, Transition, design, distances
 from railsim.track.track import Track
@@ -79,3 +81,16 @@ def test_torque_accelerates_whole_vehicle() -> None:
     late = result["time [s]"] > 2.0
     rate = np.polyfit(result["time [s]"][late], result["speed [m/s]"][late], 1)[0]
     assert rate == pytest.approx(2.0 * 2000.0 / 0.46 / rolling, rel=5e-3)
+
+
+def test_nothing_chatters_at_standstill() -> None:
+    """Creepage stays finite as the speed goes to zero, and the step is short enough for it."""
+    speed = {"kind": "profile", "time": [0.0, 6.0, 9.0], "speed": [4.0, 0.0, 0.0]}
+    scenario = Scenario.build(
+        {"track": "straight_erri_low", "vehicle": "manchester", "speed": speed, "duration": 9.0, "name": "stop"}
+    )
+    truth = simulate(scenario, engine="compiled")
+    standing = truth.time > 7.0
+    assert np.abs(truth["wheelset1.spin [rad/s]"][standing]).max() < 1e-5
+    change = np.diff(truth["wheel1_left.creep_force_x [N]"][standing])
+    assert np.abs(change).max() < 50.0
