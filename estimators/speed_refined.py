@@ -49,7 +49,7 @@ class SpeedRefined(Estimator, frozen=True):
     lost: float = quantity(0.05, unit="-", source="relative standard deviation at which a new search is better", gt=0)
     memory: float = quantity(1.0, unit="s", source="averaging of the mismatch's power; a few travel times", gt=0.1)
     model_error: float = quantity(
-        8e-3,
+        5e-3,
         unit="-",
         source="power that curving and longitudinal forces add to the mismatch; runs on curve_r400, class175",
         gt=0,

@@ -1,14 +1,16 @@
 """The `railsim` command: reads arguments, calls one of `experiments.commands`, turns errors into one line."""
 
+import _thread
 import argparse
 import importlib
 import json
 import keyword
 import os
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import pydantic
 
@@ -17,6 +19,7 @@ from railsim.errors import InputError
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+LATER = 0.05  # s
 KINDS = ("scenarios", "estimators", "effects", "sensors", "vehicles", "tracks", "figures", "studies")
 
 
@@ -30,6 +33,7 @@ class _Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns 0 on success, 1 where a check or claim did not hold, 2 on bad input, 130 on Ctrl-C."""
     given = build_parser().parse_args(arguments)
+    usual, sys.unraisablehook = sys.unraisablehook, _hear_again
     try:
         outcome = _execute(given)
         print(json.dumps(outcome.result, allow_nan=False, ensure_ascii=False) if given.json else outcome.text)
@@ -49,7 +53,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _complain(f"{where}{error.strerror or error}; check the path, its permissions and the disk")
     except MemoryError:
         return _complain("not enough memory; shorten duration or lower output_rate")
+    finally:
+        sys.unraisablehook = usual
     return 0 if outcome.held else 1
+
+
+def _hear_again(lost: Any) -> None:
+    """A Ctrl-C that falls into a callback of the compiler comes again; Python would print and forget it."""
+    if issubclass(lost.exc_type, KeyboardInterrupt):
+        threading.Timer(LATER, _thread.interrupt_main).start()  # at once it would be raised in here
+    else:
+        sys.__unraisablehook__(lost)
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -1,5 +1,6 @@
 """The command on good input: shapes of the JSON, files, exit codes."""
 
+import ctypes
 import json
 import signal
 import subprocess
@@ -171,6 +172,22 @@ def test_errors_of_the_system_become_one_line(monkeypatch: pytest.MonkeyPatch, c
         assert written.err.startswith(start)
         assert len(written.err.splitlines()) == 1
         assert written.out == ""
+
+
+def test_interrupt_that_falls_into_a_callback_is_heard(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    """Code that is being compiled calls back from C, where Python can only print an exception."""
+
+    @ctypes.CFUNCTYPE(None)
+    def callback() -> None:
+        raise KeyboardInterrupt
+
+    def work(*_: object) -> None:
+        callback()
+        time.sleep(5.0)
+
+    monkeypatch.setattr("experiments.cli._execute", work)
+    assert main(["list"]) == 130
+    assert capsys.readouterr().err == "railsim: interrupted; nothing was written\n"
 
 
 def test_interrupt_leaves_nothing_behind(tmp_path: Path, cache: Path):
