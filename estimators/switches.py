@@ -45,7 +45,7 @@ class Switches(Estimator, frozen=True):
     speed_source: SpeedSource = quantity("tachometer", unit="-", source="scenario: tachometer, or refined")
     slowest: float = quantity(1.5, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
     cut_off: float = quantity(60.0, unit="Hz", source="illustrative: below half of 256 Hz", gt=5.0)
-    threshold: float = quantity(4.5, unit="-", source="five dips at known parts of a turn, not any in 100 km", ge=3.0)
+    threshold: float = quantity(4.5, unit="-", source="illustrative: five dips at known parts of a turn", ge=3.0)
     smallest: float = quantity(0.03, unit="rad", source="flatter than 1 in 33: no turnout is", gt=0.0)
     radius_error: float = quantity(0.015, unit="-", source="illustrative: tachometer's scale, one std", gt=0.0)
 
