@@ -32,7 +32,9 @@ class DippedJoints(Estimator, frozen=True):
     speed_source: SpeedSource = quantity("tachometer", unit="-", source="scenario: tachometer, or refined")
     slowest: float = quantity(2.0, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
     cut_off: float = quantity(60.0, unit="Hz", source="illustrative: below half of 256 Hz", gt=5.0)
-    threshold: float = quantity(5.0, unit="-", source="illustrative: well above white noise; chosen on jointed_60ft", ge=3.0)
+    threshold: float = quantity(
+        5.0, unit="-", source="illustrative: well above white noise; chosen on jointed_60ft", ge=3.0
+    )
     one_sided: float = quantity(0.3, unit="-", source="illustrative: ratio from which one rail is named", gt=0, lt=1)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH,)
