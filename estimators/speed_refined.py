@@ -51,7 +51,7 @@ class SpeedRefined(Estimator, frozen=True):
     model_error: float = quantity(
         5e-3,
         unit="-",
-        source="power that curving and longitudinal forces add to the mismatch; runs on curve_r400, class175",
+        source="power that curving and longitudinal forces add to the mismatch; chosen on figures 18 and 19, class175",
         gt=0,
         lt=1,
     )
