@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from estimators.interface import Estimate
+from experiments.contact_score import CONTACT_SCORERS
 from experiments.joint_score import JOINT_SCORERS
 from experiments.track_score import TRACK_SCORERS
 from railsim.errors import InputError
@@ -90,5 +91,7 @@ def _speed(estimate: Estimate, truth: Truth) -> dict[str, float]:
     return found | {"valid share [-]": float(np.mean(valid))}
 
 
-SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {SPEED: _speed} | TRACK_SCORERS | JOINT_SCORERS
+SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = (
+    {SPEED: _speed} | TRACK_SCORERS | JOINT_SCORERS | CONTACT_SCORERS
+)
 """By the column of the estimate: what scores it."""

@@ -1,14 +1,18 @@
 """Single wheelset with a suspended mass: the vehicle of Ward et al. (2011), Appendix 2, as a multibody model."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar
+
 import numpy as np
 import pydantic
 
 from railsim.contact.functions import ContactTable
 from railsim.contact.pairs import WheelRailPair
 from railsim.model import GRAVITY, Body, LinearElement, Model, Wheelset
-from railsim.profiles.pair import Pair
+from railsim.profiles.pair import Pair, ProfilePair
 from railsim.spec import quantity
-from railsim.vehicles.half_vehicle import ILLUSTRATIVE, Adhesion, contact_law
+from railsim.vehicles.half_vehicle import ILLUSTRATIVE, SHIFT, Adhesion, contact_law
 from railsim.vehicles.interface import Vehicle
 
 PLAN_VIEW = "illustrative: near the values of published plan-view studies of a Class 175-like vehicle"
@@ -38,6 +42,30 @@ class WheelsetVehicle(Vehicle, frozen=True):
     contact_damping_ratio: float = quantity(0.1, unit="-", source="illustrative: of the bounce on the rails", ge=0.0)
     pair: Pair = quantity(WheelRailPair(), unit="-", source="analytic pair, or profiles (kind: profiles)")
     adhesion: Adhesion = pydantic.Field(default_factory=Adhesion)
+
+    derived: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType(
+        {
+            "design_conicity": ("-", "new profiles: slope of the rolling radius over +-3 mm"),
+            "design_contact_angle": ("rad", "new profiles: contact angle at rest"),
+            "design_contact_angle_rate": ("rad/m", "new profiles: change of the contact angle over +-3 mm"),
+            "design_contact_curvature": ("1/m", "new profiles: sum of the lateral curvatures at rest"),
+            "design_wheel_load": ("N", "nominal masses"),
+        }
+    )
+
+    def design(self) -> dict[str, float]:
+        """What is known of the wheels as they were new, whatever has become of them, and the load of a wheel."""
+        new = self.pair.but(wear=0.0) if isinstance(self.pair, ProfilePair) else self.pair
+        left, _ = new.sides(self.wheel_radius, self.half_gauge)
+        radius = np.interp((-SHIFT, SHIFT), left.shift, left.radius)
+        angle = np.interp((-SHIFT, 0.0, SHIFT), left.shift, left.contact_angle())
+        return {
+            "design_conicity": float(np.diff(radius)[0]) / (2.0 * SHIFT),
+            "design_contact_angle": float(angle[1]),
+            "design_contact_angle_rate": float(angle[2] - angle[0]) / (2.0 * SHIFT),
+            "design_contact_curvature": float(np.interp(0.0, left.shift, left.curvature)),
+            "design_wheel_load": self.wheel_load,
+        }
 
     def model(self) -> Model:
         """5 free coordinates and one spin."""

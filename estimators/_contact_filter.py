@@ -1,0 +1,312 @@
+"""Extended Kalman filter of the single wheelset: motion, track under it and conicity together (compiled).
+
+States: y, y', psi, psi', y_m, y_m', d, d' (dynamic), then parameters that move by random walks: the conicity at the
+nodes of a table over x = y - d (one node: a constant), biases of the sensors, and the slope of the roll. The half
+difference of the rolling radii is D = lambda(x) x with lambda interpolated between the nodes, so that with more than
+one node d(lambda)/dt = (d lambda / dy) x' holds by itself: equation (2) of Ward et al. (2011).
+
+The track is a process of second order over distance, as the spectra of ERRI B176 have it (poles at Wr and Wc), so
+d'' is driven by white noise. Steps are linearly implicit (trapezoidal with the Jacobian), because creep's time constant
+m V / (2 f22) is shorter than a sample. Measurements are taken one by one.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from railsim.compiled import kernel
+
+DYNAMIC = 8
+TRACK, TRACK_RATE = 6, 7
+BIASES = 5
+CHANNELS = 5
+LATERAL, MASS, YAW_GYRO, APART, ROLL_GYRO = range(CHANNELS)
+"""Order of measured channels: accelerations of wheelset and mass, yaw rate, mass less wheelset, roll rate."""
+GRAVITY = 9.81
+WIDTH = DYNAMIC + 3
+"""Columns that a step solves for: transition, two nodes of the table, the motion."""
+LOWEST, HIGHEST = 0.0, 1.0
+"""Conicities stay between these (-)."""
+
+
+class Settings(NamedTuple):
+    """What the kernel reads besides the filter's memory.
+
+    speeds : (s,) m/s, uniform. tables : (s, 24) coefficients at these speeds: y'', psi'' by x, by x', by D; rows y'',
+    psi'', y_m'' by the six states. They are interpolated at the speed of each step.
+    step : s. poles : (2,) rad/m of the track. drive : variance of d (m2).
+    noise : (2,) standard deviation of what the model lacks of y'' and psi'', in a step.
+    nodes : (k,) places of the table, m. walks : variance per second of the parameters, (parameters,).
+    roll : 1 / l, with which the roll's slope makes roll of x.
+    readings : (CHANNELS,) variances, infinity where a channel is not used.
+    """
+
+    speeds: np.ndarray
+    tables: np.ndarray
+    step: float
+    poles: np.ndarray
+    drive: float
+    noise: np.ndarray
+    nodes: np.ndarray
+    walks: np.ndarray
+    roll: float
+    readings: np.ndarray
+
+
+class Memory(NamedTuple):
+    """Mean (n,), covariance (n, n), and what a step works with."""
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    matrix: np.ndarray  # (DYNAMIC, DYNAMIC + WIDTH)
+    jacobian: np.ndarray  # (DYNAMIC, DYNAMIC)
+    transition: np.ndarray  # (DYNAMIC, n)
+    moved: np.ndarray  # (DYNAMIC, n)
+    row: np.ndarray  # (n,)
+    gain: np.ndarray  # (n,)
+    motion: np.ndarray  # (DYNAMIC,)
+    now: np.ndarray  # (24,) coefficients at the present speed
+    place: np.ndarray  # (4,) lambda, its slope, and the weights' index and share
+
+
+@kernel
+def at_speed(settings, speed, now):
+    """Interpolate the equations' coefficients."""
+    speeds = settings.speeds
+    last = len(speeds) - 2
+    spacing = speeds[1] - speeds[0]
+    cell = min(max(int((speed - speeds[0]) / spacing), 0), last)
+    share = min(max((speed - speeds[cell]) / spacing, 0.0), 1.0)
+    for k in range(len(now)):
+        now[k] = settings.tables[cell, k] + share * (settings.tables[cell + 1, k] - settings.tables[cell, k])
+
+
+@kernel
+def look_up(settings, memory, x):
+    """Conicity at x, its slope, the cell and the share of its right node; into `memory.place`."""
+    nodes, mean, place = settings.nodes, memory.mean, memory.place
+    count = len(nodes)
+    if count == 1:
+        place[0], place[1], place[2], place[3] = mean[DYNAMIC], 0.0, 0.0, 0.0
+        return
+    spacing = nodes[1] - nodes[0]
+    cell = min(max(int((x - nodes[0]) / spacing), 0), count - 2)
+    share = min(max((x - nodes[cell]) / spacing, 0.0), 1.0)
+    left, right = mean[DYNAMIC + cell], mean[DYNAMIC + cell + 1]
+    inside = nodes[0] < x < nodes[count - 1]
+    place[0] = left + share * (right - left)
+    place[1] = (right - left) / spacing if inside else 0.0
+    place[2], place[3] = cell, share
+
+
+@kernel
+def motion(settings, memory, speed):
+    """Time derivative of the dynamic states and its Jacobian."""
+    m, f, a, c = memory.mean, memory.motion, memory.jacobian, memory.now
+    x, x_rate = m[0] - m[TRACK], m[1] - m[TRACK_RATE]
+    look_up(settings, memory, x)
+    conicity, slope = memory.place[0], memory.place[1]
+    a[:] = 0.0
+    a[0, 1] = a[2, 3] = a[4, 5] = a[TRACK, TRACK_RATE] = 1.0
+    for k in range(3):
+        for j in range(6):
+            a[2 * k + 1, j] = c[6 + 6 * k + j]
+    for k in range(2):
+        row = 2 * k + 1
+        by_shift = c[k] + c[4 + k] * (conicity + slope * x)
+        a[row, 0] += by_shift
+        a[row, TRACK] -= by_shift
+        a[row, 1] += c[2 + k]
+        a[row, TRACK_RATE] -= c[2 + k]
+    low, high = settings.poles[0] * speed, settings.poles[1] * speed
+    a[TRACK_RATE, TRACK], a[TRACK_RATE, TRACK_RATE] = -low * high, -(low + high)
+    f[0], f[2], f[4], f[TRACK] = m[1], m[3], m[5], m[TRACK_RATE]
+    for k in range(3):
+        total = 0.0
+        for j in range(6):
+            total += c[6 + 6 * k + j] * m[j]
+        f[2 * k + 1] = total
+    for k in range(2):
+        f[2 * k + 1] += c[k] * x + c[2 + k] * x_rate + c[4 + k] * conicity * x
+    f[TRACK_RATE] = a[TRACK_RATE, TRACK] * m[TRACK] + a[TRACK_RATE, TRACK_RATE] * m[TRACK_RATE]
+
+
+@kernel
+def solve(matrix):
+    """Gauss-Jordan elimination with pivots on the left square; the solution replaces the right columns."""
+    n, width = matrix.shape
+    for i in range(n):
+        best = i
+        for r in range(i + 1, n):
+            if abs(matrix[r, i]) > abs(matrix[best, i]):
+                best = r
+        if best != i:
+            for j in range(i, width):
+                matrix[i, j], matrix[best, j] = matrix[best, j], matrix[i, j]
+        scale = 1.0 / matrix[i, i]
+        for j in range(i, width):
+            matrix[i, j] *= scale
+        for r in range(n):
+            factor = matrix[r, i]
+            if r != i and factor != 0.0:
+                for j in range(i, width):
+                    matrix[r, j] -= factor * matrix[i, j]
+
+
+@kernel
+def by_nodes(settings, memory, x, k):
+    """Change of y'' (k = 0) or psi'' (k = 1) by the left and the right node of the cell that x is in."""
+    share = memory.place[3]
+    whole = memory.now[4 + k] * x
+    return whole * (1.0 - share), whole * share
+
+
+@kernel
+def predict(settings, memory, speed):
+    """One step in time: mean and covariance."""
+    at_speed(settings, speed, memory.now)
+    motion(settings, memory, speed)
+    h, size, m, a = settings.step, len(memory.mean), memory.mean, memory.jacobian
+    x = m[0] - m[TRACK]
+    b = memory.matrix
+    for i in range(DYNAMIC):
+        for j in range(DYNAMIC):
+            one = 1.0 if i == j else 0.0
+            b[i, j] = one - 0.5 * h * a[i, j]
+            b[i, DYNAMIC + j] = one + 0.5 * h * a[i, j]
+        b[i, 2 * DYNAMIC] = b[i, 2 * DYNAMIC + 1] = 0.0
+        b[i, 2 * DYNAMIC + 2] = h * memory.motion[i]
+    for k in range(2):
+        left, right = by_nodes(settings, memory, x, k)
+        b[2 * k + 1, 2 * DYNAMIC], b[2 * k + 1, 2 * DYNAMIC + 1] = h * left, h * right
+    solve(b)
+    t = memory.transition
+    t[:] = 0.0
+    cell = int(memory.place[2])
+    for i in range(DYNAMIC):
+        for j in range(DYNAMIC):
+            t[i, j] = b[i, DYNAMIC + j]
+        t[i, DYNAMIC + cell] += b[i, 2 * DYNAMIC]
+        if len(settings.nodes) > 1:
+            t[i, DYNAMIC + cell + 1] += b[i, 2 * DYNAMIC + 1]
+        m[i] += b[i, 2 * DYNAMIC + 2]
+    _spread(settings, memory, speed, size, cell)
+
+
+@kernel
+def _spread(settings, memory, speed, size, cell):
+    """Covariance: only the dynamic rows move; parameters gain the variance of their walks."""
+    p, t, moved, h = memory.covariance, memory.transition, memory.moved, settings.step
+    known = DYNAMIC + min(2, len(settings.nodes))
+    for i in range(DYNAMIC):
+        for j in range(size):
+            total = 0.0
+            for k in range(DYNAMIC):
+                total += t[i, k] * p[k, j]
+            for k in range(DYNAMIC + cell, DYNAMIC + cell + known - DYNAMIC):
+                total += t[i, k] * p[k, j]
+            moved[i, j] = total
+    for i in range(DYNAMIC):
+        for j in range(DYNAMIC):
+            total = 0.0
+            for k in range(DYNAMIC):
+                total += moved[i, k] * t[j, k]
+            for k in range(DYNAMIC + cell, DYNAMIC + cell + known - DYNAMIC):
+                total += moved[i, k] * t[j, k]
+            p[i, j] = total
+        for j in range(DYNAMIC, size):
+            p[i, j] = p[j, i] = moved[i, j]
+    low, high = settings.poles[0] * speed, settings.poles[1] * speed
+    p[1, 1] += (settings.noise[0] * h) ** 2
+    p[3, 3] += (settings.noise[1] * h) ** 2
+    p[TRACK_RATE, TRACK_RATE] += 2.0 * low * high * (low + high) * settings.drive * h
+    for j in range(len(settings.walks)):
+        p[DYNAMIC + j, DYNAMIC + j] += settings.walks[j] * h
+
+
+@kernel
+def expected(settings, memory, channel, speed):
+    """What a channel should show; its derivatives into `memory.row`."""
+    m, row, nodes = memory.mean, memory.row, len(settings.nodes)
+    row[:] = 0.0
+    bias = DYNAMIC + nodes
+    row[bias + channel] = 1.0
+    value = m[bias + channel]
+    slope = bias + BIASES
+    if channel == LATERAL:
+        motion(settings, memory, speed)
+        x = m[0] - m[TRACK]
+        for j in range(DYNAMIC):
+            row[j] = memory.jacobian[1, j]
+        left, right = by_nodes(settings, memory, x, 0)
+        cell = DYNAMIC + int(memory.place[2])
+        row[cell] += left
+        if nodes > 1:
+            row[cell + 1] += right
+        tilt = GRAVITY * m[slope] * settings.roll
+        row[0] += tilt
+        row[TRACK] -= tilt
+        return value + memory.motion[1] + tilt * x
+    if channel == MASS:
+        for j in range(6):
+            row[j] = memory.now[18 + j]
+            value += row[j] * m[j]
+        return value
+    if channel == YAW_GYRO:
+        row[3] = 1.0
+        return value + m[3]
+    if channel == APART:
+        row[4], row[0] = 1.0, -1.0
+        return value + m[4] - m[0]
+    rate = m[1] - m[TRACK_RATE]
+    row[1] = m[slope] * settings.roll
+    row[TRACK_RATE] = -row[1]
+    row[slope] = rate * settings.roll
+    return value + row[1] * rate
+
+
+@kernel
+def update(settings, memory, channel, measured, speed):
+    """Take one measured value; returns the squared innovation over its variance."""
+    size, p, row, gain = len(memory.mean), memory.covariance, memory.row, memory.gain
+    residual = measured - expected(settings, memory, channel, speed)
+    for i in range(size):
+        total = 0.0
+        for j in range(size):
+            total += p[i, j] * row[j]
+        gain[i] = total
+    variance = settings.readings[channel]
+    for i in range(size):
+        variance += row[i] * gain[i]
+    for i in range(size):
+        memory.mean[i] += gain[i] * residual / variance
+        for j in range(size):
+            p[i, j] -= gain[i] * gain[j] / variance
+    for k in range(len(settings.nodes)):
+        memory.mean[DYNAMIC + k] = min(max(memory.mean[DYNAMIC + k], LOWEST), HIGHEST)
+    return residual * residual / variance
+
+
+@kernel
+def advance(settings, memory, speeds, samples, out):
+    """Filter samples (n, CHANNELS), NaN where lost, at `speeds` (n,); each row of `out` (n, 3 + 3 + 1): conicity, d, x,
+    their standard deviations, mean squared innovation over variance.
+    """
+    p, m = memory.covariance, memory.mean
+    for i in range(len(samples)):
+        predict(settings, memory, speeds[i])
+        total, count = 0.0, 0
+        for channel in range(CHANNELS):
+            if samples[i, channel] == samples[i, channel] and settings.readings[channel] < np.inf:
+                total += update(settings, memory, channel, samples[i, channel], speeds[i])
+                count += 1
+        look_up(settings, memory, m[0] - m[TRACK])
+        cell, share = DYNAMIC + int(memory.place[2]), memory.place[3]
+        variance = p[cell, cell]
+        if share > 0.0:
+            variance = (1.0 - share) ** 2 * p[cell, cell] + share**2 * p[cell + 1, cell + 1]
+            variance += 2.0 * share * (1.0 - share) * p[cell, cell + 1]
+        out[i, 0], out[i, 1], out[i, 2] = memory.place[0], m[TRACK], m[0] - m[TRACK]
+        out[i, 3], out[i, 4] = variance**0.5, max(p[TRACK, TRACK], 0.0) ** 0.5
+        out[i, 5] = max(p[0, 0] - 2.0 * p[0, TRACK] + p[TRACK, TRACK], 0.0) ** 0.5
+        out[i, 6] = total / count if count else np.nan

@@ -1,0 +1,183 @@
+"""Single wheelset with a suspended mass as an estimator knows it: from nominal parameters, and nothing else.
+
+Equations (11) to (17) of Ward et al. (2011), Appendix 2, about the centre, with x = y - d the shift on the rails and
+D = (r_L - r_R) / 2 the half difference of the rolling radii, D = lambda x for a cone, or from a table:
+
+    m y''  = F_s - 2 f22/V (y' + r0 phi' - V psi) - 2 f23/V psi' - (W - 2 f23/r0) e x - W phi
+    I psi'' = M_s - I_wy V/r0 phi' - 2 l f11/r0 D + 2 f23/V (y' + r0 phi' - V psi) - 2 l^2 f11/V psi' + l W s psi
+    phi = s x / l,   F_s = k_y (y_m - y) + c_y (y_m' - y'),   m_m y_m'' = -F_s,   M_s = -k_psi psi - c_psi psi'
+
+The article's cone has one number for three: the conicity is slope of the radii, contact angle s that makes the roll,
+and e is zero. On real profiles they are three: the contact moves along wheel and rail, so that the radii change by
+several times the contact angle. Here s and e are those of the new profiles, and only D is sought.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from railsim.contact.linear import creep_coefficients
+from railsim.errors import InputError
+
+GRAVITY = 9.81
+Y, Y_RATE, YAW, YAW_RATE, MASS_Y, MASS_Y_RATE = range(6)
+STATES = 6
+DRY = 0.7
+"""Share of Kalker's slope on a dry rail, (kA + kS) / 2 of Polach (2005)."""
+
+
+class WheelsetModel(NamedTuple):
+    """Nominal parameters of one wheelset under the symbols of the article's Appendix 1, SI units.
+
+    m, I, I_wy : mass, yaw and spin inertia. r0, l : rolling radius, half distance of the contacts.
+    W : load of both wheels. f11, f22, f23 : creep coefficients of one wheel.
+    s : contact angle at rest (rad). e : its change by the shift (rad/m).
+    k_y, c_y, k_psi, c_psi : suspension. m_m : suspended mass. conicity : of the new profiles.
+    """
+
+    m: float
+    I: float  # noqa: E741
+    I_wy: float
+    r0: float
+    l: float  # noqa: E741
+    W: float
+    f11: float
+    f22: float
+    f23: float
+    s: float
+    e: float
+    k_y: float
+    c_y: float
+    k_psi: float
+    c_psi: float
+    m_m: float
+    conicity: float
+
+
+_NEEDED = (
+    "wheelset_mass",
+    "wheelset_yaw_inertia",
+    "wheelset_spin_inertia",
+    "wheel_radius",
+    "half_gauge",
+    "suspended_mass",
+    "lateral_stiffness",
+    "lateral_damping",
+    "yaw_stiffness",
+    "yaw_damping",
+    "design_conicity",
+    "design_contact_angle",
+    "design_contact_angle_rate",
+    "design_contact_curvature",
+    "design_wheel_load",
+)
+
+
+def fits(vehicle: Mapping[str, Any]) -> bool:
+    """Whether about.json gives all parameters of the single wheelset."""
+    return all(isinstance(vehicle.get(name), int | float) for name in _NEEDED)
+
+
+def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetModel:
+    """Parameters of the model from a recording's about.json.
+
+    Parameters
+    ----------
+    vehicle : nominal parameters by field name. creep : share of Kalker's coefficients.
+
+    Raises
+    ------
+    InputError : one is missing; the line names it.
+    """
+    for name in _NEEDED:
+        if not isinstance(vehicle.get(name), int | float):
+            raise InputError(
+                f"vehicle parameter '{name}' is {vehicle.get(name)!r}; about.json must give a number in SI units, as "
+                "the vehicle 'wheelset' does"
+            )
+    v = {name: float(vehicle[name]) for name in _NEEDED}
+    f11, f22, f23 = creep_coefficients(
+        1.0 / v["wheel_radius"], v["design_contact_curvature"], v["design_wheel_load"], creep
+    )
+    return WheelsetModel(
+        m=v["wheelset_mass"],
+        I=v["wheelset_yaw_inertia"],
+        I_wy=v["wheelset_spin_inertia"],
+        r0=v["wheel_radius"],
+        l=v["half_gauge"],
+        W=2.0 * v["design_wheel_load"],
+        f11=f11,
+        f22=f22,
+        f23=f23,
+        s=v["design_contact_angle"],
+        e=v["design_contact_angle_rate"],
+        k_y=v["lateral_stiffness"],
+        c_y=v["lateral_damping"],
+        k_psi=v["yaw_stiffness"],
+        c_psi=v["yaw_damping"],
+        m_m=v["suspended_mass"],
+        conicity=v["design_conicity"],
+    )
+
+
+def linear(p: WheelsetModel, conicity: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    """State matrix (6, 6) and input matrix (6, 2) for d and dd/dt, D = conicity x.
+
+    Parameters
+    ----------
+    conicity : lambda (-). speed : V, m/s. States: y, y', psi, psi', y_m, y_m'.
+    """
+    a, b = np.zeros((STATES, STATES)), np.zeros((STATES, 2))
+    shift, shift_rate, of_radii, state = coefficients(p, speed)
+    for place, rate in ((Y, Y_RATE), (YAW, YAW_RATE), (MASS_Y, MASS_Y_RATE)):
+        a[place, rate] = 1.0
+    a[[Y_RATE, YAW_RATE, MASS_Y_RATE]] += state
+    by_shift = shift + of_radii * conicity
+    a[[Y_RATE, YAW_RATE], Y] += by_shift
+    a[[Y_RATE, YAW_RATE], Y_RATE] += shift_rate
+    b[[Y_RATE, YAW_RATE], 0] = -by_shift
+    b[[Y_RATE, YAW_RATE], 1] = -shift_rate
+    return a, b
+
+
+def coefficients(p: WheelsetModel, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The equations' coefficients at a speed: accelerations y'' and psi'' by x, by x' and by D, each (2,); by the
+    state, rows y'', psi'', y_m'', (3, 6).
+    """
+    slip = 2.0 * p.f22 / speed
+    spin = 2.0 * p.f23 / speed
+    turn = p.r0 * p.s / p.l  # r0 phi' by x'
+    shift = np.array([-(p.W - 2.0 * p.f23 / p.r0) * p.e - p.W * p.s / p.l, 0.0])
+    shift_rate = np.array([-slip * turn, -p.I_wy * speed / p.r0 * p.s / p.l + spin * turn])
+    of_radii = np.array([0.0, -2.0 * p.l * p.f11 / p.r0])
+    state = np.zeros((3, STATES))
+    state[0] = [-p.k_y, -p.c_y - slip, slip * speed, -spin, p.k_y, p.c_y]
+    state[1] = [
+        0.0, spin, -p.k_psi - spin * speed + p.l * p.W * p.s, -p.c_psi - 2.0 * p.l**2 * p.f11 / speed, 0.0, 0.0,
+    ]  # fmt: skip
+    state[2] = [p.k_y, p.c_y, 0.0, 0.0, -p.k_y, -p.c_y]
+    inertia = np.array([p.m, p.I])
+    return shift / inertia, shift_rate / inertia, of_radii / inertia, state / np.array([[p.m], [p.I], [p.m_m]])
+
+
+def rates(
+    p: WheelsetModel,
+    half_difference: Callable[[float], float],
+    speed: float,
+    state: np.ndarray,
+    rail: tuple[float, float],
+) -> np.ndarray:
+    """Time derivative of the state with any function D of the shift (table-based).
+
+    Parameters
+    ----------
+    half_difference : D(x), m. state : (6,). rail : d in m and dd/dt in m/s.
+    """
+    shift, shift_rate, of_radii, by_state = coefficients(p, speed)
+    x, x_rate = state[Y] - rail[0], state[Y_RATE] - rail[1]
+    out = np.empty(STATES)
+    out[[Y, YAW, MASS_Y]] = state[[Y_RATE, YAW_RATE, MASS_Y_RATE]]
+    out[[Y_RATE, YAW_RATE, MASS_Y_RATE]] = by_state @ state
+    out[[Y_RATE, YAW_RATE]] += shift * x + shift_rate * x_rate + of_radii * half_difference(x)
+    return out
