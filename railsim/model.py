@@ -16,7 +16,7 @@ from railsim.contact.wheel import ContactLaw
 
 GRAVITY = 9.81  # m/s2
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
-BUMP_STOP = 1  # force law codes of the compiled kernels
+BUMP_STOP, SCHEDULED = 1, 2  # force law codes of the compiled kernels
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
@@ -90,6 +91,7 @@ def write_recording(
     track: pd.DataFrame | None = None,
     true_track: Path | None = None,
     scenario: str | None = None,
+    further: Mapping[str, Path] = MappingProxyType({}),
 ) -> Path:
     """Write a recording; it appears whole or not at all, and an older one stays until then.
 
@@ -103,6 +105,7 @@ def write_recording(
     track : the track as it was measured, first column "s [m]".
     true_track : the track file of the simulation, copied into `truth/`.
     scenario : YAML text of the full scenario, for `truth/`.
+    further : files that the scenario names, copied into `truth/` under these names.
 
     Returns
     -------
@@ -127,6 +130,8 @@ def write_recording(
             track.to_csv(aside / "track.csv", index=False)
         if truth is not None:
             _copy_truth(truth, aside / "truth", true_track, scenario)
+            for name, path in further.items():
+                shutil.copyfile(path, aside / "truth" / name)
         write_json(aside / _ABOUT, stated)
     return Path(folder)
 

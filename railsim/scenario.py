@@ -3,6 +3,7 @@
 import hashlib
 import importlib.resources
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -12,8 +13,10 @@ import numpy as np
 import pydantic
 import yaml
 
+from railsim import effects as effect_modules
 from railsim import registry, vehicles
 from railsim.contact.wheel import SLOWEST
+from railsim.effects.interface import Effect, Setup
 from railsim.engines.interface import LONGEST_STEP, creep_rate, default_substeps
 from railsim.errors import InputError
 from railsim.model import Model
@@ -22,7 +25,7 @@ from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensors
 from railsim.settings import load_yaml
 from railsim.spec import Spec, quantity
-from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction, speed_tables
+from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction
 from railsim.track.files import read_track, shipped_tracks
 from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
@@ -46,7 +49,7 @@ class Scenario(Spec, frozen=True):
     track_measured: bool = quantity(True, unit="whether the recording holds the track as measured", source=CHOSEN)
     track_errors: TrackErrors = quantity(TrackErrors(), unit="-", source=CHOSEN)
     vehicle: pydantic.SerializeAsAny[Vehicle] = quantity(unit="-", source=CHOSEN)
-    effects: tuple[Spec, ...] = quantity((), unit="-", source=CHOSEN)
+    effects: tuple[pydantic.SerializeAsAny[Effect], ...] = quantity((), unit="-", source=CHOSEN)
     sensors: tuple[pydantic.SerializeAsAny[Sensor], ...] = quantity((), unit="-", source=CHOSEN)
     speed: Constant | Profile | Driven = quantity(unit="m/s", source=CHOSEN)
     traction: tuple[Traction, ...] = quantity((), unit="N m or slip", source=CHOSEN)
@@ -81,23 +84,41 @@ class Scenario(Spec, frozen=True):
 
     @cached_property
     def geometry(self) -> Track:
-        """The track, read from its file."""
+        """The track as its file has it: what is surveyed, without what effects do to it."""
         return read_track(self.track)
 
     @cached_property
+    def setup(self) -> Setup:
+        """What is run: vehicle, track, sensors and speed with all effects.
+
+        Raises
+        ------
+        InputError : an effect does not fit the scenario; the line begins with its place in the list.
+        """
+        setup = Setup(self.vehicle, self.geometry, self.sensors, self.speed, self.traction, self.duration)
+        for number, effect in enumerate(self.effects):
+            try:
+                setup = effect.install(setup)
+            except InputError as error:
+                raise InputError(f"effects.{number}: {error}") from None
+        return setup
+
+    @property
     def model(self) -> Model:
-        """The vehicle's bodies, elements and contacts."""
-        return self.vehicle.model()
+        """Bodies, elements and contacts of what is run."""
+        return self.setup.model
 
     @property
     def speed_tables(self) -> SpeedTables:
-        """Speed, torques and slides over time."""
-        return speed_tables(self.speed, self.traction, len(self.model.wheelsets), self.duration)
+        """Speed, torques and slides over time of what is run."""
+        return self.setup.speed_tables
 
     @property
     def steps_a_row(self) -> int:
         """Integration steps between two rows of truth."""
-        return self.substeps or default_substeps(self.model, self.speed_tables, self.output_rate)
+        chosen = self.substeps or default_substeps(self.model, self.speed_tables, self.output_rate)
+        finer = 1.0 / (self.output_rate * chosen * self.setup.longest_step)
+        return chosen * 2 ** math.ceil(math.log2(max(finer, 1.0)))
 
     @property
     def step(self) -> float:
@@ -107,9 +128,10 @@ class Scenario(Spec, frozen=True):
     @property
     def distance(self) -> float | None:
         """How far the run goes [m]; None where forces decide."""
-        if isinstance(self.speed, Driven):
+        driven = self.setup.speed
+        if isinstance(driven, Driven):
             return None
-        time, speed = self.speed.knots(self.duration)
+        time, speed = driven.knots(self.duration)
         inner = [t for t in time if 0.0 < t < self.duration]
         knots = np.array([0.0, *inner, self.duration])
         return float(np.trapezoid(np.interp(knots, time, speed), knots))
@@ -144,6 +166,7 @@ class Scenario(Spec, frozen=True):
         plain = self.model_dump(mode="json")
         plain["vehicle"] = {"name": self.vehicle_name, **plain["vehicle"]}
         plain["sensors"] = [sensor.settings() for sensor in self.sensors]
+        plain["effects"] = [effect.settings() for effect in self.effects]
         return plain
 
     def to_yaml(self, **changes: Any) -> str:
@@ -183,7 +206,7 @@ class Scenario(Spec, frozen=True):
             )
 
     def _check_track(self) -> None:
-        track, (rear, front) = self.geometry, self.overhang
+        track, (rear, front) = self.setup.track, self.overhang
         first, last = float(track.s[0]), float(track.s[-1])
         if self.start + rear < first:
             raise InputError(
@@ -201,7 +224,7 @@ class Scenario(Spec, frozen=True):
     def _longest(self, end: float) -> float:
         """Duration after which the bogie's centre is at `end` [m], rounded down to 10 ms."""
         time = np.linspace(0.0, self.duration, 20001)
-        knots, speed = self.speed.knots(self.duration)
+        knots, speed = self.setup.speed.knots(self.duration)
         way = np.concatenate([[0.0], np.cumsum(np.interp(time[1:] - time[1] / 2, knots, speed) * time[1])])
         return max(0.0, np.floor(100.0 * float(np.interp(end - self.start, way, time)) - 0.5) / 100.0)
 
@@ -325,10 +348,24 @@ def _sensors(given: Any) -> tuple[Sensor, ...]:
     return build_sensors(given)
 
 
-def _effects(given: Any) -> tuple[()]:
-    if given:
-        raise InputError("effects: there are none in this version; leave the list empty")
-    return ()
+def effect_kinds() -> dict[str, type[Effect]]:
+    """Every effect by name."""
+    return registry.discover(effect_modules, Effect)
+
+
+def _effects(given: Any) -> tuple[Effect, ...]:
+    if not isinstance(given, list | tuple):
+        raise InputError("effects: give a list, for example [{kind: weak_lateral_damper, factor: 0.5}]")
+    return tuple(_effect(entry, f"effects.{number}") for number, entry in enumerate(given))
+
+
+def _effect(given: Any, where: str) -> Effect:
+    if isinstance(given, Effect):
+        return given
+    values = {"kind": given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping) else {}
+    if not isinstance(values.get("kind"), str):
+        raise InputError(f"{where}: an effect needs a kind; give one of: {', '.join(sorted(effect_kinds()))}")
+    return registry.pick(effect_kinds(), values.pop("kind"), "effect").build(values, where)
 
 
 _RESOLVERS = {"vehicle": _vehicle, "speed": _speed, "traction": _traction, "sensors": _sensors, "effects": _effects}

@@ -25,7 +25,7 @@ from railsim.track.features import features
 from railsim.track.files import write_track
 from railsim.track.kernel import build_tables
 from railsim.track.survey import survey
-from railsim.truth import Truth, TruthWriter
+from railsim.truth import TIME, Truth, TruthWriter
 
 REFERENCE = "exudyn"
 _TRACK_STREAM = 0x747261636B  # "track": keeps the survey's random numbers apart from the sensors'
@@ -94,7 +94,7 @@ def build_run(scenario: Scenario) -> Run:
     """What an engine is given."""
     return Run(
         model=scenario.model,
-        track=build_tables(scenario.geometry),
+        track=build_tables(scenario.setup.track),
         speed=scenario.speed_tables,
         start=scenario.start,
         duration=scenario.duration,
@@ -107,6 +107,7 @@ def run_digest(scenario: Scenario, engine: str) -> str:
     """SHA-256 over all that shapes the truth: run, track's contents, engine, its code, numerical libraries."""
     apart = ("name", "description", "sensors", "seed", "track_measured", "track_errors")
     run = {key: value for key, value in scenario.values().items() if key not in apart}
+    run["effects"] = [effect.settings() for effect in scenario.effects if effect.acts_on != "sensor"]
     run |= {"track": scenario.geometry.digest(), "features": _features(scenario), "substeps": scenario.steps_a_row}
     versions = {name: version for name, version in software_versions().items() if name in _NUMERICS}
     return digest_of([engine, run, versions, _code_digest()])
@@ -127,16 +128,19 @@ def measure(truth: Truth, scenario: Scenario, seed: int | None = None, folder: P
     InputError : a sensor does not fit the run, the folder cannot be written.
     """
     seed = scenario.seed if seed is None else seed
-    frames = measure_all(scenario.sensors, truth, seed)
+    frames = _measured(scenario, truth, seed)
     track = _measured_track(scenario, seed)
     about = about_recording(scenario)
     if folder is None:
         return Recording(truth.folder, Measurements(about, frames, track), truth)
-    text = scenario.to_yaml(track="track.csv", seed=seed)
     with tempfile.TemporaryDirectory() as aside:
-        true_track = Path(aside) / "track.csv"
-        write_track(scenario.geometry, true_track)
-        write_recording(folder, frames, about, truth, track=track, true_track=true_track, scenario=text)
+        true_track, tracks = Path(aside) / "track.csv", {}
+        write_track(scenario.setup.track, true_track)
+        if scenario.setup.track is not scenario.geometry:  # effects act on the track of the file, so that is kept too
+            tracks["track_nominal.csv"] = Path(aside) / "track_nominal.csv"
+            write_track(scenario.geometry, tracks["track_nominal.csv"])
+        text = scenario.to_yaml(track=next(iter(tracks), "track.csv"), seed=seed)
+        write_recording(folder, frames, about, truth, track=track, true_track=true_track, scenario=text, further=tracks)
     del frames
     return Recording.open(folder)
 
@@ -160,6 +164,7 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
         "vehicle": _vehicle_data(scenario),
         "digest": key,
         "engine": engine,
+        "effects": [effect.settings() for effect in scenario.effects],
         "features": _features(scenario),
         "step [s]": run.step,
         "software": software_versions(),
@@ -174,12 +179,13 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
 def _on_track(chunks: Iterator[np.ndarray], scenario: Scenario) -> Iterator[np.ndarray]:
     """The chunks as they come; ends a run whose forces carry it off the track."""
     rear, front = scenario.overhang
-    first, last = float(scenario.geometry.s[0]) - rear, float(scenario.geometry.s[-1]) - front
+    track = scenario.setup.track
+    first, last = float(track.s[0]) - rear, float(track.s[-1]) - front
     for rows in chunks:
         outside = (rows[:, 1] < first - 1e-6) | (rows[:, 1] > last + 1e-6)
         if outside.any():
             raise InputError(
-                f"track: the run leaves '{scenario.geometry.name}' at t = {rows[int(outside.argmax()), 0]:.2f} s; "
+                f"track: the run leaves '{track.name}' at t = {rows[int(outside.argmax()), 0]:.2f} s; "
                 "shorten duration, change traction or use a longer track"
             )
         yield rows
@@ -187,13 +193,20 @@ def _on_track(chunks: Iterator[np.ndarray], scenario: Scenario) -> Iterator[np.n
 
 def _features(scenario: Scenario) -> list[dict[str, Any]]:
     """Discrete features of the true track, for scorers."""
-    return [feature.stated() for feature in features(scenario.geometry)]
+    return [feature.stated() for feature in features(scenario.setup.track)]
 
 
 def _vehicle_data(scenario: Scenario) -> dict[str, Any]:
     """Nominal parameters with their units in the keys."""
     vehicle = scenario.vehicle
     return {"name": scenario.vehicle_name} | {f"{k} [{vehicle.about(k)[0]}]": v for k, v in vehicle.nominal().items()}
+
+
+def _measured(scenario: Scenario, truth: Truth, seed: int) -> dict[float, pd.DataFrame]:
+    """What the real sensors measure, in the order of the sensors of the data sheets."""
+    frames = measure_all(scenario.setup.sensors, truth, seed)
+    order = [channel for sensor in scenario.sensors for channel in sensor.channels()]
+    return {rate: frame.loc[:, [TIME, *(n for n in order if n in frame)]] for rate, frame in frames.items()}
 
 
 def _measured_track(scenario: Scenario, seed: int) -> pd.DataFrame | None:

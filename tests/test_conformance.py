@@ -9,8 +9,9 @@ import pytest
 import estimators
 from estimators.interface import Estimator
 from railsim import load_scenario, sensors, vehicles
+from railsim.effects.interface import PLACES
 from railsim.registry import discover
-from railsim.scenario import Scenario, shipped_scenarios
+from railsim.scenario import Scenario, effect_kinds, shipped_scenarios
 from railsim.sensors.errors import SensorErrors
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensor
@@ -21,7 +22,8 @@ from railsim.vehicles.interface import Vehicle
 VEHICLES = discover(vehicles, Vehicle)
 SENSORS = discover(sensors, Sensor)
 ESTIMATORS = discover(estimators, Estimator)
-PLUGINS = [*VEHICLES.values(), *SENSORS.values(), *ESTIMATORS.values()]
+EFFECTS = effect_kinds()
+PLUGINS = [*VEHICLES.values(), *SENSORS.values(), *ESTIMATORS.values(), *EFFECTS.values()]
 SPECS = [*PLUGINS, Scenario, SensorErrors, TrackErrors]
 
 
@@ -55,6 +57,18 @@ def test_sensor_is_rebuilt_from_its_settings(name: str):
     assert build_sensor(sensor.settings()) == sensor
     assert all(re.fullmatch(r"mine\.\w+ \[.+\]", channel) for channel in sensor.channels())
     assert set(sensor.hidden).isdisjoint(sensor.data_sheet())
+
+
+@pytest.mark.parametrize("name", list(EFFECTS))
+def test_effect_knows_itself(name: str):
+    kind = EFFECTS[name]
+    effect = kind.build({})
+    assert effect.kind == name
+    assert kind.build(effect.model_dump(mode="json")) == effect
+    assert kind.acts_on in PLACES
+    assert len(kind.signature) > 30
+    assert kind.references
+    assert kind.absent and kind.smallest and {*kind.absent, *kind.smallest} <= set(kind.parameters())
 
 
 @pytest.mark.parametrize("name", list(ESTIMATORS))

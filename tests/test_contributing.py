@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
+from railsim import load_scenario
 from railsim.measurements import Measurements
 from railsim.sensors.suite import build_sensor
 from railsim.track import read_track
@@ -91,5 +92,10 @@ def test_track(tmp_path: Path):
     assert read_track(tmp_path / "example.csv").given == ("vertical", "lateral")
 
 
-def test_effect_is_python():
-    compile(EXAMPLES["railsim/effects/soft_primary.py"], "soft_primary.py", "exec")
+def test_effect(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    effect = load("railsim/effects/soft_primary.py", tmp_path, monkeypatch).SoftPrimary(factor=0.5)
+    scenario = load_scenario("straight_erri_low")
+    soft = effect.install(scenario.setup).model
+    stiffness = [m.elements[1].stiffness[2, 2] for m in (soft, scenario.model)]
+    assert stiffness[0] == pytest.approx(0.5 * stiffness[1])
+    assert type(effect).parameters()["factor"][:6] == ("-", 0.3, 1.0, 0.8, 1.0, 0.9)

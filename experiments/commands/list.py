@@ -1,8 +1,6 @@
 """`railsim list`: what there is, with a line on each."""
 
 import argparse
-import importlib
-import importlib.util
 from collections.abc import Callable
 
 import estimators
@@ -12,14 +10,12 @@ from experiments.commands.interface import Outcome, table
 from experiments.figures.interface import Figure
 from experiments.sweep.settings import shipped_studies
 from railsim import sensors, vehicles
+from railsim.effects.interface import Effect
 from railsim.registry import discover
-from railsim.scenario import load_scenario, shipped_scenarios
+from railsim.scenario import effect_kinds, load_scenario, shipped_scenarios
 from railsim.sensors.interface import Sensor
-from railsim.spec import Spec
 from railsim.track.files import read_track, shipped_tracks
 from railsim.vehicles.interface import Vehicle
-
-_EFFECTS = "railsim.effects"
 
 
 def execute(given: argparse.Namespace) -> Outcome:
@@ -43,11 +39,18 @@ def _first_line(thing: object) -> str:
 
 
 def _effects() -> dict[str, str]:
-    """The plug-ins of the package of effects, where this version has one."""
-    if importlib.util.find_spec(_EFFECTS) is None:
-        return {}
-    found = discover(importlib.import_module(_EFFECTS), Spec)
-    return {name: _first_line(kind) for name, kind in found.items()}
+    """Each effect's parameters with their bounds, and what it looks like."""
+    return {name: f"{_parameters(kind)}: {kind.signature}" for name, kind in effect_kinds().items()}
+
+
+def _parameters(kind: type[Effect]) -> str:
+    """Parameters that a fit may vary, e.g. "factor 0 to 1"."""
+    found = {name: one for name, one in kind.parameters().items() if name not in kind.held}
+    return ", ".join(f"{name} {one.low:g} to {one.high:g}{_unit(one.unit)}" for name, one in found.items())
+
+
+def _unit(unit: str) -> str:
+    return "" if unit.startswith("-") else f" {unit}"
 
 
 def _track_description(name: str) -> str:

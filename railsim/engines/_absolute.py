@@ -21,6 +21,7 @@ from railsim.track.kernel import CURVATURE, EAST, GRADIENT, HEADING, NORTH, ROLL
 
 HOLD = 400.0  # rad/s; natural frequency of the holding springs
 PROJECTIONS = 6  # Newton steps at most
+CHORD = 126  # place in the last row of work
 
 
 @kernel
@@ -191,7 +192,7 @@ def forces(plant, t, start, q, v, memory, work, out):
     if frame >= 0:
         _path(plant, acceleration, along, torque, q, work, out)
     if plant.core.elements > 0:
-        _elements(plant, q, v, work, out)
+        _elements(plant, t, q, v, work, out)
 
 
 @kernel
@@ -315,7 +316,7 @@ def _wheelset(plant, i, t, q, v, work, out):
 @kernel
 def vehicle_coordinates(plant, q, v, work, q_free, v_free):
     """Displacements and rates of the free coordinates in the vehicle frame (track frame at the reference body's
-    distance).
+    distance); yaw and yaw rate of the body that keeps the chord's direction go to the last row of work, from `CHORD`.
     """
     r = plant.core.reference_body
     f, pace = work[r, :16], work[r, 28]
@@ -334,10 +335,12 @@ def vehicle_coordinates(plant, q, v, work, q_free, v_free):
             if j >= 0:
                 q_free[j] = out[k] - (plant.core.position[b, k] if k < 3 else 0.0)
                 v_free[j] = out[6 + k]
+        if b == plant.core.chord_body:
+            work[work.shape[0] - 1, CHORD], work[work.shape[0] - 1, CHORD + 1] = out[5], out[11]
 
 
 @kernel
-def _elements(plant, q, v, work, out):
+def _elements(plant, t, q, v, work, out):
     """Nonlinear elements, with elongations in the vehicle frame."""
     n = plant.core.mass.shape[0]
     spare = work[work.shape[0] - 1]
@@ -345,11 +348,12 @@ def _elements(plant, q, v, work, out):
     vehicle_coordinates(plant, q, v, work, q_free, v_free)
     f = work[plant.core.reference_body, :16]
     for e in range(plant.core.elements):
-        elongation, stretching = 0.0, 0.0
+        elongation = plant.core.chord_direction[e] * spare[CHORD]
+        stretching = plant.core.chord_direction[e] * spare[CHORD + 1]
         for j in range(n):
             elongation += plant.core.direction[e, j] * q_free[j]
             stretching += plant.core.direction[e, j] * v_free[j]
-        pull = law_force(plant.core.law_code[e], plant.core.parameters[e], elongation, stretching)
+        pull = law_force(plant.core.law_code[e], plant.core.parameters[e], t, elongation, stretching)
         if pull == 0.0:
             continue
         for b in range(plant.core.body_mass.shape[0]):

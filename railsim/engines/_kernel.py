@@ -182,7 +182,11 @@ def derivatives(plant, t, x, out, scratch):
         for i in range(n):
             elongation += plant.core.direction[e, i] * q[i]
             stretching += plant.core.direction[e, i] * rate[i]
-        pull = law_force(plant.core.law_code[e], plant.core.parameters[e], elongation, stretching)
+        if plant.core.curved and plant.core.chord_direction[e] != 0.0:
+            pose(plant, 0, s, here)
+            elongation += plant.core.chord_direction[e] * here[5]
+            stretching += plant.core.chord_direction[e] * velocity * here[11]
+        pull = law_force(plant.core.law_code[e], plant.core.parameters[e], t, elongation, stretching)
         if pull != 0.0:
             for i in range(n):
                 force[i] -= plant.core.direction[e, i] * pull

@@ -1,14 +1,16 @@
 """Nonlinear force laws: force against elongation and its rate, by law code (compiled)."""
 
 from railsim.compiled import kernel
-from railsim.model import BUMP_STOP
+from railsim.model import BUMP_STOP, SCHEDULED
 
 
 @kernel
-def law_force(code, parameters, elongation, rate):
-    """Force that opposes `elongation` [m, rad]; codes and parameters as in `railsim.model`."""
+def law_force(code, parameters, t, elongation, rate):
+    """Force that opposes `elongation` [m, rad] at time t [s]; codes and parameters as in `railsim.model`."""
     if code == BUMP_STOP:
         return bump_stop(parameters, elongation)
+    if code == SCHEDULED:
+        return scheduled(parameters, t, elongation, rate)
     return 0.0
 
 
@@ -20,6 +22,18 @@ def bump_stop(parameters, elongation):
         return 0.0
     force = beyond * (parameters[1] + parameters[2] * beyond * beyond)
     return force if elongation > 0.0 else -force
+
+
+@kernel
+def scheduled(parameters, t, elongation, rate):
+    """Spring and damper that fade in: parameters k [N/m], c [N s/m], onset [s], ramp [s]; negative where they take
+    away from a linear element beside them.
+    """
+    since = t - parameters[2]
+    if since <= 0.0:
+        return 0.0
+    share = since / parameters[3] if since < parameters[3] else 1.0
+    return share * (parameters[0] * elongation + parameters[1] * rate)
 
 
 @kernel

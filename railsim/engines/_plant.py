@@ -64,6 +64,7 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("elements", "i8"),  # nonlinear elements in use
         ("law_code", "i8", MOST_ELEMENTS),
         ("direction", "f8", (MOST_ELEMENTS, n)),
+        ("chord_direction", "f8", MOST_ELEMENTS),  # of the yaw of the body that keeps the chord's direction
         ("parameters", "f8", (MOST_ELEMENTS, 8)),
         ("finite", "i8"),  # finite elements in use
         ("finite_bodies", "i8", (MOST_FINITE, 2)),  # upper, lower
@@ -140,6 +141,8 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         relative = model.relative(element.upper, element.lower, element.position)
         core["law_code"][row] = element.law
         core["direction"][row] = relative[AXES.index(element.axis), free]
+        if chord >= 0:
+            core["chord_direction"][row] = relative[AXES.index(element.axis), 6 * chord + AXES.index("yaw")]
         core["parameters"][row, : len(element.parameters)] = element.parameters
     for row, element in enumerate(finite):
         pair = [model.index(element.upper), model.index(element.lower)]

@@ -1,0 +1,195 @@
+"""What an effect is: a pure change of the setup of a run, that knows its sizes, its look and its kind."""
+
+import dataclasses
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from functools import cached_property, reduce
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple, Self
+
+from railsim.errors import InputError
+from railsim.model import Model
+from railsim.sensors.interface import Sensor
+from railsim.spec import Spec, quantity
+from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction, speed_tables
+from railsim.track.track import Track
+from railsim.vehicles.interface import Vehicle
+
+PLACES = ("vehicle", "wheel", "contact", "track", "sensor", "speed", "load")
+"""Where an effect can act."""
+
+CHOSEN = "chosen by the scenario; not known in the field"
+
+
+@dataclasses.dataclass(frozen=True)
+class Setup:
+    """What a run really is, as against what the scenario states: effects turn one into another.
+
+    `changes` act on the vehicle's model in their order; `longest_step` [s] is the largest integration step that
+    resolves what effects have added.
+    """
+
+    vehicle: Vehicle
+    track: Track
+    sensors: tuple[Sensor, ...]
+    speed: Constant | Profile | Driven
+    traction: tuple[Traction, ...]
+    duration: float
+    changes: tuple[Callable[[Model], Model], ...] = ()
+    longest_step: float = math.inf
+
+    def but(self, **changes: Any) -> Self:
+        """A copy with some fields changed."""
+        return dataclasses.replace(self, **changes)
+
+    def modelled(self, change: Callable[[Model], Model]) -> Self:
+        """A copy whose model goes through one more change."""
+        return self.but(changes=(*self.changes, change))
+
+    @cached_property
+    def model(self) -> Model:
+        """Bodies, elements and contacts with all changes."""
+        return reduce(lambda model, change: change(model), self.changes, self.vehicle.model())
+
+    @property
+    def speed_tables(self) -> SpeedTables:
+        """Speed, torques and slides over time."""
+        return speed_tables(self.speed, self.traction, len(self.model.wheelsets), self.duration)
+
+
+class Prior(NamedTuple):
+    """What is known of a parameter before anything is measured: normal within the bounds, or uniform (std infinite)."""
+
+    mean: float
+    std: float
+
+    def log_density(self, value: float) -> float:
+        """Logarithm of the density but for a constant."""
+        return -0.5 * ((value - self.mean) / self.std) ** 2
+
+
+class Parameter(NamedTuple):
+    """A number of an effect that a fit may vary."""
+
+    unit: str
+    low: float
+    high: float
+    default: float
+    absent: float | None  # where the effect is not there; None = this number alone does not take it away
+    smallest: float | None  # value at the smallest size worth naming
+    prior: Prior
+
+
+class Effect(Spec, frozen=True):
+    """Base of every effect; its kind is the name of its module.
+
+    A number with both bounds (`ge` or `gt`, `le` or `lt`) is one that a fit may vary between them; those in `held`
+    (times, for example) are left as they are unless one asks for them.
+    """
+
+    absent: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Field values at which it is not there: with them the motion is that of the setup without it."""
+    smallest: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Field values of the smallest size worth naming; with them something that can be measured changes."""
+    priors: ClassVar[Mapping[str, Prior]] = MappingProxyType({})
+    """Where the prior is another than normal about `absent` with half the way to the farther bound (else uniform)."""
+    held: ClassVar[frozenset[str]] = frozenset({"onset", "ramp"})
+    signature: ClassVar[str] = ""
+    """In words: what it looks like."""
+    acts_on: ClassVar[str] = "vehicle"
+    family: ClassVar[str] = ""
+    """Equivalence class: effects of one family look alike to sensors on the vehicle. Empty: a class of its own."""
+    references: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def install(self, setup: Setup) -> Setup:
+        """The setup with the effect; the one given stays as it is.
+
+        Raises
+        ------
+        InputError : the setup has not what the effect acts on.
+        """
+
+    @property
+    def kind(self) -> str:
+        """Name of the module that defines the effect."""
+        return type(self).__module__.rpartition(".")[2]
+
+    @classmethod
+    def equivalence(cls) -> str:
+        """The family, or the effect's own name where it has none."""
+        return cls.family or cls.__module__.rpartition(".")[2]
+
+    def settings(self) -> dict[str, Any]:
+        """All fields with the kind, as a scenario's `effects` holds them."""
+        return {"kind": self.kind, **self.model_dump(mode="json")}
+
+    @classmethod
+    def at_absent(cls, **others: Any) -> Self:
+        """The effect at a size where it is not there."""
+        return cls.build({**others, **cls.absent})
+
+    @classmethod
+    def at_smallest(cls, **others: Any) -> Self:
+        """The effect at the smallest size worth naming."""
+        return cls.build({**others, **cls.smallest})
+
+    @classmethod
+    def parameters(cls) -> dict[str, Parameter]:
+        """Numbers that a fit may vary, by field name."""
+        found = {}
+        for name, field in cls.model_fields.items():
+            low, high = (_bound(field.metadata, keys) for keys in (("ge", "gt"), ("le", "lt")))
+            if low is None or high is None or not isinstance(field.default, int | float):
+                continue
+            found[name] = Parameter(
+                cls.about(name)[0],
+                low,
+                high,
+                float(field.default),
+                cls.absent.get(name),
+                cls.smallest.get(name),
+                cls._prior(name, low, high),
+            )
+        return found
+
+    @classmethod
+    def _prior(cls, name: str, low: float, high: float) -> Prior:
+        if name in cls.priors:
+            return cls.priors[name]
+        if name in cls.absent:
+            absent = cls.absent[name]
+            return Prior(absent, 0.5 * max(high - absent, absent - low))
+        return Prior(0.5 * (low + high), math.inf)
+
+
+def onset_field() -> Any:
+    """Field `onset`: when a fault begins."""
+    return quantity(0.0, unit="s, 0 = from the start", source=CHOSEN, ge=0.0, le=1e5)
+
+
+def ramp_field() -> Any:
+    """Field `ramp`: how long a fault that begins in the run takes to grow."""
+    return quantity(0.1, unit="s, from the onset to the full size", source=CHOSEN, gt=0.0, le=1e5)
+
+
+def changed(setup: Setup, effect: Effect, **values: Callable[[Any], Any]) -> Setup:
+    """The setup with fields of its vehicle passed through functions.
+
+    Raises
+    ------
+    InputError : the vehicle has no such parameter.
+    """
+    kind = type(setup.vehicle)
+    for name in values:
+        if name not in kind.model_fields:
+            vehicle = kind.__module__.rpartition(".")[2]
+            raise InputError(f"effect '{effect.kind}': vehicle '{vehicle}' has no {name}; take another vehicle")
+    fields = {name: function(getattr(setup.vehicle, name)) for name, function in values.items()}
+    return setup.but(vehicle=setup.vehicle.but(**fields))
+
+
+def _bound(metadata: list[Any], keys: tuple[str, ...]) -> float | None:
+    found = [float(getattr(entry, key)) for entry in metadata for key in keys if getattr(entry, key, None) is not None]
+    return found[0] if found else None
