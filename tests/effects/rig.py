@@ -1,5 +1,6 @@
 """Short runs of a scenario with and without effects, in memory."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,13 +19,13 @@ SENSORS = [
 ]
 
 
-def scenario(effects: list[dict[str, Any]], **changes: Any) -> Scenario:
+def scenario(effects: Sequence[Any], **changes: Any) -> Scenario:
     """Class 175 on rough straight track at 25 m/s for 2 s, ideal sensors."""
-    given = {"vehicle": "class175", "speed.speed": 25.0, "duration": 2.0, "sensors": SENSORS, "effects": effects}
+    given = {"vehicle": "class175", "speed.speed": 25.0, "duration": 2.0, "sensors": SENSORS, "effects": list(effects)}
     return load_scenario(BASE, {**given, **changes})
 
 
-def rows(effects: list[dict[str, Any]], engine: str = "compiled", **changes: Any) -> Rows:
+def rows(effects: Sequence[Any], engine: str = "compiled", **changes: Any) -> Rows:
     """Truth of such a run."""
     return go(engine, build_run(scenario(effects, **changes)))
 
