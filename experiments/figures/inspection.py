@@ -9,10 +9,11 @@ from experiments.quality.cases import table as cases
 from experiments.quality.faults import FAULTS
 
 COUNT, FAST_COUNT = 200, 24
-SEED, SHIFT = 80_000, 20.0
+SEED, SHIFT = 90_000, 20.0
 """Of the reported cases; limits were chosen on seeds below 10 000 and runs that begin 20 m before these."""
 GONE = ("stuck", "null", "drop-out", "saturation")
 """Kinds that take information away: what is left out of the repaired copy is a gap."""
+_GAP = "samples left out, over the clean recording without the same samples"
 
 
 class Inspection(Figure):
@@ -20,7 +21,7 @@ class Inspection(Figure):
 
     def compute(self, fast: bool) -> pd.DataFrame:
         """A row a recording; `fast`: 24 spoilt and 24 clean ones on the compiled engine instead of 200 on Exudyn."""
-        return cases(FAST_COUNT if fast else COUNT, SEED, SHIFT, fast, every=4 if fast else 9)
+        return cases(FAST_COUNT if fast else COUNT, SEED, SHIFT, fast, every=4 if fast else 5)
 
     def draw(self, table: pd.DataFrame) -> Picture:
         """What was put in over what was found; scores after the repair."""
@@ -62,6 +63,7 @@ class Inspection(Figure):
         detected, named, placed = (float(spoilt[name].mean()) for name in ("detected", "named", "placed"))
         alarms = float((clean["alarms"] > 0).mean())
         worst, gap = (float(rows["repaired over clean"].max()) for rows in (found, gaps))
+        beside, lost = float(gaps["repaired over gap"].max()), int(found["lost"].sum() + gaps["lost beside gap"].sum())
         return [
             Claim(f"faults detected, {len(spoilt)} recordings", detected, ">= 0.95", detected >= 0.95),
             Claim("kind named right", named, ">= 0.90", named >= 0.90),
@@ -69,6 +71,8 @@ class Inspection(Figure):
             Claim(f"false alarms, {len(clean)} clean recordings", alarms, "<= 0.01", alarms <= 0.01),
             Claim("worst error after a repair over clean, samples restored", worst, "<= 1.1", worst <= 1.1),
             Claim("worst error after a repair over clean, samples left out", gap, "<= 1.1", gap <= 1.1),
+            Claim(f"{_GAP}, worst error", beside, "<= 1.1", beside <= 1.1),
+            Claim("scores lost by a repair, but for those that no repair can keep", lost, "0", lost == 0),
         ]
 
     def notes(self) -> list[str]:

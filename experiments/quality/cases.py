@@ -14,7 +14,7 @@ from experiments.quality.runs import RUNS, scenario, truth_of
 from experiments.score import score
 from railsim import measure
 from railsim.errors import InputError
-from railsim.measurements import Measurements
+from railsim.measurements import TIME, Measurements
 from railsim.quality.inspection import inspect
 from railsim.quality.interface import Finding
 from railsim.truth import Truth
@@ -91,18 +91,41 @@ def _placed(one: Finding, fault: Fault) -> bool:
 
 
 def restored(clean: Measurements, spoilt: Measurements, truth: Truth) -> dict[str, Any]:
-    """Largest rms error of any estimator after the repair, and without it, over that from the clean recording."""
-    before = _errors(clean, truth)
-    after, without = _errors(inspect(spoilt).cleaned, truth), _errors(spoilt, truth)
+    """Largest rms error of any estimator after the repair, and without it, over that from the clean recording, and
+    over that from the clean recording without the samples that the fault touched; how many scores each has lost.
+    """
+    before, after = _errors(clean, truth), _errors(inspect(spoilt).cleaned, truth)
+    without, gap = _errors(spoilt, truth), _errors(gapped(clean, spoilt), truth)
     worst = {key: after[key] / value for key, value in before.items() if key in after}
     name = max(worst, key=lambda key: worst[key]) if worst else ""
-    raw = max((without[key] / value for key, value in before.items() if key in without), default=np.nan)
     return {
         "repaired over clean": worst.get(name, np.nan),
         "worst score": name,
-        "lost": len(before) - len(worst),
-        "spoilt over clean": raw,
+        "lost": len(before.keys() - after.keys()),
+        "spoilt over clean": _worst(without, before),
+        "repaired over gap": _worst(after, gap),
+        "lost beside gap": len((before.keys() & gap.keys()) - after.keys()),
     }
+
+
+def gapped(clean: Measurements, spoilt: Measurements) -> Measurements:
+    """The clean recording without the samples and rows that differ in the spoilt one: the best a repair can leave of
+    what takes information away.
+    """
+    frames: dict[float, dict[str, np.ndarray]] = {}
+    for name in clean:
+        time, values = clean.time(name), clean[name].copy()
+        kept = np.isin(time, spoilt.time(name))
+        values[~kept] = np.nan
+        if kept.sum() == spoilt[name].size:
+            values[np.flatnonzero(kept)[spoilt[name] != clean[name][kept]]] = np.nan
+        frames.setdefault(clean.rate(name), {TIME: time})[name] = values
+    return Measurements(clean.about, frames, clean.track)
+
+
+def _worst(errors: dict[str, float], reference: dict[str, float]) -> float:
+    """Largest of the ratios; NaN where there is no score in both."""
+    return max((errors[key] / value for key, value in reference.items() if key in errors), default=np.nan)
 
 
 def _errors(measured: Measurements, truth: Truth) -> dict[str, float]:

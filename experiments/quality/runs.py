@@ -43,6 +43,11 @@ RUNS: dict[str, dict[str, Any]] = {
     "speeding up": {"track": "straight_erri_low", "vehicle": "class175", "speed": [[0, 4, 26, 30], [16, 16, 32, 32]]},
     "nearly a stop": {"track": "straight_erri_low", "vehicle": "manchester"}
     | {"speed": [[0, 2, 11, 17, 26, 30], [11, 11, 2, 2, 11, 11]]},
+    "a stop": {
+        "track": "straight_erri_low",
+        "vehicle": "class175",
+        "speed": [[0, 2, 10, 18, 26, 30], [9, 9, 0, 0, 10, 10]],
+    },
     "slide": {"track": "straight_erri_low", "vehicle": "class175", "speed": [[0, 5, 25, 30], [28, 28, 20, 20]]}
     | {"traction": [{"wheelset": 1, "time": [0, 9, 10, 20, 21, 60], "slip": [0, 0, 0.2, 0.2, 0, 0]}]},
 }

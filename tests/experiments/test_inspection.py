@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from experiments.figures.inspection import Inspection
+from experiments.quality.cases import gapped
 from experiments.quality.faults import FAULTS, Spoiler
 from experiments.quality.runs import SUITE
 from railsim.measurements import TIME, Measurements
@@ -46,7 +47,8 @@ def test_a_fault_changes_its_channels_where_it_says(kind: str, measured: Measure
 
 def _table(**changes: float) -> pd.DataFrame:
     spoilt = {"fault": "spikes", "found": "spikes", "detected": 1.0, "named": 1.0, "placed": 1.0, "alarms": 0}
-    scores = {"repaired over clean": 1.0, "spoilt over clean": 3.0}
+    scores = {"repaired over clean": 1.0, "spoilt over clean": 3.0, "repaired over gap": 1.0}
+    scores |= {"lost": 0, "lost beside gap": 0}
     clean = {"fault": "none", "found": "nothing", "alarms": 0}
     gap = spoilt | {"fault": "null", "found": "null"}
     return pd.DataFrame([spoilt | scores | changes, gap | scores, clean])
@@ -54,7 +56,13 @@ def _table(**changes: float) -> pd.DataFrame:
 
 @pytest.mark.parametrize(
     ("change", "failing"),
-    [({}, []), ({"detected": 0.0}, [0]), ({"named": 0.0}, [1, 4]), ({"repaired over clean": 1.2}, [4])],
+    [
+        ({}, []),
+        ({"detected": 0.0}, [0]),
+        ({"named": 0.0}, [1, 4]),
+        ({"repaired over clean": 1.2}, [4]),
+        ({"lost": 1}, [7]),
+    ],
 )
 def test_claims_follow_from_the_table(change: dict[str, float], failing: list[int]):
     claims = Inspection().check(_table(**change))
@@ -65,6 +73,20 @@ def test_a_false_alarm_breaks_its_claim():
     table = _table()
     table.loc[table["fault"] == "none", "alarms"] = 1
     assert [claim.held for claim in Inspection().check(table)][3] is False
+
+
+@pytest.mark.parametrize("kind", ["null", "drop-out", "spikes"])
+def test_gapped_leaves_out_what_the_fault_touched_and_nothing_else(kind: str, measured: Measurements):
+    spoiler = Spoiler(measured, np.random.default_rng(3))
+    fault = FAULTS[kind](spoiler)
+    left = gapped(measured, spoiler.result())
+    for name in measured:
+        lost, time = np.isnan(left[name]), measured.time(name)
+        np.testing.assert_array_equal(left[name][~lost], measured[name][~lost])
+        inside = (time > fault.start - 1e-9) & (time < fault.end + 1e-9)
+        assert not lost[~inside].any()
+        assert not lost.any() or kind == "spikes" or lost[inside].all()
+    assert sum(np.isnan(left[name]).any() for name in measured) >= 1
 
 
 def test_the_picture_has_both_parts():

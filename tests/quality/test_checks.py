@@ -5,9 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.signal import lfilter
 
 from railsim.measurements import TIME, Measurements
 from railsim.quality.inspection import checks, inspect
+from railsim.quality.offset_step import sized
 
 RATE, LENGTH, SPEED = 256.0, 20.0, 20.0
 ARM = np.array([1.2, 1.0, 0.0])
@@ -184,6 +186,15 @@ def test_a_step_that_two_sensors_feel_is_real():
     for name in ("bogie.acceleration_x [m/s2]", "bogie_lead.acceleration_x [m/s2]"):
         frames[RATE][name][2560:3328] -= 0.8
     assert not [one for one in inspect(_measured(about, frames)).faults if one.kind == "offset step"]
+
+
+def test_size_of_an_offset_in_a_slowly_moving_channel():
+    rng = np.random.default_rng(8)
+    values = lfilter([1.0], [1.0, -1.6, 0.64], rng.standard_normal(7680))  # correlated over many samples
+    deviation = 25.0 * np.sqrt(1 / 2000 + 1 / 5680)  # of a difference of means: gain 25 = 1 / (1 - 1.6 + 0.64)
+    values[3000:5000] += 60.0
+    for first in (45.0, 80.0):
+        assert sized(values, RATE, 3000, 5000, first) == pytest.approx(60.0, abs=4.0 * deviation)
 
 
 def test_a_sliding_wheel_is_a_note_and_missing_pulses_are_a_fault():
