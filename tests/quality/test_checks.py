@@ -190,7 +190,7 @@ def test_a_step_that_two_sensors_feel_is_real():
 
 def test_size_of_an_offset_in_a_slowly_moving_channel():
     rng = np.random.default_rng(8)
-    values = lfilter([1.0], [1.0, -1.6, 0.64], rng.standard_normal(7680))  # correlated over many samples
+    values = np.asarray(lfilter([1.0], [1.0, -1.6, 0.64], rng.standard_normal(7680)))  # correlated over many samples
     deviation = 25.0 * np.sqrt(1 / 2000 + 1 / 5680)  # of a difference of means: gain 25 = 1 / (1 - 1.6 + 0.64)
     values[3000:5000] += 60.0
     for first in (45.0, 80.0):
