@@ -1,15 +1,14 @@
 """Where both rails lie under the wheelset, from the track as it was measured and found again by the wheelset's path."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import signal
 from scipy.optimize import minimize
 
-from collections.abc import Callable
-
 from estimators._bands import Band, band_pass
-from estimators._wheelset_motion import WheelsetMotion
+from estimators._wheelset_motion import NEEDED, WheelsetMotion, nominal
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
@@ -75,6 +74,24 @@ class Survey:
         agreement = signal.correlate(centre, path, "valid", "fft")
         size = signal.correlate(centre**2, np.ones(len(path)), "valid", "fft")
         return float(grid[int(np.argmax(agreement / np.sqrt(np.maximum(size, 1e-3 * size.max()))))])
+
+
+def centre_fit(measurements: Measurements, motion: WheelsetMotion, survey: Survey) -> tuple[float, float]:
+    """Offset (m) and scale (-) of the way for which the yaw rate is foretold best by the shift on a cone.
+
+    Klingel's motion with the nominal suspension: -r0 l psi' / V = lambda (y - d) + moment / f11, lambda and f11 free.
+    """
+    radius, half, inertia, stiffness, damping = (nominal(measurements, name) for name in NEEDED)
+    moment = inertia * motion.yaw_acceleration + stiffness * motion.yaw + damping * motion.yaw_rate
+    rows = np.flatnonzero(motion.valid)[::4]
+    output = (-radius * half * motion.yaw_rate / motion.speed)[rows]
+
+    def misfit(offset: float, scale: float) -> float:
+        shift = (motion.y - survey.rails(motion, offset, scale).centre)[rows]
+        regressors = np.stack([shift, shift**3 * 1e5, moment[rows]], axis=1)
+        return 1e3 * float(np.std(output - regressors @ np.linalg.lstsq(regressors, output, rcond=None)[0]))
+
+    return refine(misfit, survey.find(motion))
 
 
 def refine(misfit: Callable[[float, float], float], offset: float) -> tuple[float, float]:

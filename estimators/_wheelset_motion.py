@@ -3,8 +3,9 @@
 Lateral position y comes from the path of the suspended mass (its accelerometer, integrated twice) less the length of
 the lateral transducer, where both are there; else from the wheelset's own accelerometer, from which gravity's share is
 taken off by the roll gyro where there is one. Yaw is the integral of the yaw gyro. Integration needs a longest
-wavelength; the same high-pass must be applied to whatever the motion is compared with (`MotionBand.filter`). On straight
-track the wheelset follows longer waves of the rails, so that its shift relative to them has almost nothing there.
+wavelength; the same high-pass must be applied to whatever the motion is compared with (`MotionBand.filter`). On
+straight track the wheelset follows longer waves of the rails, so that its shift relative to them has almost nothing
+there.
 """
 
 from dataclasses import dataclass

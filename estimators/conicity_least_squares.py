@@ -18,6 +18,9 @@ POINTS = 161  # of the table of the result
 PENALTIES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # relative to the mean information of a piece
 LEAST = 1e-9  # the same, on the coefficients themselves: the constant of the radius has no effect
 SAMPLES = 4.0  # rows a period of the highest frequency
+WINDOW = 4.0  # s; the conicity over time is that of the cone that fits best in it
+GAUGES = 21  # quantiles of the gauge over which the function is averaged
+NEAR = 1.25e-4  # m; half width of the stretch of shifts from which they are taken
 CENTRE = 0.5e-3  # m; nearer to the middle the conicity is the slope there, not the quotient
 
 
@@ -45,12 +48,6 @@ class Fit:
     covariance: np.ndarray
     residual: np.ndarray
 
-    def half_difference(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(r_L - r_R) / 2 in m over the shift (m) on rails of nominal gauge, and its standard deviation."""
-        rows = _difference(self.pieces, shift, shift)
-        spread = np.einsum("ij,jk,ik->i", rows, self.covariance[:-1, :-1], rows)
-        return rows @ self.coefficients[:-1], np.sqrt(np.maximum(spread, 0.0))
-
 
 class ConicityLeastSquares(Estimator, frozen=True):
     """Rolling radius over lateral shift from yaw rate, lateral path and the measured track, on the simplified model.
@@ -64,7 +61,7 @@ class ConicityLeastSquares(Estimator, frozen=True):
         (4, 8, 12, 16, 24, 32), unit="candidates, chosen by cross-validation", source="illustrative", min_length=1
     )
     folds: int = quantity(5, unit="blocks of the record", source="illustrative", ge=2)
-    longest: float = quantity(50.0, unit="m", source="illustrative", gt=0.0)
+    longest: float = quantity(100.0, unit="m", source="illustrative", gt=0.0)
     highest: float = quantity(20.0, unit="Hz", source="illustrative", gt=0.0)
     use_gauge: bool = quantity(True, unit="whether the measured gauge shifts each rail", source="illustrative")
     model_error: float = quantity(
@@ -89,16 +86,26 @@ class ConicityLeastSquares(Estimator, frozen=True):
         """
         motion = wheelset_motion(measurements, self.longest, self.highest)
         survey = Survey(measurements)
-        reach = 1.2 * float(np.abs((motion.y - survey.rails(motion, survey.find(motion), 1.0).centre)).max()) + 2e-3
+        reach = 1.2 * float(np.abs(motion.y - survey.rails(motion, survey.find(motion), 1.0).centre).max()) + 2e-3
         offset, scale = refine(lambda *at: self._misfit(measurements, motion, survey, reach, *at), survey.find(motion))
         rails = survey.rails(motion, offset, scale)
         equation = self._equation(measurements, motion, rails)
         count, penalty, scores = self._choose(equation, reach)
         fit = solve(equation, Pieces(-reach, reach, count), penalty)
-        return self._result(motion, rails, equation, fit, {
-            "pieces_chosen": count, "penalty": penalty, "cross_validation [m]": scores,
-            "offset [m]": offset, "way_scale [-]": scale, "creep_coefficient [N]": 1.0 / max(float(fit.coefficients[-1]), 1e-12),
-        })
+        return self._result(
+            motion,
+            rails,
+            equation,
+            fit,
+            {
+                "pieces_chosen [-]": count,
+                "penalty [-]": penalty,
+                "cross_validation [m]": scores,
+                "offset [m]": offset,
+                "way_scale [-]": scale,
+                "creep_coefficient [N]": 1.0 / max(float(fit.coefficients[-1]), 1e-12),
+            },
+        )
 
     def _equation(self, measurements: Measurements, motion: WheelsetMotion, rails: Rails) -> Equation:
         radius, half, inertia, stiffness, damping = (nominal(measurements, name) for name in NEEDED)
@@ -116,7 +123,13 @@ class ConicityLeastSquares(Estimator, frozen=True):
         )
 
     def _misfit(
-        self, measurements: Measurements, motion: WheelsetMotion, survey: Survey, reach: float, offset: float, scale: float
+        self,
+        measurements: Measurements,
+        motion: WheelsetMotion,
+        survey: Survey,
+        reach: float,
+        offset: float,
+        scale: float,
     ) -> float:
         equation = self._equation(measurements, motion, survey.rails(motion, offset, scale))
         return float(np.std(solve(equation, Pieces(-reach, reach, FIRST), PENALTIES[3]).residual)) * 1e3
@@ -136,17 +149,22 @@ class ConicityLeastSquares(Estimator, frozen=True):
         shift = (equation.left + equation.right) / 2.0
         visited = shift[equation.rows]
         table = np.linspace(visited.min(), visited.max(), POINTS)
-        value, spread = conicity(fit, table, self.model_error)
-        now, now_std = conicity(fit, shift, self.model_error)
+        visits = visited_with(shift[equation.rows], (equation.right - equation.left)[equation.rows], table)
+        value, spread = conicity(fit, table, visits, self.model_error)
+        nominal_value, _ = conicity(fit, table, None, self.model_error)
+        now, now_std = running(fit, equation, round(WINDOW * motion.band.rate), self.model_error)
         series = pd.DataFrame({
-            "time [s]": motion.time, "conicity [-]": now, "conicity_std [-]": now_std,
-            "wheelset1.lateral_shift [m]": shift, "track_lateral [m]": rails.centre, "valid [-]": motion.valid.astype(float),
-        })
-        count = np.histogram(visited, np.append(table - np.diff(table)[0] / 2, table[-1] + np.diff(table)[0] / 2))[0]
-        return Estimate(self.name, series, self.model_dump() | about | {
+            "time [s]": motion.time,
+            "conicity [-]": np.where(motion.valid, now, np.nan),
+            "conicity_std [-]": now_std,
+            "wheelset1.lateral_shift [m]": np.where(motion.valid, shift, np.nan),
+            "track_lateral [m]": np.where(motion.valid, rails.centre, np.nan),
+        })  # fmt: skip
+        function = {
             "shift [m]": table.tolist(), "conicity [-]": value.tolist(), "conicity_std [-]": spread.tolist(),
-            "samples": count.tolist(), "left_out": [], "warnings": [],
-        })
+            "at_nominal_gauge [-]": nominal_value.tolist(), "kind": "secant",
+        }  # fmt: skip
+        return Estimate(self.name, series, self.model_dump(mode="json") | about | {"conicity_function": function})
 
 
 def solve(equation: Equation, pieces: Pieces, penalty: float) -> Fit:
@@ -185,15 +203,55 @@ def _inverse(normal: np.ndarray, pieces: Pieces, penalty: float) -> np.ndarray:
     return np.linalg.pinv(normal + rough, rcond=1e-14, hermitian=True)
 
 
-def conicity(fit: Fit, shift: np.ndarray, model_error: float) -> tuple[np.ndarray, np.ndarray]:
-    """lambda = (r_L - r_R) / (2 u) over the shift u (m), and its standard deviation; the slope near the middle."""
+def visited_with(shift: np.ndarray, gauge: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """Quantiles of the gauge deviation (m) that the record has near each shift of the table, (points, `GAUGES`)."""
+    order = np.argsort(shift)
+    sorted_shift, sorted_gauge = shift[order], gauge[order]
+    share = (np.arange(GAUGES) + 0.5) / GAUGES
+    rows = []
+    for place in table:
+        low, high = np.searchsorted(sorted_shift, [place - NEAR, place + NEAR])
+        low, high = max(0, min(low, high - GAUGES)), min(len(shift), max(high, low + GAUGES))
+        rows.append(np.quantile(sorted_gauge[low:high], share))
+    return np.array(rows)
+
+
+def conicity(
+    fit: Fit, shift: np.ndarray, gauges: np.ndarray | None, model_error: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """lambda = (r_L - r_R) / (2 u) over the shift u (m) and its standard deviation.
+
+    It is the mean over gauge deviations (points, any number), or on rails of nominal gauge. Nearer to the middle than
+    `CENTRE` it is the slope between both ends of that stretch.
+    """
+    gauges = np.zeros((len(shift), 1)) if gauges is None else gauges
     far = np.where(np.abs(shift) < CENTRE, CENTRE, shift)
-    value, spread = fit.half_difference(far)
-    other, other_spread = fit.half_difference(-far)
+    rows = np.mean([_difference(fit.pieces, far - gauge / 2, far + gauge / 2) for gauge in gauges.T], axis=0)
     near = np.abs(shift) < CENTRE
-    found = np.where(near, (value - other) / (2.0 * far), value / far)
-    size = np.where(near, np.hypot(spread, other_spread) / (2.0 * CENTRE), spread / np.abs(far))
-    return found, np.hypot(size, model_error * np.abs(found))
+    if near.any():
+        other = [_difference(fit.pieces, -CENTRE - gauge / 2, -CENTRE + gauge / 2) for gauge in gauges[near].T]
+        rows[near] = (rows[near] - np.mean(other, axis=0)) / 2.0
+    rows /= far[:, None]
+    spread = np.einsum("ij,jk,ik->i", rows, fit.covariance[:-1, :-1], rows)
+    value = rows @ fit.coefficients[:-1]
+    return value, np.hypot(np.sqrt(np.maximum(spread, 0.0)), model_error * np.abs(value))
+
+
+def running(fit: Fit, equation: Equation, window: int, model_error: float) -> tuple[np.ndarray, np.ndarray]:
+    """Conicity of the cone that fits best in a moving window of so many samples, and its standard deviation."""
+    shift = (equation.left + equation.right) / 2.0
+    rows = _difference(fit.pieces, equation.left, equation.right)
+    weight = np.ones(window)
+    size = np.maximum(np.convolve(shift**2, weight, "same"), 1e-15)
+    value = np.convolve((rows @ fit.coefficients[:-1]) * shift, weight, "same") / size
+    coarse = slice(None, None, max(1, window // 8))
+    mean = (
+        np.stack([np.convolve(column * shift, weight, "same")[coarse] for column in rows.T], axis=1)
+        / size[coarse, None]
+    )
+    spread = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", mean, fit.covariance[:-1, :-1], mean), 0.0))
+    place = np.arange(len(value))
+    return value, np.hypot(np.interp(place, place[coarse], spread), model_error * np.abs(value))
 
 
 def _regressors(equation: Equation, pieces: Pieces, rows: np.ndarray) -> np.ndarray:
