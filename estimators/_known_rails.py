@@ -12,7 +12,7 @@ from estimators._wheelset_motion import NEEDED, WheelsetMotion, nominal
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
-FINDING = Band(8.0, 45.0)  # m; waves that wheelset and rails have in common
+FINDING = Band(15.0, 60.0)  # m; longer than Klingel's, in which the wheelset follows the rails
 SPACING = 0.1  # m
 
 
@@ -96,7 +96,7 @@ def centre_fit(measurements: Measurements, motion: WheelsetMotion, survey: Surve
 
 def refine(misfit: Callable[[float, float], float], offset: float) -> tuple[float, float]:
     """Offset (m) and scale (-) for which `misfit(offset, scale)` is least, near `offset` and one."""
-    starts = np.array([offset + step for step in np.arange(-1.5, 1.6, 0.25)])
+    starts = np.array([offset + step for step in np.arange(-2.0, 2.1, 0.25)])
     best = float(starts[int(np.argmin([misfit(float(one), 1.0) for one in starts]))])
     simplex = np.array([[best, 0.0], [best + 0.2, 0.0], [best - 0.3, 1.0]])
     found = minimize(
