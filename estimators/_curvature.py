@@ -22,8 +22,10 @@ import scipy.fft
 from scipy import signal
 
 from estimators._bands import transform
+from estimators._dips import welch
 from estimators._record import accelerometer_offset
-from estimators._space import Way, delay
+from estimators._roll_plane import NEEDED, roll_response
+from estimators._space import Way
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
@@ -35,6 +37,12 @@ MEMORY = 1.0
 
 MISMATCH = 0.05
 """Relative error of the inverses, added to the sensors' noise when pitch and bounce are weighed (illustrative)."""
+ROLL_ERROR = 0.07
+"""Error of the bogie's roll over the wheelsets' (compiled engine against `_roll_plane`: to 0.2 around 14 Hz)."""
+FAINT = 0.05
+"""Least response that is divided by."""
+ROLL_GRID = np.concatenate([np.linspace(0, 40, 401), np.geomspace(40.5, 4000, 40)])
+"""Frequencies at which the response is computed, Hz."""
 _SEGMENT = 512
 
 Gain = Callable[[np.ndarray], np.ndarray]
@@ -52,23 +60,28 @@ def pitch_inverse(vehicle: Mapping[str, Any]) -> Gain:
     return gain
 
 
-def roll_inverse(vehicle: Mapping[str, Any]) -> Gain:
-    """Response from the bogie's roll rate to the wheelsets' mean one, over rad/s."""
-    inertia, stiffness, damping, spacing, secondary, apart = _positive(
-        vehicle,
-        "bogie_roll_inertia",
-        "primary_vertical_stiffness",
-        "primary_vertical_damping",
-        "primary_half_spacing",
-        "secondary_vertical_stiffness",
-        "secondary_half_spacing",
-    )
-    held = 2 * secondary * apart**2 + float(vehicle.get("roll_bar_stiffness", 0.0))
+def roll_inverse(vehicle: Mapping[str, Any]) -> tuple[Gain, Gain]:
+    """Response from the bogie's roll rate to the wheelsets' mean one, over rad/s, at most 1 / `FAINT`; and how far it
+    is to be trusted, 0 to 1: less where hardly any roll is left.
+    """
+    values = dict(zip(NEEDED, _positive(vehicle, *NEEDED), strict=True))
+    for name in ("roll_bar_stiffness", "primary_lateral_damping"):
+        values[name] = float(vehicle.get(name, 0.0))
+    coarse = 2 * np.pi * ROLL_GRID
+    response = roll_response(values, coarse)
+
+    def follows(omega: np.ndarray) -> np.ndarray:
+        return np.interp(omega, coarse, response.real) + 1j * np.interp(omega, coarse, response.imag)
 
     def gain(omega: np.ndarray) -> np.ndarray:
-        return 1 + (held - inertia * omega**2) / (4 * spacing**2 * (stiffness + 1j * omega * damping))
+        seen = follows(omega)
+        return np.conj(seen) / np.maximum(np.abs(seen), FAINT) ** 2
 
-    return gain
+    def trust(omega: np.ndarray) -> np.ndarray:
+        seen = np.abs(follows(omega)) ** 2
+        return np.sqrt(seen / (seen + ROLL_ERROR**2))
+
+    return gain, trust
 
 
 def bounce_inverse(vehicle: Mapping[str, Any]) -> Gain:
@@ -101,18 +114,36 @@ def over_distance(
     -------
     Values on the grid, shape (n,), 0 where not valid, and where they are valid.
     """
-    time = measurements.time(name) - delay(measurements, name)
+    low_pass, late = sensor_filter(measurements, name)
+    time = measurements.time(name) - late
     step = 1 / measurements.rate(name)
     values = np.where(np.isfinite(measurements[name]), measurements[name], np.nan)
     missing = ~np.isfinite(values)
     missing[1:] |= np.diff(time) > 2.5 * step
 
     def gain(omega: np.ndarray) -> np.ndarray:
-        return inverse(omega) * np.exp(-((omega / (2 * np.pi * cut_off)) ** 2) / 2)
+        return inverse(omega) / low_pass(omega) * np.exp(-((omega / (2 * np.pi * cut_off)) ** 2) / 2)
 
     undone = transform(np.where(missing, np.nan, values), step, gain, MEMORY, detrend=False)
     rate, valid = way.resample(time, undone)
     return np.where(valid, rate / way.speed**power, 0.0), valid
+
+
+def sensor_filter(measurements: Measurements, name: str) -> tuple[Gain, float]:
+    """Response of the low-pass (Butterworth) that the data sheet states, 1 where there is none, and the latency, s."""
+    try:
+        errors = measurements.sensor(name).get("errors", {})
+    except InputError:
+        errors = {}
+    late, corner = float(errors.get("latency", 0.0)), errors.get("bandwidth")
+    if not corner:
+        return np.ones_like, late
+    poles = signal.buttap(int(errors.get("bandwidth_order", 2)))[1]
+
+    def response(omega: np.ndarray) -> np.ndarray:
+        return 1 / np.prod(1j * omega[:, None] / (2 * np.pi * corner) - poles, axis=1)
+
+    return response, late
 
 
 def vertical(
@@ -167,7 +198,7 @@ def _noise(measurements: Measurements, name: str, inverse: Gain, k: np.ndarray, 
 
 
 def _power(values: np.ndarray, spacing: float, k: np.ndarray) -> np.ndarray:
-    frequency, power = signal.welch(values, 1 / spacing, nperseg=min(_SEGMENT, len(values)), detrend="constant")
+    frequency, power = welch(values, spacing, min(_SEGMENT, len(values)))
     return np.interp(k / (2 * np.pi), frequency, power) / 2
 
 

@@ -10,8 +10,9 @@ g = -e (1 - |x| / L)^2 (dipped joint of Jenkins et al. 1974), have the transform
 Everything is done in wave numbers, where the wheelbase and the resolution of a channel are factors.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -20,20 +21,22 @@ from scipy import signal
 
 WINDOW = 32.0
 """Length of the stretch on which a dip is fitted, m."""
-LENGTHS = np.geomspace(0.4, 3.6, 15)
+LENGTHS = np.geomspace(0.4, 3.6, 25)
 """Half lengths L that are tried, m."""
-COARSE = slice(1, None, 3)
+COARSE = slice(2, None, 5)
 """Those that the search takes."""
 SEGMENT = 64.0
 """Length of the pieces whose spectra are averaged, m."""
 LONGEST = 30.0
 """Waves longer than this, m, are left to the alignment."""
-SHORTEST = 1.25
+SHORTEST = 0.9
 """Down to this wavelength, m, the background is what the record shows."""
 FINEST = 2.0
 """Wave number times blur up to which waves are used: the Gaussian leaves exp(-2) there."""
 TRACK_WIDTH = 1.5
 """Between the contacts of a wheelset, m (standard gauge)."""
+NULL = 0.05
+"""Share of a wave's roll that shows although the two wheelsets cancel it (illustrative)."""
 ROUNDING = 0.3
 """Length over which the angle of a joint is rounded by fishplates and rail ends, m (illustrative)."""
 _FALL = {"chord": 2.0, "rail": 0.0, "roll": 2.0}
@@ -65,8 +68,34 @@ class Channel:
     table_k: np.ndarray
     weight: np.ndarray
 
+    @property
+    def turn(self) -> complex:
+        """Factor of `spectrum`: a dip is even in the curvatures, odd in the roll over distance."""
+        return 1j if self.kind == "roll" else 1.0
+
+    @cached_property
+    def shapes(self) -> np.ndarray:
+        """`spectrum` of all `LENGTHS` in a window, shape (lengths, wave numbers)."""
+        return self.spectrum(window(self.spacing)[1], LENGTHS)
+
+    @cached_property
+    def coarse(self) -> np.ndarray:
+        """`spectrum` of the coarse lengths over the whole record, shape (coarse lengths, wave numbers)."""
+        return self.spectrum(grid(len(self.data), self.spacing)[1], LENGTHS[COARSE])
+
+    @cached_property
+    def power(self) -> np.ndarray:
+        """Energy of a dip of e = 1 m, shape (lengths,): 1 over the variance of its size."""
+        return energy(self.shapes, window(self.spacing)[0])
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """Energy of its slope, 1/m2, shape (lengths,): 1 over the variance of the place of a dip of 1 m."""
+        count, k = window(self.spacing)
+        return energy(self.shapes * k, count)
+
     def spectrum(self, k: np.ndarray, half_length: np.ndarray, white: bool = True) -> np.ndarray:
-        """Discrete transform of the samples of a dip of e = 1 m at place 0, shape (lengths, wave numbers)."""
+        """Discrete transform of the samples of a dip of e = 1 m at place 0 over `turn`, (lengths, wave numbers)."""
         shape = dip_transform(k, half_length) * self._pair(k) * rounding_gain(k, ROUNDING)
         seen = shape * np.exp(-((k * self.blur) ** 2) / 2) / self.spacing
         return seen * np.interp(k, self.table_k, self.weight) if white else seen
@@ -75,7 +104,7 @@ class Channel:
         if self.kind == "rail":
             return -(k**2)
         if self.kind == "roll":
-            return 2j * k * np.cos(k * self.half_base) / TRACK_WIDTH
+            return 2 * k * np.cos(k * self.half_base) / TRACK_WIDTH
         return -k * np.sin(k * self.half_base) / self.half_base
 
 
@@ -108,11 +137,18 @@ def channel(
     half_base: float,
     blur: float,
     spacing: float,
+    trust: Callable[[np.ndarray], np.ndarray] = np.ones_like,
 ) -> Channel:
-    """Whiten `values` by the spectrum of `background`, what is left of them without dips; 0 where not `valid`."""
+    """Whiten `values` by the spectrum of `background`, what is left of them without dips; 0 where not `valid`.
+
+    `trust`: of wave numbers, rad/m; 1 where the channel is as the model says, towards 0 where it need not be.
+    """
     k, power = density(background, valid, spacing, _FALL[kind])
     ratio = (k * LONGEST / (2 * np.pi)) ** 4
-    weight = np.sqrt(spacing / power) * ratio / (1 + ratio) * (k * blur < FINEST)
+    weight = np.sqrt(spacing / power) * ratio / (1 + ratio) * (k * blur < FINEST) * trust(k)
+    if kind == "roll":
+        seen = np.cos(k * half_base) ** 2
+        weight *= np.sqrt(seen / (seen + NULL**2))
     size, wave_number = grid(len(values), spacing)
     white = np.fft.irfft(np.fft.rfft(values, size) * np.interp(wave_number, k, weight), size)[: len(values)]
     return Channel(white, kind, half_base, blur, spacing, k, weight)
@@ -124,6 +160,15 @@ def clipped(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
     return np.clip(values, -limit, limit)
 
 
+def welch(values: np.ndarray, spacing: float, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """As `scipy.signal.welch` by default, all pieces of `size` at once: cycles/m, one-sided density."""
+    pieces = np.lib.stride_tricks.sliding_window_view(values, size)[:: size - size // 2]
+    shape = signal.get_window("hann", size)
+    waves = np.fft.rfft((pieces - pieces.mean(axis=1, keepdims=True)) * shape, axis=1)
+    power = np.mean(waves.real**2 + waves.imag**2, axis=0) * twice(size) * spacing / np.sum(shape**2)
+    return np.fft.rfftfreq(size, spacing), power
+
+
 def density(values: np.ndarray, valid: np.ndarray, spacing: float, fall: float) -> tuple[np.ndarray, np.ndarray]:
     """Two-sided spectral density over wave number, shape (m,): wave numbers in rad/m, densities (Welch, smoothed).
 
@@ -131,8 +176,7 @@ def density(values: np.ndarray, valid: np.ndarray, spacing: float, fall: float) 
     a joint's shape is not known so finely, whatever a quiet record seems to promise.
     """
     size = min(len(values), round(SEGMENT / spacing))
-    frequency, power = signal.welch(np.where(valid, values, 0.0), 1 / spacing, nperseg=size, detrend="constant")
-    power = np.asarray(power)
+    frequency, power = welch(np.where(valid, values, 0.0), spacing, size)
     floor = 1e-9 * float(power.max()) + 1e-300
     smooth = np.exp(np.asarray(signal.savgol_filter(np.log(power + floor), min(9, len(power) - 1 + len(power) % 2), 1)))
     k = 2 * np.pi * frequency
@@ -142,37 +186,39 @@ def density(values: np.ndarray, valid: np.ndarray, spacing: float, fall: float) 
     return k, smooth / (2 * max(float(np.mean(valid)), 1e-3))
 
 
-def bank(channels: Sequence[Channel]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Matched filters at every place, shapes (n,): largest signal to noise ratio, number of its length, and the ratio.
+class Bank:
+    """Matched filters at every place: for each side (both, left, right rail) and coarse length one row."""
 
-    The ratio is 0 where both rails dip alike, 1 for the left one, -1 for the right one; it takes the channel "roll".
-    """
-    rows, energies = zip(*(_rows(one) for one in channels), strict=True)
-    best, length, ratio = np.full(len(channels[0].data), -np.inf), 0, 0.0
-    length = np.zeros(len(best), dtype=np.int64)
-    ratio = np.zeros(len(best))
-    for side in (0.0, 1.0, -1.0)[: 3 if len(channels) > 1 else 1]:
-        inner = rows[0] + side * rows[1] if side else rows[0]
-        energy = energies[0] + energies[1] if side else energies[0]
-        found = inner / np.sqrt(energy)[:, None]
-        number = found.argmax(axis=0)
-        found = found[number, np.arange(len(best))]
-        better = found > best
-        best[better], length[better], ratio[better] = found[better], number[better], side
-    return best, np.arange(len(LENGTHS))[COARSE][length], ratio
+    def __init__(self, channels: Sequence[Channel], rests: Sequence[np.ndarray] | None = None) -> None:
+        """`rests`: taken in place of the channels' data, shape (n,) each."""
+        rests = [one.data for one in channels] if rests is None else rests
+        rows, powers = zip(*(_rows(one, rest) for one, rest in zip(channels, rests, strict=True)), strict=True)
+        parts = [rows[0] / np.sqrt(powers[0])[:, None]]
+        for sign in (1.0, -1.0) if len(channels) > 1 else ():
+            parts.append((rows[0] + sign * rows[1]) / np.sqrt(powers[0] + powers[1])[:, None])
+        self._rows = np.concatenate(parts)
+
+    @cached_property
+    def snr(self) -> np.ndarray:
+        """Largest signal to noise ratio at every place, shape (n,)."""
+        return self._rows.max(axis=0)
+
+    def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Side (0, 1, 2: both, left, right) and number of the length that fit best at indices of the grid."""
+        side, number = np.divmod(self._rows[:, places].argmax(axis=0), len(LENGTHS[COARSE]))
+        return side, np.arange(len(LENGTHS))[COARSE][number]
 
 
-def _rows(one: Channel) -> tuple[np.ndarray, np.ndarray]:
-    """Product of the channel with a dip of each coarse length at every place, (lengths, n), and the dips' energies."""
-    size, k = grid(len(one.data), one.spacing)
-    shapes = one.spectrum(k, LENGTHS[COARSE])
-    rows = np.fft.irfft(np.fft.rfft(one.data, size)[None, :] * np.conj(shapes), size, axis=1)[:, : len(one.data)]
-    return rows, energy(shapes, size)
+def _rows(one: Channel, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Product of `rest` with a dip of each coarse length at every place, (lengths, n), and the dips' energies."""
+    size, _ = grid(len(rest), one.spacing)
+    waves = np.fft.rfft(rest, size) * np.conj(one.turn)
+    return np.fft.irfft(waves * one.coarse, size, axis=1)[:, : len(rest)], energy(one.coarse, size)
 
 
 def energy(shapes: np.ndarray, size: int) -> np.ndarray:
     """Sum of squares of the samples of each row's inverse transform."""
-    return np.abs(shapes) ** 2 @ twice(size) / size
+    return np.einsum("lk,k->l", np.abs(shapes) ** 2, twice(size)) / size
 
 
 def twice(size: int) -> np.ndarray:

@@ -6,9 +6,18 @@ import numpy as np
 import pandas as pd
 
 from estimators._bands import settled
-from estimators._curvature import PITCH, ROLL, blur, over_distance, pitch_inverse, roll_inverse, vertical
-from estimators._dip_fit import Dips, find, none_found, synthesise
-from estimators._dips import Channel, Kind, bank, channel, clipped
+from estimators._curvature import (
+    PITCH,
+    ROLL,
+    Gain,
+    blur,
+    over_distance,
+    pitch_inverse,
+    roll_inverse,
+    vertical,
+)
+from estimators._dip_fit import SIDES, Dips, find, none_found, synthesise, without_echoes
+from estimators._dips import Bank, Channel, Kind, channel, clipped
 from estimators._space import SpeedSource, Way, find_way, has_speed
 from estimators.interface import Estimate, Estimator
 from railsim.measurements import Measurements
@@ -22,6 +31,14 @@ LEAST = 20.0
 """Shorter records hold no background to compare with, m."""
 
 
+FLOOR = 4.0
+"""Least signal to noise ratio of a dip that is looked at."""
+CROSSINGS = 5.0
+"""False dips in white noise, 1/m, over exp(-snr^2 / 2): 1.5 to 4.5 counted in 10 km, for one and two channels."""
+ROUNDS = 2
+"""How often the background is taken anew, without the dips found."""
+
+
 class DippedJoints(Estimator, frozen=True):
     """A pair of opposite curvature steps one wheelbase apart, found by matched filters in space.
 
@@ -32,10 +49,8 @@ class DippedJoints(Estimator, frozen=True):
     speed_source: SpeedSource = quantity("tachometer", unit="-", source="scenario: tachometer, or refined")
     slowest: float = quantity(2.0, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
     cut_off: float = quantity(60.0, unit="Hz", source="illustrative: below half of 256 Hz", gt=5.0)
-    threshold: float = quantity(
-        5.0, unit="-", source="illustrative: well above white noise; chosen on jointed_60ft", ge=3.0
-    )
-    one_sided: float = quantity(0.3, unit="-", source="illustrative: ratio from which one rail is named", gt=0, lt=1)
+    threshold: float = quantity(5.0, unit="-", source="illustrative: in white noise once in 50 km", ge=3.0)
+    false_share: float = quantity(0.01, unit="-", source="illustrative: of the dips, where there are many", gt=0, lt=1)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH,)
 
@@ -52,24 +67,38 @@ class DippedJoints(Estimator, frozen=True):
         """
         self.need(measurements)
         way = find_way(measurements, self.speed_source, self.slowest)
-        dips, channels, valid = find_dips(measurements, way, self.cut_off, self.threshold)
+        floor = min(FLOOR, self.threshold)
+        dips, channels, valid = find_dips(measurements, way, self.cut_off, floor)
+        length = np.count_nonzero(valid) * way.spacing
+        dips = dips.take(dips.snr > credible(dips.snr, length, self.threshold, self.false_share))
         chord, _ = over_distance(measurements, way, PITCH, pitch_inverse(measurements.vehicle), self.cut_off)
         series = pd.DataFrame(
             {
                 "s [m]": way.s,
                 "time [s]": way.time,
                 "vertical_curvature [1/m]": np.where(valid, -chord, np.nan),
-                "dip_snr [-]": np.where(valid, bank(channels)[0] if channels else np.nan, np.nan),
+                "dip_snr [-]": np.where(valid, Bank(channels).snr if channels else np.nan, np.nan),
                 "valid [-]": valid.astype(float),
             }
         )
-        found = [dict(event, kind="joint") for event in events(dips, way, self.one_sided, len(channels) > 1)]
+        found = [dict(event, kind="joint") for event in events(dips, way, len(channels) > 1)]
         about = {
             "settings": self.model_dump(mode="json"),
             "curvature": channels[0].kind if channels else "none",
             "events": found,
         }
         return Estimate(self.name, series, about)
+
+
+def credible(snr: np.ndarray, length: float, threshold: float, false_share: float) -> float:
+    """Signal to noise ratio from which a dip counts: `threshold`, or less where so many dips are above it that the
+    false ones among them, of which white noise has `CROSSINGS` exp(-snr^2 / 2) a metre, are at most `false_share`.
+    """
+    levels = np.arange(min(FLOOR, threshold), threshold, 0.05)
+    expected = CROSSINGS * length * np.exp(-(levels**2) / 2)
+    above = (snr[None, :] > levels[:, None]).sum(axis=1)
+    enough = np.flatnonzero(expected <= false_share * above)
+    return float(levels[enough[0]]) if enough.size else threshold
 
 
 def find_dips(
@@ -83,26 +112,30 @@ def find_dips(
     curvature, valid, kind = vertical(measurements, way, cut_off)
     if np.count_nonzero(valid) * way.spacing < LEAST:
         valid = np.zeros(len(way.s), dtype=bool)
-    rows: list[tuple[np.ndarray, np.ndarray, Kind]] = [(curvature * _ramp(valid, way.spacing), valid, kind)]
+    rows: list[tuple[np.ndarray, np.ndarray, Kind, Gain]] = [
+        (curvature * _ramp(valid, way.spacing), valid, kind, np.ones_like)
+    ]
+    speed = float(np.median(way.speed[valid])) if valid.any() else 1.0
     if ROLL in measurements:
-        roll = over_distance(measurements, way, ROLL, roll_inverse(measurements.vehicle), cut_off)
-        rows.append((roll[0] * _ramp(roll[1], way.spacing), roll[1], "roll"))
+        inverse, trust = roll_inverse(measurements.vehicle)
+        roll, good = over_distance(measurements, way, ROLL, inverse, cut_off)
+        rows.append((roll * _ramp(good, way.spacing), good, "roll", lambda k: trust(k * speed)))
     base = float(measurements.vehicle["semi_wheelbase"])
-    width = blur(float(np.median(way.speed[valid])) if valid.any() else 1.0, cut_off)
-    rest = [clipped(values, good) for values, good, _ in rows]
+    width = blur(speed, cut_off)
+    rest = [clipped(values, good) for values, good, _, _ in rows]
     dips, channels = none_found(), []
-    for _ in range(2 if valid.any() else 0):
+    for _ in range(ROUNDS if valid.any() else 0):
         channels = [
-            channel(values, background, good, what, base, width, way.spacing)
-            for (values, good, what), background in zip(rows, rest, strict=True)
+            channel(values, background, good, what, base, width, way.spacing, trust)
+            for (values, good, what, trust), background in zip(rows, rest, strict=True)
         ]
-        dips = find(channels, threshold)
+        dips = without_echoes(find(channels, threshold, known=dips), 2 * base)
         rest = [row[0] - synthesise(dips, one, white=False) for row, one in zip(rows, channels, strict=True)]
     good = np.logical_and.reduce([valid, *(row[1] for row in rows)])
     return dips.take(_inside(dips.place, good, way.spacing, base + CLEAR)), channels, good
 
 
-def events(dips: Dips, way: Way, one_sided: float, sides: bool) -> list[dict[str, Any]]:
+def events(dips: Dips, way: Way, sides: bool) -> list[dict[str, Any]]:
     """Place, time, depth, angle and rail of each dip, with standard deviations, as JSON holds them.
 
     "depth [m]" and "angle [rad]" are those of both rails' mean, as a bogie feels them; "rail_depth [m]" that of the
@@ -112,10 +145,10 @@ def events(dips: Dips, way: Way, one_sided: float, sides: bool) -> list[dict[str
     angle, angle_std = dips.angle()
     length = dips.half_length()
     time = np.interp(dips.place, way.s, way.time)
+    numbers = dips.side()
     found = []
     for i in range(len(depth)):
-        alone = sides and abs(dips.ratio[i]) > one_sided
-        side = ("left" if dips.ratio[i] > 0 else "right") if alone else "both" if sides else "unknown"
+        side = SIDES[numbers[i]] if sides else "unknown"
         found.append(
             {
                 "s [m]": float(dips.place[i]),
@@ -127,7 +160,7 @@ def events(dips: Dips, way: Way, one_sided: float, sides: bool) -> list[dict[str
                 "angle_std [rad]": float(angle_std[i]),
                 "half_length [m]": float(length[i]),
                 "side": side,
-                "rail_depth [m]": float(depth[i] * (2.0 if alone else 1.0)),
+                "rail_depth [m]": float(depth[i] * (2.0 if side in SIDES[1:] else 1.0)),
                 "snr [-]": float(dips.snr[i]),
             }
         )

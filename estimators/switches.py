@@ -125,7 +125,7 @@ class Switches(Estimator, frozen=True):
         sides: bool,
     ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
         letters = sorted(parts)
-        members = events(dips.take(np.array([parts[one] for one in letters], dtype=np.int64)), way, 0.3, sides)
+        members = events(dips.take(np.array([parts[one] for one in letters], dtype=np.int64)), way, sides)
         places = {one: member["s [m]"] for one, member in zip(letters, members, strict=True)}
         middle = _middle(places, turn.middle * way.spacing)
         for letter, member in zip(letters, members, strict=True):
