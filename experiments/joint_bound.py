@@ -1,9 +1,9 @@
 """What there is to know of a dipped joint: Cramer-Rao bound of its depth with the track's irregularity as noise.
 
-Known: the shape of a dip (two parabolas, rounded), the bogie's response, the sensors' noise, the irregularity's spectrum
-and on which rails the joint is. Unknown: the depths of the rails, the half length (for which what the estimator takes
-beforehand is given) and the place, which by symmetry says nothing of the depth. The rails' mean m and half their
-difference h are independent; in m(k) and h(k), Fisher's information on the parameters p is
+Known: the shape of a dip (two parabolas, rounded), the bogie's response, the sensors' noise, the irregularity's
+spectrum and on which rails the joint is. Unknown: the depths of the rails, the half length (for which what the
+estimator takes beforehand is given) and the place, which by symmetry says nothing of the depth. The rails' mean m and
+half their difference h are independent; in m(k) and h(k), Fisher's information on the parameters p is
 
     F_ij = 2 integral dk / (2 pi) [m_i m_j / (S_m + N_m) + h_i h_j / (S_h + N_h)]
 
