@@ -64,14 +64,14 @@ def roll_inverse(vehicle: Mapping[str, Any]) -> tuple[Gain, Gain]:
     """Response from the bogie's roll rate to the wheelsets' mean one, over rad/s, at most 1 / `FAINT`; and how far it
     is to be trusted, 0 to 1: less where hardly any roll is left.
     """
-    values = dict(zip(NEEDED, _positive(vehicle, *NEEDED), strict=True))
+    values: dict[str, float] = dict(zip(NEEDED, _positive(vehicle, *NEEDED), strict=True))
     for name in ("roll_bar_stiffness", "primary_lateral_damping"):
         values[name] = float(vehicle.get(name, 0.0))
     coarse = 2 * np.pi * ROLL_GRID
     response = roll_response(values, coarse)
 
     def follows(omega: np.ndarray) -> np.ndarray:
-        return np.interp(omega, coarse, response.real) + 1j * np.interp(omega, coarse, response.imag)
+        return np.interp(omega, coarse, np.real(response)) + 1j * np.interp(omega, coarse, np.imag(response))
 
     def gain(omega: np.ndarray) -> np.ndarray:
         seen = follows(omega)

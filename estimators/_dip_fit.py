@@ -237,7 +237,8 @@ def without_echoes(dips: Dips, wheelbase: float) -> Dips:
     """
     _, size, _ = dips.likeliest
     apart = np.abs(np.abs(dips.place[:, None] - dips.place[None, :]) - wheelbase) < APART / 4
-    return dips.take(~(apart & (size[:, None] < ECHO * size[None, :])).any(axis=1))
+    small = size[:, None] < ECHO * size[None, :]
+    return dips.take(np.flatnonzero(~np.any(apart & small, axis=1)))
 
 
 def _distinct(dips: Dips, threshold: float) -> Dips:

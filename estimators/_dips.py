@@ -163,7 +163,7 @@ def clipped(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
 def welch(values: np.ndarray, spacing: float, size: int) -> tuple[np.ndarray, np.ndarray]:
     """As `scipy.signal.welch` by default, all pieces of `size` at once: cycles/m, one-sided density."""
     pieces = np.lib.stride_tricks.sliding_window_view(values, size)[:: size - size // 2]
-    shape = signal.get_window("hann", size)
+    shape = np.asarray(signal.get_window("hann", size))
     waves = np.fft.rfft((pieces - pieces.mean(axis=1, keepdims=True)) * shape, axis=1)
     power = np.mean(waves.real**2 + waves.imag**2, axis=0) * twice(size) * spacing / np.sum(shape**2)
     return np.fft.rfftfreq(size, spacing), power
