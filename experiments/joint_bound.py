@@ -14,13 +14,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
-from estimators._curvature import bounce_inverse, pitch_inverse
+from estimators._curvature import BOUNCE, PITCH, ROLL, bounce_inverse, pitch_inverse
 from estimators._dip_fit import SPREAD
 from estimators._dips import ROUNDING, TRACK_WIDTH, dip_transform, lowest, rounding_gain
 from estimators._roll_plane import roll_response
+from experiments.joint_score import true_groups
+from railsim.measurements import Measurements
 from railsim.track.features import Feature
 from railsim.track.spectra import Band, spectra
+from railsim.truth import Truth
 
 SPECTRUM = "erri_low"
 """Of `jointed_60ft`."""
@@ -38,7 +42,20 @@ class Noise(NamedTuple):
     bounce: float | None
 
 
-def relative_bounds(
+def bounds(table: pd.DataFrame, truth: Truth, measurements: Measurements, speed: float) -> pd.DataFrame:
+    """The table of `joint_score.matched` with the columns "bound [-]" (the irregularity has waves of all lengths) and
+    "bound as drawn [-]" (only those of the shipped track); NaN in rows of false events.
+    """
+    groups = {group[0].s: group for group in true_groups(truth)}
+    noise = Noise(*(_density(measurements, name) for name in (PITCH, ROLL, BOUNCE)))
+    columns = {}
+    for name, band in (("bound [-]", None), ("bound as drawn [-]", AS_DRAWN)):
+        known = {s: relative_bound(group, measurements.vehicle, speed, noise, band) for s, group in groups.items()}
+        columns[name] = [known.get(s, np.nan) for s in np.asarray(table["true s [m]"])]
+    return table.assign(**columns)
+
+
+def relative_bound(
     found: Sequence[Feature], vehicle: Mapping[str, Any], speed: float, noise: Noise, band: Band | None
 ) -> float:
     """Least standard deviation of the depth of both rails' mean, over that depth, of one joint.
@@ -68,6 +85,15 @@ def relative_bounds(
     )
     information[1, 1] += (SPREAD * length) ** -2
     return float(np.sqrt(np.linalg.inv(information)[0, 0]) / mean)
+
+
+def _density(measurements: Measurements, name: str) -> float | None:
+    """Noise that the data sheet states, rounding included."""
+    if name not in measurements:
+        return None
+    errors = measurements.sensor(name).get("errors", {})
+    rounding = float(errors.get("resolution", 0.0)) ** 2 / 6 / measurements.rate(name)
+    return float(np.sqrt(float(errors.get("noise_density", 0.0)) ** 2 + rounding))
 
 
 def _shape(length: float) -> np.ndarray:

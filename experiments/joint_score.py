@@ -35,6 +35,11 @@ class TrueDip(NamedTuple):
 
 def true_dips(truth: Truth) -> list[TrueDip]:
     """Dips that the run's track states, in the order of distance."""
+    return [_joined(group) for group in true_groups(truth)]
+
+
+def true_groups(truth: Truth) -> list[list[Feature]]:
+    """Features that make each dip: those of both rails that are abreast are one."""
     found = [from_stated(values) for values in truth.about.get("features", [])]
     groups: list[list[Feature]] = []
     for one in sorted((one for one in found if one.depth is not None and one.length is None), key=lambda one: one.s):
@@ -42,7 +47,7 @@ def true_dips(truth: Truth) -> list[TrueDip]:
             groups[-1].append(one)
         else:
             groups.append([one])
-    return [_joined(group) for group in groups]
+    return groups
 
 
 def matched(estimate: Estimate, truth: Truth) -> pd.DataFrame:
