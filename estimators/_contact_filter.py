@@ -1,32 +1,39 @@
 """Extended Kalman filter of the single wheelset: motion, track under it and conicity together (compiled).
 
-States: y, y', psi, psi', y_m, y_m', d, d' (dynamic), then parameters that move by random walks: the conicity at the
-nodes of a table over x = y - d (one node: a constant), biases of the sensors, and the slope of the roll. The half
-difference of the rolling radii is D = lambda(x) x with lambda interpolated between the nodes, so that with more than
-one node d(lambda)/dt = (d lambda / dy) x' holds by itself: equation (2) of Ward et al. (2011).
+States: y, y', psi, psi', y_m, y_m', d, d', n (dynamic), then parameters that move by random walks: the logarithm of
+the conicity at the nodes of a table over x = y - d (one node: a constant), biases of the sensors, and the slope of the
+roll. The half difference of the rolling radii is D = lambda(x) (x + n) with lambda interpolated between the nodes, so
+that with more than one node d(lambda)/dt = (d lambda / dy) x' holds by itself: equation (2) of Ward et al. (2011).
+The noise n of first order over distance stands for what the gauge does to the radii; without it the filter takes
+conicities that are too large, because a large one keeps that noise out of the track.
 
 The track is a process of second order over distance, as the spectra of ERRI B176 have it (poles at Wr and Wc), so
 d'' is driven by white noise. Steps are linearly implicit (trapezoidal with the Jacobian), because creep's time constant
 m V / (2 f22) is shorter than a sample. Measurements are taken one by one.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from railsim.compiled import kernel
 
-DYNAMIC = 8
-TRACK, TRACK_RATE = 6, 7
+DYNAMIC = 9
+TRACK, TRACK_RATE, GAUGE = 6, 7, 8
 BIASES = 5
 CHANNELS = 5
 LATERAL, MASS, YAW_GYRO, APART, ROLL_GYRO = range(CHANNELS)
 """Order of measured channels: accelerations of wheelset and mass, yaw rate, mass less wheelset, roll rate."""
 GRAVITY = 9.81
+FORGET = 4.0
+"""Time constant over which the effective conicity of a table is formed, s."""
+GATE = 9.0
+"""Squared innovation over its variance beyond which a value is trusted less, so that it counts as if it were this."""
 WIDTH = DYNAMIC + 3
 """Columns that a step solves for: transition, two nodes of the table, the motion."""
-LOWEST, HIGHEST = 0.0, 1.0
-"""Conicities stay between these (-)."""
+LOWEST, HIGHEST = math.log(0.002), math.log(1.5)
+"""Logarithms of the conicity stay between these."""
 
 
 class Settings(NamedTuple):
@@ -34,7 +41,7 @@ class Settings(NamedTuple):
 
     speeds : (s,) m/s, uniform. tables : (s, 24) coefficients at these speeds: y'', psi'' by x, by x', by D; rows y'',
     psi'', y_m'' by the six states. They are interpolated at the speed of each step.
-    step : s. poles : (2,) rad/m of the track. drive : variance of d (m2).
+    step : s. poles : (3,) rad/m of the track (two) and of n. drive : (2,) variances of d and of n (m2).
     noise : (2,) standard deviation of what the model lacks of y'' and psi'', in a step.
     nodes : (k,) places of the table, m. walks : variance per second of the parameters, (parameters,).
     roll : 1 / l, with which the roll's slope makes roll of x.
@@ -45,7 +52,7 @@ class Settings(NamedTuple):
     tables: np.ndarray
     step: float
     poles: np.ndarray
-    drive: float
+    drive: np.ndarray
     noise: np.ndarray
     nodes: np.ndarray
     walks: np.ndarray
@@ -66,7 +73,7 @@ class Memory(NamedTuple):
     gain: np.ndarray  # (n,)
     motion: np.ndarray  # (DYNAMIC,)
     now: np.ndarray  # (24,) coefficients at the present speed
-    place: np.ndarray  # (4,) lambda, its slope, and the weights' index and share
+    place: np.ndarray  # (7,) lambda, its slope, the weights' index and share; sums for the effective conicity
 
 
 @kernel
@@ -87,15 +94,15 @@ def look_up(settings, memory, x):
     nodes, mean, place = settings.nodes, memory.mean, memory.place
     count = len(nodes)
     if count == 1:
-        place[0], place[1], place[2], place[3] = mean[DYNAMIC], 0.0, 0.0, 0.0
+        place[0], place[1], place[2], place[3] = math.exp(mean[DYNAMIC]), 0.0, 0.0, 0.0
         return
     spacing = nodes[1] - nodes[0]
     cell = min(max(int((x - nodes[0]) / spacing), 0), count - 2)
     share = min(max((x - nodes[cell]) / spacing, 0.0), 1.0)
     left, right = mean[DYNAMIC + cell], mean[DYNAMIC + cell + 1]
     inside = nodes[0] < x < nodes[count - 1]
-    place[0] = left + share * (right - left)
-    place[1] = (right - left) / spacing if inside else 0.0
+    place[0] = math.exp(left + share * (right - left))
+    place[1] = place[0] * (right - left) / spacing if inside else 0.0
     place[2], place[3] = cell, share
 
 
@@ -106,6 +113,7 @@ def motion(settings, memory, speed):
     x, x_rate = m[0] - m[TRACK], m[1] - m[TRACK_RATE]
     look_up(settings, memory, x)
     conicity, slope = memory.place[0], memory.place[1]
+    felt = x + m[GAUGE]
     a[:] = 0.0
     a[0, 1] = a[2, 3] = a[4, 5] = a[TRACK, TRACK_RATE] = 1.0
     for k in range(3):
@@ -113,13 +121,16 @@ def motion(settings, memory, speed):
             a[2 * k + 1, j] = c[6 + 6 * k + j]
     for k in range(2):
         row = 2 * k + 1
-        by_shift = c[k] + c[4 + k] * (conicity + slope * x)
+        by_shift = c[k] + c[4 + k] * (conicity + slope * felt)
+        a[row, GAUGE] = c[4 + k] * conicity
         a[row, 0] += by_shift
         a[row, TRACK] -= by_shift
         a[row, 1] += c[2 + k]
         a[row, TRACK_RATE] -= c[2 + k]
     low, high = settings.poles[0] * speed, settings.poles[1] * speed
     a[TRACK_RATE, TRACK], a[TRACK_RATE, TRACK_RATE] = -low * high, -(low + high)
+    a[GAUGE, GAUGE] = -settings.poles[2] * speed
+    f[GAUGE] = a[GAUGE, GAUGE] * m[GAUGE]
     f[0], f[2], f[4], f[TRACK] = m[1], m[3], m[5], m[TRACK_RATE]
     for k in range(3):
         total = 0.0
@@ -127,7 +138,7 @@ def motion(settings, memory, speed):
             total += c[6 + 6 * k + j] * m[j]
         f[2 * k + 1] = total
     for k in range(2):
-        f[2 * k + 1] += c[k] * x + c[2 + k] * x_rate + c[4 + k] * conicity * x
+        f[2 * k + 1] += c[k] * x + c[2 + k] * x_rate + c[4 + k] * conicity * felt
     f[TRACK_RATE] = a[TRACK_RATE, TRACK] * m[TRACK] + a[TRACK_RATE, TRACK_RATE] * m[TRACK_RATE]
 
 
@@ -154,10 +165,10 @@ def solve(matrix):
 
 
 @kernel
-def by_nodes(settings, memory, x, k):
+def by_nodes(memory, k):
     """Change of y'' (k = 0) or psi'' (k = 1) by the left and the right node of the cell that x is in."""
-    share = memory.place[3]
-    whole = memory.now[4 + k] * x
+    share, m = memory.place[3], memory.mean
+    whole = memory.now[4 + k] * memory.place[0] * (m[0] - m[TRACK] + m[GAUGE])
     return whole * (1.0 - share), whole * share
 
 
@@ -167,7 +178,6 @@ def predict(settings, memory, speed):
     at_speed(settings, speed, memory.now)
     motion(settings, memory, speed)
     h, size, m, a = settings.step, len(memory.mean), memory.mean, memory.jacobian
-    x = m[0] - m[TRACK]
     b = memory.matrix
     for i in range(DYNAMIC):
         for j in range(DYNAMIC):
@@ -177,7 +187,7 @@ def predict(settings, memory, speed):
         b[i, 2 * DYNAMIC] = b[i, 2 * DYNAMIC + 1] = 0.0
         b[i, 2 * DYNAMIC + 2] = h * memory.motion[i]
     for k in range(2):
-        left, right = by_nodes(settings, memory, x, k)
+        left, right = by_nodes(memory, k)
         b[2 * k + 1, 2 * DYNAMIC], b[2 * k + 1, 2 * DYNAMIC + 1] = h * left, h * right
     solve(b)
     t = memory.transition
@@ -197,13 +207,13 @@ def predict(settings, memory, speed):
 def _spread(settings, memory, speed, size, cell):
     """Covariance: only the dynamic rows move; parameters gain the variance of their walks."""
     p, t, moved, h = memory.covariance, memory.transition, memory.moved, settings.step
-    known = DYNAMIC + min(2, len(settings.nodes))
+    active = min(2, len(settings.nodes))
     for i in range(DYNAMIC):
         for j in range(size):
             total = 0.0
             for k in range(DYNAMIC):
                 total += t[i, k] * p[k, j]
-            for k in range(DYNAMIC + cell, DYNAMIC + cell + known - DYNAMIC):
+            for k in range(DYNAMIC + cell, DYNAMIC + cell + active):
                 total += t[i, k] * p[k, j]
             moved[i, j] = total
     for i in range(DYNAMIC):
@@ -211,7 +221,7 @@ def _spread(settings, memory, speed, size, cell):
             total = 0.0
             for k in range(DYNAMIC):
                 total += moved[i, k] * t[j, k]
-            for k in range(DYNAMIC + cell, DYNAMIC + cell + known - DYNAMIC):
+            for k in range(DYNAMIC + cell, DYNAMIC + cell + active):
                 total += moved[i, k] * t[j, k]
             p[i, j] = total
         for j in range(DYNAMIC, size):
@@ -219,7 +229,8 @@ def _spread(settings, memory, speed, size, cell):
     low, high = settings.poles[0] * speed, settings.poles[1] * speed
     p[1, 1] += (settings.noise[0] * h) ** 2
     p[3, 3] += (settings.noise[1] * h) ** 2
-    p[TRACK_RATE, TRACK_RATE] += 2.0 * low * high * (low + high) * settings.drive * h
+    p[TRACK_RATE, TRACK_RATE] += 2.0 * low * high * (low + high) * settings.drive[0] * h
+    p[GAUGE, GAUGE] += 2.0 * settings.poles[2] * speed * settings.drive[1] * h
     for j in range(len(settings.walks)):
         p[DYNAMIC + j, DYNAMIC + j] += settings.walks[j] * h
 
@@ -238,7 +249,7 @@ def expected(settings, memory, channel, speed):
         x = m[0] - m[TRACK]
         for j in range(DYNAMIC):
             row[j] = memory.jacobian[1, j]
-        left, right = by_nodes(settings, memory, x, 0)
+        left, right = by_nodes(memory, 0)
         cell = DYNAMIC + int(memory.place[2])
         row[cell] += left
         if nodes > 1:
@@ -278,13 +289,15 @@ def update(settings, memory, channel, measured, speed):
     variance = settings.readings[channel]
     for i in range(size):
         variance += row[i] * gain[i]
+    surprise = residual * residual / variance
+    variance *= max(1.0, surprise / GATE)
     for i in range(size):
         memory.mean[i] += gain[i] * residual / variance
         for j in range(size):
             p[i, j] -= gain[i] * gain[j] / variance
     for k in range(len(settings.nodes)):
         memory.mean[DYNAMIC + k] = min(max(memory.mean[DYNAMIC + k], LOWEST), HIGHEST)
-    return residual * residual / variance
+    return surprise
 
 
 @kernel
@@ -301,12 +314,28 @@ def advance(settings, memory, speeds, samples, out):
                 total += update(settings, memory, channel, samples[i, channel], speeds[i])
                 count += 1
         look_up(settings, memory, m[0] - m[TRACK])
-        cell, share = DYNAMIC + int(memory.place[2]), memory.place[3]
-        variance = p[cell, cell]
-        if share > 0.0:
-            variance = (1.0 - share) ** 2 * p[cell, cell] + share**2 * p[cell + 1, cell + 1]
-            variance += 2.0 * share * (1.0 - share) * p[cell, cell + 1]
-        out[i, 0], out[i, 1], out[i, 2] = memory.place[0], m[TRACK], m[0] - m[TRACK]
-        out[i, 3], out[i, 4] = variance**0.5, max(p[TRACK, TRACK], 0.0) ** 0.5
+        _effective(settings, memory, out[i])
+        out[i, 1], out[i, 2] = m[TRACK], m[0] - m[TRACK]
+        out[i, 4] = max(p[TRACK, TRACK], 0.0) ** 0.5
         out[i, 5] = max(p[0, 0] - 2.0 * p[0, TRACK] + p[TRACK, TRACK], 0.0) ** 0.5
         out[i, 6] = total / count if count else np.nan
+
+
+@kernel
+def _effective(settings, memory, row):
+    """Conicity of the cone that fits the table best over the last seconds, and its deviation (errors of nodes in step)."""
+    p, place = memory.covariance, memory.place
+    cell, share = DYNAMIC + int(place[2]), place[3]
+    variance = p[cell, cell]
+    if share > 0.0:
+        variance = (1.0 - share) ** 2 * p[cell, cell] + share**2 * p[cell + 1, cell + 1]
+        variance += 2.0 * share * (1.0 - share) * p[cell, cell + 1]
+    spread = place[0] * max(variance, 0.0) ** 0.5
+    row[0], row[3] = place[0], spread
+    if len(settings.nodes) > 1:
+        forget = math.exp(-settings.step / FORGET)
+        square = (memory.mean[0] - memory.mean[TRACK]) ** 2 + 1e-10
+        place[4] = forget * place[4] + square
+        place[5] = forget * place[5] + square * place[0]
+        place[6] = forget * place[6] + square * spread
+        row[0], row[3] = place[5] / place[4], place[6] / place[4]

@@ -57,11 +57,15 @@ class ContactEstimator(Estimator, frozen=True):
 
     creep: float = quantity(DRY, unit="share of Kalker's slope", source="Polach (2005), dry rail", gt=0.0, le=1.5)
     track_std: float = quantity(2e-3, unit="m", source="Ward et al. 2011, section 4.3.4: about 2 mm", ge=0.0, le=0.1)
-    model_lateral: float = quantity(0.5, unit="m/s2", source="residuals of the model on S1002, new and worn", gt=0.0)
-    model_yaw: float = quantity(1.0, unit="rad/s2", source="residuals of the model on S1002, new and worn", gt=0.0)
-    conicity_std: float = quantity(0.1, unit="-", source="illustrative: new to worn", gt=0.0)
-    conicity_walk: float = quantity(0.01, unit="-/sqrt(s)", source="illustrative: gauge changes along the line", ge=0.0)
+    model_lateral: float = quantity(0.3, unit="m/s2", source="trial on other tracks and vehicles", gt=0.0)
+    model_yaw: float = quantity(0.3, unit="rad/s2", source="trial on other tracks and vehicles", gt=0.0)
+    gauge_std: float = quantity(1e-3, unit="m of shift", source="what 2 mm of gauge do to S1002 on 60E1", ge=0.0)
+    gauge_pole: float = quantity(1.5, unit="rad/m", source="what 2 mm of gauge do to S1002 on 60E1", gt=0.0)
+    conicity_std: float = quantity(0.7, unit="- of the logarithm", source="illustrative: new to worn", gt=0.0)
+    conicity_walk: float = quantity(0.02, unit="1/sqrt(s), of the logarithm", source="illustrative", ge=0.0)
     roll_std: float = quantity(1.0, unit="- of the nominal slope", source="illustrative: wear turns its sign", gt=0.0)
+    model_error: float = quantity(0.25, unit="- of the conicity", source="trial on other tracks and vehicles", ge=0.0)
+    model_floor: float = quantity(0.02, unit="-", source="trial on other tracks and vehicles", ge=0.0)
     use_roll: bool = quantity(False, unit="-", source="the roll of a worn wheelset does not follow its shift")
 
     requires: ClassVar[tuple[str, ...]] = (NAMES[2], NAMES[0], SPEED)
@@ -104,10 +108,11 @@ class ContactEstimator(Estimator, frozen=True):
         walks = np.concatenate([np.full(len(nodes), self.conicity_walk**2), np.full(BIASES, 1e-12), [1e-12]])
         speeds = np.linspace(SLOWEST, FASTEST, SPEEDS)
         settings = Settings(
-            speeds, speed_table(model, speeds), 1.0 / rate, np.array(ERRI), self.track_variance(),
+            speeds, speed_table(model, speeds), 1.0 / rate, np.array([*ERRI, self.gauge_pole]),
+            np.array([self.track_variance(), self.gauge_std**2]),
             np.array([self.model_lateral, self.model_yaw]), nodes, walks, 1.0 / model.l, readings,
         )  # fmt: skip
-        return Run(settings, self._memory(model, nodes, about))
+        return Run(settings, self._memory(model, nodes, about), (self.model_error, self.model_floor))
 
     def _readings(self, about: Mapping[str, Any], rate: float) -> np.ndarray:
         """Variance of each channel."""
@@ -127,8 +132,8 @@ class ContactEstimator(Estimator, frozen=True):
         speed = 20.0  # for the track's rate at the start only
         track = np.sqrt(self.track_variance())
         deviation[:6] = START
-        deviation[6:DYNAMIC] = track, track * speed * np.sqrt(ERRI[0] * ERRI[1])
-        mean[DYNAMIC : DYNAMIC + len(nodes)] = model.conicity
+        deviation[6:DYNAMIC] = track, track * speed * np.sqrt(ERRI[0] * ERRI[1]), self.gauge_std
+        mean[DYNAMIC : DYNAMIC + len(nodes)] = np.log(model.conicity)
         covariance = np.diag(deviation**2)
         inner = slice(DYNAMIC, DYNAMIC + len(nodes))
         covariance[inner, inner] = self.prior(nodes)
@@ -139,11 +144,11 @@ class ContactEstimator(Estimator, frozen=True):
         wide = np.zeros((DYNAMIC, DYNAMIC + WIDTH))
         return Memory(
             mean, covariance, wide, np.zeros((DYNAMIC, DYNAMIC)), np.zeros((DYNAMIC, size)), np.zeros((DYNAMIC, size)),
-            np.zeros(size), np.zeros(size), np.zeros(DYNAMIC), np.zeros(24), np.zeros(4),
+            np.zeros(size), np.zeros(size), np.zeros(DYNAMIC), np.zeros(24), np.zeros(7),
         )  # fmt: skip
 
     def prior(self, nodes: np.ndarray) -> np.ndarray:
-        """Covariance of the conicity at the nodes at the start."""
+        """Covariance of the logarithm of the conicity at the nodes at the start."""
         return np.full((1, 1), self.conicity_std**2)
 
 
@@ -152,10 +157,10 @@ LEAST = (1e-3, 1e-3, 1e-4, 1e-5, 1e-4)
 
 
 class Run:
-    """A running filter; `used` names the channels that it has had."""
+    """A running filter; `used`: the channels it has had, `wrong`: share and floor of the model's error."""
 
-    def __init__(self, settings: Settings, memory: Memory) -> None:
-        self.settings, self.memory = settings, memory
+    def __init__(self, settings: Settings, memory: Memory, wrong: tuple[float, float]) -> None:
+        self.settings, self.memory, self.wrong = settings, memory, wrong
         self.used: list[str] = []
         self._speed = np.nan
 
@@ -168,6 +173,8 @@ class Run:
         present = np.isfinite(samples).any(axis=0) & np.isfinite(self.settings.readings)
         self.used = sorted({*self.used, *(name for name, there in zip(NAMES, present, strict=True) if there)})
         kernels.advance(self.settings, self.memory, known, np.ascontiguousarray(samples[first:]), out[first:])
+        out[:, 3] = self._honest(out[:, 3], out[:, 0])
+        out[:, 5] = np.hypot(out[:, 5], self.wrong[0] * out[:, 2])
         return out
 
     def step(self, sample: Mapping[str, float]) -> dict[str, float]:
@@ -182,8 +189,14 @@ class Run:
         """Nodes (m), conicity and standard deviation there."""
         count = len(self.settings.nodes)
         inner = slice(DYNAMIC, DYNAMIC + count)
-        spread = np.sqrt(np.diag(self.memory.covariance)[inner])
-        return self.settings.nodes, self.memory.mean[inner].copy(), spread
+        conicity = np.exp(self.memory.mean[inner])
+        spread = conicity * np.sqrt(np.diag(self.memory.covariance)[inner])
+        return self.settings.nodes, conicity, self._honest(spread, conicity)
+
+    def _honest(self, spread: np.ndarray, conicity: np.ndarray) -> np.ndarray:
+        """Standard deviation with what the model does not know: a share of the conicity, and a least one."""
+        share, floor = self.wrong
+        return np.sqrt(spread**2 + (share * conicity) ** 2 + floor**2)
 
 
 def speed_table(model: WheelsetModel, speeds: np.ndarray) -> np.ndarray:

@@ -3,13 +3,15 @@
 Equations (11) to (17) of Ward et al. (2011), Appendix 2, about the centre, with x = y - d the shift on the rails and
 D = (r_L - r_R) / 2 the half difference of the rolling radii, D = lambda x for a cone, or from a table:
 
-    m y''  = F_s - 2 f22/V (y' + r0 phi' - V psi) - 2 f23/V psi' - (W - 2 f23/r0) e x - W phi
+    m y''  = F_s - 2 f22/V (y' + r0 phi' - V psi) - 2 f23/V psi' - (W - 2 f23/r0) e D / lambda0 - W phi
     I psi'' = M_s - I_wy V/r0 phi' - 2 l f11/r0 D + 2 f23/V (y' + r0 phi' - V psi) - 2 l^2 f11/V psi' + l W s psi
     phi = s x / l,   F_s = k_y (y_m - y) + c_y (y_m' - y'),   m_m y_m'' = -F_s,   M_s = -k_psi psi - c_psi psi'
 
 The article's cone has one number for three: the conicity is slope of the radii, contact angle s that makes the roll,
 and e is zero. On real profiles they are three: the contact moves along wheel and rail, so that the radii change by
-several times the contact angle. Here s and e are those of the new profiles, and only D is sought.
+several times the contact angle. Here s, e and lambda0 are those of the new profiles, and only D is sought: the contact
+angles' difference is taken to grow as the radii's does, since both come from the same travel of the contact. Were it
+taken as e x with the new profiles' e, a filter would read x from the lateral force, and take a wrong conicity from it.
 """
 
 from collections.abc import Callable, Mapping
@@ -84,7 +86,8 @@ def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetMo
 
     Parameters
     ----------
-    vehicle : nominal parameters by field name. creep : share of Kalker's coefficients.
+    vehicle : nominal parameters by field name. creep : share of Kalker's f11 and f22; his part of spin, f23, is whole,
+    as in Polach's law.
 
     Raises
     ------
@@ -97,9 +100,7 @@ def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetMo
                 "the vehicle 'wheelset' does"
             )
     v = {name: float(vehicle[name]) for name in _NEEDED}
-    f11, f22, f23 = creep_coefficients(
-        1.0 / v["wheel_radius"], v["design_contact_curvature"], v["design_wheel_load"], creep
-    )
+    kalker = creep_coefficients(1.0 / v["wheel_radius"], v["design_contact_curvature"], v["design_wheel_load"])
     return WheelsetModel(
         m=v["wheelset_mass"],
         I=v["wheelset_yaw_inertia"],
@@ -107,9 +108,9 @@ def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetMo
         r0=v["wheel_radius"],
         l=v["half_gauge"],
         W=2.0 * v["design_wheel_load"],
-        f11=f11,
-        f22=f22,
-        f23=f23,
+        f11=creep * kalker.f11,
+        f22=creep * kalker.f22,
+        f23=kalker.f23,
         s=v["design_contact_angle"],
         e=v["design_contact_angle_rate"],
         k_y=v["lateral_stiffness"],
@@ -148,9 +149,9 @@ def coefficients(p: WheelsetModel, speed: float) -> tuple[np.ndarray, np.ndarray
     slip = 2.0 * p.f22 / speed
     spin = 2.0 * p.f23 / speed
     turn = p.r0 * p.s / p.l  # r0 phi' by x'
-    shift = np.array([-(p.W - 2.0 * p.f23 / p.r0) * p.e - p.W * p.s / p.l, 0.0])
+    shift = np.array([-p.W * p.s / p.l, 0.0])
     shift_rate = np.array([-slip * turn, -p.I_wy * speed / p.r0 * p.s / p.l + spin * turn])
-    of_radii = np.array([0.0, -2.0 * p.l * p.f11 / p.r0])
+    of_radii = np.array([-(p.W - 2.0 * p.f23 / p.r0) * p.e / p.conicity, -2.0 * p.l * p.f11 / p.r0])
     state = np.zeros((3, STATES))
     state[0] = [-p.k_y, -p.c_y - slip, slip * speed, -spin, p.k_y, p.c_y]
     state[1] = [
