@@ -323,7 +323,7 @@ def advance(settings, memory, speeds, samples, out):
 
 @kernel
 def _effective(settings, memory, row):
-    """Conicity of the cone that fits the table best over the last seconds, and its deviation (errors of nodes in step)."""
+    """Conicity of the cone that fits the table best over the last seconds; its deviation, errors of nodes in step."""
     p, place = memory.covariance, memory.place
     cell, share = DYNAMIC + int(place[2]), place[3]
     variance = p[cell, cell]

@@ -78,9 +78,9 @@ class ContactEstimator(Estimator, frozen=True):
         """Places of the conicity's table, m; one: a constant."""
         return np.zeros(1)
 
-    def track_variance(self) -> float:
-        """Of d, m2."""
-        return self.track_std**2
+    def drive(self) -> np.ndarray:
+        """Variances of the track's lateral position and of what the gauge does to the shift, m2, (2,)."""
+        return np.array([self.track_std, self.gauge_std]) ** 2
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Filter a whole record.
@@ -109,7 +109,7 @@ class ContactEstimator(Estimator, frozen=True):
         speeds = np.linspace(SLOWEST, FASTEST, SPEEDS)
         settings = Settings(
             speeds, speed_table(model, speeds), 1.0 / rate, np.array([*ERRI, self.gauge_pole]),
-            np.array([self.track_variance(), self.gauge_std**2]),
+            self.drive(),
             np.array([self.model_lateral, self.model_yaw]), nodes, walks, 1.0 / model.l, readings,
         )  # fmt: skip
         return Run(settings, self._memory(model, nodes, about), (self.model_error, self.model_floor))
@@ -130,9 +130,9 @@ class ContactEstimator(Estimator, frozen=True):
         size = DYNAMIC + len(nodes) + BIASES + 1
         mean, deviation = np.zeros(size), np.zeros(size)
         speed = 20.0  # for the track's rate at the start only
-        track = np.sqrt(self.track_variance())
+        track, gauge = np.sqrt(self.drive())
         deviation[:6] = START
-        deviation[6:DYNAMIC] = track, track * speed * np.sqrt(ERRI[0] * ERRI[1]), self.gauge_std
+        deviation[6:DYNAMIC] = track, track * speed * np.sqrt(ERRI[0] * ERRI[1]), gauge
         mean[DYNAMIC : DYNAMIC + len(nodes)] = np.log(model.conicity)
         covariance = np.diag(deviation**2)
         inner = slice(DYNAMIC, DYNAMIC + len(nodes))

@@ -1,4 +1,4 @@
-"""Runs of the single wheelset that figures of section 4.3 share: other tracks, other vehicles, other wear for each seed.
+"""Runs of the single wheelset that figures of section 4.3 share: for each seed another track, vehicle and wear.
 
 What is true differs from what is known: the vehicle's parameters by a few per cent, the friction, the track by its
 seed, the wheels by their wear. The recording's about.json holds the nominal vehicle with new wheels.
