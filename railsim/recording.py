@@ -53,17 +53,7 @@ class Recording:
         InputError : missing, cut short, of another format version or inconsistent; one line that names the part.
         """
         folder = Path(folder)
-        about = read_json(folder / _ABOUT, _WHAT)
-        if about.get("format") != FORMAT:
-            raise InputError(f"'{folder}' is not {_WHAT}: its about.json does not state the format '{FORMAT}'")
-        if about.get("format_version") != FORMAT_VERSION:
-            found = about.get("format_version")
-            raise InputError(f"'{folder}' has format version {found!r}; this railsim reads {FORMAT_VERSION}")
-        try:
-            measurements = Measurements(about, _read_tables(folder, about), _read_track(folder / "track.csv"))
-        except InputError as error:
-            text = str(error)
-            raise InputError(text if str(folder) in text else f"'{folder}': {text}") from None
+        measurements = read_measurements(folder)
         return cls(folder, measurements, Truth.open(folder / "truth") if (folder / "truth").is_dir() else None)
 
     @property
@@ -80,6 +70,27 @@ class Recording:
     def _true(self, name: str) -> Path | None:
         path = self.folder / "truth" / name
         return path if path.is_file() else None
+
+
+def read_measurements(folder: Path | str) -> Measurements:
+    """The measured part of a recording; a truth beside it is not opened.
+
+    Raises
+    ------
+    InputError : as `Recording.open`.
+    """
+    folder = Path(folder)
+    about = read_json(folder / _ABOUT, _WHAT)
+    if about.get("format") != FORMAT:
+        raise InputError(f"'{folder}' is not {_WHAT}: its about.json does not state the format '{FORMAT}'")
+    if about.get("format_version") != FORMAT_VERSION:
+        found = about.get("format_version")
+        raise InputError(f"'{folder}' has format version {found!r}; this railsim reads {FORMAT_VERSION}")
+    try:
+        return Measurements(about, _read_tables(folder, about), _read_track(folder / "track.csv"))
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if str(folder) in text else f"'{folder}': {text}") from None
 
 
 def write_recording(

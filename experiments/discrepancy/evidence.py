@@ -1,0 +1,184 @@
+"""What the workflow may see: the recording's measured folder and the nominal scenario. Never any truth."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+from railsim.recording import read_measurements
+from railsim.scenario import Scenario
+from railsim.sensors.interface import Sensor
+from railsim.sensors.suite import build_sensor
+from railsim.track.files import DISTANCE
+from railsim.track.survey import TrackErrors
+from railsim.track.track import UNITS, Track
+
+KINDS = ("accelerometer", "gyro", "displacement")
+"""Sensors whose samples are compared; others serve the alignment only."""
+
+SHORTEST = 12.0  # s; six sections of 2 s: less leaves nothing to hold out
+USUAL_TRACK_ERRORS = TrackErrors(
+    vertical_std=2e-4, lateral_std=2e-4, cross_level_std=3e-4, gauge_std=2e-4, curvature_std=2e-6
+)
+"""Where the recording does not state the track measurement's errors; illustrative."""
+MOST_GAP = 0.5  # share of lost samples beyond which a channel is left out
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Measured channels that are compared, the sensors that gave them, the measured track and the nominal scenario.
+
+    Attributes
+    ----------
+    channels : names, in the order of `sensors`. samples : channel to (n,) values with NaN where lost.
+    rates : channel to Hz. sensors : as their data sheets say, without hidden errors. track : as measured.
+    track_errors : standard deviations of the track's rows. speed : (time [s], speed [m/s], relative standard deviation
+    of its scale).
+    """
+
+    scenario: Scenario
+    channels: tuple[str, ...]
+    samples: dict[str, np.ndarray]
+    rates: dict[str, float]
+    sensors: tuple[Sensor, ...]
+    track: Track
+    track_errors: TrackErrors
+    track_errors_stated: bool
+    speed: tuple[np.ndarray, np.ndarray, float]
+    left_out: tuple[str, ...]
+
+    @property
+    def duration(self) -> float:
+        """Length of the recording [s]."""
+        return min(len(self.samples[name]) / self.rates[name] for name in self.channels)
+
+
+def gather(recording: Path | str, scenario: Scenario, track: Track | None = None) -> Evidence:
+    """Read the measured part of a recording.
+
+    Raises
+    ------
+    InputError : too short, no channel that the model can predict, no measured track, no speed, the vehicle stands.
+    """
+    measured = read_measurements(recording)
+    sensors, left_out = _sensors(measured)
+    channels = tuple(name for sensor in sensors for name in sensor.channels() if _kept(measured, name))
+    left_out += tuple(
+        name for sensor in sensors for name in sensor.channels() if name in measured and not _kept(measured, name)
+    )
+    if not channels:
+        raise InputError(
+            f"'{recording}' has no channel of {', '.join(KINDS)} that the model can predict; state such sensors"
+        )
+    duration = min(len(measured[name]) / measured.rate(name) for name in channels)
+    if duration < SHORTEST:
+        raise InputError(f"the recording is {duration:.1f} s long; {SHORTEST:g} s are the least that can be judged")
+    surveyed = track or _track(measured)
+    stated = measured.about.get("track", {}).get("errors")
+    errors = TrackErrors.build(stated, "about.json: track.errors") if stated else USUAL_TRACK_ERRORS
+    return Evidence(
+        scenario=scenario,
+        channels=channels,
+        samples={name: np.array(measured[name]) for name in channels},
+        rates={name: measured.rate(name) for name in channels},
+        sensors=tuple(s for s in sensors if any(name in channels for name in s.channels())),
+        track=surveyed,
+        track_errors=errors,
+        track_errors_stated=stated is not None,
+        speed=measured_speed(measured, scenario, duration),
+        left_out=left_out,
+    )
+
+
+def _kept(measured: Measurements, name: str) -> bool:
+    if name not in measured:
+        return False
+    values = measured[name]
+    good = np.isfinite(values)
+    return bool(good.mean() > 1.0 - MOST_GAP and np.ptp(values[good]) > 0.0)
+
+
+def _sensors(measured: Measurements) -> tuple[list[Sensor], tuple[str, ...]]:
+    """Sensors that the model can stand for, and the names of those that it cannot."""
+    found: list[Sensor] = []
+    left_out: list[str] = []
+    for sheet in measured.about["sensors"]:
+        if sheet.get("kind") not in KINDS:
+            continue
+        settings: dict[str, Any] = {key: value for key, value in sheet.items() if key != "channels"}
+        try:
+            found.append(build_sensor(settings, "about.json: sensors"))
+        except InputError:
+            left_out.append(sheet["name"])
+    return found, tuple(left_out)
+
+
+def _track(measured: Measurements) -> Track:
+    table = measured.track
+    if table is None:
+        raise InputError("the recording has no track.csv, so nothing says what the track did; give --track FILE")
+    names = {f"{key} [{unit}]": key for key, unit in UNITS.items()}
+    columns = {names[title]: table[title].to_numpy(float) for title in table.columns if title in names}
+    return Track(table[DISTANCE].to_numpy(float), columns, "measured")
+
+
+def measured_speed(measured: Measurements, scenario: Scenario, duration: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Speed over time from the tachometer or the satellite receiver; the scenario's where neither is there.
+
+    The scale of a tachometer (wheel wear) is taken from the satellite receiver where both are there.
+
+    Raises
+    ------
+    InputError : the vehicle hardly moves.
+    """
+    series = {
+        kind: _series(measured, sheet["name"])
+        for sheet in measured.about["sensors"]
+        for kind in [sheet.get("kind")]
+        if kind in ("tachometer", "gnss") and f"{sheet['name']}.speed [m/s]" in measured
+    }
+    knots = np.arange(0.0, duration + KNOT, KNOT)
+    if not series:
+        speed = np.interp(knots, *scenario.speed.knots(duration))
+        scale_std = 0.01
+    else:
+        speed = _smooth(*series.get("tachometer", series.get("gnss")), knots)  # pyright: ignore[reportGeneralTypeIssues]
+        scale_std = 0.01 if "gnss" not in series else 0.002
+        if len(series) == 2:
+            time, receiver = series["gnss"]
+            speed *= float(np.median(receiver / np.maximum(np.interp(time, knots, speed), 0.1)))
+    if float(np.median(speed)) < 2.0:
+        raise InputError("the vehicle moves slower than 2 m/s most of the time; such a recording says nothing here")
+    return knots, np.maximum(speed, 0.2), scale_std
+
+
+KNOT = 0.5  # s, between the speed's knots
+
+
+def _series(measured: Measurements, name: str) -> tuple[np.ndarray, np.ndarray]:
+    channel = f"{name}.speed [m/s]"
+    good = np.isfinite(measured[channel])
+    return measured.time(channel)[good], measured[channel][good]
+
+
+def _smooth(time: np.ndarray, speed: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Least-squares piecewise linear function on the knots with a weak penalty on its bends."""
+    place = np.clip((time - knots[0]) / KNOT, 0.0, len(knots) - 1.001)
+    cell = place.astype(int)
+    share = place - cell
+    design = np.zeros((len(time), len(knots)))
+    rows = np.arange(len(time))
+    design[rows, cell] = 1.0 - share
+    design[rows, cell + 1] = share
+    bends = np.diff(np.eye(len(knots)), 2, axis=0)
+    normal = design.T @ design + 0.3 * len(time) / len(knots) * bends.T @ bends
+    return np.linalg.solve(normal, design.T @ speed)
+
+
+def as_frame(track: Track) -> pd.DataFrame:
+    """The measured track as a table."""
+    return pd.DataFrame({DISTANCE: track.s, **{f"{k} [{UNITS[k]}]": v for k, v in track.columns().items()}})

@@ -1,0 +1,160 @@
+"""Fit: maximum of the posterior of nuisances, and of an effect's parameters, by Gauss-Newton with re-linearisation."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from railsim.effects.interface import Effect
+
+from experiments.discrepancy.evidence import Evidence
+from experiments.discrepancy.forward import Forward, Prediction
+from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
+from experiments.discrepancy.noise import Whitener, covariance_of, propagated_track_error, whitener
+from experiments.discrepancy.parallel import in_parallel
+
+STEP = 0.3  # standard deviations of the prior, of the differences
+SEED = 20110901  # of the perturbed tracks: the same in every run, so that evidence can be compared
+SHORTENED = (1.0, 0.5, 0.2)  # shares of a step that are tried
+WEIGHT = 1.0 / np.sqrt(REDUNDANCY)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Measured coefficients, how to predict them, and the noise.
+
+    Attributes
+    ----------
+    measured : (k, f, c). train, test : (k,) masks of frames. white : noise at the last point that it was made for.
+    """
+
+    forward: Forward
+    frames: Frames
+    measured: np.ndarray
+    train: np.ndarray
+    test: np.ndarray
+    white: Whitener | None = None
+
+    @property
+    def evidence(self) -> Evidence:
+        """What was measured."""
+        return self.forward.evidence
+
+    def but(self, **changes: Any) -> "Problem":
+        """A copy with some parts changed."""
+        return replace(self, **changes)
+
+    def stacked(self, prediction: Prediction) -> np.ndarray:
+        """(k, f, c) of a prediction."""
+        return stack(self.frames, self.evidence.channels, prediction, self.evidence.rates)
+
+    def whitened(self, coefficients: np.ndarray) -> np.ndarray:
+        """(k, f, 2 c) in standard deviations of the noise; raises where no noise was stated yet."""
+        if self.white is None:
+            raise ValueError("state the noise first")
+        return self.white(coefficients)
+
+    def residual(self, prediction: Prediction) -> np.ndarray:
+        """(k, f, 2 c) whitened measured minus predicted."""
+        return self.whitened(self.measured - self.stacked(prediction))
+
+    def with_noise(self, z: np.ndarray, effects: Sequence[Effect] = (), *, track: bool = True) -> "Problem":
+        """The problem with its noise propagated through the model at z; without `track`, sensors and model alone."""
+        base = self.forward.predict(z, effects)
+        passed = propagated_track_error(self.forward, self.frames, z, effects, base, SEED) if track else None
+        covariance = covariance_of(self.evidence, self.frames, self.stacked(base), passed)
+        return self.but(white=whitener(covariance, self.measured))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A point with its residual and linearisation.
+
+    Attributes
+    ----------
+    z : scores of the nuisances. effects : with their fitted parameters. residual : (k, f, 2 c). jacobian :
+    (parameters, k, f, 2 c), minus the derivative of the residual by the nuisances' scores, then by the effects'
+    parameters in units of `steps`. prediction : channels.
+    """
+
+    z: np.ndarray
+    effects: tuple[Effect, ...]
+    residual: np.ndarray
+    jacobian: np.ndarray
+    prediction: Prediction
+
+    def cost(self, frames: np.ndarray) -> float:
+        """Half the sum of squares over some frames, plus the nuisances' prior."""
+        return cost(self.residual, self.z, frames)
+
+
+def cost(residual: np.ndarray, z: np.ndarray, frames: np.ndarray) -> float:
+    """Negative logarithm of the posterior but for constants."""
+    return 0.5 * float(np.sum((WEIGHT * residual[frames]) ** 2)) + 0.5 * float(z @ z)
+
+
+def nuisance_jacobian(problem: Problem, z: np.ndarray, effects: Sequence[Effect]) -> tuple[np.ndarray, Prediction]:
+    """(nuisances, k, f, 2 c) derivative of the whitened prediction by every nuisance, and the prediction."""
+    forward = problem.forward
+    setup, truth = forward.run(z, effects)
+    base = forward.observe(setup, truth, z)
+    stacked = problem.stacked(base)
+
+    def column(number: int) -> np.ndarray:
+        moved = z.copy()
+        moved[number] += STEP
+        if forward.nuisances[number].of_sensor:
+            prediction = forward.observe(setup, truth, moved)
+        else:
+            prediction = forward.predict(moved, effects)
+        return problem.whitened((problem.stacked(prediction) - stacked) / STEP).astype(np.float32)
+
+    return np.stack(in_parallel(column, range(len(z)))), base
+
+
+def normal_equations(jacobian: np.ndarray, residual: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """J^T J and J^T r over some frames."""
+    flat = (WEIGHT * jacobian[:, frames]).reshape(len(jacobian), -1).astype(np.float64)
+    return flat @ flat.T, flat @ (WEIGHT * residual[frames]).ravel()
+
+
+def fit_nuisances(
+    problem: Problem,
+    z: np.ndarray | None = None,
+    effects: Sequence[Effect] = (),
+    rounds: int = 2,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Fit:
+    """Nuisances alone, the effects held; each round re-linearises and takes up to three steps with it."""
+    z = np.zeros(len(problem.forward.nuisances)) if z is None else z
+    jacobian, prediction = nuisance_jacobian(problem, z, effects)
+    residual = problem.residual(prediction)
+    for number in range(rounds):
+        if number:
+            jacobian, prediction = nuisance_jacobian(problem, z, effects)
+        for _ in range(3):
+            z_new, residual_new, prediction_new = _step(problem, z, effects, residual, jacobian)
+            gain = cost(residual, z, problem.train) - cost(residual_new, z_new, problem.train)
+            if gain <= 0.0:
+                break
+            z, residual, prediction = z_new, residual_new, prediction_new
+            tell(f"nuisances, round {number + 1}: cost {cost(residual, z, problem.train):.0f}")
+            if gain < 0.5:
+                break
+    return Fit(z, tuple(effects), residual, jacobian, prediction)
+
+
+def _step(
+    problem: Problem, z: np.ndarray, effects: Sequence[Effect], residual: np.ndarray, jacobian: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, Prediction]:
+    normal, gradient = normal_equations(jacobian, residual, problem.train)
+    move = np.linalg.solve(normal + np.eye(len(z)), gradient - z)
+    now = cost(residual, z, problem.train)
+    trial = z, residual, {}
+    for share in SHORTENED:
+        at = z + share * move
+        prediction = problem.forward.predict(at, effects)
+        trial = at, problem.residual(prediction), prediction
+        if cost(trial[1], at, problem.train) < now:
+            break
+    return trial

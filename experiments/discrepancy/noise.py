@@ -1,0 +1,151 @@
+"""Noise: what remains between model and measurement when nothing is wrong, per frame and frequency, across channels.
+
+The sum of the sensors' data-sheet noise, the track measurement's errors as the model passes them on to all channels
+(a full matrix, from perturbed runs of the model), and a few per cent of the predicted signal for the model itself.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from railsim.effects.interface import Effect
+
+from experiments.discrepancy.evidence import Evidence
+from experiments.discrepancy.forward import Forward, Prediction, continued
+from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
+from experiments.discrepancy.parallel import in_parallel
+from railsim.sensors.interface import Sensor
+from railsim.track.survey import survey
+from railsim.track.track import Track
+
+MODEL_ERROR = 0.03  # of the predicted amplitude, each channel on its own; illustrative
+PERTURBED = 6  # runs with perturbed tracks
+SPEED_WIDTH = 0.08  # relative speed over which frames share the propagated track error
+BINS = 2  # to each side, over which predicted power is averaged
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """Turns coefficients (k, f, c) into real numbers that have unit variance when only the stated noise is there.
+
+    Attributes
+    ----------
+    inverse : (k, f, c, c) L^-1 of S = L L^H. deviation : (k, f, c) square roots of the diagonal of S.
+    good : (k, c) whether a channel has no lost sample in a frame. log_determinant : (k,) of S, summed over f.
+    """
+
+    inverse: np.ndarray
+    deviation: np.ndarray
+    good: np.ndarray
+    log_determinant: np.ndarray
+
+    def __call__(self, coefficients: np.ndarray) -> np.ndarray:
+        """(k, f, 2 c): real and imaginary parts of L^-1 c, each of unit variance; 0 Hz has real parts only."""
+        clean = np.where(self.good[:, None, :], coefficients, 0.0)
+        white = np.matmul(self.inverse, clean[..., None])[..., 0]
+        return split(white)
+
+    def marginal(self, coefficients: np.ndarray) -> np.ndarray:
+        """(k, f, c) mean square of each channel's coefficient over its own stated noise; NaN where lost."""
+        scaled = coefficients / self.deviation
+        power = np.abs(scaled) ** 2
+        return np.where(self.good[:, None, :], power, np.nan)
+
+
+def split(white: np.ndarray) -> np.ndarray:
+    """Complex coefficients of unit mean square as real ones of unit variance."""
+    out = np.concatenate([white.real, white.imag], axis=-1) * np.sqrt(2.0)
+    out[:, 0, :] /= np.sqrt(2.0)
+    return out
+
+
+def whitener(covariance: np.ndarray, measured: np.ndarray) -> Whitener:
+    """From S (k, f, c, c) and the measured coefficients, whose NaN mark lost frames."""
+    good = np.isfinite(measured).all(axis=1)
+    both = (good[:, :, None] & good[:, None, :])[:, None]
+    alone = np.eye(covariance.shape[-1])
+    covariance = np.where(both, covariance, alone)
+    factor = np.linalg.cholesky(covariance)
+    inverse = np.linalg.inv(factor)
+    diagonal = np.diagonal(factor, axis1=-2, axis2=-1).real
+    deviation = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1).real)
+    return Whitener(inverse, deviation, good, 2.0 * np.log(diagonal).sum(axis=(1, 2)) / REDUNDANCY)
+
+
+def covariance_of(
+    evidence: Evidence, frames: Frames, predicted: np.ndarray, propagated: np.ndarray | None
+) -> np.ndarray:
+    """S (k, f, c, c) [channel^2/Hz] for the predicted coefficients (k, f, c)."""
+    k, f = frames.shape
+    diagonal = model_power(predicted) * MODEL_ERROR**2
+    for place, name in enumerate(evidence.channels):
+        diagonal[:, :, place] += sensor_density(_owner(evidence.sensors, name), frames)
+    total = np.zeros((k, f, len(evidence.channels), len(evidence.channels)), dtype=complex)
+    index = np.arange(len(evidence.channels))
+    total[..., index, index] = diagonal
+    return total if propagated is None else total + propagated
+
+
+def model_power(predicted: np.ndarray) -> np.ndarray:
+    """Predicted power (k, f, c), averaged over neighbouring frequencies and frames, without the constant part."""
+    power = np.abs(predicted - predicted.mean(axis=0, where=np.isfinite(predicted))) ** 2
+    count = power.shape[1]
+    kernel = np.ones(2 * BINS + 1)
+    weight = np.convolve(np.ones(count), kernel, mode="same")
+    smooth = np.apply_along_axis(lambda row: np.convolve(row, kernel, mode="same"), 1, power) / weight[:, None]
+    before, after = np.roll(smooth, 1, axis=0), np.roll(smooth, -1, axis=0)
+    before[0], after[-1] = smooth[0], smooth[-1]
+    return 0.5 * smooth + 0.25 * (before + after)
+
+
+def sensor_density(sensor: Sensor, frames: Frames) -> np.ndarray:
+    """(f,) one-sided density [channel^2/Hz] of white noise, resolution and slow drift, as the frames see it."""
+    sheet = sensor.errors
+    white = sheet.noise_density**2 + sheet.resolution**2 / 6.0 / sensor.rate
+    bins = frames.frequencies * frames.length
+    drift = sheet.bias_instability**2
+    leaked = 1.62 * frames.length * drift / (4.0 * bins**2 - 1.0) ** 2
+    tau = sheet.bias_correlation_time
+    own = 4.0 * drift * tau / (1.0 + (2.0 * np.pi * np.maximum(frames.frequencies, 0.5 / frames.length) * tau) ** 2)
+    return white + leaked + own
+
+
+def propagated_track_error(
+    forward: Forward, frames: Frames, z: np.ndarray, effects: Sequence[Effect], base: Prediction, seed: int
+) -> np.ndarray | None:
+    """(k, f, c, c) cross-spectral matrix that the track measurement's errors cause, None where they are nothing.
+
+    Differences between runs on perturbed and on the measured track, averaged over runs and frames of like speed.
+    """
+    evidence = forward.evidence
+    if not any(evidence.track_errors.model_dump().values()):
+        return None
+
+    def difference(track: Track) -> np.ndarray:
+        prediction = forward.but(track=track).predict(z, effects)
+        change = {name: prediction[name] - base[name] for name in evidence.channels}
+        return stack(frames, evidence.channels, change, evidence.rates)
+
+    found = in_parallel(difference, perturbed_tracks(evidence, seed))
+    outer = sum(np.matmul(d[..., :, None], d[..., None, :].conj()) for d in found) / len(found)
+    speed = np.interp(frames.middles, evidence.speed[0], evidence.speed[1])
+    apart = np.log(speed[:, None] / speed[None, :]) / SPEED_WIDTH
+    weight = np.exp(-0.5 * apart**2)
+    weight /= weight.sum(axis=1, keepdims=True)
+    k, f, c, _ = outer.shape
+    return (weight @ outer.reshape(k, -1)).reshape(k, f, c, c)
+
+
+def perturbed_tracks(evidence: Evidence, seed: int, count: int = PERTURBED) -> list[Track]:
+    """The measured track with further errors of the stated size; the same for the same seed."""
+    rng = np.random.default_rng(seed)
+    tracks = []
+    for _ in range(count):
+        table = survey(evidence.track, evidence.track_errors, rng)
+        columns = {title.split(" ")[0]: table[title].to_numpy() for title in table.columns[1:]}
+        tracks.append(continued(Track(evidence.track.s, columns, evidence.track.name)))
+    return tracks
+
+
+def _owner(sensors: Sequence[Sensor], channel: str) -> Sensor:
+    return next(sensor for sensor in sensors if channel in sensor.channels())

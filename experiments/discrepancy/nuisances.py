@@ -1,0 +1,95 @@
+"""Nuisances: all that may differ from the nominal within tolerance without being an effect, with data-sheet priors."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from railsim.sensors.interface import Sensor
+from railsim.vehicles.interface import Vehicle
+
+TOLERANCES = {
+    "_mass": 0.02,
+    "_inertia": 0.04,
+    "_stiffness": 0.06,
+    "_damping": 0.10,
+    "_cubic": 0.15,
+    "bump_stop_gap": 0.05,
+    "contact_damping_ratio": 0.3,
+}
+"""Relative standard deviations of build parameters by the ending of their names; illustrative."""
+
+PAIR = {"conicity": 0.10, "wheel_profile_radius": 0.05}
+"""The same for the wheel-rail pair: lightly worn wheels within maintenance limits; illustrative."""
+
+CREEP = {"friction": 0.15, "k_adhesion": 0.10, "k_slip": 0.10}
+"""The same for the creep law; the reduction factors shape the creep curve, so that another creep law does not pass
+for another friction.
+"""
+
+START = 0.5  # m, distance of the recording's first sample, after alignment
+FASTEST_WANDER = 0.002  # relative standard deviation of the speed's slow errors
+WANDERS = 4  # pieces of the run
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """One thing that may be a little off.
+
+    Attributes
+    ----------
+    kind : "vehicle", "pair", "adhesion" (relative, as a factor exp(std z)); "start" [m], "speed" [-] (alignment);
+    "bias" [channel], "scale" [-], "mounting" [rad], "latency" [s] (sensors). name : field, channel or sensor.
+    std : of the prior. index : component of a vector, or number of a piece.
+    """
+
+    kind: str
+    name: str
+    std: float
+    index: int = 0
+
+    @property
+    def label(self) -> str:
+        """Unique name."""
+        return f"{self.kind}.{self.name}" + (f".{self.index}" if self.kind in ("mounting", "speed") else "")
+
+    @property
+    def of_sensor(self) -> bool:
+        """Whether it acts after the simulation, on what the sensors give."""
+        return self.kind in ("bias", "scale", "mounting", "latency")
+
+
+def nuisances_of(vehicle: Vehicle, sensors: Iterable[Sensor], channels: Iterable[str], scale: float) -> list[Nuisance]:
+    """All nuisances of a nominal vehicle, its sensors and the speed (`scale`: relative standard deviation)."""
+    return [*_vehicle(vehicle), *_alignment(scale), *_sensors(list(sensors), set(channels))]
+
+
+def _vehicle(vehicle: Vehicle) -> list[Nuisance]:
+    found = []
+    for name in type(vehicle).model_fields:
+        value = getattr(vehicle, name)
+        tolerance = next((std for ending, std in TOLERANCES.items() if name.endswith(ending)), None)
+        if tolerance and isinstance(value, float) and value > 0.0:
+            found.append(Nuisance("vehicle", name, tolerance))
+    for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
+        settings = getattr(vehicle, part, None)
+        found += [Nuisance(part, name, std) for name, std in numbers.items() if hasattr(settings, name)]
+    return found
+
+
+def _alignment(scale: float) -> list[Nuisance]:
+    pieces = [Nuisance("speed", "wander", FASTEST_WANDER, number) for number in range(WANDERS)]
+    return [Nuisance("start", "distance", START), Nuisance("speed", "scale", scale, WANDERS), *pieces]
+
+
+def _sensors(sensors: list[Sensor], channels: set[str]) -> list[Nuisance]:
+    found = []
+    for sensor in sensors:
+        sheet = sensor.errors
+        for name in sensor.channels():
+            if name in channels:
+                found += [Nuisance("bias", name, sheet.bias_std)] * (sheet.bias_std > 0.0)
+                found += [Nuisance("scale", name, sheet.scale_error_std)] * (sheet.scale_error_std > 0.0)
+        if sheet.misalignment_std > 0.0:
+            found += [
+                Nuisance("mounting", sensor.name + "." + sensor.kind, sheet.misalignment_std, i) for i in range(3)
+            ]
+    return found

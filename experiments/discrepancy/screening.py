@@ -1,0 +1,139 @@
+"""Screening: which effects, at a finite size and with the nuisances free to follow, take most of the residual away.
+
+Three statistics, whose best are taken together: the gain of a finite signature, the gain of the smallest one (the
+score at the fit of the nuisances alone), and the likeness of the residual's spectrum to the effect's.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from railsim.effects.interface import Effect
+
+from experiments.discrepancy.candidates import Candidate
+from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, normal_equations
+from experiments.discrepancy.parallel import in_parallel
+from railsim.errors import InputError
+
+RANGE = (0.4, 1.6)  # of the signature's size that may be scaled linearly
+DROPPED = 3  # sections whose gain does not count
+SHORTLIST = (4, 2, 2)  # effects that each statistic contributes
+
+
+@dataclass(frozen=True)
+class Screened:
+    """One signature against the residual.
+
+    Attributes
+    ----------
+    gain : of the logarithm of the posterior on training frames [nats]. robust : without its best sections.
+    likeness : cosine between the spectra of residual and signature. detect : gain expected if it were there [nats].
+    """
+
+    candidate: Candidate
+    values: dict[str, float]
+    effect: Effect
+    scale: float
+    gain: float
+    robust: float
+    likeness: float
+    detect: float
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Nuisances marginalised: J over the training frames, with their prior."""
+
+    flat: np.ndarray
+    inverse: np.ndarray
+    residual: np.ndarray
+
+    @classmethod
+    def of(cls, fit: Fit, frames: np.ndarray) -> "Projection":
+        """At a fit of the nuisances."""
+        normal, _ = normal_equations(fit.jacobian, fit.residual, frames)
+        flat = (WEIGHT * fit.jacobian[:, frames]).reshape(len(fit.jacobian), -1)
+        residual = (WEIGHT * fit.residual[frames]).ravel()
+        return cls(flat, np.linalg.inv(normal + np.eye(len(normal))), residual)
+
+    def cleaned(self, signature: np.ndarray) -> np.ndarray:
+        """What of a signature the nuisances cannot take, (n,) over the training frames."""
+        follow = self.inverse @ (self.flat @ signature)
+        return signature - follow @ self.flat
+
+
+def screen(
+    problem: Problem, fit: Fit, found: Sequence[Candidate], tell: Callable[[str], None] = lambda text: None
+) -> list[Screened]:
+    """All candidates at all their sizes, the best size of each, best first."""
+    projection = Projection.of(fit, problem.train)
+    base = problem.stacked(fit.prediction)
+    jobs = [(one, values) for one in found for values in one.sizes()]
+    tell(f"signatures of {len({one.name for one in found})} effects, {len(jobs)} runs")
+
+    def attempt(job: tuple[Candidate, dict[str, float]]) -> Screened | None:
+        candidate, values = job
+        try:
+            effect = candidate.build(values)
+            prediction = problem.forward.predict(fit.z, (*fit.effects, effect))
+        except InputError:
+            return None
+        signature = problem.whitened(problem.stacked(prediction) - base)
+        if not np.isfinite(signature).all() or not signature.any():
+            return None
+        return _judge(problem, fit, projection, candidate, values, effect, signature)
+
+    judged = [one for one in in_parallel(attempt, jobs) if one is not None]
+    best: dict[str, Screened] = {}
+    for one in judged:
+        if one.candidate.label not in best or one.robust > best[one.candidate.label].robust:
+            best[one.candidate.label] = one
+    return sorted(best.values(), key=lambda one: -one.robust)
+
+
+def _judge(
+    problem: Problem,
+    fit: Fit,
+    projection: Projection,
+    candidate: Candidate,
+    values: dict[str, float],
+    effect: Effect,
+    signature: np.ndarray,
+) -> Screened:
+    own = (WEIGHT * signature[problem.train]).ravel()
+    cleaned = projection.cleaned(own)
+    numerator = float(cleaned @ projection.residual)
+    power = float(cleaned @ own) + 1e-12
+    scale = float(np.clip(numerator / power, *RANGE))
+    per_frame = (scale * cleaned * (projection.residual - 0.5 * scale * cleaned)).reshape(int(problem.train.sum()), -1)
+    gain = scale * numerator - 0.5 * scale**2 * power
+    best = np.sort(per_frame.sum(axis=1))[::-1][:DROPPED]
+    robust = gain - float(np.clip(best, 0.0, None).sum())
+    return Screened(
+        candidate, values, effect, scale, gain, robust, _likeness(problem, fit.residual, signature), 0.5 * power
+    )
+
+
+def _likeness(problem: Problem, residual: np.ndarray, signature: np.ndarray) -> float:
+    """Cosine of the excess spectra by channel and frequency."""
+    excess = np.clip((residual[problem.train] ** 2).mean(axis=0) - 1.0, 0.0, None)
+    own = (signature[problem.train] ** 2).mean(axis=0)
+    size = float(np.linalg.norm(excess) * np.linalg.norm(own))
+    return float(np.sum(excess * own)) / size if size > 0.0 else 0.0
+
+
+def shortlist(screened: Sequence[Screened]) -> list[Screened]:
+    """The best by each statistic together; one variant of an effect counts once a statistic."""
+    orders = (
+        sorted(screened, key=lambda one: -one.robust),
+        sorted(screened, key=lambda one: -one.gain),
+        sorted((one for one in screened if one.gain > 0.0), key=lambda one: -one.likeness),
+    )
+    chosen: dict[str, Screened] = {}
+    for order, count in zip(orders, SHORTLIST, strict=True):
+        names: list[str] = []
+        for one in order:
+            if one.candidate.name not in names and len(names) < count:
+                names.append(one.candidate.name)
+                chosen.setdefault(one.candidate.label, one)
+    return sorted(chosen.values(), key=lambda one: -one.robust)
