@@ -1,1 +1,1 @@
-"""The discrepancy workflow: where a model and measured data disagree, which effect is missing, and the gap with it added."""
+"""Discrepancy: where a model and measured data disagree, which effect is missing, and the gap with it added."""

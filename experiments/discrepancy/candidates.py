@@ -1,4 +1,4 @@
-"""Candidates: every effect that the library holds, in each of its variants, at sizes from just worth naming to large."""
+"""Candidates: every effect of the library, in each of its variants, at sizes from just worth naming to large."""
 
 import itertools
 import math

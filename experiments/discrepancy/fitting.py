@@ -15,7 +15,9 @@ from experiments.discrepancy.parallel import in_parallel
 
 STEP = 0.3  # standard deviations of the prior, of the differences
 SEED = 20110901  # of the perturbed tracks: the same in every run, so that evidence can be compared
-SHORTENED = (1.0, 0.5, 0.2)  # shares of a step that are tried
+SHORTENED = (1.0, 0.4, 0.1)  # shares of a step that are tried
+TOLERATED = 3.0  # standard deviations of its prior within which a nuisance stays: more is no tolerance but an effect
+STRONG = 20.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
 WEIGHT = 1.0 / np.sqrt(REDUNDANCY)
 
 
@@ -93,21 +95,29 @@ def cost(residual: np.ndarray, z: np.ndarray, frames: np.ndarray) -> float:
     return 0.5 * float(np.sum((WEIGHT * residual[frames]) ** 2)) + 0.5 * float(z @ z)
 
 
-def nuisance_jacobian(problem: Problem, z: np.ndarray, effects: Sequence[Effect]) -> tuple[np.ndarray, Prediction]:
-    """(nuisances, k, f, 2 c) derivative of the whitened prediction by every nuisance, and the prediction."""
+def nuisance_jacobian(
+    problem: Problem, z: np.ndarray, effects: Sequence[Effect], old: np.ndarray | None = None
+) -> tuple[np.ndarray, Prediction]:
+    """(nuisances, k, f, 2 c) derivative of the whitened prediction by every nuisance, and the prediction.
+
+    Of an `old` one only the columns are made again of which the data say much.
+    """
     forward = problem.forward
     setup, truth = forward.run(z, effects)
     base = forward.observe(setup, truth, z)
     stacked = problem.stacked(base)
 
     def column(number: int) -> np.ndarray:
+        if old is not None and np.sum((WEIGHT * old[number][problem.train]) ** 2) < STRONG:
+            return old[number]
+        step = -STEP if z[number] > 0.0 else STEP
         moved = z.copy()
-        moved[number] += STEP
+        moved[number] += step
         if forward.nuisances[number].of_sensor:
             prediction = forward.observe(setup, truth, moved)
         else:
             prediction = forward.predict(moved, effects)
-        return problem.whitened((problem.stacked(prediction) - stacked) / STEP).astype(np.float32)
+        return problem.whitened((problem.stacked(prediction) - stacked) / step).astype(np.float32)
 
     return np.stack(in_parallel(column, range(len(z)))), base
 
@@ -123,15 +133,16 @@ def fit_nuisances(
     z: np.ndarray | None = None,
     effects: Sequence[Effect] = (),
     rounds: int = 2,
+    old: np.ndarray | None = None,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Fit:
     """Nuisances alone, the effects held; each round re-linearises and takes up to three steps with it."""
     z = np.zeros(len(problem.forward.nuisances)) if z is None else z
-    jacobian, prediction = nuisance_jacobian(problem, z, effects)
+    jacobian, prediction = nuisance_jacobian(problem, z, effects, old)
     residual = problem.residual(prediction)
     for number in range(rounds):
         if number:
-            jacobian, prediction = nuisance_jacobian(problem, z, effects)
+            jacobian, prediction = nuisance_jacobian(problem, z, effects, jacobian)
         for _ in range(3):
             z_new, residual_new, prediction_new = _step(problem, z, effects, residual, jacobian)
             gain = cost(residual, z, problem.train) - cost(residual_new, z_new, problem.train)
@@ -148,13 +159,33 @@ def _step(
     problem: Problem, z: np.ndarray, effects: Sequence[Effect], residual: np.ndarray, jacobian: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, Prediction]:
     normal, gradient = normal_equations(jacobian, residual, problem.train)
-    move = np.linalg.solve(normal + np.eye(len(z)), gradient - z)
     now = cost(residual, z, problem.train)
     trial = z, residual, {}
     for share in SHORTENED:
-        at = z + share * move
+        at = bounded_step(normal + np.eye(len(z)), gradient - z, z, share)
         prediction = problem.forward.predict(at, effects)
         trial = at, problem.residual(prediction), prediction
         if cost(trial[1], at, problem.train) < now:
             break
     return trial
+
+
+def bounded_step(matrix: np.ndarray, slope: np.ndarray, z: np.ndarray, share: float) -> np.ndarray:
+    """z after a share of a Newton step that keeps every score within `TOLERATED`; scores at their bounds stay there
+    while the step would leave them.
+    """
+    free = np.ones(len(z), bool)
+    move = np.zeros(len(z))
+    for _ in range(4):
+        move[:] = 0.0
+        move[free] = np.linalg.solve(matrix[np.ix_(free, free)], slope[free])
+        leaving = free & (np.abs(z) >= TOLERATED - 1e-9) & (z * move > 0.0)
+        if not leaving.any():
+            break
+        free &= ~leaving
+    return np.clip(z + share * move, -TOLERATED, TOLERATED)
+
+
+def at_bound(z: np.ndarray) -> np.ndarray:
+    """Which nuisances stand at the edge of their tolerance."""
+    return np.abs(z) >= TOLERATED - 1e-9

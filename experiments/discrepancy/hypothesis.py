@@ -2,19 +2,29 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from railsim.effects.interface import Effect, Parameter
 from scipy.stats import norm
 
 from experiments.discrepancy.candidates import Candidate
-from experiments.discrepancy.fitting import SHORTENED, WEIGHT, Fit, Problem, cost, normal_equations
+from experiments.discrepancy.fitting import (
+    SHORTENED,
+    TOLERATED,
+    WEIGHT,
+    Fit,
+    Problem,
+    bounded_step,
+    cost,
+    normal_equations,
+    nuisance_jacobian,
+)
 from experiments.discrepancy.parallel import in_parallel
 from railsim.errors import InputError
 
 STEP = 0.03  # of a parameter's range, of the differences
-ROUNDS = 4
+ROUNDS = 6
 DROPPED = 3
 
 
@@ -49,32 +59,52 @@ def null_evidence(problem: Problem, fit: Fit) -> float:
 
 
 def fit_candidate(
-    problem: Problem, null: Fit, candidate: Candidate, values: dict[str, float], tell: Callable[[str], None]
+    problem: Problem,
+    null: Fit,
+    candidate: Candidate,
+    starts: Sequence[tuple[np.ndarray, dict[str, float]]],
+    tell: Callable[[str], None],
 ) -> Hypothesis | None:
-    """Fit from one start; None where the model cannot run there.
+    """Fit from the best of some starts (nuisances and numbers of the effect); None where the model runs at none.
 
-    Nuisances keep their linearisation at the null fit; the effect's own columns are made again in every round.
+    Nuisances keep the linearisation of `null`; the effect's own columns are made again in every round.
     """
-    free = candidate.parameters
-    shares = np.array([(values[name] - p.low) / (p.high - p.low) for name, p in free.items()])
-    z = null.z.copy()
-    try:
-        state = _evaluate(problem, null, candidate, z, shares)
-        columns = _columns(problem, null, candidate, z, shares, state[2])
-        for number in range(ROUNDS):
-            if number:
-                columns = _columns(problem, null, candidate, z, shares, state[2])
-            moved = _improve(problem, null, candidate, z, shares, state, columns)
-            if moved is None:
-                break
-            gain = state[0] - moved[2][0]
-            z, shares, state = moved
-            if gain < 0.3:
-                break
-    except InputError as error:
-        tell(f"{candidate.label}: {error}")
+    begun = []
+    for z, values in starts:
+        shares = np.array([(values[name] - p.low) / (p.high - p.low) for name, p in candidate.parameters.items()])
+        try:
+            begun.append((z, shares, _evaluate(problem, null, candidate, z, shares)))
+        except InputError as error:
+            tell(f"{candidate.label}: {error}")
+    if not begun:
         return None
+    z, shares, state = min(begun, key=lambda one: one[2][0])
+    columns = _columns(problem, null, candidate, z, shares, state[2])
+    for number in range(ROUNDS):
+        if number:
+            columns = _columns(problem, null, candidate, z, shares, state[2])
+        moved = _improve(problem, null, candidate, z, shares, state, columns)
+        if moved is None:
+            break
+        gain = state[0] - moved[2][0]
+        z, shares, state = moved
+        if gain < 0.3:
+            break
     return _conclude(problem, null, candidate, z, shares, state, columns)
+
+
+def polish(problem: Problem, null: Fit, found: Hypothesis, tell: Callable[[str], None]) -> Hypothesis:
+    """The same with the nuisances linearised at the hypothesis itself, twice."""
+    for _ in range(2):
+        effects = (*null.effects, found.effect)
+        jacobian, _ = nuisance_jacobian(problem, found.fit.z, effects, found.fit.jacobian)
+        values = _values(found.candidate, found.shares)
+        again = replace(null, jacobian=jacobian)
+        better = fit_candidate(problem, again, found.candidate, [(found.fit.z, values)], tell)
+        if better is None or better.log_evidence < found.log_evidence + 0.5:
+            return found if better is None or better.log_evidence < found.log_evidence else better
+        found = better
+    return found
 
 
 State = tuple[float, np.ndarray, np.ndarray, dict[str, np.ndarray], Effect]
@@ -120,9 +150,13 @@ def _improve(
     slope, curvature = _prior_derivatives(candidate, shares)
     n = len(z)
     prior = np.diag(np.concatenate([np.ones(n), curvature + 1e-3]))
-    move = np.linalg.solve(normal + prior, gradient - np.concatenate([z, slope]))
+    downhill = gradient - np.concatenate([z, slope])
+    edge = TOLERATED * (2.0 * shares - 1.0)  # so that shares keep to 0 ... 1 as nuisances to their tolerance
+    rescale = np.concatenate([np.ones(n), np.full(len(shares), 0.5 / TOLERATED)])
+    matrix, downhill = (normal + prior) * np.outer(rescale, rescale), downhill * rescale
     for share in SHORTENED:
-        at, there = z + share * move[:n], np.clip(shares + share * move[n:], 0.0, 1.0)
+        moved = bounded_step(matrix, downhill, np.concatenate([z, edge]), share)
+        at, there = moved[:n], np.clip(0.5 * (moved[n:] / TOLERATED + 1.0), 0.0, 1.0)
         try:
             found = _evaluate(problem, null, candidate, at, there)
         except InputError:

@@ -13,7 +13,7 @@ BANDS = (0.0, 0.8, 2.0, 4.0, 8.0, 16.0, 32.0, 60.0)  # Hz
 MISFIT = 1.25  # mean square that the noise model itself may be wrong by
 FALSE_SHARE = 0.01  # of the cells that are called significant (Benjamini and Hochberg 1995)
 DROPPED = 3  # loudest frames that do not count
-SURPRISING = 3.0  # standard deviations of its prior that a nuisance may be off before more is looked for
+SURPRISING = 2.7  # standard deviations of its prior that a nuisance may be off before more is looked for
 CURVED = 1e-4  # 1/m
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from railsim.effects.interface import Effect
 
 from experiments.discrepancy.candidates import Candidate
-from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, normal_equations
+from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, at_bound, normal_equations
 from experiments.discrepancy.parallel import in_parallel
 from railsim.errors import InputError
 
@@ -42,7 +42,7 @@ class Screened:
 
 @dataclass(frozen=True)
 class Projection:
-    """Nuisances marginalised: J over the training frames, with their prior."""
+    """Nuisances marginalised: J over the training frames, with their prior; those at their bounds stay there."""
 
     flat: np.ndarray
     inverse: np.ndarray
@@ -51,8 +51,10 @@ class Projection:
     @classmethod
     def of(cls, fit: Fit, frames: np.ndarray) -> "Projection":
         """At a fit of the nuisances."""
-        normal, _ = normal_equations(fit.jacobian, fit.residual, frames)
-        flat = (WEIGHT * fit.jacobian[:, frames]).reshape(len(fit.jacobian), -1)
+        free = ~at_bound(fit.z)
+        jacobian = fit.jacobian[free]
+        normal, _ = normal_equations(jacobian, fit.residual, frames)
+        flat = (WEIGHT * jacobian[:, frames]).reshape(len(jacobian), -1)
         residual = (WEIGHT * fit.residual[frames]).ravel()
         return cls(flat, np.linalg.inv(normal + np.eye(len(normal))), residual)
 
