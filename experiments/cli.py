@@ -160,6 +160,16 @@ def _sweep(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--report", metavar="DIR", help="only write the report of a finished sweep again")
 
 
+def _discrepancy(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recording", metavar="RECORDING", help="folder of a recording; its truth is never read")
+    parser.add_argument("--model", metavar="SCENARIO", required=True, help="nominal scenario: a name or a YAML file")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of verdict.json, model.yaml, report.html")
+    parser.add_argument("--track", metavar="FILE", help="measured track, where the recording has none of its own")
+    parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
+    parser.add_argument("--engine", default="exudyn", metavar="NAME", help="of the last run (default: exudyn)")
+    parser.add_argument("--fast", action="store_true", help="fewer linearisations: to try, not to be quoted")
+
+
 def _bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fast", action="store_true", help="a short run, once: to see that it works, not to be quoted")
 
@@ -174,6 +184,7 @@ _COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "list": ("what there is", _list),
     "import": ("turn measured data into a recording, or a track-recording car's file into a track", _import),
     "inspect": ("check a recording, scenario or track and say what is wrong with it", _inspect),
+    "discrepancy": ("find what is missing in a model, name it, add it and show the gap shrink", _discrepancy),
     "bench": ("speed of the engines and estimators", _bench),
 }
 

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
 
-from railsim.effects.interface import Effect, Parameter
-
 from railsim import effects as library
+from railsim.effects.interface import Effect, Parameter
 from railsim.registry import discover
 
 MOST_VARIANTS = 8

@@ -11,7 +11,8 @@ from experiments.discrepancy.hypothesis import Hypothesis, robust_evidence
 from experiments.discrepancy.locate import Located
 
 ENOUGH = 10.0  # nats for an effect against nuisances alone, its loudest sections left out
-TEMPERATURE = 2.0  # evidence is divided by it before it becomes confidence: neighbouring frames and a noise model that is only nearly right make it too sure
+TEMPERATURE = 2.0
+"""Evidence is divided by it before it becomes confidence: frames overlap and the noise is only nearly right."""
 SURE = 0.9  # share of the probability that names
 IN_SET = 0.02  # share from which an alternative is listed
 UNEXPLAINED = 0.5  # share of the held-out excess that a named effect must take where the excess is large
@@ -58,22 +59,26 @@ def held_out_gap(problem: Problem, fit: Fit) -> float:
 
 def judge(problem: Problem, null: Fit, null_log_evidence: float, hypotheses: Sequence[Hypothesis]) -> list[Judged]:
     """Figures of every hypothesis, the most probable first."""
-    rows = []
+    evidence: list[float] = []
+    held: list[float] = []
     for one in hypotheses:
         plain = one.log_evidence - null_log_evidence
         local = one.candidate.kind.acts_on in LOCAL
-        evidence = plain if local else robust_evidence(problem, one, null_log_evidence)
+        evidence.append(plain if local else robust_evidence(problem, one, null_log_evidence))
         before = (WEIGHT * null.residual[problem.test]) ** 2
         after = (WEIGHT * one.fit.residual[problem.test]) ** 2
-        rows.append((one, evidence, 0.5 * float(before.sum() - after.sum()), held_out_gap(problem, one.fit)))
+        held.append(0.5 * float(before.sum() - after.sum()))
     best: dict[str, float] = {}
-    for one, evidence, held, _ in rows:
+    for one, value, outside in zip(hypotheses, evidence, held, strict=True):
         name = one.candidate.equivalence
-        best[name] = max(best.get(name, -math.inf), evidence if held > 0.0 else evidence - ENOUGH)
+        best[name] = max(best.get(name, -math.inf), value if outside > 0.0 else value - ENOUGH)
     top = max([0.0, *best.values()])
     weights = {name: math.exp((value - top) / TEMPERATURE) for name, value in best.items()}
     total = sum(weights.values()) + math.exp(-top / TEMPERATURE)
-    judged = [Judged(*row[:3], weights[row[0].candidate.equivalence] / total, row[3]) for row in rows]
+    judged = [
+        Judged(one, value, outside, weights[one.candidate.equivalence] / total, held_out_gap(problem, one.fit))
+        for one, value, outside in zip(hypotheses, evidence, held, strict=True)
+    ]
     return sorted(judged, key=lambda one: (-one.probability, -one.evidence))
 
 

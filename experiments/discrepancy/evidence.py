@@ -146,7 +146,8 @@ def measured_speed(measured: Measurements, scenario: Scenario, duration: float) 
         speed = np.interp(knots, *scenario.speed.knots(duration))
         scale_std = 0.01
     else:
-        speed = _smooth(*series.get("tachometer", series.get("gnss")), knots)  # pyright: ignore[reportGeneralTypeIssues]
+        time, values = series.get("tachometer") or series["gnss"]
+        speed = _smooth(time, values, knots)
         scale_std = 0.01 if "gnss" not in series else 0.002
         if len(series) == 2:
             time, receiver = series["gnss"]

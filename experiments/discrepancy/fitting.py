@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from railsim.effects.interface import Effect
 
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.forward import Forward, Prediction
 from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
 from experiments.discrepancy.noise import Whitener, covariance_of, propagated_track_error, whitener
 from experiments.discrepancy.parallel import in_parallel
+from railsim.effects.interface import Effect
 
 STEP = 0.3  # standard deviations of the prior, of the differences
 SEED = 20110901  # of the perturbed tracks: the same in every run, so that evidence can be compared

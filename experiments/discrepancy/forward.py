@@ -1,6 +1,7 @@
 """Forward: what the sensors would give if the nominal model, a little off and with some effects, were true.
 
-Always the compiled engine. Nuisances are given as scores z (0 = nominal, 1 = one standard deviation of the prior).
+By the compiled engine unless another is asked for. Nuisances are given as scores z: 0 = nominal, 1 = one standard
+deviation of the prior.
 """
 
 import math
@@ -10,17 +11,17 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from railsim.effects.interface import Effect, Setup
 
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.memory import MemoryTruth
 from experiments.discrepancy.nuisances import Nuisance, nuisances_of
+from railsim.effects.interface import Effect, Setup
 from railsim.engines._channels import channel_names
-from railsim.engines.compiled import integrate
 from railsim.engines.interface import Run, default_substeps
 from railsim.errors import InputError
 from railsim.sensors.errors import SensorErrors, sample
 from railsim.sensors.interface import Sensor
+from railsim.simulation import load_engine
 from railsim.speed import Profile
 from railsim.track.kernel import build_tables
 from railsim.track.track import Track
@@ -44,6 +45,7 @@ class Forward:
     evidence: Evidence
     alignment: Alignment
     track: Track
+    engine: str = "compiled"
 
     @cached_property
     def nuisances(self) -> tuple[Nuisance, ...]:
@@ -57,7 +59,7 @@ class Forward:
         return tuple(sensor.but(errors=ideal(sensor.errors)) for sensor in self.evidence.sensors)
 
     def but(self, **changes: Any) -> "Forward":
-        """A copy with other alignment or track."""
+        """A copy with other alignment, track or engine."""
         return replace(self, **changes)
 
     def setup(self, z: np.ndarray, effects: Sequence[Effect] = ()) -> Setup:
@@ -78,7 +80,7 @@ class Forward:
         substeps *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * substeps * setup.longest_step))))
         start = self.alignment.start + self._value(z, "start.distance", additive=True)
         run = Run(setup.model, build_tables(setup.track), setup.speed_tables, start, setup.duration, rate, substeps)
-        rows = np.concatenate(list(integrate(run)))
+        rows = np.concatenate(list(load_engine(self.engine)(run)))
         about = {"vehicle": {"wheel_radius [m]": getattr(setup.vehicle, "wheel_radius", 0.5)}}
         return setup, MemoryTruth(channel_names(setup.model), rows, rate, about)
 

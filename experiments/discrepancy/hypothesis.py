@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from railsim.effects.interface import Effect, Parameter
 from scipy.stats import norm
 
 from experiments.discrepancy.candidates import Candidate
@@ -21,6 +20,7 @@ from experiments.discrepancy.fitting import (
     nuisance_jacobian,
 )
 from experiments.discrepancy.parallel import in_parallel
+from railsim.effects.interface import Effect, Parameter
 from railsim.errors import InputError
 
 STEP = 0.03  # of a parameter's range, of the differences

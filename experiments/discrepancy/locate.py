@@ -82,7 +82,7 @@ def locate(problem: Problem, fit: Fit) -> Located:
 
 def _cells(problem: Problem, marginal: np.ndarray) -> list[Cell]:
     frequency = problem.frames.frequencies
-    rows = []
+    rows: list[tuple[str, float, float, float, float, float]] = []
     for place, channel in enumerate(problem.evidence.channels):
         for low, high in zip(BANDS, BANDS[1:], strict=False):
             inside = (frequency >= low) & (frequency < high)
@@ -96,8 +96,8 @@ def _cells(problem: Problem, marginal: np.ndarray) -> list[Cell]:
             freedom = (len(frames) - DROPPED) * int(inside.sum()) / REDUNDANCY
             p_value = float(gamma.sf(calm / MISFIT, freedom, scale=1.0 / freedom))
             rows.append((channel, low, high, float(frames.mean()), calm, p_value))
-    limit = _limit([row[-1] for row in rows])
-    return [Cell(*row, row[-1] <= limit) for row in rows]
+    limit = _limit([row[5] for row in rows])
+    return [Cell(n, low, high, mean, calm, p, p <= limit) for n, low, high, mean, calm, p in rows]
 
 
 def _limit(p_values: list[float]) -> float:

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from railsim.effects.interface import Effect
 
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.forward import Forward, Prediction, continued
 from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
 from experiments.discrepancy.parallel import in_parallel
+from railsim.effects.interface import Effect
 from railsim.sensors.interface import Sensor
 from railsim.track.survey import survey
 from railsim.track.track import Track
@@ -54,21 +54,21 @@ class Whitener:
 
 def split(white: np.ndarray) -> np.ndarray:
     """Complex coefficients of unit mean square as real ones of unit variance."""
-    out = np.concatenate([white.real, white.imag], axis=-1) * np.sqrt(2.0)
+    out = np.concatenate([np.real(white), np.imag(white)], axis=-1) * np.sqrt(2.0)
     out[:, 0, :] /= np.sqrt(2.0)
     return out
 
 
 def whitener(covariance: np.ndarray, measured: np.ndarray) -> Whitener:
     """From S (k, f, c, c) and the measured coefficients, whose NaN mark lost frames."""
-    good = np.isfinite(measured).all(axis=1)
+    good = np.array(np.isfinite(measured).all(axis=1))
     both = (good[:, :, None] & good[:, None, :])[:, None]
     alone = np.eye(covariance.shape[-1])
     covariance = np.where(both, covariance, alone)
     factor = np.linalg.cholesky(covariance)
     inverse = np.linalg.inv(factor)
-    diagonal = np.diagonal(factor, axis1=-2, axis2=-1).real
-    deviation = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1).real)
+    diagonal = np.real(np.diagonal(factor, axis1=-2, axis2=-1))
+    deviation = np.sqrt(np.real(np.diagonal(covariance, axis1=-2, axis2=-1)))
     return Whitener(inverse, deviation, good, 2.0 * np.log(diagonal).sum(axis=(1, 2)) / REDUNDANCY)
 
 
@@ -127,7 +127,7 @@ def propagated_track_error(
         return stack(frames, evidence.channels, change, evidence.rates)
 
     found = in_parallel(difference, perturbed_tracks(evidence, seed))
-    outer = sum(np.matmul(d[..., :, None], d[..., None, :].conj()) for d in found) / len(found)
+    outer = np.mean([np.matmul(d[..., :, None], d[..., None, :].conj()) for d in found], axis=0)
     speed = np.interp(frames.middles, evidence.speed[0], evidence.speed[1])
     apart = np.log(speed[:, None] / speed[None, :]) / SPEED_WIDTH
     weight = np.exp(-0.5 * apart**2)

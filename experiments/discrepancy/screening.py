@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from railsim.effects.interface import Effect
 
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, at_bound, normal_equations
 from experiments.discrepancy.parallel import in_parallel
+from railsim.effects.interface import Effect
 from railsim.errors import InputError
 
 RANGE = (0.4, 1.6)  # of the signature's size that may be scaled linearly

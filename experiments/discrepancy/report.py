@@ -1,0 +1,137 @@
+"""Report: one page with its pictures inside, and a paragraph in plain words."""
+
+import base64
+import html
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from experiments.discrepancy import pictures
+from experiments.discrepancy.decide import ENOUGH
+from experiments.discrepancy.workflow import Findings
+
+DPI = 110
+REPORT = "report.html"
+_STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:1050px;margin:2em auto;padding:0 1em;color:#222}
+h1{font-size:1.5em}h2{font-size:1.15em;margin-top:1.8em;border-bottom:1px solid #ccc}img{max-width:100%}
+table{border-collapse:collapse;font-size:13px}td,th{padding:.15em .8em;border-bottom:1px solid #e4e4e4;text-align:left}
+td.n{text-align:right;font-variant-numeric:tabular-nums}
+.plain{background:#f4f6f5;padding:.8em 1em;border-left:4px solid #2a7f62}"""
+
+
+def write_report(folder: Path, name: str, findings: Findings, verdict: dict[str, Any], after: np.ndarray) -> Path:
+    """Write report.html and its pictures as PNG files beside it; `after`: coefficients (k, f, c) with the effect."""
+    figures = _figures(findings, after)
+    parts = [f"<h1>{html.escape(name)}: {html.escape(verdict['status'])}</h1>"]
+    parts.append(f'<p class="plain">{html.escape(in_words(verdict))}</p>')
+    parts.append(_gap_table(verdict))
+    for key, (title, figure) in figures.items():
+        parts.append(f"<h2>{html.escape(title)}</h2>{_picture(folder, key, figure)}")
+    parts.append(_hypotheses(verdict))
+    parts.append(_nuisances(verdict))
+    page = f"<!doctype html><meta charset='utf-8'><title>{html.escape(name)}</title><style>{_STYLE}</style>"
+    (folder / REPORT).write_text(page + "".join(parts), encoding="utf-8")
+    return folder / REPORT
+
+
+def in_words(verdict: dict[str, Any]) -> str:
+    """What a person would say."""
+    gap = verdict["gap"]
+    numbers = (
+        f"On sections that no fit has seen, the model as it stood was off by {gap['before']:.2f} times the stated "
+        f"noise, by {gap['nuisance_only']:.2f} with tolerances of vehicle and sensors used up"
+    )
+    if verdict["status"] == "none":
+        return f"Nothing is missing in the model: {verdict['reason']}. {numbers}; 1 is noise alone."
+    if verdict["status"] == "unknown":
+        where = f" It looks most like a {verdict['place']}." if verdict["place"] else ""
+        return f"Something is missing that has no name here: {verdict['reason']}.{where} {numbers}."
+    sizes = "; ".join(
+        f"{name} {p['value']:.3g} {p['unit'] if p['unit'] != '-' else ''}".strip()
+        + f" (between {p['low']:.3g} and {p['high']:.3g})"
+        for name, p in verdict["parameters"].items()
+    )
+    effect = str(verdict["effect"]).replace("_", " ")
+    found = f"The model lacks one thing: {effect} ({sizes}). {numbers}, and by {gap['after']:.2f} with it added."
+    others = ", ".join(name.replace("_", " ") for name in verdict["alternatives"])
+    if verdict["status"] == "ambiguous":
+        return f"{found} But {others} would explain the recording nearly as well; other sensors or speeds may tell."
+    return found + (f" Nearly as good: {others}." if others else "")
+
+
+def states_of(findings: Findings, after: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Coefficients of the nominal model, with nuisances only, with the effect."""
+    problem = findings.problem
+    nominal = problem.stacked(problem.forward.predict(np.zeros(len(findings.null.z))))
+    states = [("nominal model", nominal), ("nuisances only", problem.stacked(findings.null.prediction))]
+    return [*states, ("effect added", after)] if findings.decision.best else states
+
+
+def _figures(findings: Findings, after: np.ndarray) -> dict[str, tuple[str, Figure]]:
+    problem = findings.problem
+    states = states_of(findings, after)
+    white = [(title, problem.whitened(problem.measured - one)) for title, one in states]
+    figures = {
+        "where": ("Where it disagrees: channel and band", pictures.heat_maps(problem, states)),
+        "along": ("Along the track", pictures.along_track(problem, problem.evidence.track, distance(findings), white)),
+        "spectra": ("Spectra of what is not explained", pictures.spectra(problem, states)),
+    }
+    if findings.judged:
+        figures["candidates"] = ("What was tried", pictures.candidates(findings.judged, ENOUGH))
+    if any(len(one.curve) for one in findings.latent):
+        figures["latent"] = ("The missing force, without a name for it", pictures.latent(findings.latent))
+    return figures
+
+
+def distance(findings: Findings) -> np.ndarray:
+    """Distance of the middle of each frame [m]."""
+    time, speed, _ = findings.problem.evidence.speed
+    alignment = findings.problem.forward.alignment
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+    return alignment.start + alignment.scale * np.interp(findings.problem.frames.middles, time, way)
+
+
+def _picture(folder: Path, name: str, figure: Figure) -> str:
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=DPI)
+    (folder / f"{name}.png").write_bytes(data.getvalue())
+    return f'<img alt="{name}" src="data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}">'
+
+
+def _gap_table(verdict: dict[str, Any]) -> str:
+    rows = {"all channels together": verdict["gap"], **verdict["channels"]}
+    return "<h2>Gap on held-out sections (1 = stated noise only)</h2>" + _table(
+        ["", "nominal model", "nuisances only", "effect added"],
+        [[name, *(f"{one[key]:.2f}" for key in ("before", "nuisance_only", "after"))] for name, one in rows.items()],
+    )
+
+
+def _hypotheses(verdict: dict[str, Any]) -> str:
+    rows = [
+        [one["effect"], one["class"], f"{one['evidence']:.1f}", f"{one['held_out']:.1f}", f"{one['probability']:.3f}"]
+        for one in verdict["hypotheses"]
+    ]
+    if not rows:
+        return ""
+    return "<h2>Hypotheses</h2>" + _table(["effect", "class", "evidence", "held out", "probability"], rows)
+
+
+def _nuisances(verdict: dict[str, Any]) -> str:
+    rows = [[name, f"{z:+.1f}"] for name, z in sorted(verdict["nuisances"].items(), key=lambda one: -abs(one[1]))]
+    if not rows:
+        return ""
+    return "<h2>Tolerances used (standard deviations of the data sheet, from 1)</h2>" + _table(["", "score"], rows)
+
+
+def _table(header: list[str], rows: list[list[str]]) -> str:
+    head = "".join(f"<th>{html.escape(text)}</th>" for text in header)
+    body = "".join(
+        "<tr>"
+        + "".join(f"<td{' class=n' if i else ''}>{html.escape(text)}</td>" for i, text in enumerate(row))
+        + "</tr>"
+        for row in rows
+    )
+    return f"<table><tr>{head}</tr>{body}</table>"

@@ -1,0 +1,115 @@
+"""Verdict: the JSON that other programs read."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from experiments.discrepancy.adding import Gaps
+from experiments.discrepancy.decide import IN_SET, Judged
+from experiments.discrepancy.hypothesis import intervals
+from experiments.discrepancy.screening import Screened
+from experiments.discrepancy.workflow import Findings
+
+DETECTED = 10.0  # nats that a size must be worth to be detected (`decide.ENOUGH`)
+
+
+def verdict(findings: Findings, whole: Gaps, channels: dict[str, Gaps]) -> dict[str, Any]:
+    """Contract shape; further keys after it."""
+    decision = findings.decision
+    best = decision.best
+    return {
+        "status": decision.status,
+        "effect": best.hypothesis.candidate.name if best else None,
+        "class": best.hypothesis.candidate.equivalence if best else None,
+        "alternatives": alternatives(findings),
+        "place": place(findings),
+        "parameters": intervals(findings.problem, best.hypothesis) if best else {},
+        "evidence": _number(best.evidence if best else max((one.evidence for one in decision.judged), default=0.0)),
+        "confidence": _number(decision.confidence),
+        "gap": whole.plain(),
+        "channels": {name: one.plain() for name, one in channels.items()},
+        "detectable_size": detectable(findings.screened),
+        "reason": decision.reason,
+        "choices": dict(best.hypothesis.candidate.choices) if best else {},
+        "located": findings.located.plain(),
+        "hypotheses": [_row(one) for one in findings.judged],
+        "latent": [
+            {
+                "place": one.place.label,
+                "explained": _number(one.explained),
+                "evidence": _number(one.gain),
+                "state": one.state,
+                "follows": _number(one.follows),
+                "curve": one.curve.round(6).tolist(),
+            }
+            for one in findings.latent
+        ],
+        "nuisances": {
+            nuisance.label: round(float(z), 2)
+            for nuisance, z in zip(findings.problem.forward.nuisances, _scores(findings), strict=True)
+            if abs(z) > 1.0
+        },
+        "track_errors_stated": findings.problem.evidence.track_errors_stated,
+        "left_out": list(findings.problem.evidence.left_out),
+    }
+
+
+def alternatives(findings: Findings) -> list[str]:
+    """Effects that explain the recording nearly as well, and those of the same class."""
+    decision = findings.decision
+    if decision.best is None:
+        return []
+    named = decision.best.hypothesis.candidate
+    near = [one.hypothesis.candidate for one in decision.judged if one.probability >= IN_SET]
+    names = [one.name for one in near if one.name != named.name]
+    return list(dict.fromkeys(names))
+
+
+def place(findings: Findings) -> str | None:
+    """Where it acts: the effect's own word for a named one, the latent force's place for an unknown one."""
+    best = findings.decision.best
+    if best is not None:
+        made = ", ".join(f"{key} {value}" for key, value in best.hypothesis.candidate.choices)
+        acts = best.hypothesis.candidate.kind.acts_on
+        return f"{acts}: {made}" if made else acts
+    if findings.decision.status == "unknown" and findings.latent:
+        return findings.latent[0].place.label
+    return None
+
+
+def detectable(screened: tuple[Screened, ...]) -> dict[str, float]:
+    """Smallest size of each effect's first number that would be detected here, seen from where it is absent."""
+    found: dict[str, float] = {}
+    for one in screened:
+        sized = [(n, p) for n, p in one.candidate.parameters.items() if p.absent is not None]
+        if not sized or one.detect <= 0.0:
+            continue
+        name, parameter = sized[0]
+        absent = parameter.absent or 0.0
+        size = absent + (one.values[name] - absent) * math.sqrt(DETECTED / one.detect)
+        size = float(np.clip(size, parameter.low, parameter.high))
+        kept = found.get(one.candidate.name)
+        if kept is None or abs(size - absent) < abs(kept - absent):
+            found[one.candidate.name] = _number(size)
+    return found
+
+
+def _row(judged: Judged) -> dict[str, Any]:
+    return {
+        "effect": judged.hypothesis.candidate.label,
+        "class": judged.hypothesis.candidate.equivalence,
+        "evidence": _number(judged.evidence),
+        "held_out": _number(judged.held_out),
+        "probability": _number(judged.probability),
+        "gap": _number(judged.gap),
+    }
+
+
+def _scores(findings: Findings) -> np.ndarray:
+    best = findings.decision.best
+    return best.hypothesis.fit.z if best else findings.null.z
+
+
+def _number(value: float) -> float:
+    return float(f"{value:.6g}") if math.isfinite(value) else 0.0
