@@ -60,6 +60,10 @@ class Problem:
         """(k, f, 2 c) whitened measured minus predicted."""
         return self.whitened(self.measured - self.stacked(prediction))
 
+    def whitened_columns(self, columns: np.ndarray) -> np.ndarray:
+        """(n, k, f, 2 c) of the derivatives (n, k, f, c) of coefficients."""
+        return np.stack([self.whitened(one).astype(np.float32) for one in columns])
+
     def with_noise(self, z: np.ndarray, effects: Sequence[Effect] = (), *, track: bool = True) -> "Problem":
         """The problem with its noise propagated through the model at z; without `track`, sensors and model alone."""
         base = self.forward.predict(z, effects)
@@ -74,14 +78,15 @@ class Fit:
 
     Attributes
     ----------
-    z : scores of the nuisances. effects : with their fitted parameters. residual : (k, f, 2 c). jacobian :
-    (parameters, k, f, 2 c), minus the derivative of the residual by the nuisances' scores, then by the effects'
-    parameters in units of `steps`. prediction : channels.
+    z : scores of the nuisances. effects : with their fitted parameters. residual : (k, f, 2 c). columns :
+    (nuisances, k, f, c) derivatives of the predicted coefficients. jacobian : the same, whitened. prediction : by
+    channel.
     """
 
     z: np.ndarray
     effects: tuple[Effect, ...]
     residual: np.ndarray
+    columns: np.ndarray
     jacobian: np.ndarray
     prediction: Prediction
 
@@ -98,7 +103,7 @@ def cost(residual: np.ndarray, z: np.ndarray, frames: np.ndarray) -> float:
 def nuisance_jacobian(
     problem: Problem, z: np.ndarray, effects: Sequence[Effect], old: np.ndarray | None = None
 ) -> tuple[np.ndarray, Prediction]:
-    """(nuisances, k, f, 2 c) derivative of the whitened prediction by every nuisance, and the prediction.
+    """(nuisances, k, f, c) derivative of the predicted coefficients by every nuisance, and the prediction.
 
     Of an `old` one only the columns are made again of which the data say much.
     """
@@ -108,7 +113,7 @@ def nuisance_jacobian(
     stacked = problem.stacked(base)
 
     def column(number: int) -> np.ndarray:
-        if old is not None and np.sum((WEIGHT * old[number][problem.train]) ** 2) < STRONG:
+        if old is not None and np.sum((WEIGHT * problem.whitened(old[number])[problem.train]) ** 2) < STRONG:
             return old[number]
         step = -STEP if z[number] > 0.0 else STEP
         moved = z.copy()
@@ -117,7 +122,7 @@ def nuisance_jacobian(
             prediction = forward.observe(setup, truth, moved)
         else:
             prediction = forward.predict(moved, effects)
-        return problem.whitened((problem.stacked(prediction) - stacked) / step).astype(np.float32)
+        return ((problem.stacked(prediction) - stacked) / step).astype(np.complex64)
 
     return np.stack(in_parallel(column, range(len(z)))), base
 
@@ -133,26 +138,34 @@ def fit_nuisances(
     z: np.ndarray | None = None,
     effects: Sequence[Effect] = (),
     rounds: int = 2,
-    old: np.ndarray | None = None,
+    columns: np.ndarray | None = None,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Fit:
-    """Nuisances alone, the effects held; each round re-linearises and takes up to three steps with it."""
+    """Nuisances alone, the effects held; each round re-linearises and takes up to three steps with it.
+
+    With `columns` the first round goes without linearising.
+    """
     z = np.zeros(len(problem.forward.nuisances)) if z is None else z
-    jacobian, prediction = nuisance_jacobian(problem, z, effects, old)
+    if columns is None:
+        columns, prediction = nuisance_jacobian(problem, z, effects)
+    else:
+        prediction = problem.forward.predict(z, effects)
+    jacobian = problem.whitened_columns(columns)
     residual = problem.residual(prediction)
     for number in range(rounds):
         if number:
-            jacobian, prediction = nuisance_jacobian(problem, z, effects, jacobian)
+            columns, prediction = nuisance_jacobian(problem, z, effects, columns)
+            jacobian = problem.whitened_columns(columns)
         for _ in range(3):
             z_new, residual_new, prediction_new = _step(problem, z, effects, residual, jacobian)
             gain = cost(residual, z, problem.train) - cost(residual_new, z_new, problem.train)
             if gain <= 0.0:
                 break
             z, residual, prediction = z_new, residual_new, prediction_new
-            tell(f"nuisances, round {number + 1}: cost {cost(residual, z, problem.train):.0f}")
             if gain < 0.5:
                 break
-    return Fit(z, tuple(effects), residual, jacobian, prediction)
+        tell(f"nuisances, linearised {number + 1} times: cost {cost(residual, z, problem.train):.0f}")
+    return Fit(z, tuple(effects), residual, columns, jacobian, prediction)
 
 
 def _step(

@@ -97,9 +97,9 @@ def polish(problem: Problem, null: Fit, found: Hypothesis, tell: Callable[[str],
     """The same with the nuisances linearised at the hypothesis itself, twice."""
     for _ in range(2):
         effects = (*null.effects, found.effect)
-        jacobian, _ = nuisance_jacobian(problem, found.fit.z, effects, found.fit.jacobian)
+        columns, _ = nuisance_jacobian(problem, found.fit.z, effects, found.fit.columns)
         values = _values(found.candidate, found.shares)
-        again = replace(null, jacobian=jacobian)
+        again = replace(null, columns=columns, jacobian=problem.whitened_columns(columns))
         better = fit_candidate(problem, again, found.candidate, [(found.fit.z, values)], tell)
         if better is None or better.log_evidence < found.log_evidence + 0.5:
             return found if better is None or better.log_evidence < found.log_evidence else better
@@ -187,7 +187,7 @@ def _conclude(
     log_evidence = -state[0] - 0.5 * _log_determinant(normal[:n, :n] + np.eye(n)) + own
     before = 0.5 * ((WEIGHT * null.residual) ** 2).sum(axis=(1, 2))
     after = 0.5 * ((WEIGHT * state[1]) ** 2).sum(axis=(1, 2))
-    fit = Fit(z, (*null.effects, state[4]), state[1], null.jacobian, state[3])
+    fit = Fit(z, (*null.effects, state[4]), state[1], null.columns, null.jacobian, state[3])
     return Hypothesis(candidate, shares, state[4], fit, covariance, log_evidence, before - after)
 
 

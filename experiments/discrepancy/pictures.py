@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from experiments.discrepancy.decide import Judged
 from experiments.discrepancy.fitting import Problem
@@ -72,6 +73,11 @@ def along_track(problem: Problem, track: Track, s: np.ndarray, states: Sequence[
         top.plot(s, np.sqrt((residual**2).mean(axis=(1, 2))), color=colour, label=title, marker="o", markersize=2.5)
     top.axhline(1.0, color="#888888", linewidth=0.8, linestyle="--")
     top.set_yscale("log")
+    top.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    top.yaxis.set_major_formatter("{x:g}")
+    top.yaxis.set_minor_formatter(NullFormatter())
+    low, high = top.get_ylim()
+    top.set_ylim(min(low, 0.8), 1.6 * high)
     top.set_ylabel("residual over noise (rms)")
     top.legend(fontsize=8, ncols=3, loc="upper right")
     top.set_title("along the track (grey: held out of every fit; 1 = stated noise only)", fontsize=10)

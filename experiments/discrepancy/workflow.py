@@ -7,7 +7,7 @@ import numpy as np
 
 from experiments.discrepancy.alignment import align
 from experiments.discrepancy.candidates import Candidate, candidates
-from experiments.discrepancy.decide import Decision, Judged, decide, judge
+from experiments.discrepancy.decide import Decision, Judged, decide, held_out_gap, judge
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.fitting import Fit, Problem, fit_nuisances
 from experiments.discrepancy.forward import Forward, continued
@@ -20,6 +20,8 @@ from railsim.errors import InputError
 
 Tell = Callable[[str], None]
 MOST_FITTED = 8
+WHITE = 1.03  # held-out gap from which nothing is left to explain
+HOPELESS = 0.2  # of the leader's gain
 MOST_POLISHED = 3
 CLOSE = 60.0  # nats behind the best within which a hypothesis is polished
 STILL = 5.0  # mean square signal to noise below which the track excites nothing
@@ -59,7 +61,7 @@ def investigate(evidence: Evidence, tell: Tell, only: Sequence[str] | None = Non
     nominal = np.zeros(len(problem.forward.nuisances))
     null = fit_nuisances(problem, nominal, rounds=rounds, tell=tell)
     problem = problem.with_noise(null.z)
-    null = fit_nuisances(problem, null.z, rounds=1, old=null.jacobian, tell=tell)
+    null = fit_nuisances(problem, null.z, rounds=1, columns=null.columns, tell=tell)
     before = problem.residual(problem.forward.predict(nominal))
     located = locate(problem, null)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant")
@@ -93,7 +95,9 @@ def fit_all(problem: Problem, null: Fit, chosen: Sequence[Screened], tell: Tell)
     reference = null_evidence(problem, null)
     fitted: list[Hypothesis] = []
     for one in chosen[:MOST_FITTED]:
-        starts = [(null.z, start_of(one)), (np.zeros_like(null.z), start_of(one)), (null.z, dict(one.values))]
+        if fitted and _hopeless(one, chosen, max(fitted, key=lambda other: other.log_evidence), problem):
+            continue
+        starts = [(null.z, start_of(one)), (np.zeros_like(null.z), start_of(one))]
         found = fit_candidate(problem, null, one.candidate, starts, tell)
         if found is not None:
             fitted.append(found)
@@ -104,6 +108,12 @@ def fit_all(problem: Problem, null: Fit, chosen: Sequence[Screened], tell: Tell)
         fitted[number] = polish(problem, null, one, tell)
         tell(f"{one.candidate.label}, linearised again: {fitted[number].log_evidence - reference:+.1f} nats")
     return judge(problem, null, reference, fitted)
+
+
+def _hopeless(one: Screened, chosen: Sequence[Screened], best: Hypothesis, problem: Problem) -> bool:
+    """Whether a hypothesis that leaves only noise is there already, and this one's signature does far less."""
+    leader = max(chosen, key=lambda other: other.gain)
+    return held_out_gap(problem, best.fit) < WHITE and one.gain < HOPELESS * leader.gain
 
 
 def start_of(screened: Screened) -> dict[str, float]:
