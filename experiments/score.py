@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from estimators.interface import Estimate
+from experiments.adhesion_score import ADHESION_SCORERS
 from experiments.contact_score import CONTACT_SCORERS
 from experiments.joint_score import JOINT_SCORERS
 from experiments.track_score import TRACK_SCORERS
@@ -92,6 +93,6 @@ def _speed(estimate: Estimate, truth: Truth) -> dict[str, float]:
 
 
 SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = (
-    {SPEED: _speed} | TRACK_SCORERS | JOINT_SCORERS | CONTACT_SCORERS
+    {SPEED: _speed} | TRACK_SCORERS | JOINT_SCORERS | CONTACT_SCORERS | ADHESION_SCORERS
 )
 """By the column of the estimate: what scores it."""

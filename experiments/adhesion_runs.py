@@ -1,0 +1,58 @@
+"""Runs for the adhesion estimators: full sensors as in Fig. 6 of Ward et al. (2011) and roll gyros, or part of them."""
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from railsim import measure, simulate
+from railsim.measurements import Measurements
+from railsim.scenario import Scenario
+from railsim.truth import Truth
+
+AXLEBOX = {"preset": "axlebox", "bandwidth": 100.0}  # as the other sensors, for samples at 256 Hz
+START = 25.0  # m
+
+
+def sensors(grade: str = "mems", wheelsets: bool = True) -> list[dict[str, Any]]:
+    """Lateral accelerometers, yaw and roll gyros on wheelsets, bogie and body; tachometer, its wheel worn by 0.5 %."""
+    found: list[dict[str, Any]] = []
+    for body in ("wheelset1", "wheelset2", "bogie", "body") if wheelsets else ("bogie", "body"):
+        shared = {"name": body, "body": body, "rate": 256}
+        errors = AXLEBOX if body.startswith("wheelset") else grade
+        found.append({"kind": "accelerometer", "axes": ["y"], "errors": errors, **shared})
+        found.append(
+            {"kind": "gyro", "axes": ["roll"] if body == "body" else ["roll", "yaw"], "errors": grade, **shared}
+        )
+    found.append({"kind": "tachometer", "name": "wheelset1", "body": "wheelset1", "rate": 64, "radius_error": 0.005})
+    return found
+
+
+def scenario(
+    settings: Mapping[str, Any], speed: float, duration: float, suite: list[dict[str, Any]], rate: float = 512.0
+) -> Scenario:
+    """A run at constant speed (m/s) with these sensors; `settings`: vehicle, track and what else differs."""
+    values: dict[str, Any] = {
+        "speed": {"kind": "constant", "speed": speed},
+        "start": START,
+        "duration": duration,
+        "output_rate": rate,
+        "sensors": suite,
+    }
+    return Scenario.build({**values, **settings})
+
+
+def run(one: Scenario, seed: int, engine: str = "compiled") -> tuple[Truth, Measurements]:
+    """Truth and what is measured of it."""
+    truth = simulate(one, engine=engine)
+    return truth, measure(truth, one, seed).measurements
+
+
+def recording(
+    settings: Mapping[str, Any], speed: float, duration: float, suite: list[dict[str, Any]], seed: int
+) -> Measurements:
+    """What is measured of a run by the compiled engine, of which nothing else is kept."""
+    one = scenario(settings, speed, duration, suite)
+    with tempfile.TemporaryDirectory() as folder:
+        truth = simulate(one, "compiled", Path(folder) / "truth")
+        return measure(truth, one, seed).measurements
