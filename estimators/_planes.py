@@ -16,16 +16,19 @@ from railsim.errors import InputError
 GRAVITY = 9.81  # m/s2
 CANT_BASE = 1.5  # m; distance of the rails to which cross level refers (EN 13848-1)
 NEEDED = (
-    "body_mass", "body_roll_inertia", "body_height", "bogie_mass", "bogie_roll_inertia", "bogie_pitch_inertia",
-    "bogie_height", "wheel_radius", "semi_wheelbase", "primary_half_spacing", "primary_vertical_stiffness",
-    "primary_vertical_damping", "secondary_half_spacing", "secondary_height", "secondary_lateral_stiffness",
-    "secondary_lateral_damping", "secondary_vertical_stiffness", "secondary_vertical_damping", "roll_bar_stiffness",
+    "body_mass", "bogie_mass", "bogie_pitch_inertia", "wheel_radius", "secondary_height", "wheelset_mass",
+    "semi_wheelbase", "primary_vertical_stiffness", "primary_vertical_damping", "secondary_vertical_stiffness",
+    "secondary_vertical_damping",
 )  # fmt: skip
 """Nominal parameters of the vehicle that the models take, SI units."""
 
 
 class System(NamedTuple):
-    """dx/dt = A x + B u + E du/dt, y = C x + D u + G du/dt; shapes (n, n), (n, 2), (n, 2), (m, n), (m, 2), (m, 2)."""
+    """dx/dt = A x + B u + E du/dt, y = C x + D u + G du/dt + J d2u/dt2.
+
+    Shapes (n, n), (n, 2 q), (n, 2 q), (m, n), and (m, 2 q) for D, G and J, with q quantities of the track under the
+    leading wheelset, then under the trailing one.
+    """
 
     A: np.ndarray
     B: np.ndarray
@@ -33,12 +36,18 @@ class System(NamedTuple):
     C: np.ndarray
     D: np.ndarray
     G: np.ndarray
+    J: np.ndarray | None = None
 
     def response(self, frequency: np.ndarray) -> np.ndarray:
-        """Outputs over the two inputs at angular frequencies (rad/s), shape (frequencies, m, 2)."""
+        """Outputs over the inputs at angular frequencies (rad/s), shape (frequencies, m, 2 q)."""
         s = 1j * np.asarray(frequency)[:, None, None]
-        inside = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B + s * self.E)
-        return self.C @ inside + self.D + s * self.G
+        twice = 0.0 if self.J is None else s**2 * self.J
+        return self.C @ self.states(frequency) + self.D + s * self.G + twice
+
+    def states(self, frequency: np.ndarray) -> np.ndarray:
+        """States over the inputs, shape (frequencies, n, 2 q)."""
+        s = 1j * np.asarray(frequency)[:, None, None]
+        return np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B + s * self.E)
 
     def from_states(self, frequency: np.ndarray) -> np.ndarray:
         """Outputs over what is added to the derivatives of the states, shape (frequencies, m, n)."""
@@ -52,13 +61,15 @@ class Output:
 
     Attributes
     ----------
-    kind : "acceleration", "rate" or "displacement".
+    kind : "acceleration", "rate" or "displacement"; "axlebox" is the acceleration of a wheelset.
     position : m from the bogie's centre of gravity: x forward, y left, z up; of a displacement only x, +-1 for the
         leading and trailing wheelset.
+    axis : of a rate in the lateral plane, "roll" or "yaw".
     """
 
     kind: str
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axis: str = "roll"
 
 
 class Rigid(NamedTuple):
@@ -112,48 +123,4 @@ def vertical(vehicle: Mapping[str, Any], outputs: list[Output]) -> System:
         else:
             wheelset = 0 if output.position[0] > 0 else 1
             rows.append((np.append(above[wheelset], np.zeros(3)), -np.eye(2)[wheelset], np.zeros(2)))
-    return System(A, B, E, *(np.stack(part) for part in zip(*rows, strict=True)))
-
-
-def roll(vehicle: Mapping[str, Any], outputs: list[Output]) -> System:
-    """States: roll of bogie and body (rad), lateral place of the body against the bogie (m), their rates, the bogie's
-    lateral acceleration (m/s2), which comes from outside as process noise. u is the cross level.
-
-    The secondary springs act along the bogie's own axes: potential of gravity m g (roll_b shear - d roll_B^2 / 2 - e
-    roll_b^2 / 2) for springs d below the body's and e above the bogie's centre of gravity. What the wheelsets' lateral
-    shift adds to their roll is left out.
-    """
-    p = vehicle
-    k1, c1 = (4 * p[f"primary_vertical_{name}"] * p["primary_half_spacing"] ** 2 for name in ("stiffness", "damping"))
-    k2, c2 = (
-        2 * p[f"secondary_vertical_{name}"] * p["secondary_half_spacing"] ** 2 for name in ("stiffness", "damping")
-    )
-    ky, cy = (2 * p[f"secondary_lateral_{name}"] for name in ("stiffness", "damping"))
-    above, below = p["secondary_height"] - p["bogie_height"], p["body_height"] - p["secondary_height"]
-    arm, load = p["bogie_height"] - p["wheel_radius"], p["body_mass"] * GRAVITY
-    bogie, body, apart = np.eye(7)[:3]
-    bogie_rate, body_rate, apart_rate, acceleration = np.eye(7)[3:]
-    shear = apart + below * body + above * bogie
-    force = ky * shear + cy * (apart_rate + below * body_rate + above * bogie_rate)
-    couple = (k2 + p["roll_bar_stiffness"]) * (body - bogie) + c2 * (body_rate - bogie_rate)
-    push = p["bogie_mass"] * (acceleration + GRAVITY * bogie) - force
-    A = np.zeros((7, 7))
-    A[:3] = bogie_rate, body_rate, apart_rate
-    A[3] = -k1 * bogie - c1 * bogie_rate + couple - above * force - load * shear + arm * push
-    A[3] /= p["bogie_roll_inertia"]
-    A[4] = (load * below * (body - bogie) - couple - below * force) / p["body_roll_inertia"]
-    A[5] = -(force + load * bogie) / p["body_mass"] - acceleration
-    wheels = -0.5 / CANT_BASE / p["bogie_roll_inertia"]
-    B, E = np.zeros((7, 2)), np.zeros((7, 2))
-    B[3], E[3] = k1 * wheels, c1 * wheels
-    rows = []
-    for output in outputs:
-        if output.kind == "rate":
-            rows.append((bogie_rate, np.zeros(2), np.zeros(2)))
-        elif output.kind == "acceleration":
-            rows.append((acceleration + GRAVITY * bogie, np.zeros(2), np.zeros(2)))
-        else:
-            wheelset = np.eye(2)[0 if output.position[0] > 0 else 1]
-            reach = p["primary_half_spacing"]
-            rows.append((reach * bogie, reach / CANT_BASE * wheelset, np.zeros(2)))
     return System(A, B, E, *(np.stack(part) for part in zip(*rows, strict=True)))

@@ -1,6 +1,6 @@
 """Track irregularity as shaped white noise over distance, and the transitions of a vehicle that runs over it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -111,7 +111,6 @@ class Passage:
     speeds : of the tables, m/s.
     spacing, count : step in m, steps in a wheelbase.
     covariance : of the whole state at the start.
-    watched : index of the track at the leading wheelset in the state.
     """
 
     steps: Steps
@@ -119,17 +118,52 @@ class Passage:
     spacing: float
     count: int
     covariance: np.ndarray
-    watched: int
 
     def place(self, speed: np.ndarray) -> np.ndarray:
         """Fractional index of speeds in the tables."""
         return np.interp(np.log(speed), np.log(self.speeds), np.arange(len(self.speeds), dtype=float))
 
 
+class Track(NamedTuple):
+    """All quantities of the track over a step: their shaping states, the quantities themselves last.
+
+    Attributes
+    ----------
+    transition, new : over the step, shapes (p, p).
+    covariance : of the shaping states and the values at the `count` places before, shape (p + lines count,) twice.
+    lines : how many quantities.
+    """
+
+    transition: np.ndarray
+    new: np.ndarray
+    covariance: np.ndarray
+    lines: int
+
+    @staticmethod
+    def of(priors: Sequence[Prior], spacing: float, count: int) -> "Track":
+        """Independent quantities, one prior each."""
+        lines, size = len(priors), sum(len(one.corners) for one in priors)
+        transition, new = np.zeros((size, size)), np.zeros((size, size))
+        total = np.zeros((size + lines * count, size + lines * count))
+        first = 0
+        for number, prior in enumerate(priors):
+            order = len(prior.corners)
+            hidden = [*range(first, first + order - 1)]
+            T, Q = prior.step(spacing)
+            places = [size - lines + number, *hidden]
+            transition[np.ix_(places, places)] = T
+            new[np.ix_(places, places)] = Q
+            places = [*hidden, *(size - lines + number + lines * i for i in range(count + 1))]
+            total[np.ix_(places, places)] = prior.covariance(spacing, count)
+            first += order - 1
+        return Track(transition, new, total, lines)
+
+
 def passage(
     system: Callable[[float], System],
-    prior: Prior,
+    priors: Sequence[Prior],
     noise: Noise,
+    drive: Callable[[float], np.ndarray],
     speed: np.ndarray,
     spacing: float,
     count: int,
@@ -140,89 +174,111 @@ def passage(
     Parameters
     ----------
     system : the plane at a speed (m/s).
+    priors : of the quantities of the track, in the order of the plane's inputs.
+    drive : variance per second that enters each state, by the speed.
     speed : speeds that occur, m/s.
     spacing, count : step of the grid, m, and steps in a wheelbase.
     start : standard deviations of the vehicle's states at the start, shape (n,).
     """
     low, high = float(np.min(speed)), float(np.max(speed))
     speeds = np.geomspace(low, high * (1 + 1e-9), max(2, int(np.ceil(np.log(high / low) / SPEED_STEP)) + 1))
-    after_step = prior.step(spacing)
-    moves = _moves(system, speeds, spacing)
+    twice = system(low).J
+    kept = count + (twice is not None)  # second differences reach one place farther back
+    track = Track.of(priors, spacing, kept)
+    moves = _moves(system, speeds, spacing, track.lines)
     tables = [
-        _step(move, after_step, noise, len(start), spacing / float(one))
+        _step(move, track, noise._replace(drive=drive(float(one))), len(start), spacing / float(one), twice)
         for move, one in zip(moves, speeds, strict=True)
     ]
-    m, n, p = len(noise.density), len(start), len(prior.corners)
+    m, n, p = len(noise.density), len(start), len(track.new)
     present = noise.tilt > 0
     tilted, index = int(present.sum()), np.arange(m)
     tilts = np.where(present, n + 2 * m + np.cumsum(present).reshape(m, 2) - 1, (n + m + index)[:, None])
-    rows = n + 2 * m + tilted + p
-    line = rows - 1
-    column = np.array([*range(n), *range(n + m, rows), line + count - 1, line + count])
-    P = np.zeros((rows + count, rows + count))
+    rows, size = n + 2 * m + tilted + p, n + 2 * m + tilted + len(track.covariance)
+    P = np.zeros((size, size))
     P[:n, :n] = np.diag(start**2)
     P[n + m : n + 2 * m, n + m : n + 2 * m] = np.diag(noise.bias**2 + noise.drift**2)
     P[n + 2 * m : n + 2 * m + tilted, n + 2 * m : n + 2 * m + tilted] = np.diag(noise.tilt[present] ** 2)
-    P[rows - p :, rows - p :] = prior.covariance(spacing, count)
+    P[rows - p :, rows - p :] = track.covariance
     steps = Steps(
         np.stack([one[0] for one in tables]),
         np.stack([one[1] for one in tables]),
-        column,
+        np.array([*range(n), *range(n + m, rows), *_late(rows, count, track.lines, twice is not None)]),
         np.column_stack([n + index, n + m + index, tilts]),
         np.concatenate([start**2, np.zeros(rows - n)]),
+        track.lines,
     )
-    return Passage(steps, speeds, spacing, count, P, line)
+    return Passage(steps, speeds, spacing, count, P)
 
 
-def _moves(system: Callable[[float], System], speeds: np.ndarray, spacing: float) -> np.ndarray:
-    """States after a step and mean outputs over it, from states, inputs and their rates; shape (speeds, n + m, n + 4).
+def _late(rows: int, count: int, lines: int, twice: bool) -> list[int]:
+    """Places in the state of the track under the trailing wheelset now and one step ago; then, for second differences,
+    two steps ago, and that of the leading one two steps ago.
+    """
+    ago = [count - 1, count, *((count + 1, 1) if twice else ())]
+    return [rows - lines + one * lines + line for one in ago for line in range(lines)]
+
+
+def _moves(system: Callable[[float], System], speeds: np.ndarray, spacing: float, lines: int) -> np.ndarray:
+    """States after a step and mean outputs over it, from states, inputs and their rates.
 
     They are smooth in the logarithm of the speed, so that cubic splines take the place of most exponentials.
+
+    Returns
+    -------
+    Shape (speeds, n + m, n + 4 lines).
     """
     count = int(np.ceil(np.log(speeds[-1] / speeds[0]) / EXACT_STEP)) + 3
     if len(speeds) < max(SPLINE_LEAST, count):
-        return np.stack([_move(system(float(one)), spacing / float(one)) for one in speeds])
+        return np.stack([_move(system(float(one)), spacing / float(one), 2 * lines) for one in speeds])
     exact = np.geomspace(speeds[0], speeds[-1], count)
-    moves = np.stack([_move(system(float(one)), spacing / float(one)) for one in exact])
+    moves = np.stack([_move(system(float(one)), spacing / float(one), 2 * lines) for one in exact])
     return CubicSpline(np.log(exact), moves)(np.log(np.clip(speeds, exact[0], exact[-1])))
 
 
-def _move(system: System, dt: float) -> np.ndarray:
+def _move(system: System, dt: float, inputs: int) -> np.ndarray:
     """The same at one speed, for a step of `dt` s."""
     n, m = len(system.A), len(system.C)
-    whole = np.zeros((n + 4 + m, n + 4 + m))
-    whole[:n, : n + 4] = np.hstack([system.A, system.B, system.E])
-    whole[n : n + 2, n + 2 : n + 4] = np.eye(2)
-    whole[n + 4 :, : n + 4] = np.hstack([system.C, system.D, system.G])
-    moved = expm(whole * dt)[[*range(n), *range(n + 4, n + 4 + m)], : n + 4]
+    known = n + 2 * inputs
+    whole = np.zeros((known + m, known + m))
+    whole[:n, :known] = np.hstack([system.A, system.B, system.E])
+    whole[n : n + inputs, n + inputs : known] = np.eye(inputs)
+    whole[known:, :known] = np.hstack([system.C, system.D, system.G])
+    moved = expm(whole * dt)[[*range(n), *range(known, known + m)], :known]
     moved[n:] /= dt
     return moved
 
 
 def _step(
-    moved: np.ndarray, own_step: tuple[np.ndarray, np.ndarray], noise: Noise, n: int, dt: float
+    moved: np.ndarray, track: Track, noise: Noise, n: int, dt: float, twice: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """F and Q of `Steps` for steps of `dt` s; irregularities go linearly from place to place, outputs are means."""
-    T, new = own_step
-    m, p = len(noise.density), len(T)
+    m, p, q = len(noise.density), len(track.new), track.lines
     held = m + int((noise.tilt > 0).sum())  # biases and tilts
-    after = moved[:, n + 2 : n + 4] / dt
-    before = moved[:, n : n + 2] - after
-    order = np.array([*range(1, p), 0])  # the irregularity stands last in the top
-    own = np.zeros((p, n + held + p + 2))
-    own[:, n + held : n + held + p] = T[np.ix_(order, order)]
-    F = np.zeros((n + m + held + p, n + held + p + 2))
+    top = n + held + p
+    after = moved[:, n + 2 * q : n + 4 * q] / dt
+    before = moved[:, n : n + 2 * q] - after
+    own = np.zeros((p, top + (2 if twice is None else 4) * q))
+    own[:, n + held : top] = track.transition
+    F = np.zeros((n + m + held + p, own.shape[1]))
     F[: n + m, :n] = moved[:, :n]
-    F[: n + m] += np.outer(after[:, 0], own[-1])
-    F[: n + m, n + held + p - 1] += before[:, 0]
-    F[: n + m, -2] += after[:, 1]
-    F[: n + m, -1] += before[:, 1]
+    F[: n + m, top - q : top] += before[:, :q]
+    F[: n + m, top : top + q] += after[:, q:]
+    F[: n + m, top + q : top + 2 * q] += before[:, q:]
+    lead = after[:, :q].copy()
+    if twice is not None:
+        curve = np.vstack([np.zeros((n, 2 * q)), twice]) / dt**2
+        lead += curve[:, :q]
+        F[: n + m, top - q : top] -= 2.0 * curve[:, :q]
+        F[: n + m, top + 3 * q :] += curve[:, :q]
+        F[: n + m, top : top + 3 * q] += np.hstack([curve[:, q:], -2.0 * curve[:, q:], curve[:, q:]])
+    F[: n + m] += lead @ own[-q:]
     F[n + m : n + m + held, n : n + held] = np.eye(held)
     F[n + m + held :] = own
     into = np.zeros((n + m + held + p, p))
     into[n + m + held :] = np.eye(p)
-    into[: n + m, -1] = after[:, 0]
-    Q = into @ new[np.ix_(order, order)] @ into.T
+    into[: n + m, -q:] = lead
+    Q = into @ track.new @ into.T
     drift = 2.0 * noise.drift**2 / noise.drift_time
     Q[np.diag_indices(len(Q))] += dt * np.concatenate([noise.drive, np.zeros(m), drift, np.zeros(held - m + p)])
     return F, Q

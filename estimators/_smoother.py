@@ -1,9 +1,10 @@
 """Kalman filter and smoother over distance for a vehicle whose wheelsets pass the same track one after the other.
 
 The state is [top, line]: `top` holds the vehicle's states, the outputs of the last step, the sensors' biases and the
-track's shaping states; `line` the track at the leading wheelset now, one step ago ... one wheelbase ago. A step moves
-the line on by one place and forms only the top and the line's first entry anew, so that a step costs some thousand
-operations where dense matrices of that size would cost a hundred thousand. The smoother is the modified Bryson-Frazier
+track's shaping states, last of them the track at the leading wheelset now; `line` the track one step ago ... one
+wheelbase ago. The track has one or more quantities, which stand side by side. A step moves the line on by one place
+and forms only the top anew, so that a step costs some thousand operations where dense matrices of that size would
+cost a hundred thousand. The smoother is the modified Bryson-Frazier
 form (Bierman 1973, "Fixed interval smoothing with discrete measurements"), which inverts no matrix; it gives the same
 numbers as Rauch, Tung and Striebel's.
 """
@@ -25,6 +26,7 @@ class Steps(NamedTuple):
     column : index in the state of each column of F, shape (columns,).
     parts : index in the state of each measured output, of its bias and of its two tilts, shape (m, 4).
     unsettled : variance added to the vehicle's states where its motion is not known (standstill), shape (rows,).
+    lines : how many quantities the track has; the last of the top are their values now.
     """
 
     F: np.ndarray
@@ -32,6 +34,7 @@ class Steps(NamedTuple):
     column: np.ndarray
     parts: np.ndarray
     unsettled: np.ndarray
+    lines: int
 
 
 @inlined
@@ -46,8 +49,8 @@ def _interpolate(table, place, out):
 
 
 @inlined
-def _predict(P, F, Q, column, A, new):
-    """new = F P F' + Q with the line moved on; A is scratch of shape (rows, states)."""
+def _predict(P, F, Q, column, lines, A, new):
+    """new = F P F' + Q with the lines moved on; A is scratch of shape (rows, states)."""
     rows, columns = F.shape
     states = P.shape[0]
     for i in range(rows):
@@ -67,14 +70,14 @@ def _predict(P, F, Q, column, A, new):
             new[i, j] = new[j, i] = total
     for i in range(rows):
         for j in range(rows, states):
-            new[i, j] = new[j, i] = A[i, j - 1]
+            new[i, j] = new[j, i] = A[i, j - lines]
     for i in range(rows, states):
         for j in range(rows, states):
-            new[i, j] = P[i - 1, j - 1]
+            new[i, j] = P[i - lines, j - lines]
 
 
 @allocating
-def forward(steps, place, measured, R, turning, settled, x, P, watched):
+def forward(steps, place, measured, R, turning, settled, x, P):
     """Kalman filter from (x, P), which are overwritten.
 
     Parameters
@@ -84,17 +87,17 @@ def forward(steps, place, measured, R, turning, settled, x, P, watched):
     R : variances, shape (n, m).
     turning : factors of the tilts in each measurement, shape (n, m, 2).
     settled : False where the vehicle's motion is unknown, shape (n,).
-    watched : index of the state that will be smoothed.
 
     Returns
     -------
-    Predicted mean of the watched state (n,), its covariance with all states (n, states), gains (n, m, states),
+    Predicted mean of the track now (n, lines), its covariance with all states (n, lines, states), gains (n, m, states),
     innovations and their variances (n, m); variance 0 where nothing was measured. Then the log likelihood.
     """
     count, m = measured.shape
     states = len(x)
     rows, columns = steps.F.shape[1:]
-    mean, beside = np.empty(count), np.empty((count, states))
+    lines = steps.lines
+    mean, beside = np.empty((count, lines)), np.empty((count, lines, states))
     gains, innovations, variances = np.zeros((count, m, states)), np.zeros((count, m)), np.zeros((count, m))
     F, Q, A, new = np.empty((rows, columns)), np.empty((rows, rows)), np.empty((rows, states)), np.empty_like(P)
     top = np.empty(rows)
@@ -108,15 +111,16 @@ def forward(steps, place, measured, R, turning, settled, x, P, watched):
                 for c in range(columns):
                     top[i] += F[i, c] * x[steps.column[c]]
             for i in range(states - 1, rows - 1, -1):
-                x[i] = x[i - 1]
+                x[i] = x[i - lines]
             x[:rows] = top
-            _predict(P, F, Q, steps.column, A, new)
+            _predict(P, F, Q, steps.column, lines, A, new)
             P, new = new, P
             if not settled[k]:
                 for i in range(rows):
                     P[i, i] += steps.unsettled[i]
-        mean[k] = x[watched]
-        beside[k] = P[watched]
+        for i in range(lines):
+            mean[k, i] = x[rows - lines + i]
+            beside[k, i] = P[rows - lines + i]
         for j in range(m):
             if np.isfinite(measured[k, j]):
                 one, two, three, four = steps.parts[j]
@@ -138,13 +142,13 @@ def forward(steps, place, measured, R, turning, settled, x, P, watched):
 
 
 @allocating
-def backward(steps, place, turning, filtered, watched):
-    """Smoothed mean and variance of the watched state, shapes (n,), from what `forward` returned."""
+def backward(steps, place, turning, filtered):
+    """Smoothed mean and variance of the track, shapes (n, lines), from what `forward` returned."""
     mean, beside, gains, innovations, variances, _ = filtered
-    count, states = beside.shape
+    count, lines, states = beside.shape
     m = gains.shape[1]
     rows, columns = steps.F.shape[1:]
-    smoothed, spread = np.empty(count), np.empty(count)
+    smoothed, spread = np.empty((count, lines)), np.empty((count, lines))
     adjoint, L, new, A = (
         np.zeros(states),
         np.zeros((states, states)),
@@ -157,17 +161,18 @@ def backward(steps, place, turning, filtered, watched):
             if variances[k, j] > 0.0:
                 weight = (1.0, 1.0, turning[k, j, 0], turning[k, j, 1])
                 _absorb(adjoint, L, gains[k, j], steps.parts[j], weight, innovations[k, j], variances[k, j], back)
-        total, shrink = mean[k], beside[k, watched]
-        for i in range(states):
-            total -= beside[k, i] * adjoint[i]
-            part = 0.0
-            for j in range(states):
-                part += L[i, j] * beside[k, j]
-            shrink -= beside[k, i] * part
-        smoothed[k], spread[k] = total, shrink
+        for line in range(lines):
+            total, shrink = mean[k, line], beside[k, line, rows - lines + line]
+            for i in range(states):
+                total -= beside[k, line, i] * adjoint[i]
+                part = 0.0
+                for j in range(states):
+                    part += L[i, j] * beside[k, line, j]
+                shrink -= beside[k, line, i] * part
+            smoothed[k, line], spread[k, line] = total, shrink
         if k > 0:
             _interpolate(steps.F, place[k], F)
-            _transpose(adjoint, L, F, steps.column, A, moved, new)
+            _transpose(adjoint, L, F, steps.column, lines, A, moved, new)
             adjoint[:] = moved
             L, new = new, L
     return smoothed, spread
@@ -196,22 +201,22 @@ def _absorb(adjoint, L, gain, which, weight, error, S, back):
 
 
 @inlined
-def _transpose(adjoint, L, F, column, A, moved, new):
+def _transpose(adjoint, L, F, column, lines, A, moved, new):
     """moved = F' adjoint, new = F' L F for the whole transition; A is scratch of shape (rows, states)."""
     rows, columns = F.shape
     states = len(adjoint)
     for i in range(states):
-        inside = rows - 1 <= i < states - 1
-        moved[i] = adjoint[i + 1] if inside else 0.0
+        inside = rows - lines <= i < states - lines
+        moved[i] = adjoint[i + lines] if inside else 0.0
         for j in range(states):
-            new[i, j] = L[i + 1, j + 1] if inside and rows - 1 <= j < states - 1 else 0.0
+            new[i, j] = L[i + lines, j + lines] if inside and rows - lines <= j < states - lines else 0.0
     for c in range(columns):
         at = column[c]
         for i in range(rows):
             moved[at] += F[i, c] * adjoint[i]
     for i in range(rows):  # A = (L F) rows of the top, in columns of the old state
         for j in range(states):
-            A[i, j] = L[i, j + 1] if rows - 1 <= j < states - 1 else 0.0
+            A[i, j] = L[i, j + lines] if rows - lines <= j < states - lines else 0.0
         for c in range(columns):
             total = 0.0
             for r in range(rows):
@@ -224,9 +229,9 @@ def _transpose(adjoint, L, F, column, A, moved, new):
             if factor != 0.0:
                 for j in range(states):
                     new[at, j] += factor * A[i, j]
-    for i in range(rows - 1, states - 1):
+    for i in range(rows - lines, states - lines):
         for c in range(columns):
             total = 0.0
             for r in range(rows):
-                total += L[i + 1, r] * F[r, c]
+                total += L[i + lines, r] * F[r, c]
             new[i, column[c]] += total

@@ -7,11 +7,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
+from estimators import _across, _lateral_plane
 from estimators._bands import band_pass, bands_of, settled
 from estimators._fused import Fused, Plane, fuse
-from estimators._planes import GRAVITY, Output, check_vehicle, roll, vertical
+from estimators._planes import GRAVITY, Output, check_vehicle, vertical
 from estimators._readings import Attitude, Reading, attitude, channels_of, combined, reading, stated
 from estimators._shaping import Prior
 from estimators._space import SpeedSource, Way, find_way, has_speed
@@ -20,12 +22,8 @@ from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
-ROLL, SIDE = "bogie.rate_roll [rad/s]", "bogie.acceleration_y [m/s2]"
 LEVEL = 4.032e-7 * 0.8246**2  # m rad; vertical irregularity of ERRI B176 (1989) "low", where none can be fitted
-CANT_CORNERS = (0.001, 0.8246)  # rad/m; ERRI's upper corner, and freedom for the design cant below
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
-SHIFT_SHARES = {"d1": 0.65, "d2": 0.7, "d3": 0.3}  # the same of what a wheelset's lateral shift makes; tuned likewise
-SHIFT_GROWTH = 0.75  # power of the spectrum's level; between linear (0.5) and products of two motions (1)
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
 STIFF_AND_HEAVY: tuple[str, ...] = (
@@ -36,6 +34,11 @@ STIFF_AND_HEAVY: tuple[str, ...] = (
     "bogie_pitch_inertia",
 )
 DAMPED: tuple[str, ...] = ("primary_vertical_damping", "secondary_vertical_damping")
+LATERAL_STIFF_AND_HEAVY: tuple[str, ...] = (
+    *STIFF_AND_HEAVY[:4], "primary_lateral_stiffness", "primary_longitudinal_stiffness", "secondary_lateral_stiffness",
+    "roll_bar_stiffness", "wheelset_mass", "body_roll_inertia", "bogie_roll_inertia", "bogie_yaw_inertia",
+)  # fmt: skip
+LATERAL_DAMPED: tuple[str, ...] = (*DAMPED, "secondary_lateral_damping")
 NOD_REACH = 20.0  # m; the speed's own noise is averaged over this length
 CENTRED = 0.05  # m; a vertical accelerometer farther to the side feels roll and is not used
 
@@ -62,17 +65,14 @@ class TrackSmoother(Estimator, frozen=True):
         ge=0.0,
     )
 
-    shift_error: float = quantity(
-        2.0e-4,
-        unit="m (standard deviation of cross level on track like ERRI low)",
-        source="tuned on straight_erri_low and straight_erri_high: roll of wheelsets that shift between the rails",
-        ge=0.0,
+    creep_error: float = quantity(
+        0.08, unit="- (standard deviation of the creep coefficients)", source="illustrative: dry rail", ge=0.0
     )
-    flange_error: float = quantity(
-        2.5e-3,
-        unit="m per m/s2 of unbalanced lateral acceleration (standard deviation of cross level)",
-        source="tuned on curve_r400: wheelset lifted by its flange",
-        ge=0.0,
+    spin_error: float = quantity(
+        0.2, unit="- (standard deviation of that by spin beyond it)", source="illustrative: Polach, Kalker", ge=0.0
+    )
+    profile_error: float = quantity(
+        0.05, unit="- (standard deviation of conicity, contact angle's rate)", source="illustrative: worn", ge=0.0
     )
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH)
@@ -94,25 +94,23 @@ class TrackSmoother(Estimator, frozen=True):
         wheelbase = 2.0 * vehicle["semi_wheelbase"]
         out = find_way(measurements, self.speed_source, self.slowest)
         way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / out.spacing))
-        plane = self._vertical(measurements, way)
-        found = {"vertical": fuse(plane, way, bands_of("vertical"), self.distance_error)}
-        series = pd.DataFrame({"s [m]": out.s, "time [s]": out.time})
+        found = {
+            "vertical": fuse(self._vertical(measurements, way), way, [bands_of("vertical")], self.distance_error)[0]
+        }
         found["vertical"] = found["vertical"].raised(*self._settling(measurements, way), CURVE_SHARES)
-        across = self._roll(measurements, way)
-        if across is not None:
-            level = fuse(across, way, bands_of("cross_level"), self.distance_error)
-            found["cross_level"] = level.raised(
-                np.zeros(len(way.s)), self._shifting(measurements, way, level), SHIFT_SHARES
-            )
+        if _across.fits(measurements):
+            found |= self._sideways(measurements, wheelbase)
             canted = self._canted(measurements, way)
+            level = found["cross_level"].on(way.s)
             for name, share in (("left_vertical", -0.5), ("right_vertical", 0.5)):
-                found[name] = found["vertical"].with_share(found["cross_level"], share).without(canted)
+                found[name] = found["vertical"].with_share(level, share).without(canted)
+        series = pd.DataFrame({"s [m]": out.s, "time [s]": out.time})
         for name, fused in found.items():
             add(series, name, fused, out, wheelbase / 2)
         seen = np.interp(out.s, way.s, found["vertical"].seen.astype(float)) > 0.5
         series["valid [-]"] = (out.valid & seen).astype(float)
         about: dict[str, Any] = self.model_dump()
-        for name in {"vertical", "cross_level"} & set(found):
+        for name in {"vertical", "cross_level", "lateral"} & set(found):
             about[f"{name}_level [m rad]"] = found[name].level
             about |= {f"{name}_{band}_bound [m]": bound for band, bound in found[name].bounds.items()}
         return Estimate(self.name, series, about)
@@ -141,37 +139,22 @@ class TrackSmoother(Estimator, frozen=True):
             dict(measurements.vehicle),
             self._unknown(),
             readings,
-            Prior(LEVEL),
-            np.zeros(6),
+            (Prior(LEVEL),),
+            6,
+            (),
             lambda height, slope, speed: np.array(
-                [2 * height, 2 * height, 2 * slope, 2 * slope * speed, 2 * slope * speed, slope * speed]
+                [2 * height[0], 2 * height[0], *(slope[0] * np.array([2, 2 * speed, 2 * speed, speed]))]
             ),
         )
 
-    def _roll(self, measurements: Measurements, way: Way) -> Plane | None:
-        """The roll plane; None without a roll gyro and a lateral accelerometer on the bogie."""
-        if ROLL not in measurements or SIDE not in measurements:
-            return None
-        moved = attitude(measurements, way)
-        turning = None if moved is None else (moved.yaw_rate, np.zeros(len(way.s)))
-        side = reading(measurements, way, SIDE, Output("acceleration"))
-        readings = [reading(measurements, way, ROLL, Output("rate"), turning=turning), side]
-        readings += displacements(measurements, way, half_difference=True)
-        outputs = [one.output for one in readings]
-        jumps = np.diff(side.values) ** 2 * way.speed[1:] / way.spacing
-        drive = np.zeros(7)
-        drive[6] = np.nanmean(jumps) if np.isfinite(jumps).any() else 1.0
-        return Plane(
-            lambda p, _speed: roll(p, outputs),
-            dict(measurements.vehicle),
-            self._unknown(),
-            readings,
-            Prior(4 * LEVEL, CANT_CORNERS),
-            drive,
-            lambda height, slope, speed: np.array(
-                [height, height, height, slope * speed, slope * speed, 0.1 + slope * speed, 1.0]
-            ),
-        )
+    def _sideways(self, measurements: Measurements, wheelbase: float) -> dict[str, Fused]:
+        """Lateral alignment and cross level, on a coarser grid."""
+        way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / _across.SPACING))
+        plane = _across.across(measurements, way, self._unknown_sideways())
+        names = ("lateral", "cross_level")
+        found = fuse(plane, way, [bands_of(name) for name in names], self.distance_error)
+        own = _across.long_waves(measurements, way)
+        return {name: one._replace(values=one.values + more) for name, one, more in zip(names, found, own, strict=True)}
 
     def _settling(self, measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
         """How far the primary springs give under the larger force in a canted curve, m; what is unsure in curves, m."""
@@ -191,23 +174,16 @@ class TrackSmoother(Estimator, frozen=True):
             return np.zeros(len(way.s), dtype=bool)
         return maximum_filter1d(curved(moved, way), max(1, round(2 * CURVE_REACH / way.spacing)))
 
-    def _shifting(self, measurements: Measurements, way: Way, level: Fused) -> np.ndarray:
-        """What the wheelsets' lateral shift adds to the roll, m of cross level (standard deviation): it grows with the
-        track's roughness, and with the flange's contact where a curve's cant does not balance the speed.
-        """
-        moved = attitude(measurements, way)
-        rough = self.shift_error * (level.level / (4 * LEVEL)) ** SHIFT_GROWTH
-        if moved is None:
-            return np.full(len(way.s), rough)
-        count = max(1, round(CURVE_REACH / way.spacing))
-        curve = curved(moved, way)
-        unbalanced = np.abs(uniform_filter1d(beyond_straight(moved.side, curve), count)) * curve
-        return np.hypot(rough, self.flange_error * unbalanced)
-
     def _unknown(self) -> dict[str, float]:
         """Relative standard deviations of the vehicle's parameters."""
         one = self.parameter_error
         return dict.fromkeys(STIFF_AND_HEAVY, one) | dict.fromkeys(DAMPED, 2 * one)
+
+    def _unknown_sideways(self) -> dict[str, float]:
+        one = self.parameter_error
+        known = dict.fromkeys(LATERAL_STIFF_AND_HEAVY, one) | dict.fromkeys(LATERAL_DAMPED, 2 * one)
+        profile = dict.fromkeys(("design_conicity", "design_contact_angle_rate"), self.profile_error)
+        return known | profile | {_lateral_plane.CREEP: self.creep_error, _lateral_plane.SPIN: self.spin_error}
 
 
 def centripetal(moved: Attitude, way: Way) -> np.ndarray:
@@ -263,11 +239,16 @@ def nod(vehicle: Mapping[str, float]) -> float:
 def add(series: pd.DataFrame, name: str, fused: Fused, way: Way, lead: float) -> None:
     """Columns of one quantity on the grid of the estimate."""
     ahead = fused.s + lead
-    series[f"{name} [m]"] = np.interp(way.s, ahead, fused.values)
+
+    def put(column: str, values: np.ndarray) -> None:
+        known = np.isfinite(values)
+        smooth = CubicSpline(ahead[known], values[known])(way.s) if known.sum() > 3 else np.full(len(way.s), np.nan)
+        series[column] = np.where(np.isfinite(np.interp(way.s, ahead, values)), smooth, np.nan)
+
+    put(f"{name} [m]", fused.values)
     series[f"{name}_std [m]"] = np.interp(way.s, ahead, fused.std)
     spacing = float(fused.s[1] - fused.s[0])
     for band, edges in bands_of(name).items():
         inside = settled(np.isfinite(fused.values), spacing, edges.longest)
-        part = np.where(inside, band_pass(fused.values, spacing, edges), np.nan)
-        series[f"{name}_{band} [m]"] = np.interp(way.s, ahead, part)
+        put(f"{name}_{band} [m]", np.where(inside, band_pass(fused.values, spacing, edges), np.nan))
         series[f"{name}_{band}_std [m]"] = np.interp(way.s, ahead, fused.band_std[band])

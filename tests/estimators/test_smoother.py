@@ -6,7 +6,8 @@ from filterpy.kalman import KalmanFilter
 
 from estimators._bands import BANDS, response
 from estimators._information import information
-from estimators._planes import Output, roll, vertical
+from estimators._lateral_plane import lateral
+from estimators._planes import Output, vertical
 from estimators._shaping import Noise, Passage, Prior, _move, _moves, passage
 from estimators._smoother import backward, forward
 from railsim.vehicles.manchester import Manchester
@@ -34,7 +35,9 @@ def _noise(states: int, drive: float = 0.0) -> Noise:
 def _passage() -> Passage:
     start = np.array([0.01, 0.01, 0.003, 0.05, 0.05, 0.05])
     system = vertical(VEHICLE, OUTPUTS)
-    return passage(lambda _speed: system, PRIOR, _noise(6), np.array(SPEEDS), SPACING, COUNT, start)
+    return passage(
+        lambda _speed: system, [PRIOR], _noise(6), lambda _: np.zeros(6), np.array(SPEEDS), SPACING, COUNT, start
+    )
 
 
 def _dense(made: Passage, place: float) -> tuple[np.ndarray, np.ndarray]:
@@ -80,8 +83,8 @@ def test_smoother_gives_the_numbers_of_filterpy():
     R = np.full((count, 2), [1e-4, 1e-2])
     x, P = np.zeros(len(made.covariance)), made.covariance.copy()
     settled = np.ones(count, dtype=bool)
-    filtered = forward(made.steps, place, measured, R, turning, settled, x, P, made.watched)
-    values, variance = backward(made.steps, place, turning, filtered, made.watched)
+    filtered = forward(made.steps, place, measured, R, turning, settled, x, P)
+    values, variance = backward(made.steps, place, turning, filtered)
 
     reference = KalmanFilter(dim_x=len(made.covariance), dim_z=1)
     reference.x, reference.P = np.zeros((len(made.covariance), 1)), made.covariance.copy()
@@ -100,9 +103,10 @@ def test_smoother_gives_the_numbers_of_filterpy():
     smoothed, covariances, _, _ = reference.rts_smoother(
         np.array(means), np.array(spreads), Fs, Qs, inv=_scaled_inverse
     )
-    size = np.abs(smoothed[:, made.watched, 0]).max()
-    np.testing.assert_allclose(values, smoothed[:, made.watched, 0], atol=1e-4 * size)
-    np.testing.assert_allclose(variance, covariances[:, made.watched, made.watched], rtol=1e-3)
+    now = made.steps.F.shape[1] - 1
+    size = np.abs(smoothed[:, now, 0]).max()
+    np.testing.assert_allclose(values[:, 0], smoothed[:, now, 0], atol=1e-4 * size)
+    np.testing.assert_allclose(variance[:, 0], covariances[:, now, now], rtol=1e-3)
 
 
 def test_standstill_makes_the_vehicle_unknown_again():
@@ -113,7 +117,7 @@ def test_standstill_makes_the_vehicle_unknown_again():
         settled = np.full(count, True)
         settled[20] = not stopped
         P = made.covariance.copy()
-        forward(made.steps, place, nothing, R, turning, settled, np.zeros(len(P)), P, made.watched)
+        forward(made.steps, place, nothing, R, turning, settled, np.zeros(len(P)), P)
         assert np.isfinite(P).all()
 
 
@@ -133,42 +137,48 @@ def test_long_waves_lift_bogie_and_body_alike():
     slow = vertical(VEHICLE, [Output("displacement", (1.0, 0.0, 0.0)), Output("rate")]).response(np.array([1e-3]))
     assert abs(slow[0, 0].sum()) < 1e-6
     assert slow[0, 1] * 2 * VEHICLE["semi_wheelbase"] / 1e-3j == pytest.approx([-1.0, 1.0], rel=1e-5)
-    lean = roll(VEHICLE, [Output("rate")]).response(np.array([1e-3]))[0, 0].sum() / 1e-3j
-    assert lean.real == pytest.approx(-1 / 1.5, rel=0.1)  # a little more than the track: the body leans on its springs
+    rates = [Output("rate", axis="roll"), Output("rate", axis="yaw")]
+    long = lateral(VEHICLE, rates, 20.0).response(np.array([1e-3]))[0]
+    lean = (long[0, 1] + long[0, 3]) / 1e-3j
+    assert lean.real == pytest.approx(-1 / 1.5, rel=0.15)  # more than the track: the body leans on its springs
 
 
 def test_bound_goes_from_the_prior_to_the_noise():
     """Useless sensors leave the prior; good ones leave noise / |H|^2 of the gyro and accelerometer together."""
     system, wheelbase = vertical(VEHICLE, OUTPUTS), 2.0 * VEHICLE["semi_wheelbase"]
     noise = _noise(6)._replace(drift=np.full(2, 1e-12))
-    blind = information([system], PRIOR, noise._replace(density=np.full(2, 1e9)), 20.0, wheelbase, np.zeros(2))
-    np.testing.assert_allclose(blind.bound, blind.track, rtol=1e-6)
-    sharp = information([system], PRIOR.scaled(1.0), noise, 20.0, wheelbase, np.zeros(2))
+    blind = information([system], [PRIOR], noise._replace(density=np.full(2, 1e9)), 20.0, wheelbase, np.zeros(2))
+    np.testing.assert_allclose(blind.bound, blind.tracks, rtol=1e-6)
+    sharp = information([system], [PRIOR.scaled(1.0)], noise, 20.0, wheelbase, np.zeros(2))
     white = noise.density**2 * 20.0 / (2 * np.pi)
-    expected = 1.0 / np.sum(np.abs(sharp.H) ** 2 / white, axis=1)
+    expected = 1.0 / np.sum(np.abs(sharp.H[:, :, 0]) ** 2 / white, axis=1)
     inside = (sharp.wavenumber > 2 * np.pi / 70.0) & (sharp.wavenumber < 2 * np.pi / 3.0)
-    np.testing.assert_allclose(sharp.bound[inside], expected[inside], rtol=1e-3)
-    assert sharp.rms(sharp.bound, BANDS["d1"]) < sharp.rms(sharp.bound, BANDS["d2"]) < sharp.rms(sharp.bound)
+    np.testing.assert_allclose(sharp.bound[inside, 0], expected[inside], rtol=1e-3)
+    assert (
+        sharp.rms(sharp.bound[:, 0], BANDS["d1"])
+        < sharp.rms(sharp.bound[:, 0], BANDS["d2"])
+        < sharp.rms(sharp.bound[:, 0])
+    )
 
 
 def test_moves_between_exact_speeds_are_splines_of_them():
     speeds = np.geomspace(2.0, 30.0, 200)
     system = vertical(VEHICLE, OUTPUTS)
-    exact = np.stack([_move(system, 0.125 / speed) for speed in speeds])
+    exact = np.stack([_move(system, 0.125 / speed, 2) for speed in speeds])
     size = np.abs(exact).max(axis=0)
-    error = np.abs(_moves(lambda _: system, speeds, 0.125) - exact).max(axis=0)
+    error = np.abs(_moves(lambda _: system, speeds, 0.125, 1) - exact).max(axis=0)
     np.testing.assert_array_less(error, 2e-4 * size + 1e-12)
 
 
 def test_local_model_error_of_a_wave_is_that_of_its_wavenumber():
     """Half the squared amplitude that the unknowns leave of a pure wave, four times that where it is twice as high."""
     system, other = (vertical(VEHICLE | {"bogie_mass": m * VEHICLE["bogie_mass"]}, OUTPUTS) for m in (1.0, 1.05))
-    known = information([system, other], PRIOR, _noise(6), 20.0, 4 * SPACING, np.array([0.01, 0.01]), 0.01)
+    known = information([system, other], [PRIOR], _noise(6), 20.0, 4 * SPACING, np.array([0.01, 0.01]), 0.01)
     s, k, band = np.arange(0.0, 2000.0, 0.125), 2 * np.pi / 12.0, BANDS["d1"]
     height = np.where(s < 1000.0, 1.0, 2.0) * 1e-3
-    found = known.local(height * np.sin(k * s), 0.125, band)
-    left = np.array([np.interp(k, known.wavenumber, one) for one in known.left])
+    found = known.local((height * np.sin(k * s))[:, None], 0.125, band)
+    left = np.array([np.interp(k, known.wavenumber, one[:, 0, 0]) for one in known.left])
     expected = 0.5 * np.sum(np.abs(left) ** 2) * float(response(np.array([k]), band)[0]) ** 2 * height**2
     for place in (500.0, 1500.0):
         at = round(place / 0.125)
-        assert found[at] == pytest.approx(expected[at], rel=0.05)
+        assert found[at, 0] == pytest.approx(expected[at], rel=0.05)
