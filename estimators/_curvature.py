@@ -24,7 +24,7 @@ from scipy import signal
 from estimators._bands import transform
 from estimators._dips import welch
 from estimators._record import accelerometer_offset
-from estimators._roll_plane import NEEDED, roll_response
+from estimators._roll_plane import parameters, roll_response
 from estimators._space import Way
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -37,7 +37,7 @@ MEMORY = 1.0
 
 MISMATCH = 0.05
 """Relative error of the inverses, added to the sensors' noise when pitch and bounce are weighed (illustrative)."""
-ROLL_ERROR = 0.07
+ROLL_ERROR = 0.1
 """Error of the bogie's roll over the wheelsets' (compiled engine against `_roll_plane`: to 0.2 around 14 Hz)."""
 FAINT = 0.05
 """Least response that is divided by."""
@@ -64,11 +64,8 @@ def roll_inverse(vehicle: Mapping[str, Any]) -> tuple[Gain, Gain]:
     """Response from the bogie's roll rate to the wheelsets' mean one, over rad/s, at most 1 / `FAINT`; and how far it
     is to be trusted, 0 to 1: less where hardly any roll is left.
     """
-    values: dict[str, float] = dict(zip(NEEDED, _positive(vehicle, *NEEDED), strict=True))
-    for name in ("roll_bar_stiffness", "primary_lateral_damping"):
-        values[name] = float(vehicle.get(name, 0.0))
     coarse = 2 * np.pi * ROLL_GRID
-    response = roll_response(values, coarse)
+    response = roll_response(parameters(vehicle), coarse)
 
     def follows(omega: np.ndarray) -> np.ndarray:
         return np.interp(omega, coarse, np.real(response)) + 1j * np.interp(omega, coarse, np.imag(response))

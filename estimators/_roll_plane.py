@@ -12,8 +12,11 @@ wheelsets' nor that of a bogie below a body at rest.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+
+from railsim.errors import InputError
 
 GRAVITY = 9.81  # m/s2
 NEEDED = (
@@ -64,3 +67,37 @@ def roll_response(p: Mapping[str, float], omega: np.ndarray) -> np.ndarray:
     load = p["body_mass"] * GRAVITY
     matrix = matrix + p.get("roll_bar_stiffness", 0.0) * np.outer(bar, bar) - load * below * np.outer(tip, tip)
     return np.linalg.solve(matrix, push[:, :, None])[:, 1, 0]
+
+
+def over_track(vehicle: Mapping[str, Any], speed: float, wave_number: np.ndarray) -> np.ndarray:
+    """Bogie's roll over that of the rails under its centre, complex, shape (n,): through the mean of both wheelsets.
+
+    Parameters
+    ----------
+    speed : m/s. wave_number : rad/m, shape (n,).
+
+    Raises
+    ------
+    InputError : a parameter is missing or not positive.
+    """
+    k = np.asarray(wave_number, dtype=float)
+    p = parameters(vehicle, "semi_wheelbase")
+    return np.cos(k * p["semi_wheelbase"]) * roll_response(p, k * speed)
+
+
+def parameters(vehicle: Mapping[str, Any], *further: str) -> dict[str, float]:
+    """`NEEDED` and further nominal parameters, and those that may be 0.
+
+    Raises
+    ------
+    InputError : one is missing or not positive.
+    """
+    found: dict[str, float] = {}
+    for name in (*NEEDED, *further):
+        value = vehicle.get(name)
+        if not isinstance(value, int | float) or not value > 0:
+            raise InputError(
+                f"vehicle parameter '{name}' is {value!r}; about.json must give a positive number in SI units"
+            )
+        found[name] = float(value)
+    return found | {name: float(vehicle.get(name, 0.0)) for name in ("roll_bar_stiffness", "primary_lateral_damping")}

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import resample_poly
 
-from estimators._bands import settled
+from estimators._bands import settled, stretches
 from estimators.speed_refined import SpeedRefined
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -26,6 +26,10 @@ BLUR = 1.25
 """Reach of the anti-aliasing filter, m: ten cells."""
 LONGEST_STEP = 0.05
 """Samples farther apart than this, s, have a gap between them (or 2.5 sample intervals where that is longer)."""
+FLEETING = 1.0
+"""A refined speed that is known for less than this, s, is not used."""
+DISAGREE = 0.2
+"""Share of the tachometer's speed by which the refined one may differ (slip, flats, a sensor that is wrong)."""
 SpeedSource = Literal["tachometer", "refined"]
 
 
@@ -219,12 +223,23 @@ def _refined(measurements: Measurements) -> tuple[np.ndarray, np.ndarray]:
     series = SpeedRefined().estimate(measurements).series
     time = series["time [s]"].to_numpy()
     speed = np.where(series["valid [-]"].to_numpy() > 0.5, series["speed [m/s]"].to_numpy(), np.nan)
+    speed = _lasting(time, speed)
     if _tachometer_channel(measurements) is not None:
         wheel = np.interp(time, *_tachometer(measurements))
         both = np.isfinite(speed) & (wheel > 3.0)
         scale = float(np.median(speed[both] / wheel[both])) if both.any() else 1.0
-        speed = np.where(np.isfinite(speed), speed, scale * wheel)
+        agree = np.abs(speed - scale * wheel) <= DISAGREE * np.maximum(scale * wheel, 1.0)
+        speed = np.where(agree, speed, scale * wheel)
     return time, speed
+
+
+def _lasting(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Speeds less those known for less than `FLEETING`: at standstill, noise may look like a speed for a moment."""
+    kept = speed.copy()
+    for first, last in stretches(np.isfinite(speed)):
+        if time[last - 1] - time[first] < FLEETING:
+            kept[first:last] = np.nan
+    return kept
 
 
 _SOURCES: dict[str, Callable[[Measurements], tuple[np.ndarray, np.ndarray]]] = {

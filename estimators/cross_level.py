@@ -8,7 +8,7 @@ import numpy as np
 from estimators._bands import transform
 from estimators._geometry import CANT_BASE, TrackEstimator, by_speed, filled, geometry, turning, without_bias
 from estimators._over_time import filter_time
-from estimators._plan_view import roll_response
+from estimators._roll_plane import over_track
 from estimators._space import Way, delay
 from estimators.interface import Estimate
 from railsim.measurements import Measurements
@@ -35,7 +35,7 @@ class CrossLevel(TrackEstimator, frozen=True):
 
     compensate: bool = quantity(False, unit="-", source="the paper's chain does without")
     regularisation: float = quantity(
-        0.03, unit="-", source="power of what the model leaves over that of cross level; straight_erri_low", gt=0.0
+        0.01, unit="-", source="power of what the model leaves over that of cross level; straight_erri_low", gt=0.0
     )
     base: float = quantity(3.0, unit="m", source="EN 13848-1: twist base, commonly 3 m", ge=0.5, le=20.0)
     crossover: float = quantity(
@@ -67,7 +67,7 @@ class CrossLevel(TrackEstimator, frozen=True):
 
     def _inverse(self, measurements: Measurements, speed: float) -> Callable[[np.ndarray], np.ndarray]:
         def gain(k: np.ndarray) -> np.ndarray:
-            follows = roll_response(measurements.vehicle, speed, k)
+            follows = over_track(measurements.vehicle, speed, k)
             return np.conj(follows) / (np.abs(follows) ** 2 + self.regularisation)
 
         return gain

@@ -50,7 +50,7 @@ class DippedJoints(Estimator, frozen=True):
     slowest: float = quantity(2.0, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
     cut_off: float = quantity(60.0, unit="Hz", source="illustrative: below half of 256 Hz", gt=5.0)
     threshold: float = quantity(5.0, unit="-", source="illustrative: in white noise once in 50 km", ge=3.0)
-    false_share: float = quantity(0.01, unit="-", source="illustrative: of the dips, where there are many", gt=0, lt=1)
+    false_share: float = quantity(0.02, unit="-", source="illustrative: of the dips, where there are many", gt=0, lt=1)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH,)
 

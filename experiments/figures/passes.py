@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
 from estimators._passes import changes, laid_on, match
 from estimators._space import SPACING
 from estimators.alignment_vertical import AlignmentVertical
+from experiments.figures._growing_defects import KINDS, growing_defects
 from experiments.figures.interface import Claim, Figure
 from experiments.plots import BLUE, GREEN, GREY, ORANGE, RED
 from railsim import measure, simulate
@@ -56,9 +58,15 @@ PASSES = (
 
 
 class Passes(Figure):
-    """Vertical D1 from the pitch rate with MEMS sensors and wrong odometers, laid on the first pass by correlation."""
+    """Vertical D1 from the pitch rate with MEMS sensors and wrong odometers, laid on the first pass by correlation.
+
+    Below: four kinds of defects of several sizes, ten seeds each (rows whose "seed [-]" is given).
+    """
 
     def compute(self, fast: bool) -> pd.DataFrame:
+        return pd.concat([self._one(fast), growing_defects(fast)], ignore_index=True)
+
+    def _one(self, fast: bool) -> pd.DataFrame:
         length = 600.0 if fast else 1900.0
         first = PASSES[0]
         columns: dict[str, np.ndarray] = {}
@@ -90,8 +98,10 @@ class Passes(Figure):
         return pd.DataFrame(columns)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.0, 8.0), layout="constrained")
-        panels = picture.subplots(3, 1, height_ratios=(1.0, 1.4, 1.0))
+        picture = Picture(figsize=(11.0, 10.5), layout="constrained")
+        *panels, last = picture.subplots(4, 1, height_ratios=(1.0, 1.4, 1.0, 1.0))
+        _draw_shares(last, table)
+        table = _lines(table)
         place = table["s [m]"].to_numpy()
         at = float(table["true place [m]"].iloc[0])
         near = np.abs(place - at) < CLOSE
@@ -117,7 +127,8 @@ class Passes(Figure):
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
-        claims = []
+        claims = _study_claims(table)
+        table = _lines(table)
         for one, two in itertools.combinations([one.name for one in PASSES if not one.grown], 2):
             error = table[f"{one} [mm]"].to_numpy() - table[f"{two} [mm]"].to_numpy()
             rms = float(np.sqrt(np.nanmean(error**2)))
@@ -136,6 +147,50 @@ class Passes(Figure):
         within = abs(size - target) <= 0.3 * target
         claims.append(Claim("its growth in the 70 m alignment", size, f"{target:g} mm +- 30 %", within))
         return claims
+
+
+def _lines(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows over distance."""
+    return table.loc[table["seed [-]"].isna().to_numpy()].reset_index(drop=True)
+
+
+def _share(table: pd.DataFrame, kind: str, size: float) -> float:
+    """Of the defects of that kind and size that are reported within `NEAR`."""
+    rows = ((table["defect"] == kind) & (table["size [mm]"] == size)).to_numpy()
+    return float(np.mean(np.isfinite(table["away [m]"].to_numpy()[rows])))
+
+
+def _elsewhere(table: pd.DataFrame) -> int:
+    return int(np.sum((table["seed [-]"].notna() & ~table["defect"].isin(KINDS)).to_numpy()))
+
+
+def _sizes(table: pd.DataFrame) -> list[float]:
+    sizes = table["size [mm]"].to_numpy()
+    return sorted({float(size) for size in sizes[np.isfinite(sizes)]})
+
+
+def _draw_shares(axes: Axes, table: pd.DataFrame) -> None:
+    sizes = _sizes(table)
+    for kind, colour in zip(KINDS, (BLUE, ORANGE, GREEN, RED), strict=True):
+        axes.plot(sizes, [_share(table, kind, size) for size in sizes], "o-", color=colour, label=kind)
+    passes = len(table.loc[table["seed [-]"].notna().to_numpy(), ["seed [-]", "size [mm]"]].drop_duplicates())
+    axes.set(title=f"{passes} later passes: share found; reported elsewhere: {_elsewhere(table)}", ylim=(-0.05, 1.1))
+    axes.set(xlabel="growth of the defect [mm]", ylabel="share found")
+    axes.grid(True, color="#dddddd", lw=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=9, loc="center right")
+
+
+def _study_claims(table: pd.DataFrame) -> list[Claim]:
+    claims = []
+    for kind in KINDS:
+        share = _share(table, kind, 1.0)
+        claims.append(Claim(f"{kind} that grew by 1 mm, all seeds: share found within 1 m", share, "= 1", share == 1.0))
+    count = _elsewhere(table)
+    return [
+        *claims,
+        Claim("all passes of all seeds and sizes: changes reported elsewhere", float(count), "= 0", not count),
+    ]
 
 
 def _growth(table: pd.DataFrame, found: pd.DataFrame, away: np.ndarray) -> float:
