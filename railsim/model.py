@@ -15,8 +15,10 @@ from railsim.contact.functions import ContactTable
 from railsim.contact.wheel import ContactLaw
 
 GRAVITY = 9.81  # m/s2
+TRACK = "track"  # in place of an element's lower body: it acts on the upper one alone
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
-BUMP_STOP, SCHEDULED = 1, 2  # force law codes of the compiled kernels
+BUMP_STOP, SCHEDULED, MAXWELL, FRICTION, BLOW_OFF, TABLED = range(1, 7)  # force law codes of the compiled kernels
+WITH_STATE = (MAXWELL,)  # laws with a state of their own
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class LinearElement:
 @dataclass(frozen=True)
 class NonlinearElement:
     """Force along one direction of relative movement at `position`: law code and its parameters (see
-    `engines.laws`).
+    `engines._laws`); `table` (displacements, velocities) [N, N m] for a tabulated law.
     """
 
     name: str
@@ -63,16 +65,38 @@ class NonlinearElement:
     axis: str
     law: int
     parameters: tuple[float, ...]
+    table: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Load:
+    """Force [N] or moment [N m] on a body's centre of gravity along one axis of the track frame, linear between
+    `values` at equal steps of time [s] or of the body's distance [m] from `start`; held at both ends.
+    """
+
+    body: str
+    axis: str
+    over: str  # "time" or "distance"
+    start: float
+    step: float
+    values: np.ndarray
 
 
 @dataclass(frozen=True)
 class Wheelset:
-    """The wheels of a body: spin inertia [kg m2], nominal radius [m], and the half spacing of the axleboxes [m]."""
+    """The wheels of a body: spin inertia [kg m2], nominal radius [m], and the half spacing of the axleboxes [m].
+
+    `roundness`: deviation of the left and the right wheel's radius [m] over one turn at equal angles, as many of each
+    wheel of a model; a point's angle is the spin angle at which it touches the rail. `unbalance`: mass times radius
+    [kg m] and that angle [rad], left and right.
+    """
 
     body: str
     spin_inertia: float
     radius: float
     axlebox_half_spacing: float
+    roundness: tuple[np.ndarray, np.ndarray] | None = None
+    unbalance: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -110,6 +134,7 @@ class Model:
     chord_yaw: str | None = None
     path: LongitudinalPath | None = None
     vertical_load: dict[str, float] = field(default_factory=dict)
+    loads: tuple[Load, ...] = ()
 
     def index(self, name: str) -> int:
         """Place of a body in `bodies`."""
@@ -172,7 +197,9 @@ class Model:
         return jacobian
 
     def relative(self, upper: str, lower: str, position: tuple[float, float, float]) -> np.ndarray:
-        """(6, coordinates): displacement and rotation of `upper` relative to `lower`."""
+        """(6, coordinates): displacement and rotation of `upper` relative to `lower`, or to the track frame."""
+        if lower == TRACK:
+            return self.point(upper, position)
         return self.point(upper, position) - self.point(lower, position)
 
     def _geometric(self, element: LinearElement) -> np.ndarray:

@@ -51,7 +51,7 @@ def energies(plant, x, scratch, out):
         wheelset_local(plant, i, s, velocity, q, rate, here, local)
         distance = s + plant.core.position[plant.core.wheelset_body[i], 0]
         for side in range(2):
-            normal = contact(plant, i, side, distance, velocity, spin, local).normal
+            normal = contact(plant, i, side, distance, velocity, spin, x[2 * n + i], local).normal
             out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side]) ** (2.0 / 3.0)
 
 

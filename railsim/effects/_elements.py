@@ -8,7 +8,19 @@ import numpy as np
 
 from railsim.effects.interface import Effect, Setup, onset_field, ramp_field
 from railsim.errors import InputError
-from railsim.model import AXES, SCHEDULED, LinearElement, Model, NonlinearElement
+from railsim.model import (
+    AXES,
+    BLOW_OFF,
+    BUMP_STOP,
+    FRICTION,
+    MAXWELL,
+    SCHEDULED,
+    LinearElement,
+    Model,
+    NonlinearElement,
+)
+
+STABLE = 1.2  # largest product of step and decay rate of an element's own state
 
 
 class Weakened(Effect, frozen=True):
@@ -75,3 +87,135 @@ def beside(model: Model, lost: Mapping[str, tuple[np.ndarray, np.ndarray]], onse
         if k != 0.0 or c != 0.0
     ]
     return replace(model, nonlinear=(*model.nonlinear, *added))
+
+
+def joint(setup: Setup, effect: Effect, name: str) -> LinearElement:
+    """The element of that name.
+
+    Raises
+    ------
+    InputError : the vehicle has none.
+    """
+    for element in setup.model.elements:
+        if element.name == name:
+            return element
+    known = ", ".join(element.name for element in setup.model.elements)
+    raise InputError(
+        f"effect '{effect.kind}': the vehicle has no element '{name}' (it has {known}); take another vehicle"
+    )
+
+
+def beside_joint(
+    element: LinearElement, what: str, axis: str, law: int, parameters: tuple[float, ...]
+) -> NonlinearElement:
+    """A nonlinear element between the same bodies at the same place."""
+    return NonlinearElement(
+        f"{element.name}_{what}", element.upper, element.lower, element.position, axis, law, parameters
+    )
+
+
+def _with_damping(model: Model, name: str, axis: str, factor: float, added: NonlinearElement) -> Model:
+    """The model with an element's damping about one axis multiplied, and a nonlinear element more."""
+    i = AXES.index(axis)
+    elements = []
+    for element in model.elements:
+        if element.name == name:
+            damping = element.damping.copy()
+            damping[i, i] *= factor
+            element = replace(element, damping=damping)
+        elements.append(element)
+    return replace(model, elements=tuple(elements), nonlinear=(*model.nonlinear, added))
+
+
+def _damping(setup: Setup, effect: Effect, name: str, axis: str) -> tuple[LinearElement, float]:
+    element = joint(setup, effect, name)
+    i = AXES.index(axis)
+    if element.damping[i, i] <= 0.0:
+        raise InputError(f"effect '{effect.kind}': this vehicle has no such damper; take another vehicle")
+    return element, float(element.damping[i, i])
+
+
+def in_series(setup: Setup, effect: Effect, name: str, axis: str, compliance: float) -> Setup:
+    """A spring of `compliance` [m/N, rad/N m] in series with an element's damper: force k z, dz/dt = v - k z / c."""
+    if compliance == 0.0:
+        return setup
+    element, damping = _damping(setup, effect, name, axis)
+    added = beside_joint(element, f"{axis}_series", axis, MAXWELL, (1.0 / compliance, damping))
+    setup = setup.modelled(lambda model: _with_damping(model, name, axis, 0.0, added))
+    return setup.but(longest_step=min(setup.longest_step, STABLE * compliance * damping))
+
+
+def blow_off(setup: Setup, effect: Effect, name: str, axis: str, velocity: float, share: float) -> Setup:
+    """An element's damper with `share` of its damping beyond `velocity` [m/s, rad/s]."""
+    element, damping = _damping(setup, effect, name, axis)
+    added = beside_joint(element, f"{axis}_blow_off", axis, BLOW_OFF, (damping, share * damping, velocity))
+    return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, added)))
+
+
+def friction(setup: Setup, effect: Effect, name: str, axis: str, force: float, slip: float) -> Setup:
+    """Friction of `force` [N, N m] beside an element, regularised over `slip` [m/s, rad/s]."""
+    if force == 0.0:
+        return setup
+    added = beside_joint(joint(setup, effect, name), f"{axis}_friction", axis, FRICTION, (force, slip))
+    return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, added)))
+
+
+def primary_friction(setup: Setup, effect: Effect, force: float, slip: float) -> Setup:
+    """Vertical friction of `force` [N] at every axlebox."""
+    if force == 0.0:
+        return setup
+    added = []
+    for wheelset in setup.model.wheelsets:
+        element = joint(setup, effect, wheelset.body.replace("wheelset", "primary"))
+        x, _, z = element.position
+        for side, y in (("left", wheelset.axlebox_half_spacing), ("right", -wheelset.axlebox_half_spacing)):
+            one = beside_joint(element, f"friction_{side}", "z", FRICTION, (force, slip))
+            added.append(replace(one, position=(x, y, z)))
+    return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, *added)))
+
+
+def bump_stop(setup: Setup, effect: Effect, closed: float, offset: float) -> Setup:
+    """The bump stop's gap narrower by the share `closed`, its middle at `offset` [m]."""
+    if not any(element.law == BUMP_STOP for element in setup.model.nonlinear):
+        raise InputError(f"effect '{effect.kind}': this vehicle has no bump stop; take another vehicle")
+
+    def new(element: NonlinearElement) -> NonlinearElement:
+        gap, linear, cubic = element.parameters[:3]
+        return replace(element, parameters=(gap * (1.0 - closed), linear, cubic, offset))
+
+    def change(model: Model) -> Model:
+        return replace(model, nonlinear=tuple(new(e) if e.law == BUMP_STOP else e for e in model.nonlinear))
+
+    return setup.modelled(change)
+
+
+def asymmetric(setup: Setup, effect: Effect, name: str, prefix: str, share: float) -> Setup:
+    """Vertical springs of the elements whose names begin with `name` stiffer left and softer right by `share`: a force
+    k share b per roll and a moment k share b per height, with the vehicle's half spacing b.
+    """
+    if share == 0.0:
+        return setup
+    if not any(element.name.startswith(name) for element in setup.model.elements):
+        joint(setup, effect, name)
+    arm = float(getattr(setup.vehicle, f"{prefix}_half_spacing", 1.0))
+
+    def new(element: LinearElement) -> LinearElement:
+        stiffness = element.stiffness.copy()
+        stiffness[2, 3] += share * arm * stiffness[2, 2]
+        stiffness[3, 2] = stiffness[2, 3]
+        return replace(element, stiffness=stiffness)
+
+    def change(model: Model) -> Model:
+        return replace(model, elements=tuple(new(e) if e.name.startswith(name) else e for e in model.elements))
+
+    return setup.modelled(change)
+
+
+def misaligned(setup: Setup, effect: Effect, wheelset: int, angle: float) -> Setup:
+    """Wheelset whose primary suspension is at rest at a yaw `angle` [rad]: the moment of its yaw stiffness."""
+    if angle == 0.0:
+        return setup
+    element = joint(setup, effect, f"primary{wheelset}")
+    moment = float(element.stiffness[5, 5]) * angle  # the wheelset is the lower body: it is turned to the left
+    added = beside_joint(element, "misalignment", "yaw", SCHEDULED, (0.0, 0.0, 0.0, 0.0, moment))
+    return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, added)))

@@ -141,7 +141,7 @@ class Effect(Spec, frozen=True):
         found = {}
         for name, field in cls.model_fields.items():
             low, high = (_bound(field.metadata, keys) for keys in (("ge", "gt"), ("le", "lt")))
-            if low is None or high is None or not isinstance(field.default, int | float):
+            if low is None or high is None or field.annotation is not float:
                 continue
             found[name] = Parameter(
                 cls.about(name)[0],

@@ -14,7 +14,15 @@ critically damped springs.
 import math
 
 from railsim.compiled import kernel
-from railsim.engines._kernel import contact, drag, path_moment, pose, prescribed_speed, wheelset_torque
+from railsim.engines._extras import load_value, wheel_extras
+from railsim.engines._kernel import (
+    contact,
+    drag,
+    path_moment,
+    pose,
+    prescribed_speed,
+    wheelset_torque,
+)
 from railsim.engines._laws import law_force
 from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, EAST, GRADIENT, HEADING, NORTH, ROLL, UP, locate, slope, value
@@ -163,7 +171,8 @@ def add_moment(q, g_x, g_y, g_z, out):
 
 @kernel
 def forces(plant, t, start, q, v, memory, work, out):
-    """Fill out (6 b + w,) with generalised forces.
+    """Fill out (6 b + w + m,) with generalised forces; the states of elements are the velocities of the last m
+    coordinates, of unit mass.
 
     `start`: distance of the reference body at time 0. memory (b,): last distance of each body (start of the
     projection). work (b + 1, 48): per body track frame, motion relative to it, rotation matrix.
@@ -193,6 +202,21 @@ def forces(plant, t, start, q, v, memory, work, out):
         _path(plant, acceleration, along, torque, q, work, out)
     if plant.core.elements > 0:
         _elements(plant, t, q, v, work, out)
+    for k in range(plant.core.loads):
+        _load(plant, k, t, q, work, out)
+
+
+@kernel
+def _load(plant, k, t, q, work, out):
+    """A load on a body, along an axis of the track frame at the body."""
+    b, axis = plant.core.load_body[k], plant.core.load_axis[k]
+    if plant.core.coordinate[b, axis] < 0:
+        return
+    d = work[work.shape[0] - 1, 33:39]
+    d[:] = 0.0
+    d[axis] = load_value(plant, k, t, work[b, 15])
+    mine = out[6 * b : 6 * b + 6]
+    add_wrench(work[b, :16], q[6 * b : 6 * b + 6], d[0], d[1], d[2], d[3], d[4], d[5], mine)
 
 
 @kernel
@@ -293,10 +317,10 @@ def _wheelset(plant, i, t, q, v, work, out):
     b = plant.core.wheelset_body[i]
     f, local = work[b, :16], work[work.shape[0] - 1, 12:20]
     pace = work[b, 28]
-    spin = v[6 * bodies + i]
+    angle, spin = q[6 * bodies + i], v[6 * bodies + i]
     wheelset_motion(plant, i, work, local)
-    left = contact(plant, i, 0, f[15], pace, spin, local)
-    right = contact(plant, i, 1, f[15], pace, spin, local)
+    left = contact(plant, i, 0, f[15], pace, spin, angle, local)
+    right = contact(plant, i, 1, f[15], pace, spin, angle, local)
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
     along = left.force_x + right.force_x
     add_wrench(
@@ -304,8 +328,15 @@ def _wheelset(plant, i, t, q, v, work, out):
         along, left.force_y + right.force_y, left.force_z + right.force_z,
         left.moment_x + right.moment_x, 0.0, left.moment_z + right.moment_z, mine,
     )  # fmt: skip
+    added = 0.0
+    if plant.core.uneven:
+        extra = work[work.shape[0] - 1, 33:38]
+        press_left, press_right = left.normal * math.cos(left.angle), right.normal * math.cos(right.angle)
+        wheel_extras(plant, i, angle, spin, press_left, press_right, extra)
+        add_wrench(f, own, extra[0], 0.0, extra[1], extra[2], 0.0, extra[3], mine)
+        along, added = along + extra[0], extra[4]
     torque = wheelset_torque(plant, i, t, spin, pace)
-    out[6 * bodies + i] = left.moment_spin + right.moment_spin + torque
+    out[6 * bodies + i] = left.moment_spin + right.moment_spin + torque + added
     momentum = plant.core.spin_inertia[i] * spin
     w_x, w_y, w_z = angular_velocity(own, v[6 * b : 6 * b + 6])
     h_x, h_y, h_z = momentum * work[b, 31], momentum * work[b, 34], momentum * work[b, 37]
@@ -353,7 +384,14 @@ def _elements(plant, t, q, v, work, out):
         for j in range(n):
             elongation += plant.core.direction[e, j] * q_free[j]
             stretching += plant.core.direction[e, j] * v_free[j]
-        pull = law_force(plant.core.law_code[e], plant.core.parameters[e], t, elongation, stretching)
+        own = plant.core.element_state[e]
+        at = 6 * plant.core.body_mass.shape[0] + plant.core.radius.shape[0] + own
+        pull, change = law_force(
+            plant.core.law_code[e], plant.core.parameters[e], plant.tables, t, elongation, stretching,
+            v[at] if own >= 0 else 0.0,
+        )  # fmt: skip
+        if own >= 0:
+            out[at] = change
         if pull == 0.0:
             continue
         for b in range(plant.core.body_mass.shape[0]):

@@ -9,10 +9,12 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic
 
 from railsim.compiled import allocating
+from railsim.contact import functions as contact_table
 from railsim.engines._absolute import forces
-from railsim.engines._plant import Plant
+from railsim.engines._plant import POSE_CHANNELS, Plant
+from railsim.track.kernel import CHANNELS
 
-CORE, TRACK, CONTACT, POSE, KNOTS, Q, V, MEMORY, WORK, OUT = range(10)
+CORE, TRACK, CONTACT, POSE, KNOTS, TABLES, Q, V, MEMORY, WORK, OUT = range(11)
 
 
 def _as_pointer(typing_context: Any, address: Any) -> Any:
@@ -35,10 +37,13 @@ def bind_forces(
     """`forces` of `_absolute` for fixed arrays: call with the time, read `out`. The arrays must outlive the
     function.
     """
-    arrays = [plant.core, plant.track, plant.contact, plant.pose, plant.knots, q, v, memory, work, out]
+    arrays = [plant.core, plant.track, plant.contact, plant.pose, plant.knots, plant.tables, q, v, memory, work, out]
     addresses = np.array([a.__array_interface__["data"][0] for a in arrays], dtype=np.int64)
     sizes = np.array(
-        [len(plant.track), plant.contact.shape[1], *plant.pose.shape[:2], *plant.knots.shape, len(q), *work.shape],
+        [
+            *(len(plant.track), plant.contact.shape[1], *plant.pose.shape[:2], *plant.knots.shape, len(q)),
+            *(*work.shape, len(plant.tables)),
+        ],
         dtype=np.int64,
     )
     function = _compiled(np.dtype(plant.core.dtype))
@@ -54,12 +59,12 @@ def bind_forces(
 
 @lru_cache
 def _compiled(core: Any) -> Callable[[int, int, float, float], None]:
-    channels, contact_channels, axes = 13, 8, 6
+    channels, contact_channels, axes = CHANNELS, contact_table.CHANNELS, POSE_CHANNELS
 
     @allocating
     def run(table: int, shape: int, start: float, t: float) -> None:
-        at = carray(_pointer(table), 10, np.int64)
-        n = carray(_pointer(shape), 9, np.int64)
+        at = carray(_pointer(table), 11, np.int64)
+        n = carray(_pointer(shape), 10, np.int64)
         bodies = n[7] - 1
         plant = Plant(
             carray(_pointer(at[CORE]), 1, core)[0],
@@ -67,6 +72,7 @@ def _compiled(core: Any) -> Callable[[int, int, float, float], None]:
             carray(_pointer(at[CONTACT]), (2, n[1], contact_channels, 4), np.float64),
             carray(_pointer(at[POSE]), (n[2], n[3], axes, 4), np.float64),
             carray(_pointer(at[KNOTS]), (n[4], n[5]), np.float64),
+            carray(_pointer(at[TABLES]), n[9], np.float64),
         )
         forces(
             plant, t, start,

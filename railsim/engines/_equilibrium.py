@@ -19,7 +19,7 @@ RESTLESS = 1e-4  # m/s2, rad/s2; more is no steady state
 
 def state_size(plant: Plant) -> int:
     """Length of the state vector."""
-    return 2 * len(plant.core.mass) + 2 * len(plant.core.radius) + 2
+    return 2 * len(plant.core.mass) + 2 * len(plant.core.radius) + 2 + int(plant.core.states)
 
 
 def initial_state(plant: Plant, run: Run) -> np.ndarray:
@@ -64,7 +64,7 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
         x = np.zeros(size)
         x[:n] = unknown[:n] * scale[:n]
         x[2 * n + w : 2 * n + 2 * w] = speed / plant.core.radius + unknown[n:] * scale[n:]
-        x[-2:] = start, speed
+        x[2 * n + 2 * w : 2 * n + 2 * w + 2] = start, speed
         return x
 
     def residual(unknown: np.ndarray) -> np.ndarray:

@@ -6,15 +6,16 @@ inertial forces at its own place (Goldstein 1980, section 4.10) and gravity turn
 are linear in the displacements (K holds the preloads' geometric stiffness); contacts are evaluated in the track
 frame at each wheelset's own distance.
 
-State x = [q (n), q' (n), spin angle (w), spin (w), s, V].
+State x = [q (n), q' (n), spin angle (w), spin (w), s, V, states of elements (m)].
 """
 
 import math
 
 from railsim.compiled import inlined, kernel
 from railsim.contact.wheel import FRICTION, wheel_forces
-from railsim.engines._laws import law_force
-from railsim.model import GRAVITY
+from railsim.engines._extras import RAIL_RIGHT, load_value, uneven, wheel_extras
+from railsim.engines._laws import bump_stop, law_force
+from railsim.model import BUMP_STOP, GRAVITY
 from railsim.track.kernel import (
     CURVATURE,
     GRADIENT,
@@ -30,7 +31,6 @@ from railsim.track.kernel import (
 
 BRAKE_GRIP = 400.0  # 1/s; a brake's torque per spin inertia and spin, until it slips: it holds a wheelset that stands
 SLIDE_GAIN = 400.0  # 1/s; brake torque of the slide control per spin inertia and spin error
-RAIL_RIGHT = 1  # offset of the right rail's channels from the left one's
 
 
 @inlined
@@ -140,27 +140,31 @@ def wheelset_local(plant, i, s, velocity, q, rate, here, local):
 
 
 @inlined
-def contact(plant, i, side, s, velocity, spin, local):
-    """Forces of one wheel (side 0 left, 1 right) of wheelset i whose distance is s, from its local coordinates."""
+def contact(plant, i, side, s, velocity, spin, angle, local):
+    """Forces of one wheel (side 0 left, 1 right) of wheelset i whose distance is s, from its local coordinates and its
+    angle of rotation.
+    """
     c = plant.track
     cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
     vertical, lateral = LEFT_VERTICAL + side * RAIL_RIGHT, LEFT_LATERAL + side * RAIL_RIGHT
     friction = plant.core.law[FRICTION]
     if plant.core.friction_given:
         friction = value(c, cell, LEFT_FRICTION + side * RAIL_RIGHT, x)
+    height, rate = value(c, cell, vertical, x), velocity * slope(c, cell, vertical, x)
+    if plant.core.uneven:
+        height, rate = uneven(plant, i, side, s, velocity, spin, angle, local, height, rate)
     return wheel_forces(
         plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
         1.0 - 2.0 * side, plant.core.radius[i], plant.core.law, friction,
         local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
         velocity, value(c, cell, CURVATURE, x) if plant.core.curved else 0.0, spin,
-        value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x),
-        value(c, cell, vertical, x), velocity * slope(c, cell, vertical, x),
+        value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x), height, rate,
     )  # fmt: skip
 
 
 @kernel
 def derivatives(plant, t, x, out, scratch):
-    """Fill out = dx/dt; scratch (64,) holds frame, pose and local coordinates."""
+    """Fill out = dx/dt; scratch (128,) holds frame, pose and local coordinates."""
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     q, rate = x[:n], x[n : 2 * n]
     force = out[n : 2 * n]
@@ -186,11 +190,16 @@ def derivatives(plant, t, x, out, scratch):
             pose(plant, 0, s, here)
             elongation += plant.core.chord_direction[e] * here[5]
             stretching += plant.core.chord_direction[e] * velocity * here[11]
-        pull = law_force(plant.core.law_code[e], plant.core.parameters[e], t, elongation, stretching)
+        if plant.core.law_code[e] == BUMP_STOP:
+            pull = bump_stop(plant.core.parameters[e], elongation)
+        else:
+            pull = _other_law(plant, e, t, elongation, stretching, x, out)
         if pull != 0.0:
             for i in range(n):
                 force[i] -= plant.core.direction[e, i] * pull
-    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local)
+    if plant.core.loads > 0:
+        _loads(plant, t, s, force)
+    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local, scratch[32:37])
     if plant.core.driven:
         acceleration = _free_acceleration(plant, s, velocity, along)
     frame_motion(plant, s, velocity, acceleration, frame)
@@ -202,6 +211,30 @@ def derivatives(plant, t, x, out, scratch):
         force[i] /= plant.core.mass[i]
     out[2 * n + 2 * w] = velocity
     out[2 * n + 2 * w + 1] = acceleration
+
+
+@kernel
+def _loads(plant, t, s, force):
+    """Add the loads on bodies."""
+    for k in range(plant.core.loads):
+        body = plant.core.load_body[k]
+        j = plant.core.coordinate[body, plant.core.load_axis[k]]
+        if j >= 0:
+            force[j] += load_value(plant, k, t, s + plant.core.position[body, 0])
+
+
+@kernel
+def _other_law(plant, e, t, elongation, stretching, x, out):
+    """Force of an element of another law than the bump stop's; the rate of its state goes to `out`."""
+    own = plant.core.element_state[e]
+    at = 2 * plant.core.mass.shape[0] + 2 * plant.core.radius.shape[0] + 2 + own
+    state = x[at] if own >= 0 else 0.0
+    pull, change = law_force(
+        plant.core.law_code[e], plant.core.parameters[e], plant.tables, t, elongation, stretching, state
+    )
+    if own >= 0:
+        out[at] = change
+    return pull
 
 
 @kernel
@@ -303,7 +336,7 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
 
 
 @inlined
-def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local):
+def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local, extra):
     """Add the contact forces; return along the vehicle's x, along each wheelset's own track [N], and the torques [N m],
     summed up.
     """
@@ -313,11 +346,16 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local):
         body = plant.core.wheelset_body[i]
         distance = s + plant.core.position[body, 0]
         wheelset_local(plant, i, s, velocity, q, rate, here, local)
-        spin = x[2 * n + w + i]
-        left = contact(plant, i, 0, distance, velocity, spin, local)
-        right = contact(plant, i, 1, distance, velocity, spin, local)
+        angle, spin = x[2 * n + i], x[2 * n + w + i]
+        left = contact(plant, i, 0, distance, velocity, spin, angle, local)
+        right = contact(plant, i, 1, distance, velocity, spin, angle, local)
         f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z
         m_x, m_z = left.moment_x + right.moment_x, left.moment_z + right.moment_z
+        added = 0.0
+        if plant.core.uneven:
+            press_left, press_right = left.normal * math.cos(left.angle), right.normal * math.cos(right.angle)
+            wheel_extras(plant, i, angle, spin, press_left, press_right, extra)
+            f_x, f_z, m_x, m_z, added = f_x + extra[0], f_z + extra[1], m_x + extra[2], m_z + extra[3], extra[4]
         rolling += f_x
         if plant.core.curved:
             f_x, f_y, f_z = (
@@ -338,7 +376,7 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local):
         torque = wheelset_torque(plant, i, t, spin, velocity)
         torques += torque
         out[2 * n + i] = spin
-        out[2 * n + w + i] = (left.moment_spin + right.moment_spin + torque) / plant.core.spin_inertia[i]
+        out[2 * n + w + i] = (left.moment_spin + right.moment_spin + torque + added) / plant.core.spin_inertia[i]
         # gyroscopic moments of the spinning wheels
         if index[3] >= 0 and index[5] >= 0:
             momentum = plant.core.spin_inertia[i] * spin

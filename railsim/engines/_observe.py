@@ -83,7 +83,9 @@ def observe(plant, t, x, x_dot, scratch, row):
         at += SPIN_COUNT + TRACK_COUNT
         for side in range(2):
             wheel_row(
-                contact(plant, i, side, distance, velocity, row[at - TRACK_COUNT - 1], local),
+                contact(
+                    plant, i, side, distance, velocity, row[at - TRACK_COUNT - 1], row[at - TRACK_COUNT - 2], local
+                ),
                 row[at + side * WHEEL_COUNT : at + (side + 1) * WHEEL_COUNT],
             )
         at += 2 * WHEEL_COUNT

@@ -44,7 +44,7 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
         track_row(plant, s, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
         at += SPIN_COUNT + TRACK_COUNT
         for side in range(2):
-            forces = contact(plant, i, side, s, pace, v[6 * bodies + i], local)
+            forces = contact(plant, i, side, s, pace, v[6 * bodies + i], q[6 * bodies + i], local)
             wheel_row(forces, row[at : at + WHEEL_COUNT])
             at += WHEEL_COUNT
     if plant.core.primary:

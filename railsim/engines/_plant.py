@@ -6,10 +6,12 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from railsim.contact.wheel import ContactLaw
+from railsim.engines._tables import build_extras, wheel_load
 from railsim.errors import InputError
 from railsim.model import AXES, Model
 from railsim.speed import SpeedTables
 from railsim.track.kernel import (
+    COMPLIANCE,
     CURVATURE,
     EAST,
     GRADIENT,
@@ -26,11 +28,12 @@ POSE_CHANNELS = (
 )
 MOST_ELEMENTS = 24  # nonlinear elements of a model
 MOST_FINITE = 2  # elements that are evaluated to second order
+MOST_LOADS = 8
 POSE_ROUNDING = 1e-13  # m, rad: smaller than this everywhere = straight
 
 
 class Plant(NamedTuple):
-    """What a kernel reads: one record of small fixed-size arrays and four long tables (few arguments, so that calls
+    """What a kernel reads: one record of small fixed-size arrays and five long tables (few arguments, so that calls
     stay cheap).
     """
 
@@ -39,6 +42,7 @@ class Plant(NamedTuple):
     contact: np.ndarray  # (2, cells, channels, 4) of `ContactTable`
     pose: np.ndarray  # (1 + w, cells, 6, 4): 0 = the chord to the missing bogie, then each wheelset's place
     knots: np.ndarray  # (k, 2 + 3 w) time, speed, torques, slips, brakes of `SpeedTables`
+    tables: np.ndarray  # numbers of loads, tabulated laws and wheels that are not round, one after the other
 
 
 def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
@@ -66,6 +70,20 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("direction", "f8", (MOST_ELEMENTS, n)),
         ("chord_direction", "f8", MOST_ELEMENTS),  # of the yaw of the body that keeps the chord's direction
         ("parameters", "f8", (MOST_ELEMENTS, 8)),
+        ("states", "i8"),  # of all elements
+        ("element_state", "i8", MOST_ELEMENTS),  # -1 = none
+        ("loads", "i8"),
+        ("load_body", "i8", MOST_LOADS),
+        ("load_axis", "i8", MOST_LOADS),
+        ("load_over", "i8", MOST_LOADS),  # 0 = time, 1 = distance
+        ("load_start", "f8", MOST_LOADS),
+        ("load_step", "f8", MOST_LOADS),
+        ("load_offset", "i8", MOST_LOADS),  # place in the tables
+        ("load_count", "i8", MOST_LOADS),
+        ("round_points", "i8"),  # a turn; 0 = all wheels are round
+        ("round_offset", "i8", (w, 2)),
+        ("uneven", "i8"),  # wheels not round or unbalanced, or rails that give way
+        ("unbalance", "f8", (w, 2, 3)),  # kg m, rad, m: size, angle, lateral place
         ("finite", "i8"),  # finite elements in use
         ("finite_bodies", "i8", (MOST_FINITE, 2)),  # upper, lower
         ("finite_arms", "f8", (MOST_FINITE, 2, 3)),  # from the bodies' centres of gravity
@@ -76,6 +94,9 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("contact_spacing", "f8"),
         ("contact_stiffness", "f8", 2),
         ("law", "f8", len(ContactLaw._fields)),
+        ("bare_law", "f8", len(ContactLaw._fields)),  # without creep forces
+        ("compliant", "i8"),  # rails give way
+        ("static_deflection", "f8"),  # under the wheels' mean static load on the mean compliance
         ("s0", "f8"),
         ("ds", "f8"),
         ("cells", "i8"),
@@ -95,6 +116,8 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     free, bodies = model.free, len(model.bodies)
     if len(model.nonlinear) > MOST_ELEMENTS or sum(e.finite for e in model.elements) > MOST_FINITE:
         raise InputError(f"a model takes at most {MOST_ELEMENTS} nonlinear and {MOST_FINITE} finite elements")
+    if len(model.loads) > MOST_LOADS:
+        raise InputError(f"a model takes at most {MOST_LOADS} loads, not {len(model.loads)}; leave out an effect")
     core = np.zeros(1, _core_type(len(free), bodies, len(model.wheelsets))).view(np.recarray)[0]
     coordinate = np.full(6 * bodies, -1)
     coordinate[free] = np.arange(len(free))
@@ -126,6 +149,9 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "contact_spacing": model.contact.spacing,
         "contact_stiffness": model.contact.stiffness,
         "law": tuple(model.law),
+        "bare_law": tuple(model.law._replace(creep=0.0)),
+        "compliant": track.compliant,
+        "static_deflection": wheel_load(model) * float(track.coefficients[:, COMPLIANCE, 0].mean()),
         "s0": track.s0,
         "ds": track.ds,
         "cells": track.count,
@@ -134,16 +160,25 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "driven": speed.driven,
         "resistance": speed.resistance,
     }
+    tables, extras = build_extras(model)
+    extras["uneven"] = extras["uneven"] or track.compliant
     values |= _path(model)
-    for name, value in values.items():
-        core[name] = value
+    for row, parameters in extras.pop("tabled").items():
+        core["parameters"][row, : len(parameters)] = parameters
+    core["element_state"] = -1
+    for name, value in (values | extras).items():
+        if np.ndim(value) == 1 and len(value) < len(np.atleast_1d(core[name])):
+            core[name][: len(value)] = value
+        else:
+            core[name] = value
     for row, element in enumerate(model.nonlinear):
         relative = model.relative(element.upper, element.lower, element.position)
         core["law_code"][row] = element.law
         core["direction"][row] = relative[AXES.index(element.axis), free]
         if chord >= 0:
             core["chord_direction"][row] = relative[AXES.index(element.axis), 6 * chord + AXES.index("yaw")]
-        core["parameters"][row, : len(element.parameters)] = element.parameters
+        if element.table is None:
+            core["parameters"][row, : len(element.parameters)] = element.parameters
     for row, element in enumerate(finite):
         pair = [model.index(element.upper), model.index(element.lower)]
         core["finite_bodies"][row] = pair
@@ -153,7 +188,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     ahead = [model.bodies[i].position[0] for i in wheelset_body]
     pose = _poses(track, [-model.trailing_pivot, *ahead], curved)
     knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip, speed.brake))
-    return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots)
+    return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots, tables)
 
 
 def _path(model: Model) -> dict[str, Any]:

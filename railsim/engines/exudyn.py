@@ -59,7 +59,7 @@ class System:
         exudyn.config.printToConsole = False
         self.run = run
         self.plant = build_plant(run.model, run.track, run.speed)
-        self._count = 6 * len(run.model.bodies) + len(run.model.wheelsets)
+        self._count = 6 * len(run.model.bodies) + len(run.model.wheelsets) + int(self.plant.core.states)
         self._memory = run.start + np.array([body.position[0] for body in run.model.bodies])
         self._work = np.zeros((len(run.model.bodies) + 1, WORK))
         self._container = exudyn.SystemContainer()
@@ -81,8 +81,9 @@ class System:
             load = [0.0, 0.0, -body.mass * GRAVITY]
             marker = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=numbers[-1]))
             mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=load))
-        for i, wheelset in enumerate(model.wheelsets):
-            at = 6 * len(model.bodies) + i
+        # spins; states of elements are velocities of coordinates of unit mass
+        masses = [*(wheelset.spin_inertia for wheelset in model.wheelsets), *([1.0] * int(self.plant.core.states))]
+        for at, mass in enumerate(masses, 6 * len(model.bodies)):
             node = items.NodeGenericODE2(
                 numberOfODE2Coordinates=1,
                 referenceCoordinates=[0.0],
@@ -90,7 +91,7 @@ class System:
                 initialCoordinates_t=[pace[at]],
             )
             nodes.append(mbs.AddNode(node))
-            mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes[-1:], massMatrix=[[wheelset.spin_inertia]]))
+            mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes[-1:], massMatrix=[[mass]]))
         for element in model.elements:
             self._connect(element, numbers)
         contacts = items.ObjectGenericODE2(
@@ -216,9 +217,11 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
     """Absolute coordinates and velocities from a state of the compiled engine."""
     n, w = len(plant.core.mass), len(plant.core.radius)
     frame = np.zeros(16)
-    track_frame(plant, x[-2], frame)
-    turn, origin, turning = frame[:9].reshape(3, 3), frame[9:12], x[-1] * frame[12:15]
-    place, pace = np.zeros(6 * len(model.bodies) + w), np.zeros(6 * len(model.bodies) + w)
+    m = int(plant.core.states)
+    s, speed, states = x[2 * n + 2 * w], x[2 * n + 2 * w + 1], x[2 * n + 2 * w + 2 :]
+    track_frame(plant, s, frame)
+    turn, origin, turning = frame[:9].reshape(3, 3), frame[9:12], speed * frame[12:15]
+    place, pace = np.zeros((2, 6 * len(model.bodies) + w + m))
     for b, body in enumerate(model.bodies):
         small = np.array([x[j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
         rates_small = np.array([x[n + j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
@@ -234,8 +237,8 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
         yaw, pitch = Rotation.from_euler("ZYX", [small[5], 0.0, 0.0]), Rotation.from_euler("ZYX", [*small[:3:-1], 0.0])
         roll_rate, pitch_rate, yaw_rate = rates_small[3:]
         relative = pitch.apply([roll_rate, 0.0, 0.0]) + yaw.apply([0.0, pitch_rate, 0.0]) + [0.0, 0.0, yaw_rate]
-        velocity = np.array([x[-1], 0.0, 0.0]) + np.cross(turning, arm) + rates_small[:3]
+        velocity = np.array([speed, 0.0, 0.0]) + np.cross(turning, arm) + rates_small[:3]
         pace[own] = [*(turn @ velocity), *np.linalg.solve(rates, turn @ (turning + relative))]
-    place[6 * len(model.bodies) :] = x[2 * n : 2 * n + w]
-    pace[6 * len(model.bodies) :] = x[2 * n + w : 2 * n + 2 * w]
+    place[6 * len(model.bodies) :] = [*x[2 * n : 2 * n + w], *np.zeros(m)]
+    pace[6 * len(model.bodies) :] = [*x[2 * n + w : 2 * n + 2 * w], *states]
     return place, pace

@@ -46,6 +46,8 @@ class InertialSensor(Sensor, frozen=True):
         for axis in self.axes:
             number = self.axis_names.index(axis)
             signal = self._along(truth, directions[:, number])
+            if self.errors.cross_talk:
+                signal = signal + self.errors.cross_talk * self.component(truth, (number + 1) % 3)
             columns.append(self.errors.apply(signal, truth.rate, step, streams[number]))
         return self.table(truth, columns)
 

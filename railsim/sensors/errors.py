@@ -4,7 +4,7 @@ import math
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
+from scipy.signal import butter, lfilter, lfilter_zi, sosfilt, sosfilt_zi
 from scipy.spatial.transform import Rotation
 
 from railsim.spec import Spec, quantity
@@ -38,8 +38,14 @@ class SensorErrors(Spec, frozen=True):
     bandwidth: float | None = quantity(None, unit="Hz, -3 dB", source=_SHEET, gt=0)
     bandwidth_order: int = quantity(2, unit="order of the Butterworth low-pass", source=_SHEET, ge=1, le=8)
     latency: float = quantity(0.0, unit="s", source=_SHEET, ge=0)
+    drift_rate: float = quantity(0.0, unit="channel/s", source=_SCENARIO)
+    resonance: float | None = quantity(None, unit="Hz, of the sensor on its mount", source=_SCENARIO, gt=0)
+    resonance_damping: float = quantity(0.05, unit="- of critical", source=_SCENARIO, gt=0)
+    cross_talk: float = quantity(0.0, unit="- of the next axis", source=_SCENARIO)
 
-    hidden: ClassVar[frozenset[str]] = frozenset({"bias", "scale_error", "misalignment"})
+    hidden: ClassVar[frozenset[str]] = frozenset(
+        {"bias", "scale_error", "misalignment", "drift_rate", "resonance", "resonance_damping", "cross_talk"}
+    )
 
     def data_sheet(self) -> dict[str, Any]:
         """The fields that are known in the field, by name."""
@@ -47,8 +53,21 @@ class SensorErrors(Spec, frozen=True):
 
     def apply(self, signal: np.ndarray, rate: float, step: int, rng: np.random.Generator) -> np.ndarray:
         """Samples of `signal`, shape (n,), given at `rate` Hz; every `step`-th is taken; shape (ceil(n / step),)."""
-        samples = sample(self.filter(signal, rate), step, self.latency * rate)
+        samples = sample(self.filter(self.shake(signal, rate), rate), step, self.latency * rate)
         return self.digitise(self.disturb(samples, rate / step, rng))
+
+    def shake(self, signal: np.ndarray, rate: float) -> np.ndarray:
+        """Through the mount's resonance 1 / (1 + 2 z s / w + s^2 / w^2), at rest at the first value.
+
+        By the bilinear transform, exact at the resonance itself; one above 0.45 of the rate does not show.
+        """
+        if self.resonance is None or self.resonance >= 0.45 * rate:
+            return signal
+        warped = 1.0 / math.tan(math.pi * self.resonance / rate)
+        damped = 2.0 * self.resonance_damping * warped
+        a = np.array([1.0 + damped + warped**2, 2.0 - 2.0 * warped**2, 1.0 - damped + warped**2])
+        b = np.array([1.0, 2.0, 1.0])
+        return lfilter(b / a[0], a / a[0], signal, zi=lfilter_zi(b / a[0], a / a[0]) * signal[0])[0]
 
     def filter(self, signal: np.ndarray, rate: float) -> np.ndarray:
         """Causal Butterworth low-pass, at rest at the first value; passes all where the signal holds nothing above."""
@@ -63,6 +82,8 @@ class SensorErrors(Spec, frozen=True):
         bias = self.bias + self.bias_std * specimen.standard_normal()
         scale = self.scale_error + self.scale_error_std * specimen.standard_normal()
         samples = samples * (1 + scale) + bias
+        if self.drift_rate:
+            samples += self.drift_rate * np.arange(samples.size) / rate
         if self.bias_instability:
             samples += gauss_markov(samples.size, rate, self.bias_instability, self.bias_correlation_time, drift)
         if self.noise_density:

@@ -46,7 +46,9 @@ LEFT_FRICTION = 11
 """Friction coefficient under left wheels, NaN where the scenario's holds (`friction_given` False)."""
 RIGHT_FRICTION = 12
 """Friction coefficient under right wheels, NaN where the scenario's holds."""
-CHANNELS = 13
+COMPLIANCE = 13
+"""Deflection of a rail per vertical force on it, m/N; zero where the track states no stiffness (`compliant` False)."""
+CHANNELS = 14
 """Number of channels."""
 
 WIDEST_CELL = 0.25
@@ -65,6 +67,7 @@ class TrackTables(NamedTuple):
     count : number of cells.
     coefficients : (count, CHANNELS, 4), C order: value = c0 + c1 x + c2 x^2 + c3 x^3 with x = s - s0 - cell ds in m.
     friction_given : the friction channels hold numbers.
+    compliant : the rails give way under the wheels.
     """
 
     s0: float
@@ -72,6 +75,7 @@ class TrackTables(NamedTuple):
     count: int  # pyright: ignore[reportIncompatibleMethodOverride]
     coefficients: np.ndarray
     friction_given: bool
+    compliant: bool = False
 
 
 @kernel
@@ -156,8 +160,13 @@ def build_tables(track: Track) -> TrackTables:
         friction = splines["friction"] if exact else PchipInterpolator(nodes, splines["friction"](nodes))
         for channel in (LEFT_FRICTION, RIGHT_FRICTION):
             coefficients[:, channel] = _taylor(friction, nodes)
+    coefficients[:, COMPLIANCE] = 0.0
+    if "stiffness" in splines:
+        softness = PchipInterpolator(nodes, 1.0 / splines["stiffness"](nodes))
+        coefficients[:, COMPLIANCE] = _taylor(softness, nodes)
     width = (nodes[-1] - nodes[0]) / (nodes.size - 1)
-    return TrackTables(float(nodes[0]), float(width), nodes.size - 1, coefficients, "friction" in splines)
+    given = "friction" in splines, "stiffness" in splines
+    return TrackTables(float(nodes[0]), float(width), nodes.size - 1, coefficients, *given)
 
 
 def _grid(track: Track) -> tuple[np.ndarray, bool]:

@@ -1,0 +1,41 @@
+"""Loads on bodies over time."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from railsim.effects.interface import Effect, Setup
+from railsim.errors import InputError
+from railsim.model import Load
+
+
+def _body(setup: Setup, effect: Effect, name: str) -> None:
+    known = [body.name for body in setup.model.bodies]
+    if name not in known:
+        raise InputError(f"effect '{effect.kind}': the vehicle has no body '{name}'; it has {', '.join(known)}")
+
+
+def loaded(setup: Setup, effect: Effect, body: str, axis: str, size: float) -> Setup:
+    """A constant force [N] or moment [N m] on a body."""
+    _body(setup, effect, body)
+    if size == 0.0:
+        return setup
+    load = Load(body, axis, "time", 0.0, 1.0, np.full(2, size))
+    return setup.modelled(lambda model: replace(model, loads=(*model.loads, load)))
+
+
+def wind(
+    setup: Setup, effect: Effect, force: Sequence[float] | np.ndarray, begin: float, step: float, height: float
+) -> Setup:
+    """A lateral force [N] on the body, `height` [m] above the rails, at equal steps [s] of time from `begin` [s]."""
+    _body(setup, effect, "body")
+    values = np.asarray(force, dtype=float)
+    if not values.any():
+        return setup
+    arm = height - setup.model.bodies[setup.model.index("body")].position[2]
+    loads = (
+        Load("body", "y", "time", begin, step, values),
+        Load("body", "roll", "time", begin, step, -arm * values),
+    )
+    return setup.modelled(lambda model: replace(model, loads=(*model.loads, *loads)))

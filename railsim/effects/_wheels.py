@@ -1,0 +1,123 @@
+"""Changes of wheels: around the turn, and of the rolling radius over the lateral shift."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from railsim.contact.functions import RADIUS
+from railsim.effects.interface import Effect, Setup
+from railsim.errors import InputError
+from railsim.model import Model, Wheelset
+
+POINTS = 2048  # around a turn: 1.4 mm of the tread
+STEPS_A_FLAT = 10  # integration steps while a flat passes
+STEPS_A_WAVE = 12
+FASTEST_CHANGE = 1.02  # spare for a speed that varies about the prescribed one
+
+
+def _number(setup: Setup, effect: Effect, wheelset: int) -> int:
+    if wheelset > len(setup.model.wheelsets):
+        raise InputError(f"effect '{effect.kind}': there is no wheelset {wheelset}; give 1")
+    return wheelset - 1
+
+
+def _on_sides(side: str) -> tuple[bool, bool]:
+    return side in ("left", "both"), side in ("right", "both")
+
+
+def _changed(model: Model, number: int, change: Callable[[Wheelset], Wheelset]) -> Model:
+    wheelsets = tuple(change(w) if i == number else w for i, w in enumerate(model.wheelsets))
+    return replace(model, wheelsets=wheelsets)
+
+
+def _rounded(setup: Setup, number: int, side: str, shape: np.ndarray) -> Setup:
+    """`shape` (POINTS,) [m] added to the radius of wheels of a wheelset."""
+
+    def change(wheelset: Wheelset) -> Wheelset:
+        before = wheelset.roundness or (np.zeros(POINTS), np.zeros(POINTS))
+        left, right = (old + shape if there else old for old, there in zip(before, _on_sides(side), strict=True))
+        return replace(wheelset, roundness=(left, right))
+
+    return setup.modelled(lambda model: _changed(model, number, change))
+
+
+def _fine(setup: Setup, length: float, steps: int) -> Setup:
+    """A step that takes at least `steps` over `length` [m] of the run."""
+    fastest = float(setup.speed_tables.speed.max()) * FASTEST_CHANGE
+    return setup.but(longest_step=min(setup.longest_step, length / (steps * fastest)))
+
+
+def flat_depth(length: float, radius: float) -> float:
+    """Depth of a rounded flat [m]: length^2 / (16 r) (Newton and Clark 1979); of a fresh one it is twice that."""
+    return length * length / (16.0 * radius)
+
+
+def flat(setup: Setup, effect: Effect, wheelset: int, side: str, length: float, angle: float) -> Setup:
+    """A rounded flat of `length` [m] with its middle at `angle` [rad]."""
+    number = _number(setup, effect, wheelset)
+    if length == 0.0:
+        return setup
+    radius = setup.model.wheelsets[number].radius
+    turned = 2.0 * np.pi * np.arange(POINTS) / POINTS - angle
+    along = radius * ((turned + np.pi) % (2.0 * np.pi) - np.pi)
+    depth = flat_depth(length, radius)
+    shape = np.where(np.abs(along) < length / 2, -0.5 * depth * (1.0 + np.cos(2.0 * np.pi * along / length)), 0.0)
+    return _rounded(_fine(setup, length, STEPS_A_FLAT), number, side, shape)
+
+
+def wavy(setup: Setup, effect: Effect, wheelset: int, side: str, wave: tuple[float, int, float]) -> Setup:
+    """A wave of amplitude [m], order and phase [rad] around the turn."""
+    number = _number(setup, effect, wheelset)
+    amplitude, order, phase = wave
+    if amplitude == 0.0:
+        return setup
+    angle = 2.0 * np.pi * np.arange(POINTS) / POINTS
+    radius = setup.model.wheelsets[number].radius
+    fine = _fine(setup, 2.0 * np.pi * radius / order, STEPS_A_WAVE)
+    return _rounded(fine, number, side, amplitude * np.cos(order * (angle - phase)))
+
+
+def unbalanced(setup: Setup, effect: Effect, wheelset: int, side: str, size: tuple[float, float]) -> Setup:
+    """Unbalance [kg m] and its phase [rad] on wheels of a wheelset, in place of what they had."""
+    number = _number(setup, effect, wheelset)
+    if size[0] == 0.0:
+        return setup
+
+    def change(one: Wheelset) -> Wheelset:
+        left, right = (size if there else old for old, there in zip(one.unbalance, _on_sides(side), strict=True))
+        return replace(one, unbalance=(left, right))
+
+    return setup.modelled(lambda model: _changed(model, number, change))
+
+
+def radius_difference(setup: Setup, difference: float) -> Setup:
+    """Rolling radii of the left wheels larger, of the right ones smaller by half of `difference` [m]."""
+    return _radii(setup, lambda radius, side, nominal: radius + (0.5 - side) * difference * _constant(radius))
+
+
+def conicity(setup: Setup, factor: float) -> Setup:
+    """Deviation of the rolling radius from the nominal one by `factor`."""
+    return _radii(setup, lambda radius, side, nominal: nominal + factor * (radius - nominal))
+
+
+def _constant(cells: np.ndarray) -> np.ndarray:
+    """Coefficients (cells, 4) of the constant 1."""
+    one = np.zeros_like(cells)
+    one[:, 0] = 1.0
+    return one
+
+
+def _radii(setup: Setup, change: Callable[[np.ndarray, int, np.ndarray], np.ndarray]) -> Setup:
+    """The contact table's rolling radii passed through a function of (coefficients, side, those of the middle)."""
+
+    def new(model: Model) -> Model:
+        coefficients = model.contact.coefficients.copy()
+        middle = coefficients.shape[1] // 2
+        for side in range(2):
+            cells = coefficients[side, :, RADIUS]
+            nominal = _constant(cells) * cells[middle, 0]
+            coefficients[side, :, RADIUS] = change(cells, side, nominal)
+        return replace(model, contact=replace(model.contact, coefficients=coefficients))
+
+    return setup.modelled(new)

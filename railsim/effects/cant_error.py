@@ -1,0 +1,28 @@
+"""Cant that differs from the design and from the measured file."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar
+
+from railsim.effects._track import canted
+from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.spec import quantity
+
+
+class CantError(Effect, frozen=True):
+    """Cant larger by `error` everywhere."""
+
+    error: float = quantity(0.01, unit="m, right rail higher", source=CHOSEN, ge=-0.06, le=0.06)
+
+    absent: ClassVar[Mapping[str, float]] = MappingProxyType({"error": 0.0})
+    smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"error": 0.001})
+    signature: ClassVar[str] = (
+        "a steady lateral specific force and lean of the body, of the same size on straight track and in curves"
+    )
+    acts_on: ClassVar[str] = "track"
+    family: ClassVar[str] = "steady_lateral"
+    references: ClassVar[tuple[str, ...]] = ("EN 13848-1: cross level",)
+
+    def install(self, setup: Setup) -> Setup:
+        """More cant."""
+        return canted(setup, self.error)

@@ -1,0 +1,32 @@
+"""Brake of one wheelset that does not come off."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar, Literal
+
+from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.errors import InputError
+from railsim.spec import quantity
+from railsim.speed import Traction
+
+
+class DraggingBrake(Effect, frozen=True):
+    """Friction brake on one wheelset, against its rotation."""
+
+    torque: float = quantity(800.0, unit="N m", source=CHOSEN, ge=0.0, le=8e3)
+    wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
+
+    absent: ClassVar[Mapping[str, float]] = MappingProxyType({"torque": 0.0})
+    smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"torque": 100.0})
+    signature: ClassVar[str] = "one wheelset turns slower by its creepage; the bogie pitches a little"
+    acts_on: ClassVar[str] = "load"
+    references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.2",)
+
+    def install(self, setup: Setup) -> Setup:
+        """A brake from the start of the run."""
+        if self.torque == 0.0:
+            return setup
+        if self.wheelset > len(setup.model.wheelsets):
+            raise InputError(f"effect '{self.kind}': there is no wheelset {self.wheelset}; give 1")
+        added = Traction(wheelset=self.wheelset, time=(0.0,), brake=(self.torque,))
+        return setup.but(traction=(*setup.traction, added))

@@ -1,0 +1,27 @@
+"""Lateral damper whose mounts and oil give way: a spring in series (Maxwell element)."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar
+
+from railsim.effects._elements import in_series
+from railsim.effects._references import BRUNI
+from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.spec import quantity
+
+
+class LateralDamperSeriesStiffness(Effect, frozen=True):
+    """Both lateral dampers with a spring of stiffness 1/compliance in series with each: c / (1 + i w c / k)."""
+
+    compliance: float = quantity(1e-6, unit="m/N of each damper", source=CHOSEN, ge=0.0, le=1e-5)
+
+    absent: ClassVar[Mapping[str, float]] = MappingProxyType({"compliance": 0.0})
+    smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"compliance": 2e-7})
+    signature: ClassVar[str] = (
+        "the lateral damper works as nominal at low frequency and more and more like a spring above k / (2 pi c)"
+    )
+    references: ClassVar[tuple[str, ...]] = (BRUNI,)
+
+    def install(self, setup: Setup) -> Setup:
+        """The dampers become Maxwell elements."""
+        return in_series(setup, self, "secondary", "y", 0.5 * self.compliance)

@@ -1,0 +1,27 @@
+"""Secondary springs stiffer on one side than on the other, for example one air spring deflated."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar
+
+from railsim.effects._elements import asymmetric
+from railsim.effects._references import BRUNI
+from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.spec import quantity
+
+
+class SecondaryAsymmetry(Effect, frozen=True):
+    """Vertical secondary springs of the left side by 1 + share, of the right side by 1 - share; packed to
+    stand level.
+    """
+
+    share: float = quantity(0.2, unit="-, left side stiffer", source=CHOSEN, ge=-0.6, le=0.6)
+
+    absent: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.0})
+    smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.05})
+    signature: ClassVar[str] = "vertical waves make the body roll, cross level makes it bounce (0.5 to 1.5 Hz)"
+    references: ClassVar[tuple[str, ...]] = (BRUNI,)
+
+    def install(self, setup: Setup) -> Setup:
+        """Bounce and roll of the body on its bogie are coupled."""
+        return asymmetric(setup, self, "secondary", "secondary", self.share)

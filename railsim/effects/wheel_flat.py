@@ -1,0 +1,36 @@
+"""Flat that a wheel got by sliding, rounded at its ends."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar, Literal
+
+from railsim.effects._wheels import flat
+from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.spec import quantity
+
+
+class WheelFlat(Effect, frozen=True):
+    """Rounded flat of one wheel: the wheel is d/2 (1 - cos(2 pi x / length)) too small, with d = length^2 / (16 r)
+    (Newton and Clark 1979).
+    """
+
+    length: float = quantity(0.05, unit="m", source=CHOSEN, ge=0.0, le=0.15)
+    angle: float = quantity(0.0, unit="rad, of its middle", source=CHOSEN, ge=0.0, le=6.2832)
+    wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
+    side: Literal["left", "right", "both"] = quantity("left", unit="-", source=CHOSEN)
+
+    absent: ClassVar[Mapping[str, float]] = MappingProxyType({"length": 0.0})
+    smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"length": 0.02})
+    signature: ClassVar[str] = (
+        "one impact a turn (v / (2 pi r) and its multiples) in axlebox and bogie acceleration, on one side"
+    )
+    held: ClassVar[frozenset[str]] = frozenset({"angle"})
+    acts_on: ClassVar[str] = "wheel"
+    references: ClassVar[tuple[str, ...]] = (
+        "Newton and Clark (1979), An investigation into the dynamic effects on the track of wheelflats on railway "
+        "vehicles, Journal of Mechanical Engineering Science 21",
+    )
+
+    def install(self, setup: Setup) -> Setup:
+        """A dip of the radius over the length; the step resolves it."""
+        return flat(setup, self, self.wheelset, self.side, self.length, self.angle)

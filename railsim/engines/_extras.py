@@ -1,0 +1,120 @@
+"""What a run has only where an effect gives it: loads, wheels that are not round, unbalance, rails that give way
+(compiled).
+"""
+
+import math
+
+from railsim.compiled import kernel
+from railsim.contact.wheel import wheel_forces
+from railsim.track.kernel import COMPLIANCE, LEFT_LATERAL, locate, slope, value
+
+TURN = 2.0 * math.pi
+RAIL_RIGHT = 1  # offset of the right rail's channels from the left one's
+TRACK_LOSS = 2e-3  # s; damping over stiffness of the track (illustrative: 100 kN s/m on 50 MN/m)
+SETTLED = 1e-10  # m; last step of the search for the rail's deflection
+SETTLING_STEPS = 20  # of Newton's method at most; two or three do
+OVER_TIME, OVER_DISTANCE = 0, 1
+
+
+@kernel
+def load_value(plant, k, t, s):
+    """Load k [N, N m] at time t or where its body is at distance s."""
+    count = plant.core.load_count[k]
+    place = ((s if plant.core.load_over[k] == OVER_DISTANCE else t) - plant.core.load_start[k]) / plant.core.load_step[
+        k
+    ]
+    place = min(max(place, 0.0), count - 1.0)
+    i = min(int(place), count - 2)
+    at = plant.core.load_offset[k] + i
+    return plant.tables[at] + (place - i) * (plant.tables[at + 1] - plant.tables[at])
+
+
+@kernel
+def roundness(plant, i, side, angle):
+    """Deviation of the wheel's radius where it touches at spin angle `angle`, and its slope [m, m/rad]: cubic Hermite
+    between the points.
+    """
+    points = plant.core.round_points
+    position = angle / TURN
+    position = (position - math.floor(position)) * points
+    k = int(position)
+    x = position - k
+    k = k % points
+    after = (k + 1) % points
+    offset = plant.core.round_offset[i, side]
+    width = TURN / points
+    a, b = plant.tables[offset + 2 * k], plant.tables[offset + 2 * after]
+    a_1, b_1 = plant.tables[offset + 2 * k + 1] * width, plant.tables[offset + 2 * after + 1] * width
+    c_2, c_3 = 3.0 * (b - a) - 2.0 * a_1 - b_1, 2.0 * (a - b) + a_1 + b_1
+    return a + x * (a_1 + x * (c_2 + x * c_3)), (a_1 + x * (2.0 * c_2 + 3.0 * x * c_3)) / width
+
+
+@kernel
+def unbalance_force(plant, i, side, angle, spin):
+    """Centrifugal force of a wheel's unbalance in the track frame: forward and upward [N]."""
+    size = plant.core.unbalance[i, side, 0] * spin * spin
+    turned = angle - plant.core.unbalance[i, side, 1]
+    return -size * math.sin(turned), -size * math.cos(turned)
+
+
+@kernel
+def rail_deflection(plant, i, side, s, velocity, spin, local, height, rate):
+    """How far the rail under a wheel is pressed down below its place under the static load [m].
+
+    A massless rail on the track's stiffness k and damping c = `TRACK_LOSS` k: k d + c d' = N_z(d), without creep.
+    Of the speed v at which wheel and ground approach each other the rail takes d' = v k_H / (k_H + k), with k_H the
+    contact's own stiffness: true where the contact follows at once. Newton's method; N_z falls with d and is convex.
+    """
+    c = plant.track
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    lateral = LEFT_LATERAL + side * RAIL_RIGHT
+    d_y, d_y_rate = value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x)
+    support = 1.0 / value(c, cell, COMPLIANCE, x)
+    hertz = plant.core.contact_stiffness[side]
+    approach = rate - local[5] - plant.core.unbalance[i, side, 2] * local[6]
+    d = plant.core.static_deflection
+    for _ in range(SETTLING_STEPS):
+        forces = wheel_forces(
+            plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], hertz,
+            1.0 - 2.0 * side, plant.core.radius[i], plant.core.bare_law, 0.0,
+            local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
+            velocity, 0.0, spin, d_y, d_y_rate, height - d + plant.core.static_deflection, rate,
+        )  # fmt: skip
+        cosine = math.cos(forces.angle)
+        contact_rate = 1.5 * (forces.normal * hertz * hertz) ** (1.0 / 3.0) * cosine * cosine
+        damping = TRACK_LOSS * support * approach * contact_rate / (contact_rate + support)
+        step = (forces.force_z - support * d - damping) / (contact_rate + support)
+        d += step
+        if abs(step) < SETTLED:
+            break
+    return d - plant.core.static_deflection
+
+
+@kernel
+def uneven(plant, i, side, s, velocity, spin, angle, local, height, rate):
+    """Height [m] and its rate [m/s] of the rail under a wheel, with what its own radius and the rail's giving way
+    add.
+    """
+    if plant.core.round_points > 0:
+        bump, rise = roundness(plant, i, side, angle)
+        height, rate = height + bump, rate + rise * spin
+    if plant.core.compliant:
+        height -= rail_deflection(plant, i, side, s, velocity, spin, local, height, rate)
+    return height, rate
+
+
+@kernel
+def wheel_extras(plant, i, angle, spin, press_left, press_right, extra):
+    """Fill extra (5,): forces forward and up, moments about x and z of a wheelset's unbalance; torque on the wheelset
+    of the vertical contact forces `press` [N] on wheels whose radius changes along the tread, which keeps energy.
+    """
+    extra[:] = 0.0
+    for side in range(2):
+        arm = plant.core.unbalance[i, side, 2]
+        push, lift = unbalance_force(plant, i, side, angle, spin)
+        extra[0] += push
+        extra[1] += lift
+        extra[2] += arm * lift
+        extra[3] -= arm * push
+    if plant.core.round_points > 0:
+        extra[4] -= press_left * roundness(plant, i, 0, angle)[1] + press_right * roundness(plant, i, 1, angle)[1]
