@@ -18,8 +18,9 @@ from estimators._curvature import (
 )
 from estimators._dip_fit import SIDES, Dips, find, none_found, synthesise, without_echoes
 from estimators._dips import Bank, Channel, Kind, channel, clipped
-from estimators._space import SpeedSource, Way, find_way, has_speed
-from estimators.interface import Estimate, Estimator
+from estimators._events import EventEstimator
+from estimators._space import Way, find_way
+from estimators.interface import Estimate
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -39,24 +40,17 @@ ROUNDS = 2
 """How often the background is taken anew, without the dips found."""
 
 
-class DippedJoints(Estimator, frozen=True):
+class DippedJoints(EventEstimator, frozen=True):
     """A pair of opposite curvature steps one wheelbase apart, found by matched filters in space.
 
     Needs the pitch gyro and a speed. With a vertical accelerometer on the bogie the sizes are better; with a roll gyro
     the rail is told, and joints on one rail alone are found more surely. How far joints are apart is not used.
     """
 
-    speed_source: SpeedSource = quantity("tachometer", unit="-", source="scenario: tachometer, or refined")
-    slowest: float = quantity(2.0, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
-    cut_off: float = quantity(60.0, unit="Hz", source="illustrative: below half of 256 Hz", gt=5.0)
     threshold: float = quantity(5.0, unit="-", source="illustrative: in white noise once in 50 km", ge=3.0)
     false_share: float = quantity(0.02, unit="-", source="illustrative: of the dips, where there are many", gt=0, lt=1)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH,)
-
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has the gyro and the speed source."""
-        return super().fits(measurements) and has_speed(measurements, self.speed_source)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Events of kind "joint", in the order of distance.

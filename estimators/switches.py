@@ -16,9 +16,10 @@ from scipy import signal
 from estimators._curvature import PITCH, over_distance, pitch_inverse
 from estimators._dip_fit import Dips, refine
 from estimators._dips import Channel, channel
-from estimators._space import SpeedSource, Way, delay, find_way, has_speed
+from estimators._events import EventEstimator
+from estimators._space import Way, delay, find_way
 from estimators.dipped_joints import events, find_dips
-from estimators.interface import Estimate, Estimator
+from estimators.interface import Estimate
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -39,21 +40,15 @@ class Turn(NamedTuple):
     angle: float
 
 
-class Switches(Estimator, frozen=True):
+class Switches(EventEstimator, frozen=True):
     """Crossovers, each with the events A (toe), B (heel), C and D (crossings), E (heel), F (toe) that are found."""
 
-    speed_source: SpeedSource = quantity("tachometer", unit="-", source="scenario: tachometer, or refined")
     slowest: float = quantity(1.5, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
-    cut_off: float = quantity(60.0, unit="Hz", source="illustrative: below half of 256 Hz", gt=5.0)
     threshold: float = quantity(4.5, unit="-", source="illustrative: five dips at known parts of a turn", ge=3.0)
     smallest: float = quantity(0.03, unit="rad", source="flatter than 1 in 33: no turnout is", gt=0.0)
     radius_error: float = quantity(0.015, unit="-", source="illustrative: tachometer's scale, one std", gt=0.0)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH, YAW)
-
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has both gyros and the speed source."""
-        return super().fits(measurements) and has_speed(measurements, self.speed_source)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Series of the bogie's yaw from the plain track's direction, and events.

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import estimators
+from estimators.dipped_joints import DippedJoints
 from estimators.interface import Estimator
 from railsim.engines.compiled import right_hand_side
 from railsim.engines.interface import Run
@@ -31,6 +32,12 @@ VARIANTS: dict[str, dict[str, Any]] = {
 }
 """The compiled engine with other contacts than the analytic pair and Polach's law, as overrides of the scenario."""
 
+JOINTED = {
+    "estimator dipped_joints, dense joints at 15 m/s": 15.0,
+    "estimator dipped_joints, dense joints at 45 m/s": 45.0,
+}
+"""Names and speeds of runs over the track with a joint every 18 m."""
+
 BASELINE = "solve_ivp RK45, rtol 1e-6"
 
 
@@ -43,7 +50,8 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     repeats = 1 if fast else REPEATS
     shorter = {"duration": FAST_DURATION} if fast else {}
     variants = {name: load_scenario(SCENARIO, {**shorter, **changes}) for name, changes in VARIANTS.items()}
-    return [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats)]
+    dense = joint_rows(repeats, FAST_DURATION if fast else None)
+    return [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense]
 
 
 def engine_rows(
@@ -81,6 +89,18 @@ def estimator_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str,
             for name, estimator in found.items()
             if estimator.fits(measured)
         }
+        return [_row(name, rate, "real time", rate) for name, rate in rates(ways, repeats).items()]
+
+
+def joint_rows(repeats: int = REPEATS, duration: float | None = None) -> list[dict[str, Any]]:
+    """The detector of joints where there are most of them in a second; 2 km each unless `duration` (s) is given."""
+    ways: dict[str, tuple[Callable[[], object], float]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, speed in JOINTED.items():
+            changes = {"speed": {"kind": "constant", "speed": speed}, "duration": duration or round(2000.0 / speed, 1)}
+            scenario = load_scenario("jointed", changes)
+            measured = measure(simulate(scenario, "compiled", f"{folder}/{speed:g}"), scenario).measurements
+            ways[name] = (lambda measured=measured: DippedJoints().estimate(measured), scenario.duration)
         return [_row(name, rate, "real time", rate) for name, rate in rates(ways, repeats).items()]
 
 

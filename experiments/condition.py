@@ -100,9 +100,10 @@ def defects(estimate: Estimate, limits: tuple[Limit, ...] = LIMITS) -> pd.DataFr
 
 
 def tables(estimate: Estimate) -> dict[str, pd.DataFrame]:
-    """Both tables by file name; none where the estimate is not of track geometry."""
+    """Both tables by file name where the estimate is of track geometry; joints and switches where it has events."""
     if not is_track(estimate):
-        return {}
+        events = estimate.about.get("events")
+        return {"events.csv": pd.DataFrame(events)} if events else {}
     return {"condition_200m.csv": condition(estimate), "defects.csv": defects(estimate)}
 
 

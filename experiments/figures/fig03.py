@@ -4,31 +4,21 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._crossover_runs import PLAIN, X, crossover_table, mark, seeds, series, symmetry
-from experiments.figures.interface import Claim, Figure
+from experiments.figures._crossover_runs import PLAIN, CrossoverFigure, X, one_panel, seeds, series, symmetry
+from experiments.figures.interface import Claim
 from experiments.plots import BLUE, GREY, ORANGE
 
 
-class Fig03(Figure):
+class Fig03(CrossoverFigure):
     """From the bogie's yaw gyro and the tachometer; distance from midway between C and D."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        return crossover_table(fast)
-
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(10.0, 4.8), layout="constrained")
-        axes = picture.subplots()
-        rows = series(table)
+        title = "Lateral alignment through a crossover, 5 m/s, MEMS sensors"
+        picture, axes, rows = one_panel(table, title, "35 m lateral alignment [mm], left +")
         axes.plot(rows[X], 1e3 * rows["true alignment [m]"], color=GREY, lw=1.2, label="the track's own")
         axes.plot(rows[X], 1e3 * rows["alignment [m]"], color=BLUE, lw=1.5, label="from yaw rate, as in the paper")
         axes.plot(rows[X], 1e3 * rows["compensated [m]"], color=ORANGE, lw=1.2, label="the bogie's own motion undone")
-        mark(axes, table, 0.94)
-        axes.set(
-            xlim=(-60.0, 140.0), xlabel="distance from the middle [m]", ylabel="35 m lateral alignment [mm], left +"
-        )
         axes.legend(loc="lower right", frameon=False)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.set_title("Lateral alignment through a crossover, 5 m/s, MEMS sensors")
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

@@ -4,32 +4,23 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._crossover_runs import SHAPE, X, crossover_table, features, mark, seeds, series, symmetry
-from experiments.figures.interface import Claim, Figure
+from experiments.figures._crossover_runs import SHAPE, CrossoverFigure, X, features, one_panel, seeds, series, symmetry
+from experiments.figures.interface import Claim
 from experiments.plots import BLUE, ORANGE
 
 PAPER = 0.077  # rad; "nearly 0.077 radians, consistent with a 1 in 13 crossing angle" (Ward et al. 2011, section 3.3)
 
 
-class Fig04(Figure):
+class Fig04(CrossoverFigure):
     """Integrated yaw rate, from the direction of the plain track before and after."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        return crossover_table(fast)
-
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(10.0, 4.8), layout="constrained")
-        axes = picture.subplots()
-        rows = series(table)
+        title = "Bogie yaw through a crossover, 5 m/s, MEMS gyro (the paper's sign is the opposite)"
+        picture, axes, rows = one_panel(table, title, "yaw [mrad], left +")
         axes.plot(rows[X], 1e3 * rows["yaw [rad]"], color=BLUE, lw=1.6, label="yaw of the bogie")
         axes.axhline(1e3 / 13, color=ORANGE, lw=1.0, ls="--", label="1 in 13")
-        mark(axes, table, 0.94)
-        axes.set(
-            xlim=(-60.0, 140.0), ylim=(-10, 95), xlabel="distance from the middle [m]", ylabel="yaw [mrad], left +"
-        )
+        axes.set_ylim(-10, 95)
         axes.legend(loc="center right", frameon=False)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.set_title("Bogie yaw through a crossover, 5 m/s, MEMS gyro (the paper's sign is the opposite)")
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

@@ -4,22 +4,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._crossover_runs import LETTERS, X, crossover_table, features, mark, seeds, series
-from experiments.figures.interface import Claim, Figure
+from experiments.figures._crossover_runs import LETTERS, CrossoverFigure, X, features, mark, seeds, series
+from experiments.figures.interface import Claim
 from experiments.plots import BLUE, GREEN, GREY, RED
 
 CLOSE = 0.5  # m
 
 
-class Fig05(Figure):
+class Fig05(CrossoverFigure):
     """What the curvatures tell of the switches: toes A, F, heels B, E, crossings C, D.
 
     Distances count from the middle of the crossover, where they are not spoilt by how far the odometer had run before.
     "Corrected": divided by the odometer's scale, which the wheelbase in the vertical curvature gives.
     """
-
-    def compute(self, fast: bool) -> pd.DataFrame:
-        return crossover_table(fast)
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(10.0, 8.4), layout="constrained")

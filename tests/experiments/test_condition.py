@@ -54,6 +54,14 @@ def test_invalid_places_hold_no_defects():
     assert defects(estimate(values, (S < 600.0).astype(float))).empty
 
 
+def test_events_are_a_table_in_the_order_of_the_estimate():
+    events = [{"kind": "joint", "s [m]": 60.0, "depth [m]": 3e-3}, {"kind": "joint", "s [m]": 78.3, "depth [m]": 4e-3}]
+    series = pd.DataFrame({"s [m]": [0.0], "dip_snr [-]": [1.0]})
+    found = tables(Estimate("mine", series, {"events": events}))["events.csv"]
+    assert found["s [m]"].tolist() == [60.0, 78.3]
+    assert tables(Estimate("mine", series, {"events": []})) == {}
+
+
 def test_other_estimates_have_no_tables():
     speed = pd.DataFrame({"time [s]": [0.0], "speed [m/s]": [1.0]})
     assert tables(Estimate("mine", speed)) == {}
