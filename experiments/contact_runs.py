@@ -98,3 +98,19 @@ def _track(seed: int, gauge_variation: float) -> Track:
     columns = dict(track.columns())
     columns["gauge_deviation"] = gauge_variation * columns["gauge_deviation"]
     return Track(track.s, columns, track.name, ["Another realisation of paddington_bristol_like."])
+
+
+def ensemble(count: int, wears: tuple[float, float], gauges: tuple[float, float], first: int = 1) -> list[Case]:
+    """Cases with seeds from `first` on, speeds from 20 to 45 m/s in turn, wear and gauge (m) spread over ranges."""
+    speeds = (30.0, 20.0, 45.0, 25.0, 38.0)
+    shares = np.linspace(0.0, 1.0, count)
+    order = np.random.default_rng(643).permutation(count)
+    return [
+        Case(
+            seed=first + number,
+            speed=speeds[number % len(speeds)],
+            wear=float(wears[0] + shares[number] * (wears[1] - wears[0])),
+            gauge=float(gauges[0] + shares[order[number]] * (gauges[1] - gauges[0])),
+        )
+        for number in range(count)
+    ]

@@ -1,0 +1,134 @@
+"""Figure 11: conicity and track by extended Kalman filters, without and with the track as a state."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+from scipy.stats import spearmanr
+
+from estimators.conicity_ekf import ConicityEkf
+from estimators.conicity_ekf_track import ConicityEkfTrack
+from experiments.contact_runs import Case, ensemble, run
+from experiments.contact_score import SETTLE, WINDOW
+from experiments.contact_truth import contact_truth
+from experiments.figures.interface import Claim, Figure
+
+SEEDS, FAST_SEEDS = 20, 2
+GAUGES = (1.4325, 1.4405)
+"""Nominal gauges, m, which spread the conicity of new S1002 on 60E1 from about 0.23 to 0.04."""
+NEAR = 0.05
+"""A conicity this close to the true one counts as converged (-)."""
+LAST = 20.0  # s of a run over which the final estimate is averaged
+EVERY = 16  # rows of the drawn run
+FILTERS = {"plain": ConicityEkf, "track": ConicityEkfTrack}
+
+
+class Fig11(Figure):
+    """One run over time; twenty runs with other tracks, vehicles, sensors, gauges and speeds."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        """Rows of part "time" (one run) and of part "seed" (the last 20 s of each run)."""
+        cases = ensemble(FAST_SEEDS if fast else SEEDS, (0.0, 0.0), GAUGES)
+        engine = "compiled" if fast else "exudyn"
+        if fast:
+            cases = [replace(case, duration=30.0) for case in cases]
+        drawn = replace(cases[0], seed=643, gauge=1.435, speed=30.0)
+        rows = [_seed(case, engine) for case in cases]
+        return pd.concat([_series(drawn, engine), pd.DataFrame(rows)], ignore_index=True)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        """Conicity and track over time; final estimates over the true conicity."""
+        figure = Picture(figsize=(11.0, 6.4), layout="constrained")
+        grid = figure.add_gridspec(2, 2, width_ratios=(1.6, 1.0))
+        top, below, right = (
+            figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1]),
+        )  # fmt: skip
+        _draw_time(table[table["part"] == "time"], top, below)
+        seeds = table[table["part"] == "seed"]
+        for name, marker, label in (("plain", "x", "(a) plain"), ("track", "o", "(b) with track")):
+            spread = None if name == "plain" else 2.0 * seeds[f"{name} std [-]"]
+            right.errorbar(seeds["true [-]"], seeds[f"{name} [-]"], spread, fmt=marker, ms=5, lw=0.8, label=label)
+        ends = (0.0, 1.15 * float(seeds["true [-]"].max()))
+        right.plot(ends, ends, color="0.4", lw=0.8)
+        right.set(xlabel="true conicity", ylabel="estimate, last 20 s; bars: 2 std", title="other tracks and vehicles")
+        right.set_ylim(0.0, 0.45)
+        right.legend()
+        return figure
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        """The three claims of the article, and honesty."""
+        seeds = table[table["part"] == "seed"]
+        true = seeds["true [-]"].to_numpy()
+        error = {name: seeds[f"{name} [-]"].to_numpy() - true for name in FILTERS}
+        near = {name: float(np.mean(np.abs(error[name]) <= NEAR)) for name in FILTERS}
+        ratio = {name: float(np.median(np.abs(error[name]) / true)) for name in FILTERS}
+        grows = float(spearmanr(true, np.abs(error["track"]) / true).statistic) if len(true) > 2 else -1.0
+        low = true < np.median(true)
+        worse = _rms(error["track"][low] / true[low]) / max(_rms(error["track"][~low] / true[~low]), 1e-9)
+        rms = _rms(error["track"])
+        inside = float(seeds["track within [-]"].mean())
+        many = len(true) >= SEEDS
+        return [
+            Claim("(a) plain: share of seeds within 0.05", near["plain"], "<= 0.5: fails", near["plain"] <= 0.5),
+            Claim("(a) plain: median relative error", ratio["plain"], ">= 0.5: fails", ratio["plain"] >= 0.5),
+            Claim("(b) with track: share of seeds within 0.05", near["track"], ">= 0.7", near["track"] >= 0.7),
+            Claim("(b) with track: rms error over the seeds", rms, "<= 0.05", rms <= 0.05),
+            Claim("(b): rank correlation of relative error and conicity", grows, "<= -0.3", grows <= -0.3 or not many),
+            Claim("(b): relative error, lower half over upper half of conicities", worse, "> 1", worse > 1.0),
+            Claim("(b): within two standard deviations", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97 or not many),
+        ]
+
+
+def _seed(case: Case, engine: str) -> dict[str, float | str]:
+    truth, measured = run(case, engine)
+    true = contact_truth(truth)
+    last = true.time >= case.duration - LAST
+    x, half = true.shift[last], true.half_difference[last]
+    row: dict[str, float | str] = {"part": "seed", "seed": case.seed, "speed [m/s]": case.speed}
+    row |= {"gauge [m]": case.gauge, "true [-]": float(half @ x / (x @ x))}
+    for name, kind in FILTERS.items():
+        series = kind().estimate(measured).series
+        time = series["time [s]"].to_numpy()
+        end = time >= case.duration - LAST
+        row[f"{name} [-]"] = float(series["conicity [-]"][end].mean())
+        row[f"{name} std [-]"] = float(series["conicity_std [-]"][end].mean())
+        error = np.abs(series["conicity [-]"] - np.interp(time, true.time, true.effective(WINDOW)))
+        inside = (error <= 2.0 * series["conicity_std [-]"])[time >= SETTLE]
+        row[f"{name} within [-]"] = float(inside.mean())
+    return row
+
+
+def _series(case: Case, engine: str) -> pd.DataFrame:
+    truth, measured = run(case, engine)
+    true = contact_truth(truth)
+    table = pd.DataFrame()
+    for name, kind in FILTERS.items():
+        series = kind().estimate(measured).series.iloc[::EVERY].reset_index(drop=True)
+        table["time [s]"] = series["time [s]"]
+        table[f"{name} [-]"], table[f"{name} std [-]"] = series["conicity [-]"], series["conicity_std [-]"]
+        table[f"{name} d [m]"] = series["track_lateral [m]"]
+    time = table["time [s]"].to_numpy()
+    table["true [-]"] = np.interp(time, true.time, true.effective(WINDOW))
+    table["true d [m]"] = np.interp(time, true.time, true.track)
+    return table.assign(part="time")
+
+
+def _draw_time(table: pd.DataFrame, top, below) -> None:
+    time = table["time [s]"]
+    top.plot(time, table["true [-]"], color="k", lw=1.2, label="true, best cone of 4 s")
+    top.plot(time, table["plain [-]"], color="C0", lw=1.0, label="(a) plain")
+    top.plot(time, table["track [-]"], color="C1", lw=1.2, label="(b) with track")
+    low, high = (table["track [-]"] + sign * 2.0 * table["track std [-]"] for sign in (-1.0, 1.0))
+    top.fill_between(time, low, high, color="C1", alpha=0.2, lw=0)
+    top.set(ylabel="conicity", ylim=(0.0, 0.4), xlim=(0.0, float(time.max())))
+    top.legend(ncols=3, fontsize=8)
+    shown = time <= 20.0
+    below.plot(time[shown], 1e3 * table["true d [m]"][shown], color="k", lw=1.2, label="true")
+    below.plot(time[shown], 1e3 * table["track d [m]"][shown], color="C1", lw=1.0, label="(b)")
+    below.set(xlabel="time in s", ylabel="track's lateral position d in mm", xlim=(0.0, 20.0))
+    below.legend(fontsize=8)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

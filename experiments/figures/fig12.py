@@ -1,0 +1,108 @@
+"""Figure 12: conicity over the lateral shift by a Kalman filter with a look-up table, and where it can be trusted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+from scipy.stats import spearmanr
+
+from estimators.conicity_ekf_table import ConicityEkfTable
+from experiments.contact_runs import Case, ensemble, run
+from experiments.contact_score import function_errors
+from experiments.contact_truth import contact_truth
+from experiments.figures.interface import Claim, Figure
+
+SEEDS, FAST_SEEDS = 20, 2
+WEARS = (0.0, 0.1)
+SMALL = 1.0e-3
+"""Shifts that are small, m."""
+BANDS = 8
+
+
+class Fig12(Figure):
+    """Twenty runs: new to worn wheels, 20 to 45 m/s, other tracks and vehicles."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        """One row for each seed and bin of y - d."""
+        cases = ensemble(FAST_SEEDS if fast else SEEDS, WEARS, (1.434, 1.436), first=101)
+        if fast:
+            cases = [replace(case, duration=30.0) for case in cases]
+        return pd.concat([_seed(case, "compiled" if fast else "exudyn") for case in cases], ignore_index=True)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        """One wheelset's function with its data density, and errors of all over the density."""
+        figure = Picture(figsize=(11.0, 5.6), layout="constrained")
+        grid = figure.add_gridspec(2, 2, height_ratios=(2.2, 1.0))
+        left, below, right = (
+            figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1]),
+        )  # fmt: skip
+        one = table[table["seed"] == table["seed"].iloc[0]]
+        shift = 1e3 * one["shift [m]"]
+        left.plot(shift, one["true [-]"], color="k", lw=1.4, label="true (mean over the gauge)")
+        left.plot(shift, one["estimate [-]"], color="C1", lw=1.2, label="look-up table at the end")
+        low, high = (one["estimate [-]"] + sign * 2.0 * one["std [-]"] for sign in (-1.0, 1.0))
+        left.fill_between(shift, low, high, color="C1", alpha=0.2, lw=0)
+        left.set(ylabel="conicity, secant", ylim=(0.0, 0.5))
+        left.legend(fontsize=8)
+        below.bar(shift, 100 * one["share [-]"], width=0.22, color="0.6")
+        below.set(xlabel="y - d in mm", ylabel="share of time in %", xlim=left.get_xlim())
+        error = np.abs(table["estimate [-]"] - table["true [-]"]) / table["true [-]"]
+        right.loglog(100 * table["share [-]"], error, ".", ms=3, color="0.6", label="bins of all runs")
+        bands = _bands(table)
+        right.loglog(100 * bands["share [-]"], bands["relative rms error [-]"], "o-", color="C1", label="rms")
+        right.set(xlabel="share of time in the bin, %", ylabel="relative error of the conicity", ylim=(1e-3, 10.0))
+        right.legend()
+        return figure
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        """Best at small shifts, worst where data are rare; honest."""
+        error = table["estimate [-]"] - table["true [-]"]
+        small = table["shift [m]"].abs() <= SMALL
+        rare = table["share [-]"] <= table["share [-]"].quantile(0.25)
+        common = table["share [-]"] >= table["share [-]"].quantile(0.75)
+        relative = error / table["true [-]"]
+        ratio = _rms(relative[rare]) / _rms(relative[common])
+        bands = _bands(table)
+        trend = float(spearmanr(bands["share [-]"], bands["relative rms error [-]"]).statistic)
+        share = table["share [-]"]
+        within = float(np.average(error.abs() <= 2.0 * table["std [-]"], weights=share))
+        many = table["seed"].nunique() >= SEEDS
+        inner, outer = _rms(error[small]), _rms(error[~small])
+        relative_inner, relative_outer = _rms(relative[small]), _rms(relative[~small])
+        return [
+            Claim("rms error at shifts up to 1 mm", inner, "<= 0.05", inner <= 0.05),
+            Claim("rms error beyond 1 mm", outer, f">= {inner:.3f}, that within", outer >= inner),
+            Claim(
+                "relative rms error within over beyond 1 mm",
+                relative_inner / relative_outer,
+                "< 1: best at small shifts",
+                relative_inner < relative_outer,
+            ),
+            Claim("relative rms error, rarest over commonest quarter of bins", ratio, "> 1.3", ratio > 1.3),
+            Claim("rank correlation of density and relative error", trend, "<= -0.5", trend <= -0.5 or not many),
+            Claim("within two standard deviations", within, "0.90 to 0.97", 0.9 <= within <= 0.97 or not many),
+        ]
+
+
+def _seed(case: Case, engine: str) -> pd.DataFrame:
+    truth, measured = run(case, engine)
+    estimate = ConicityEkfTable().estimate(measured)
+    found = function_errors(estimate.about["conicity_function"], contact_truth(truth))
+    return found.dropna().assign(seed=case.seed, speed=case.speed, wear=case.wear)
+
+
+def _bands(table: pd.DataFrame) -> pd.DataFrame:
+    """Relative rms error in bands of the density, equally many bins in each."""
+    order = table.sort_values("share [-]")
+    parts = np.array_split(np.arange(len(order)), BANDS)
+    rows = []
+    for part in parts:
+        one = order.iloc[part]
+        relative = (one["estimate [-]"] - one["true [-]"]) / one["true [-]"]
+        rows.append((float(one["share [-]"].mean()), _rms(relative)))
+    return pd.DataFrame(rows, columns=["share [-]", "relative rms error [-]"])
+
+
+def _rms(values: pd.Series) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
