@@ -1,6 +1,7 @@
 """Conicity by an extended Kalman filter that takes the track under the wheelset as unknown."""
 
 from estimators._contact_run import ContactEstimator
+from railsim.spec import quantity
 
 
 class ConicityEkfTrack(ContactEstimator, frozen=True):
@@ -9,3 +10,5 @@ class ConicityEkfTrack(ContactEstimator, frozen=True):
     The track has the shape of the ERRI B176 spectra. What tells the conicity is this shape: yaw rate shows lambda
     (y - d), acceleration shows y, and only with the right lambda is what remains such a track.
     """
+
+    model_error: float = quantity(0.2, unit="- of the conicity", source="trial on other tracks and vehicles", ge=0.0)
