@@ -80,7 +80,8 @@ def build_parser() -> argparse.ArgumentParser:
 def _execute(given: argparse.Namespace) -> Outcome:
     """Import the command's module only now, so that the others cost no time; what it prints goes to stderr."""
     with redirect_stdout(sys.stderr):
-        module = f"{given.command}_" if keyword.iskeyword(given.command) else given.command
+        name = given.command.replace("-", "_")
+        module = f"{name}_" if keyword.iskeyword(name) else name
         return importlib.import_module(f"experiments.commands.{module}").execute(given)
 
 
@@ -161,13 +162,22 @@ def _sweep(parser: argparse.ArgumentParser) -> None:
 
 
 def _discrepancy(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recording", metavar="RECORDING", help="folder of a recording; its truth is never read")
+    parser.add_argument("recording", metavar="RECORDING", nargs="?", help="folder; its truth is never read")
+    parser.add_argument("--plan", action="store_true", help="without a recording: what one could show and tell apart")
     parser.add_argument("--model", metavar="SCENARIO", required=True, help="nominal scenario: a name or a YAML file")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of verdict.json, model.yaml, report.html")
     parser.add_argument("--track", metavar="FILE", help="measured track, where the recording has none of its own")
     parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
     parser.add_argument("--engine", default="exudyn", metavar="NAME", help="of the last run (default: exudyn)")
     parser.add_argument("--fast", action="store_true", help="fewer linearisations: to try, not to be quoted")
+
+
+def _discrepancy_benchmark(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of cases and results; goes on where it was")
+    parser.add_argument("--cases", type=int, default=10, metavar="N", help="how many in all (default: 10)")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the cases (default: 1)")
+    parser.add_argument("--model", default="yaw_dampers", metavar="SCENARIO", help="nominal (default: yaw_dampers)")
+    parser.add_argument("--duration", type=float, default=40.0, metavar="S", help="of each recording (default: 40)")
 
 
 def _bench(parser: argparse.ArgumentParser) -> None:
@@ -185,6 +195,7 @@ _COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "import": ("turn measured data into a recording, or a track-recording car's file into a track", _import),
     "inspect": ("check a recording, scenario or track and say what is wrong with it", _inspect),
     "discrepancy": ("find what is missing in a model, name it, add it and show the gap shrink", _discrepancy),
+    "discrepancy-benchmark": ("hidden effects, blind: how often the workflow is right", _discrepancy_benchmark),
     "bench": ("speed of the engines and estimators", _bench),
 }
 

@@ -8,16 +8,22 @@ from pathlib import Path
 from typing import Any
 
 from experiments.commands.interface import Outcome, table
-from experiments.discrepancy.candidates import candidates
+from experiments.discrepancy.candidates import effect_names
 from experiments.discrepancy.explain import explain
+from experiments.discrepancy.planning import draw_plan, make_plan
 from experiments.discrepancy.report import in_words
 from railsim.errors import InputError
+from railsim.files import write_json
 from railsim.scenario import load_scenario
 from railsim.track.files import read_track
 
 
 def execute(given: argparse.Namespace) -> Outcome:
-    """Run the workflow; progress goes to stderr."""
+    """Run the workflow, or with --plan say what a recording could show; progress goes to stderr."""
+    if given.plan:
+        return _plan(given)
+    if not given.recording:
+        raise InputError("give a RECORDING, or --plan to see what one could show")
     found = explain(
         Path(given.recording),
         load_scenario(given.model),
@@ -31,12 +37,31 @@ def execute(given: argparse.Namespace) -> Outcome:
     return Outcome(found, _text(given.out, found))
 
 
+def _plan(given: argparse.Namespace) -> Outcome:
+    folder = Path(given.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    plan = make_plan(load_scenario(given.model), _progress(), _known(given.effects))
+    draw_plan(plan, folder / "confusability.png")
+    pairs = [{"a": a, "b": b, "likeness": round(value, 3)} for a, b, value in plan.confusable()]
+    result = {"detectable_size": plan.sizes, "confusable": pairs, "picture": f"{folder}/confusability.png"}
+    write_json(folder / "plan.json", result)
+    sizes = [
+        [label, one["name"], one["value"], one["unit"], "not at any size" if one["beyond"] else ""]
+        for label, one in plan.sizes.items()
+    ]
+    alike = [[one["a"], one["b"], one["likeness"]] for one in pairs[:12]]
+    text = table(["effect", "smallest size detected", "value", "unit", ""], sizes)
+    if alike:
+        text += "\n\n" + table(["looks like", "", "likeness"], alike, decimals=2)
+    return Outcome(result, f"{text}\n\n{folder}/plan.json, {folder}/confusability.png")
+
+
 def _known(names: list[str] | None) -> list[str] | None:
     """The names, where each is an effect's."""
-    known = {one.name for one in candidates()}
+    known = effect_names()
     for name in names or []:
         if name not in known:
-            raise InputError(f"--effects {name}: no such effect; there are: {', '.join(sorted(known))}")
+            raise InputError(f"--effects {name}: no such effect; there are: {', '.join(known)}")
     return names
 
 

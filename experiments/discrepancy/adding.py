@@ -50,12 +50,11 @@ def gaps(findings: Findings, after: np.ndarray) -> tuple[Gaps, dict[str, Gaps]]:
     return whole, channels
 
 
-def predicted_after(findings: Findings, effects: Sequence[Effect], engine: str) -> np.ndarray:
-    """Coefficients of the model with the effect (of nuisances alone where there is none), by the engine named."""
-    best = findings.decision.best
-    z = best.hypothesis.fit.z if best else findings.null.z
+def predicted_after(findings: Findings, engine: str) -> np.ndarray:
+    """Coefficients of the model that is handed over (of nuisances alone where nothing is added), by an engine."""
     problem: Problem = findings.problem
-    return problem.stacked(problem.forward.but(engine=engine).predict(z, effects))
+    final = findings.final
+    return problem.stacked(problem.forward.but(engine=engine).predict(final.z, final.effects))
 
 
 def write_model(folder: Path, evidence: Evidence, start: float, scale: float, effects: Sequence[Effect]) -> Path:

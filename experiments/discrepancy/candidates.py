@@ -2,17 +2,46 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
 
 from railsim import effects as library
-from railsim.effects.interface import Effect, Parameter
+from railsim.effects.interface import Effect, Parameter, Prior
 from railsim.registry import discover
 
 MOST_VARIANTS = 8
-MOST_SIZES = 4
 FAR = 0.9  # of the way to a bound
+UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no name
+ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
+DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
+TIMES = ("begin",)  # fields that are a time of the run [s]
+PHASES = ("phase", "angle")  # fields that are found though a fit of sizes leaves them alone [rad]
+PHASES_TRIED = 4
+
+
+@dataclass(frozen=True)
+class Context:
+    """What the recording says about the effects' numbers.
+
+    Attributes
+    ----------
+    channels : compared, without units. distance, time : from and to [m], [s]. spots : (distance, time) of the loudest
+    sections, where something local may be.
+    """
+
+    channels: tuple[str, ...]
+    distance: tuple[float, float]
+    time: tuple[float, float]
+    spots: tuple[tuple[float, float], ...]
+
+    def range(self, name: str, parameter: Parameter) -> Parameter:
+        """The parameter with the bounds that the run leaves it, uniform between them; others as they are."""
+        limits = self.distance if name in DISTANCES else self.time if name in TIMES else None
+        if limits is None:
+            return parameter
+        low, high = max(limits[0], parameter.low), min(limits[1], parameter.high)
+        return parameter._replace(low=low, high=high, prior=Prior(0.5 * (low + high), math.inf))
 
 
 @dataclass(frozen=True)
@@ -21,10 +50,11 @@ class Candidate:
 
     Attributes
     ----------
-    kind : class of the effect. choices : fields that are fixed (sides, wheelsets, places).
+    kind : class of the effect. choices : fields that are fixed (sides, wheelsets, channels).
     """
 
     kind: type[Effect]
+    context: Context
     choices: tuple[tuple[str, Any], ...] = ()
 
     @property
@@ -44,10 +74,21 @@ class Candidate:
         return self.kind.equivalence()
 
     @property
+    def of_sensor(self) -> bool:
+        """Whether it changes what the sensors give and not the motion."""
+        return self.kind.acts_on == "sensor"
+
+    @property
     def parameters(self) -> dict[str, Parameter]:
         """Free numbers."""
-        fixed = {name for name, _ in self.choices} | set(self.kind.held)
-        return {name: one for name, one in self.kind.parameters().items() if name not in fixed}
+        fixed = {name for name, _ in self.choices} | set(self.kind.held) - {*DISTANCES, *PHASES}
+        free = {name: one for name, one in self.kind.parameters().items() if name not in fixed}
+        return {name: self.context.range(name, one) for name, one in free.items()}
+
+    def step(self, name: str, parameter: Parameter) -> float:
+        """Share of a parameter's range by which it is varied for a derivative."""
+        span = parameter.high - parameter.low
+        return 0.3 / span if name in DISTANCES else 0.05 / span if name in TIMES else 0.03
 
     def build(self, values: Mapping[str, float]) -> Effect:
         """The effect with these numbers."""
@@ -58,38 +99,50 @@ class Candidate:
         return self.kind.model_fields[name].annotation is int
 
     def sizes(self) -> Iterator[dict[str, float]]:
-        """Values of the free numbers to screen with: small, middle, large, to both sides of where it is absent."""
+        """Values of the free numbers to screen with: the middle size first, then smaller and larger ones, to both
+        sides of where the effect is absent.
+        """
         free = self.parameters
-        sized = [name for name, one in free.items() if one.absent is not None]
-        rest = {name: one.default for name, one in free.items() if name not in sized}
-        if not sized:
-            yield rest
-            return
-        ways = [list(_ladder(free[name])) for name in sized]
-        for steps in itertools.zip_longest(*ways):
-            values = {
-                name: step if step is not None else ways[i][-1]
-                for i, (name, step) in enumerate(zip(sized, steps, strict=True))
-            }
-            yield {**rest, **values}
+        sized = [name for name, one in free.items() if one.absent is not None and one.smallest is not None]
+        ways = [_ladder(free[name]) for name in sized]
+        for steps in itertools.zip_longest(*ways) if ways else [()]:
+            last = [way[-1] if step is None else step for step, way in zip(steps, ways, strict=True)]
+            yield {name: one.default for name, one in free.items()} | dict(zip(sized, last, strict=True))
+
+    def variants_of(self, values: Mapping[str, float]) -> Iterator[dict[str, float]]:
+        """The same size at the places, times and phases where it may be."""
+        free = self.parameters
+        where = [name for name in free if name in (*DISTANCES, *TIMES)]
+        phases = [name for name in free if name in PHASES]
+        spots: Sequence[tuple[float, float]] = self.context.spots if where else [(0.0, 0.0)]
+        turns = [2.0 * math.pi * i / PHASES_TRIED for i in range(PHASES_TRIED)] if phases else [0.0]
+        for (distance, time), turn in itertools.product(spots, turns):
+            moved = {n: _within(free[n], distance if n in DISTANCES else time - 1.0) for n in where}
+            yield {**values, **moved, **{name: _within(free[name], turn) for name in phases}}
 
 
-def candidates() -> list[Candidate]:
-    """All effects of the library with their variants."""
-    return [one for kind in discover(library, Effect).values() for one in _variants(kind)]
+def candidates(context: Context) -> list[Candidate]:
+    """All effects of the library that have a name, with their variants."""
+    kinds = [kind for name, kind in discover(library, Effect).items() if name not in UNNAMED]
+    return [one for kind in kinds if kind.equivalence() != ALIGNED for one in _variants(kind, context)]
 
 
-def _variants(kind: type[Effect]) -> Iterator[Candidate]:
-    options = {}
+def effect_names() -> list[str]:
+    """Names of all effects that can be asked for."""
+    return sorted(name for name in discover(library, Effect) if name not in UNNAMED)
+
+
+def _variants(kind: type[Effect], context: Context) -> Iterator[Candidate]:
+    options: dict[str, Sequence[Any]] = {}
     for name, field in kind.model_fields.items():
-        values = _options(field.annotation)
-        if 1 < len(values) <= MOST_VARIANTS:
+        values = context.channels if name == "channel" else _options(field.annotation)
+        if len(values) > 1:
             options[name] = values
     combinations = list(itertools.product(*options.values()))
-    if len(combinations) > MOST_VARIANTS:
-        combinations = combinations[:1]
+    if "channel" not in options:
+        combinations = combinations[:MOST_VARIANTS]
     for chosen in combinations:
-        yield Candidate(kind, tuple(zip(options, chosen, strict=True)))
+        yield Candidate(kind, context, tuple(zip(options, chosen, strict=True)))
 
 
 def _options(annotation: Any) -> tuple[Any, ...]:
@@ -98,17 +151,24 @@ def _options(annotation: Any) -> tuple[Any, ...]:
     return (False, True) if annotation is bool else ()
 
 
-def _ladder(parameter: Parameter) -> Iterator[float]:
-    """Sizes on each side of `absent`: the smallest worth naming, and between it and the bound."""
+def _ladder(parameter: Parameter) -> list[float]:
+    """Sizes on each side of `absent`: middle, smallest worth naming, close to the bound; a few of them."""
     absent = parameter.absent if parameter.absent is not None else parameter.default
-    smallest = parameter.smallest if parameter.smallest is not None else absent + 0.1 * (parameter.high - absent)
+    smallest = parameter.smallest if parameter.smallest is not None else parameter.default
     near = max(abs(smallest - absent), 1e-12)
-    signs = [1.0 if smallest >= absent else -1.0]
-    other = parameter.low if signs[0] > 0 else parameter.high
+    first = 1.0 if smallest >= absent else -1.0
+    sizes = _side(parameter, absent, near, first)
+    other = parameter.low if first > 0 else parameter.high
     if abs(other - absent) > 0.5 * near:
-        signs.append(-signs[0])
-    for sign in signs:
-        far = FAR * abs((parameter.high if sign > 0 else parameter.low) - absent)
-        middle = math.sqrt(near * far) if far > near else far
-        for size in sorted({min(near, far), middle, far} if len(signs) == 1 else {middle, min(near, far)}):
-            yield absent + sign * size
+        sizes = [*sizes[:2], *_side(parameter, absent, near, -first)[:2]]
+    return sizes
+
+
+def _side(parameter: Parameter, absent: float, near: float, sign: float) -> list[float]:
+    far = FAR * abs((parameter.high if sign > 0 else parameter.low) - absent)
+    near = min(near, far)
+    return [absent + sign * size for size in (math.sqrt(near * far), near, far)]
+
+
+def _within(parameter: Parameter, value: float) -> float:
+    return min(max(value, parameter.low), parameter.high)

@@ -82,8 +82,10 @@ def judge(problem: Problem, null: Fit, null_log_evidence: float, hypotheses: Seq
     return sorted(judged, key=lambda one: (-one.probability, -one.evidence))
 
 
-def decide(problem: Problem, null: Fit, located: Located, judged: Sequence[Judged]) -> Decision:
-    """One of the four verdicts, with the reason in words."""
+def decide(
+    problem: Problem, null: Fit, located: Located, judged: Sequence[Judged], left: float | None = None
+) -> Decision:
+    """One of the four verdicts, with the reason in words; `left`: gap with all effects that were added."""
     gap = held_out_gap(problem, null)
     accepted = [one for one in judged if one.evidence >= ENOUGH and one.held_out > 0.0]
     if not accepted:
@@ -93,8 +95,9 @@ def decide(problem: Problem, null: Fit, located: Located, judged: Sequence[Judge
         text = "nothing is left that tolerances, sensors and the track file do not explain"
         return Decision("none", tuple(judged), 1.0 - (judged[0].probability if judged else 0.0), text)
     first = accepted[0]
-    share = explained(gap, first.gap)
-    if first.gap > LARGE and share < UNEXPLAINED:
+    left = first.gap if left is None else left
+    share = explained(gap, left)
+    if left > LARGE and share < UNEXPLAINED:
         text = f"the best effect, {first.hypothesis.candidate.name}, explains only {share:.0%} of what is left"
         return Decision("unknown", tuple(judged), _certain(located), text)
     classes = {one.hypothesis.candidate.equivalence for one in accepted if one.probability >= IN_SET}

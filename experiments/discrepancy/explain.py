@@ -1,20 +1,27 @@
 """Explain a recording: the whole workflow with what it writes."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from experiments.discrepancy.adding import gaps, predicted_after, write_model
-from experiments.discrepancy.evidence import gather
+from experiments.discrepancy.evidence import Evidence, gather
+from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.report import write_report
 from experiments.discrepancy.verdict import verdict
-from experiments.discrepancy.workflow import Tell, investigate
+from experiments.discrepancy.workflow import investigate
 from railsim.files import write_folder_atomically, write_json
 from railsim.scenario import Scenario
 from railsim.track.track import Track
 
 VERDICT = "verdict.json"
+
+
+def answer(evidence: Evidence, withheld: Sequence[str] = ()) -> dict[str, Any]:
+    """The verdict alone, by the compiled engine; `withheld`: classes of effects to do without."""
+    findings = investigate(evidence, lambda text: None, withheld=withheld, always=True)
+    whole, channels = gaps(findings, predicted_after(findings, "compiled"))
+    return verdict(findings, whole, channels)
 
 
 def explain(
@@ -43,14 +50,12 @@ def explain(
     evidence = gather(recording, scenario, track)
     with write_folder_atomically(folder) as aside:
         findings = investigate(evidence, tell, only, rounds=1 if fast else 2)
-        best = findings.decision.best
-        effects = best.hypothesis.fit.effects if best else ()
         tell(f"last run by the {engine} engine")
-        after = predicted_after(findings, effects, engine)
+        after = predicted_after(findings, engine)
         whole, channels = gaps(findings, after)
         found = verdict(findings, whole, channels)
         alignment = findings.problem.forward.alignment
-        write_model(aside, evidence, alignment.start, alignment.scale, effects)
+        write_model(aside, evidence, alignment.start, alignment.scale, findings.final.effects)
         write_json(aside / VERDICT, found)
-        write_report(aside, recording.name, replace(findings), found, after)
+        write_report(aside, recording.name, findings, found, after)
     return found

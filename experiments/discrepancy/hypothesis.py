@@ -23,9 +23,9 @@ from experiments.discrepancy.parallel import in_parallel
 from railsim.effects.interface import Effect, Parameter
 from railsim.errors import InputError
 
-STEP = 0.03  # of a parameter's range, of the differences
 ROUNDS = 6
 DROPPED = 3
+Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Hypothesis:
     gains: np.ndarray
 
     @property
-    def names(self) -> list[str]:
+    def values(self) -> dict[str, float]:
         """Free numbers."""
-        return list(self.candidate.parameters)
+        return _values(self.candidate, self.shares)
 
 
 def null_evidence(problem: Problem, fit: Fit) -> float:
@@ -124,9 +124,12 @@ def _columns(
     problem: Problem, null: Fit, candidate: Candidate, z: np.ndarray, shares: np.ndarray, stacked: np.ndarray
 ) -> np.ndarray:
     """(m, k, f, 2 c) derivative of the whitened prediction by the shares."""
+    free = candidate.parameters
 
     def column(number: int) -> np.ndarray:
-        step = -STEP if shares[number] > 0.5 else STEP
+        name = list(free)[number]
+        size = candidate.step(name, free[name])
+        step = -size if shares[number] > 0.5 else size
         moved = shares.copy()
         moved[number] += step
         prediction = problem.forward.predict(z, (*null.effects, candidate.build(_values(candidate, moved))))

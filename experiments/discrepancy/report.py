@@ -48,7 +48,8 @@ def in_words(verdict: dict[str, Any]) -> str:
         return f"Nothing is missing in the model: {verdict['reason']}. {numbers}; 1 is noise alone."
     if verdict["status"] == "unknown":
         where = f" It looks most like a {verdict['place']}." if verdict["place"] else ""
-        return f"Something is missing that has no name here: {verdict['reason']}.{where} {numbers}."
+        table = f", and by {gap['after']:.2f} with a tabulated force there" if verdict["empirical"] else ""
+        return f"Something is missing that has no name here: {verdict['reason']}.{where} {numbers}{table}."
     sizes = "; ".join(
         f"{name} {p['value']:.3g} {p['unit'] if p['unit'] != '-' else ''}".strip()
         + f" (between {p['low']:.3g} and {p['high']:.3g})"
@@ -56,6 +57,8 @@ def in_words(verdict: dict[str, Any]) -> str:
     )
     effect = str(verdict["effect"]).replace("_", " ")
     found = f"The model lacks one thing: {effect} ({sizes}). {numbers}, and by {gap['after']:.2f} with it added."
+    further = " and ".join(one["effect"].replace("_", " ") for one in verdict["further"])
+    found += f" With it goes a further effect: {further}." if further else ""
     others = ", ".join(name.replace("_", " ") for name in verdict["alternatives"])
     if verdict["status"] == "ambiguous":
         return f"{found} But {others} would explain the recording nearly as well; other sensors or speeds may tell."
@@ -67,7 +70,7 @@ def states_of(findings: Findings, after: np.ndarray) -> list[tuple[str, np.ndarr
     problem = findings.problem
     nominal = problem.stacked(problem.forward.predict(np.zeros(len(findings.null.z))))
     states = [("nominal model", nominal), ("nuisances only", problem.stacked(findings.null.prediction))]
-    return [*states, ("effect added", after)] if findings.decision.best else states
+    return [*states, ("effect added", after)] if findings.final is not findings.null else states
 
 
 def _figures(findings: Findings, after: np.ndarray) -> dict[str, tuple[str, Figure]]:

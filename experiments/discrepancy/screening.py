@@ -15,9 +15,10 @@ from experiments.discrepancy.parallel import in_parallel
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
 
-RANGE = (0.4, 1.6)  # of the signature's size that may be scaled linearly
+RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
+PROMISING = 12  # effects of which all sizes are run
 DROPPED = 3  # sections whose gain does not count
-SHORTLIST = (4, 2, 2)  # effects that each statistic contributes
+SHORTLIST = (4, 3, 2)  # effects that each statistic contributes
 
 
 @dataclass(frozen=True)
@@ -67,30 +68,70 @@ class Projection:
 def screen(
     problem: Problem, fit: Fit, found: Sequence[Candidate], tell: Callable[[str], None] = lambda text: None
 ) -> list[Screened]:
-    """All candidates at all their sizes, the best size of each, best first."""
-    projection = Projection.of(fit, problem.train)
-    base = problem.stacked(fit.prediction)
-    jobs = [(one, values) for one in found for values in one.sizes()]
-    tell(f"signatures of {len({one.name for one in found})} effects, {len(jobs)} runs")
+    """All candidates, the best size of each, best first.
 
-    def attempt(job: tuple[Candidate, dict[str, float]]) -> Screened | None:
-        candidate, values = job
-        try:
-            effect = candidate.build(values)
-            prediction = problem.forward.predict(fit.z, (*fit.effects, effect))
-        except InputError:
-            return None
-        signature = problem.whitened(problem.stacked(prediction) - base)
-        if not np.isfinite(signature).all() or not signature.any():
-            return None
-        return _judge(problem, fit, projection, candidate, values, effect, signature)
+    Every variant is run at its middle size; the effects that do best then also at the others.
+    """
+    run = _Signatures(problem, fit)
+    first = [(one, place) for one in found for values in list(one.sizes())[:1] for place in one.variants_of(values)]
+    tell(f"signatures of {len({one.name for one in found})} effects, {len(first)} runs")
+    judged = run.judge(first)
+    best = _best(judged)
+    promising: list[Screened] = []
+    for one in best:
+        if one.candidate.name not in [other.candidate.name for other in promising]:
+            promising.append(one)
+    more = [
+        (one.candidate, {**one.values, **_sizes_only(one.candidate, values)})
+        for one in promising[:PROMISING]
+        for values in list(one.candidate.sizes())[1:]
+    ]
+    tell(f"other sizes of the {min(PROMISING, len(promising))} best, {len(more)} runs")
+    return _best([*judged, *run.judge(more)])
 
-    judged = [one for one in in_parallel(attempt, jobs) if one is not None]
+
+def _sizes_only(candidate: Candidate, values: dict[str, float]) -> dict[str, float]:
+    free = candidate.parameters
+    return {name: value for name, value in values.items() if free[name].absent is not None}
+
+
+def _best(judged: Sequence[Screened]) -> list[Screened]:
+    """The best of each variant, best first."""
     best: dict[str, Screened] = {}
     for one in judged:
         if one.candidate.label not in best or one.robust > best[one.candidate.label].robust:
             best[one.candidate.label] = one
     return sorted(best.values(), key=lambda one: -one.robust)
+
+
+class _Signatures:
+    """Runs effects at the fit of the nuisances and holds their signatures against its residual."""
+
+    def __init__(self, problem: Problem, fit: Fit) -> None:
+        self._problem, self._fit = problem, fit
+        self._projection = Projection.of(fit, problem.train)
+        self._base = problem.stacked(fit.prediction)
+        _, self._truth = problem.forward.run(fit.z, fit.effects)
+
+    def judge(self, jobs: Sequence[tuple[Candidate, dict[str, float]]]) -> list[Screened]:
+        return [one for one in in_parallel(self._attempt, jobs) if one is not None]
+
+    def _attempt(self, job: tuple[Candidate, dict[str, float]]) -> Screened | None:
+        candidate, values = job
+        forward, z = self._problem.forward, self._fit.z
+        try:
+            effect = candidate.build(values)
+            effects = (*self._fit.effects, effect)
+            if candidate.of_sensor:
+                prediction = forward.observe(forward.setup(z, effects), self._truth, z)
+            else:
+                prediction = forward.predict(z, effects)
+        except InputError:
+            return None
+        signature = self._problem.whitened(self._problem.stacked(prediction) - self._base)
+        if not np.isfinite(signature).all() or not signature.any():
+            return None
+        return _judge(self._problem, self._fit, self._projection, candidate, values, effect, signature)
 
 
 def _judge(

@@ -29,8 +29,14 @@ def verdict(findings: Findings, whole: Gaps, channels: dict[str, Gaps]) -> dict[
         "confidence": _number(decision.confidence),
         "gap": whole.plain(),
         "channels": {name: one.plain() for name, one in channels.items()},
-        "detectable_size": detectable(findings.screened),
+        "detectable_size": {name: one["size"] for name, one in detectable(findings.screened).items()},
         "reason": decision.reason,
+        "alternative_classes": [
+            one.hypothesis.candidate.equivalence for one in decision.judged if best and one.probability >= IN_SET
+        ],
+        "detectable": detectable(findings.screened),
+        "further": [_further(findings, one) for one in findings.added[1:]],
+        "empirical": findings.empirical.effect.settings() if findings.empirical else None,
         "choices": dict(best.hypothesis.candidate.choices) if best else {},
         "located": findings.located.plain(),
         "hypotheses": [_row(one) for one in findings.judged],
@@ -78,9 +84,9 @@ def place(findings: Findings) -> str | None:
     return None
 
 
-def detectable(screened: tuple[Screened, ...]) -> dict[str, float]:
-    """Smallest size of each effect's first number that would be detected here, seen from where it is absent."""
-    found: dict[str, float] = {}
+def detectable(screened: tuple[Screened, ...]) -> dict[str, dict[str, Any]]:
+    """Smallest size of each effect's first number that would be detected here, and where the effect is absent."""
+    found: dict[str, dict[str, Any]] = {}
     for one in screened:
         sized = [(n, p) for n, p in one.candidate.parameters.items() if p.absent is not None]
         if not sized or one.detect <= 0.0:
@@ -90,8 +96,8 @@ def detectable(screened: tuple[Screened, ...]) -> dict[str, float]:
         size = absent + (one.values[name] - absent) * math.sqrt(DETECTED / one.detect)
         size = float(np.clip(size, parameter.low, parameter.high))
         kept = found.get(one.candidate.name)
-        if kept is None or abs(size - absent) < abs(kept - absent):
-            found[one.candidate.name] = _number(size)
+        if kept is None or abs(size - absent) < abs(kept["size"] - absent):
+            found[one.candidate.name] = {"name": name, "absent": absent, "size": _number(size)}
     return found
 
 
@@ -106,9 +112,19 @@ def _row(judged: Judged) -> dict[str, Any]:
     }
 
 
+def _further(findings: Findings, judged: Judged) -> dict[str, Any]:
+    one = judged.hypothesis
+    return {
+        "effect": one.candidate.name,
+        "class": one.candidate.equivalence,
+        "choices": dict(one.candidate.choices),
+        "evidence": _number(judged.evidence),
+        "parameters": intervals(findings.problem, one),
+    }
+
+
 def _scores(findings: Findings) -> np.ndarray:
-    best = findings.decision.best
-    return best.hypothesis.fit.z if best else findings.null.z
+    return findings.final.z
 
 
 def _number(value: float) -> float:

@@ -1,0 +1,25 @@
+"""`railsim discrepancy-benchmark`: hidden effects, blind, and how often the workflow is right."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from experiments.commands.interface import Outcome, table
+from experiments.discrepancy.benchmark import rule_hash, run_benchmark
+from experiments.discrepancy.benchmark_score import read_rows, score
+from railsim.errors import InputError
+
+
+def execute(given: argparse.Namespace) -> Outcome:
+    """Go on with the cases, then score all that are answered."""
+    if given.cases < 1 or given.duration < 20.0:
+        raise InputError("--cases: give a number from 1; --duration: at least 20 s")
+    folder = Path(given.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    run_benchmark(
+        given.model, folder, given.cases, given.seed, given.duration, lambda text: print(text, file=sys.stderr)
+    )
+    found = score(read_rows(folder))
+    rows = [[name, one["value"], one["low"], one["high"], one["cases"]] for name, one in found["metrics"].items()]
+    text = f"rule {rule_hash()}\n" + table(["metric", "value", "from", "to", "cases"], rows)
+    return Outcome(found | {"rule": rule_hash()}, text)

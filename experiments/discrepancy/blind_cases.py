@@ -1,0 +1,136 @@
+"""Blind cases: recordings with a hidden effect, or none, made by Exudyn in a process of their own; labels are sealed.
+
+`python -m experiments.discrepancy.blind_cases MODEL FOLDER SEED NUMBER DURATION` writes FOLDER/recordings/NUMBER (no
+truth) and FOLDER/sealed/NUMBER.json, which only the scoring opens.
+"""
+
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.discrepancy.candidates import Candidate, Context, candidates
+from experiments.discrepancy.nuisances import Nuisance, nuisances_of
+from railsim.effects.interface import Effect
+from railsim.errors import InputError
+from railsim.files import read_json, write_json
+from railsim.scenario import Scenario, load_scenario
+from railsim.simulation import about_recording, measure, simulate
+
+KINDS = {"effect": 0.40, "withheld": 0.10, "null": 0.30, "decoy": 0.10, "pair": 0.10}
+"""Shares: an effect of the library; one that the workflow is then denied; nothing; nuisances at 2 to 3 standard
+deviations; two effects.
+"""
+FASTSIM = 0.3  # of the cases with that creep law in place of Polach's
+MOST_ODD = 1.9  # standard deviations of a healthy specimen's parameters
+STATED_WRONG = (0.8, 1.25)  # true over stated sensor noise
+SMALLEST = 1.0  # of the smallest size worth naming, from which sizes are drawn (logarithmically, to the bound)
+TRIES = 20
+
+
+def make_case(model: str, folder: Path, seed: int, number: int, duration: float) -> None:
+    """Draw, simulate, measure and seal one case."""
+    rng = np.random.default_rng([seed, number])
+    nominal = load_scenario(model, {"duration": duration})
+    kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
+    for _ in range(TRIES):
+        effects = [_drawn_effect(nominal, rng) for _ in range({"effect": 1, "withheld": 1, "pair": 2}.get(kind, 0))]
+        try:
+            scenario = _specimen(nominal, effects, kind == "decoy", rng)
+            _record(scenario, nominal, folder / "recordings" / f"{number:04d}")
+            break
+        except InputError:  # an effect that this vehicle cannot have, or a run that leaves the rails: draw again
+            continue
+    else:
+        raise InputError(f"case {number}: no draw could be run; take another seed")
+    label: dict[str, Any] = {"kind": kind, "effects": [effect.settings() for effect in effects]}
+    label["classes"] = [type(effect).equivalence() for effect in effects]
+    (folder / "sealed").mkdir(exist_ok=True)
+    write_json(folder / "sealed" / f"{number:04d}.json", label)
+
+
+def _drawn_effect(nominal: Scenario, rng: np.random.Generator) -> Effect:
+    """Each effect is as likely as any other; its variants, sizes, places and phases at random."""
+    end = nominal.start + (nominal.distance or 0.0)
+    names = tuple(
+        name.split(" [")[0]
+        for sensor in nominal.sensors
+        if sensor.kind in ("accelerometer", "gyro", "displacement")
+        for name in sensor.channels()
+    )
+    context = Context(names, (nominal.start + 20.0, end - 20.0), (2.0, nominal.duration - 3.0), ((0.0, 0.0),))
+    found = candidates(context)
+    name = str(rng.choice(sorted({one.name for one in found})))
+    variants = [one for one in found if one.name == name]
+    candidate: Candidate = variants[int(rng.integers(len(variants)))]
+    return candidate.build(_drawn_values(candidate, rng))
+
+
+def _drawn_values(candidate: Candidate, rng: np.random.Generator) -> dict[str, float]:
+    values = {}
+    for name, one in candidate.parameters.items():
+        if one.absent is None:
+            values[name] = float(rng.uniform(one.low, one.high)) if not np.isfinite(one.prior.std) else one.default
+            continue
+        near = abs((one.smallest if one.smallest is not None else one.default) - one.absent) * SMALLEST
+        up = (one.smallest if one.smallest is not None else one.default) >= one.absent
+        far = abs((one.high if up else one.low) - one.absent)
+        size = float(np.exp(rng.uniform(np.log(max(near, 1e-12)), np.log(max(far, near, 1e-12)))))
+        values[name] = one.absent + (size if up else -size)
+    return values
+
+
+def _specimen(nominal: Scenario, effects: list[Effect], decoy: bool, rng: np.random.Generator) -> Scenario:
+    """A vehicle as built, with its creep law, its sensors' real noise, its own start."""
+    changes: dict[str, Any] = {"effects": [effect.settings() for effect in effects]}
+    odd = [n for n in nuisances_of(nominal.vehicle, [], [], 0.01) if n.kind in ("vehicle", "pair", "adhesion")]
+    strained = set(rng.choice(len(odd), 2, replace=False).tolist()) if decoy else set()
+    for place, nuisance in enumerate(odd):
+        z = float(np.clip(rng.standard_normal(), -MOST_ODD, MOST_ODD))
+        if place in strained:
+            z = float(rng.choice([-1.0, 1.0]) * rng.uniform(2.0, 3.0))
+        changes[_key(nuisance)] = _moved(nominal, nuisance, z)
+    if rng.random() < FASTSIM:
+        changes["vehicle.adhesion.law"] = "fastsim"
+    for place, sensor in enumerate(nominal.sensors):
+        density = sensor.errors.noise_density
+        if density > 0.0:
+            errors = sensor.errors.model_dump() | {"noise_density": density * float(rng.uniform(*STATED_WRONG))}
+            changes[f"sensors.{place}.errors"] = errors
+    changes["start"] = nominal.start + float(rng.uniform(0.0, 1.0))
+    changes["seed"] = int(rng.integers(2**31))
+    changes["duration"] = nominal.duration
+    changes["substeps"] = 2
+    source = nominal.to_yaml()
+    with tempfile.TemporaryDirectory() as aside:
+        path = Path(aside) / f"{nominal.name}.yaml"
+        path.write_text(source, encoding="utf-8")
+        return load_scenario(path, changes)
+
+
+def _key(nuisance: Nuisance) -> str:
+    return f"vehicle.{'' if nuisance.kind == 'vehicle' else nuisance.kind + '.'}{nuisance.name}"
+
+
+def _moved(nominal: Scenario, nuisance: Nuisance, z: float) -> float:
+    owner = nominal.vehicle if nuisance.kind == "vehicle" else getattr(nominal.vehicle, nuisance.kind)
+    value = float(getattr(owner, nuisance.name) * np.exp(nuisance.std * z))
+    return min(value, 1.0) if nuisance.kind == "adhesion" else value
+
+
+def _record(scenario: Scenario, nominal: Scenario, target: Path) -> None:
+    """Exudyn, sensors, and then only what the field would have: the nominal vehicle and the stated data sheets."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as aside:
+        truth = simulate(scenario, folder=Path(aside) / "truth")
+        measure(truth, scenario, folder=target)
+    shutil.rmtree(target / "truth")
+    about = read_json(target / "about.json", "a recording")
+    write_json(target / "about.json", about | about_recording(nominal))
+
+
+if __name__ == "__main__":
+    make_case(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]), float(sys.argv[5]))

@@ -1,0 +1,142 @@
+"""Plan: before anyone records, which effects this vehicle, track, speed and sensor set can show and tell apart."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from experiments.discrepancy.candidates import Context, candidates
+from experiments.discrepancy.evidence import KINDS, Evidence
+from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, nuisance_jacobian
+from experiments.discrepancy.forward import Alignment, Forward, continued
+from experiments.discrepancy.frames import frames_of, held_out
+from experiments.discrepancy.hypothesis import Tell
+from experiments.discrepancy.parallel import in_parallel
+from experiments.discrepancy.screening import Projection
+from experiments.discrepancy.verdict import DETECTED
+from railsim.errors import InputError
+from railsim.scenario import Scenario
+from railsim.track.survey import TrackErrors
+
+ALIKE = 0.9  # cosine from which two effects are hard to tell apart
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What could be seen.
+
+    Attributes
+    ----------
+    labels : effects. sizes : smallest size of each that would be detected (first number, "name value unit").
+    alike : (n, n) cosine of the signatures, nuisances taken out; 1 = cannot be told apart.
+    """
+
+    labels: list[str]
+    sizes: dict[str, dict[str, Any]]
+    alike: np.ndarray
+
+    def confusable(self) -> list[tuple[str, str, float]]:
+        """Pairs that look alike, the worst first."""
+        pairs = [
+            (a, b, float(self.alike[i, j]))
+            for i, a in enumerate(self.labels)
+            for j, b in enumerate(self.labels)
+            if i < j and self.alike[i, j] > ALIKE
+        ]
+        return sorted(pairs, key=lambda one: -one[2])
+
+
+def make_plan(scenario: Scenario, tell: Tell, only: Sequence[str] | None = None) -> Plan:
+    """Signatures of all effects on the nominal scenario, with its sensors, its track and its survey's errors.
+
+    Raises
+    ------
+    InputError : no sensor that is compared.
+    """
+    problem, fit = _nominal(scenario)
+    projection = Projection.of(fit, problem.train)
+    base = problem.stacked(fit.prediction)
+    middle = 0.5 * problem.evidence.duration
+    speed = float(np.median(problem.evidence.speed[1]))
+    spot = (problem.forward.alignment.start + speed * middle, middle)
+    names = tuple(name.split(" [")[0] for name in problem.evidence.channels)
+    reach = (problem.forward.alignment.start, problem.forward.alignment.start + speed * problem.evidence.duration)
+    context = Context(names, reach, (0.0, problem.evidence.duration), (spot,))
+    chosen = [one for one in candidates(context) if only is None or one.name in only]
+    tell(f"signatures of {len({one.name for one in chosen})} effects")
+
+    def signature(candidate: Any) -> tuple[str, dict[str, Any], np.ndarray] | None:
+        values = next(candidate.variants_of(next(iter(candidate.sizes()))))
+        try:
+            prediction = problem.forward.predict(fit.z, (candidate.build(values),))
+        except InputError:
+            return None
+        own = (WEIGHT * problem.whitened(problem.stacked(prediction) - base)[problem.train]).ravel()
+        cleaned = projection.cleaned(own)
+        power = float(cleaned @ own)
+        if not np.isfinite(power) or power <= 0.0:
+            return None
+        return candidate.label, _smallest(candidate, values, 0.5 * power), cleaned / np.linalg.norm(cleaned)
+
+    found = [one for one in in_parallel(signature, _one_variant(chosen)) if one is not None]
+    table = np.stack([one[2] for one in found]).astype(np.float32)
+    return Plan([one[0] for one in found], {one[0]: one[1] for one in found}, np.abs(table @ table.T))
+
+
+def _one_variant(chosen: Sequence[Any]) -> list[Any]:
+    """The first variant of each effect; sides and wheelsets differ little in what can be seen."""
+    first: dict[str, Any] = {}
+    for one in chosen:
+        first.setdefault(one.name, one)
+    return list(first.values())
+
+
+def _nominal(scenario: Scenario) -> tuple[Problem, Fit]:
+    """A problem whose measurement is the nominal model itself."""
+    sensors = tuple(sensor for sensor in scenario.sensors if sensor.kind in KINDS)
+    channels = tuple(name for sensor in sensors for name in sensor.channels())
+    if not channels:
+        raise InputError(f"scenario '{scenario.name}' has no {', '.join(KINDS)}; add sensors")
+    time = np.arange(0.0, scenario.duration + 0.5, 0.5)
+    speed = np.interp(time, *scenario.speed.knots(scenario.duration))
+    rates = {name: sensor.rate for sensor in sensors for name in sensor.channels()}
+    empty = {name: np.zeros(int(scenario.duration * rates[name]) + 1) for name in channels}
+    errors: TrackErrors = scenario.track_errors
+    evidence = Evidence(
+        scenario, channels, empty, rates, sensors, scenario.geometry, errors, True, (time, speed, 0.01), ()
+    )
+    forward = Forward(evidence, Alignment(scenario.start), continued(evidence.track))
+    frames = frames_of(evidence.duration, min(rates.values()))
+    train, test = held_out(frames)
+    z = np.zeros(len(forward.nuisances))
+    prediction = forward.predict(z)
+    blank = Problem(forward, frames, np.zeros((*frames.shape, len(channels)), complex), train, test)
+    problem = replace(blank, measured=blank.stacked(prediction)).with_noise(z)
+    columns, prediction = nuisance_jacobian(problem, z, ())
+    return problem, Fit(z, (), problem.residual(prediction), columns, problem.whitened_columns(columns), prediction)
+
+
+def _smallest(candidate: Any, values: dict[str, float], gain: float) -> dict[str, Any]:
+    """First number of the effect at the detectable size, by linear scaling."""
+    for name, parameter in candidate.parameters.items():
+        if parameter.absent is not None:
+            size = parameter.absent + (values[name] - parameter.absent) * np.sqrt(DETECTED / gain)
+            beyond = not parameter.low <= size <= parameter.high
+            kept = float(np.clip(size, parameter.low, parameter.high))
+            return {"name": name, "value": kept, "unit": parameter.unit, "beyond": bool(beyond)}
+    return {"name": "", "value": 0.0, "unit": "", "beyond": True}
+
+
+def draw_plan(plan: Plan, path: Path) -> None:
+    """Confusability matrix as a picture."""
+    count = len(plan.labels)
+    figure = Figure(figsize=(3.2 + 0.24 * count, 2.6 + 0.24 * count), layout="constrained")
+    panel = figure.subplots()
+    image = panel.imshow(plan.alike, vmin=0.0, vmax=1.0, cmap="magma_r")
+    panel.set_xticks(range(count), plan.labels, rotation=90, fontsize=7)
+    panel.set_yticks(range(count), plan.labels, fontsize=7)
+    figure.colorbar(image, ax=panel, label="likeness of signatures, nuisances taken out (1 = the same)", shrink=0.7)
+    figure.savefig(path, dpi=110)
