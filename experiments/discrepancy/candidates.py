@@ -16,8 +16,8 @@ UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no nam
 ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
 DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
 TIMES = ("begin",)  # fields that are a time of the run [s]
-PHASES = ("phase", "angle")  # fields that are found though a fit of sizes leaves them alone [rad]
-PHASES_TRIED = 4
+PHASES = ("phase", "angle")  # held fields that are found all the same [rad]
+PHASES_TRIED = 3
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,14 @@ class Candidate:
         return self.kind.acts_on == "sensor"
 
     @property
+    def phases(self) -> list[str]:
+        """Fields that turn with a wheel."""
+        return [name for name in PHASES if name in self.kind.held]
+
+    @property
     def parameters(self) -> dict[str, Parameter]:
         """Free numbers."""
-        fixed = {name for name, _ in self.choices} | set(self.kind.held) - {*DISTANCES, *PHASES}
+        fixed = {name for name, _ in self.choices} | set(self.kind.held) - {*DISTANCES, *self.phases}
         free = {name: one for name, one in self.kind.parameters().items() if name not in fixed}
         return {name: self.context.range(name, one) for name, one in free.items()}
 
@@ -113,7 +118,7 @@ class Candidate:
         """The same size at the places, times and phases where it may be."""
         free = self.parameters
         where = [name for name in free if name in (*DISTANCES, *TIMES)]
-        phases = [name for name in free if name in PHASES]
+        phases = self.phases
         spots: Sequence[tuple[float, float]] = self.context.spots if where else [(0.0, 0.0)]
         turns = [2.0 * math.pi * i / PHASES_TRIED for i in range(PHASES_TRIED)] if phases else [0.0]
         for (distance, time), turn in itertools.product(spots, turns):

@@ -3,21 +3,26 @@
 from collections.abc import Sequence
 
 import numpy as np
-from railsim.effects.empirical_force import EmpiricalForce
 
 from experiments.discrepancy.candidates import Candidate, Context
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, fit_candidate
 from experiments.discrepancy.latent import LatentForce
-from railsim.model import TRACK, Model
+from railsim import effects as library
+from railsim.effects.interface import Effect
+from railsim.model import Model
+from railsim.registry import discover
 
 STARTS = (0.7, 1.5)  # of the curve, which the smoother shrinks
+LAW = "empirical_force"  # the effect that takes a table
+OUTSIDE = "track"  # its name for what is no body
 FOLLOWING = 0.05  # share of the force's variance that a curve must have to be tried
 
 
 def empirical_candidate(context: Context, force: LatentForce, model: Model) -> Candidate | None:
     """The table of a latent force; None where its curve says nothing."""
-    if len(force.curve) < 4 or force.follows < FOLLOWING:
+    kind = discover(library, Effect).get(LAW)
+    if kind is None or len(force.curve) < 4 or force.follows < FOLLOWING:
         return None
     state, values = force.curve[:, 0], -force.curve[:, 1]  # the law opposes the movement
     kept = np.concatenate([[True], np.diff(state) > 1e-12 * max(float(np.ptp(state)), 1e-30)])
@@ -33,14 +38,14 @@ def empirical_candidate(context: Context, force: LatentForce, model: Model) -> C
     own = model.bodies[model.index(force.place.upper)].position
     choices = (
         ("upper", force.place.upper),
-        ("lower", force.place.lower or TRACK),
+        ("lower", force.place.lower or OUTSIDE),
         ("axis", force.place.direction),
         ("position", tuple(joint.position) if joint else own),
         ("displacement", displacement),
         ("velocity", velocity),
         ("force", table),
     )
-    return Candidate(EmpiricalForce, context, choices)
+    return Candidate(kind, context, choices)
 
 
 def fit_empirical(

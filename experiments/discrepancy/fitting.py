@@ -9,7 +9,14 @@ import numpy as np
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.forward import Forward, Prediction
 from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
-from experiments.discrepancy.noise import Whitener, covariance_of, propagated_track_error, whitener
+from experiments.discrepancy.noise import (
+    PERTURBED,
+    Whitener,
+    covariance_of,
+    perturbed_tracks,
+    propagated_track_error,
+    whitener,
+)
 from experiments.discrepancy.parallel import in_parallel
 from railsim.effects.interface import Effect
 
@@ -64,10 +71,11 @@ class Problem:
         """(n, k, f, 2 c) of the derivatives (n, k, f, c) of coefficients."""
         return np.stack([self.whitened(one).astype(np.float32) for one in columns])
 
-    def with_noise(self, z: np.ndarray, effects: Sequence[Effect] = (), *, track: bool = True) -> "Problem":
-        """The problem with its noise propagated through the model at z; without `track`, sensors and model alone."""
+    def with_noise(self, z: np.ndarray, effects: Sequence[Effect] = (), runs: int = PERTURBED) -> "Problem":
+        """The problem with its noise propagated through the model at z by so many runs on perturbed tracks."""
         base = self.forward.predict(z, effects)
-        passed = propagated_track_error(self.forward, self.frames, z, effects, base, SEED) if track else None
+        tracks = perturbed_tracks(self.evidence, SEED, runs)
+        passed = propagated_track_error(self.forward, self.frames, z, effects, base, tracks)
         covariance = covariance_of(self.evidence, self.frames, self.stacked(base), passed)
         return self.but(white=whitener(covariance, self.measured))
 

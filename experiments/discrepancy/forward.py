@@ -23,7 +23,7 @@ from railsim.sensors.errors import SensorErrors, sample
 from railsim.sensors.interface import Sensor
 from railsim.simulation import load_engine
 from railsim.speed import Profile
-from railsim.track.kernel import build_tables
+from railsim.track.kernel import TrackTables, build_tables
 from railsim.track.track import Track
 
 OVERRUN = 50.0  # m that the measured track is continued straight at its ends, so that a shifted run stays on it
@@ -79,7 +79,8 @@ class Forward:
         substeps = default_substeps(setup.model, setup.speed_tables, rate)
         substeps *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * substeps * setup.longest_step))))
         start = self.alignment.start + self._value(z, "start.distance", additive=True)
-        run = Run(setup.model, build_tables(setup.track), setup.speed_tables, start, setup.duration, rate, substeps)
+        tables = self._tables if setup.track is self.track else build_tables(setup.track)
+        run = Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, substeps)
         rows = np.concatenate(list(load_engine(self.engine)(run)))
         about = {"vehicle": {"wheel_radius [m]": getattr(setup.vehicle, "wheel_radius", 0.5)}}
         return setup, MemoryTruth(channel_names(setup.model), rows, rate, about)
@@ -105,6 +106,10 @@ class Forward:
         """Run and observe."""
         setup, truth = self.run(z, effects)
         return self.observe(setup, truth, z)
+
+    @cached_property
+    def _tables(self) -> TrackTables:
+        return build_tables(self.track)
 
     @cached_property
     def _places(self) -> dict[str, int]:

@@ -24,6 +24,7 @@ from railsim.effects.interface import Effect, Parameter
 from railsim.errors import InputError
 
 ROUNDS = 6
+WORTH = 3.0  # nats that a further linearisation must have brought to go on
 DROPPED = 3
 Tell = Callable[[str], None]
 
@@ -101,7 +102,7 @@ def polish(problem: Problem, null: Fit, found: Hypothesis, tell: Callable[[str],
         values = _values(found.candidate, found.shares)
         again = replace(null, columns=columns, jacobian=problem.whitened_columns(columns))
         better = fit_candidate(problem, again, found.candidate, [(found.fit.z, values)], tell)
-        if better is None or better.log_evidence < found.log_evidence + 0.5:
+        if better is None or better.log_evidence < found.log_evidence + WORTH:
             return found if better is None or better.log_evidence < found.log_evidence else better
         found = better
     return found

@@ -111,7 +111,12 @@ def sensor_density(sensor: Sensor, frames: Frames) -> np.ndarray:
 
 
 def propagated_track_error(
-    forward: Forward, frames: Frames, z: np.ndarray, effects: Sequence[Effect], base: Prediction, seed: int
+    forward: Forward,
+    frames: Frames,
+    z: np.ndarray,
+    effects: Sequence[Effect],
+    base: Prediction,
+    tracks: Sequence[Track],
 ) -> np.ndarray | None:
     """(k, f, c, c) cross-spectral matrix that the track measurement's errors cause, None where they are nothing.
 
@@ -126,7 +131,7 @@ def propagated_track_error(
         change = {name: prediction[name] - base[name] for name in evidence.channels}
         return stack(frames, evidence.channels, change, evidence.rates)
 
-    found = in_parallel(difference, perturbed_tracks(evidence, seed))
+    found = in_parallel(difference, tracks)
     outer = np.mean([np.matmul(d[..., :, None], d[..., None, :].conj()) for d in found], axis=0)
     speed = np.interp(frames.middles, evidence.speed[0], evidence.speed[1])
     apart = np.log(speed[:, None] / speed[None, :]) / SPEED_WIDTH
@@ -136,7 +141,7 @@ def propagated_track_error(
     return (weight @ outer.reshape(k, -1)).reshape(k, f, c, c)
 
 
-def perturbed_tracks(evidence: Evidence, seed: int, count: int = PERTURBED) -> list[Track]:
+def perturbed_tracks(evidence: Evidence, seed: int, count: int) -> list[Track]:
     """The measured track with further errors of the stated size; the same for the same seed."""
     rng = np.random.default_rng(seed)
     tracks = []

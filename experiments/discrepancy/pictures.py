@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from experiments.discrepancy.decide import Judged
 from experiments.discrepancy.fitting import Problem
@@ -35,7 +35,7 @@ def heat_maps(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Fig
         image = panel.imshow(table, aspect="auto", cmap="magma_r", norm=LogNorm(1.0, 30.0))
         for row, column in np.ndindex(*table.shape):
             value = table[row, column]
-            colour = "white" if value > 6.0 else "#333333"
+            colour = "white" if value > 3.5 else "#333333"
             panel.text(column, row, f"{value:.1f}", ha="center", va="center", fontsize=7, color=colour)
         panel.set_title(title, fontsize=10)
         panel.set_xticks(range(len(pairs)), [f"{a:g}–{b:g}" for a, b in pairs], fontsize=8, rotation=30)
@@ -150,5 +150,6 @@ def latent(forces: Sequence[LatentForce]) -> Figure:
         panel.axhline(0.0, color="#bbbbbb", linewidth=0.6)
         panel.set(xlabel=one.state, ylabel=f"missing force in {one.place.unit}")
         panel.set_title(f"{one.place.label}\nevidence {one.gain:.0f} nats, follows it to {one.follows:.0%}", fontsize=8)
+        panel.xaxis.set_major_locator(MaxNLocator(4))
         panel.ticklabel_format(style="sci", axis="both", scilimits=(-3, 4))
     return figure

@@ -20,6 +20,7 @@ from experiments.discrepancy.screening import Screened, screen
 from experiments.discrepancy.selection import select
 from railsim.errors import InputError
 
+FIRST_RUNS = 3  # on perturbed tracks, for the noise of the first fit
 SPOTS = 3  # loudest sections where local effects are tried
 
 
@@ -122,4 +123,4 @@ def prepare(evidence: Evidence, tell: Tell) -> Problem:
     if not test.any() or not np.isfinite(measured[train]).any():
         raise InputError("too few whole sections of 2 s; record longer, or mend the lost samples")
     problem = Problem(forward, frames, measured, train, test)
-    return problem.with_noise(np.zeros(len(forward.nuisances)))
+    return problem.with_noise(np.zeros(len(forward.nuisances)), runs=FIRST_RUNS)

@@ -1,0 +1,62 @@
+"""Scores of the blind benchmark: what counts as right, wrong, false alarm and covered; intervals of shares."""
+
+from typing import Any
+
+import numpy as np
+from scipy.stats import binom
+
+from experiments.discrepancy.benchmark_score import score, wilson
+
+
+def _row(status: str, effect: str | None, named: str | None, **more: Any) -> dict[str, Any]:
+    verdict = {"status": status, "effect": effect, "class": named, "parameters": {}, "detectable": {}, **more}
+    return {"verdict": verdict}
+
+
+def _label(kind: str, *effects: dict[str, Any]) -> dict[str, Any]:
+    return {"kind": kind, "effects": list(effects), "classes": [one["kind"] for one in effects]}
+
+
+DAMPER = {"kind": "weak_yaw_damper", "factor": 0.3}
+SURE = {"parameters": {"factor": {"value": 0.32, "low": 0.25, "high": 0.4, "unit": "-"}}}
+
+
+def test_right_wrong_and_missed_names():
+    rows = [
+        (_row("named", "weak_yaw_damper", "weak_yaw_damper", **SURE), _label("effect", DAMPER)),
+        (_row("named", "payload", "payload"), _label("effect", DAMPER)),
+        (_row("none", None, None), _label("effect", DAMPER)),
+    ]
+    found = score(rows)["metrics"]
+    assert found["right name"]["value"] == found["wrong name"]["value"] == 1 / 3
+    assert found["detected"]["value"] == 2 / 3
+    assert found["two-sigma interval covers"]["cases"] == 1
+
+
+def test_too_small_an_effect_is_no_miss():
+    least = {"weak_yaw_damper": {"name": "factor", "absent": 1.0, "size": 0.2}}
+    found = score([(_row("none", None, None, detectable=least), _label("effect", DAMPER))])["metrics"]
+    assert "right name" not in found
+    assert found["undetectable effect left alone or named right"]["value"] == 1.0
+
+
+def test_any_accusation_of_a_healthy_vehicle_is_a_false_alarm():
+    rows = [(_row(status, None, None), _label("null")) for status in ("none", "unknown", "ambiguous", "named")]
+    assert score(rows)["metrics"]["false alarm on a null"]["value"] == 0.75
+
+
+def test_pairs_must_be_right_in_both():
+    second = {"kind": "payload", "mass": 2000.0}
+    right = _row("named", "payload", "payload", further=[{"class": "weak_yaw_damper"}])
+    half = _row("named", "payload", "payload", further=[])
+    rows = [(one, _label("pair", DAMPER, second)) for one in (right, half)]
+    assert score(rows)["metrics"]["pair exactly right"]["value"] == 0.5
+
+
+def test_wilson_interval_holds_the_true_share_as_often_as_it_says():
+    """Mean coverage over shares, from the binomial distribution itself: 95 % (Wilson 1927)."""
+    cases = 40
+    ranges = [(wilson(k, cases)["low"], wilson(k, cases)["high"]) for k in range(cases + 1)]
+    shares = np.linspace(0.02, 0.98, 97)
+    covered = [sum(float(binom.pmf(k, cases, p)) for k, (a, b) in enumerate(ranges) if a <= p <= b) for p in shares]
+    assert abs(np.mean(covered) - 0.95) < 0.01
