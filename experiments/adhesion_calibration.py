@@ -18,6 +18,7 @@ from estimators._adhesion_features import SETS, features, windows
 from estimators._creep_forces import RATE
 from estimators.adhesion_creep_forces import SETTLE, AdhesionCreepForces
 from experiments.adhesion_runs import recording, sensors
+from railsim import load_scenario
 from railsim.contact.adhesion import CONDITIONS
 from railsim.track import spectra, synthesis
 from railsim.track.files import write_track
@@ -34,6 +35,16 @@ HOPS = {10.0: 5.0, 4.0: 4.0}  # s between windows
 PENALTIES = {"level": 1e-3, "slope": 1e-2}
 DIGITS = 4
 SHIPPED = Path("estimators") / FILE
+CLEAR = 20.0  # m, start of runs with vehicles off their nominal parameters: all wheels on even track
+SPREAD = {
+    "body_mass": (0.95, 1.2),
+    "secondary_lateral_damping": (0.5, 1.1),
+    "yaw_damper_damping": (0.5, 1.1),
+    "primary_longitudinal_stiffness": (0.85, 1.15),
+    "primary_lateral_stiffness": (0.85, 1.15),
+}
+"""Range of the factors of parameters in the runs with vehicles off their nominal parameters (illustrative)."""
+CONICITIES = (0.07, 0.22)  # of these vehicles' wheels; new to worn (illustrative)
 LEFT = 2  # tracks that are left out at a time
 
 
@@ -100,6 +111,9 @@ def scenarios() -> dict[str, Any]:
         "speeds vary by": AROUND,
         "duration [s]": DURATION,
         "levels": list(LEVELS),
+        "vehicles": "nominal; on every second track also with factors and conicity at random",
+        "factors of the vehicle": {name: list(bounds) for name, bounds in SPREAD.items()},
+        "conicities": list(CONICITIES),
         "engine": "compiled",
     }
 
@@ -107,9 +121,11 @@ def scenarios() -> dict[str, Any]:
 def collect(vehicle: str) -> dict[tuple[str, float], Windows]:
     """Features of every window of every run, by set of sensors and length of the window."""
     rows: dict[tuple[str, float], list[tuple[np.ndarray, float, int, int]]] = {}
-    for number, speed, level, seed, path in _runs():
+    for number, speed, level, seed, path, varied in _runs():
         settings = {"vehicle": {"name": vehicle, "adhesion": LEVELS[level]}, "track": str(path)}
-        measurements = recording(settings, speed, DURATION, sensors(TRACKS[number].grade), seed)
+        unknown = _unknown(vehicle, seed) if varied else {}
+        settings |= {"start": CLEAR} if varied else {}
+        measurements = recording(settings, speed, DURATION, sensors(TRACKS[number].grade), seed, unknown)
         for kind, signals in signal_sets(measurements).items():
             for window, hop in HOPS.items():
                 rows.setdefault((kind, window), []).extend(
@@ -127,16 +143,26 @@ def signal_sets(measurements: Any) -> dict[str, np.ndarray]:
     return {kind: estimator.forces(measurements, health, bodies).signals[skipped:] for kind, bodies in SETS.items()}
 
 
-def _runs() -> Iterator[tuple[int, float, int, int, Path]]:
+def _runs() -> Iterator[tuple[int, float, int, int, Path, bool]]:
+    """Place of the track, speed, level, seed, the track's file, whether the vehicle is off its nominal parameters."""
     with tempfile.TemporaryDirectory() as folder:
         for number, track in enumerate(TRACKS):
             path = _write(track, Path(folder))
-            rng = np.random.default_rng(track.seed + 1)
-            for speed in SPEEDS:
-                for level in range(len(LEVELS)):
-                    faster = float(np.clip(speed * (1.0 + AROUND * rng.uniform(-1.0, 1.0)), SPEEDS[0], SPEEDS[-1]))
-                    yield number, round(faster, 2), level, int(rng.integers(1 << 30)), path
+            for varied in (False, True) if number % 2 == 0 else (False,):
+                rng = np.random.default_rng(track.seed + (2 if varied else 1))
+                for speed in SPEEDS:
+                    for level in range(len(LEVELS)):
+                        faster = float(np.clip(speed * (1.0 + AROUND * rng.uniform(-1.0, 1.0)), SPEEDS[0], SPEEDS[-1]))
+                        yield number, round(faster, 2), level, int(rng.integers(1 << 30)), path, varied
             print(f"track {number + 1} of {len(TRACKS)}", flush=True)
+
+
+def _unknown(vehicle: str, seed: int) -> dict[str, Any]:
+    """Parameters of a vehicle as it really is, which the recording does not know."""
+    rng = np.random.default_rng(seed)
+    nominal = load_scenario("smooth", {"vehicle": vehicle}).vehicle.nominal()
+    found: dict[str, Any] = {name: nominal[name] * rng.uniform(*bounds) for name, bounds in SPREAD.items()}
+    return found | {"pair": {"kind": "smooth", "conicity": float(rng.uniform(*CONICITIES))}}
 
 
 def _write(track: CalibrationTrack, folder: Path) -> Path:

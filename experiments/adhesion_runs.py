@@ -3,9 +3,13 @@
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from railsim import measure, simulate
+from railsim.contact.adhesion import CONDITIONS
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
 from railsim.truth import Truth
@@ -42,17 +46,48 @@ def scenario(
     return Scenario.build({**values, **settings})
 
 
-def run(one: Scenario, seed: int, engine: str = "compiled") -> tuple[Truth, Measurements]:
-    """Truth and what is measured of it."""
+def run(
+    one: Scenario, seed: int, engine: str = "compiled", stated: Scenario | None = None
+) -> tuple[Truth, Measurements]:
+    """Truth and what is measured of it; `stated`: the scenario that the recording knows, where it is another."""
     truth = simulate(one, engine=engine)
-    return truth, measure(truth, one, seed).measurements
+    return truth, measure(truth, stated or one, seed).measurements
 
 
 def recording(
-    settings: Mapping[str, Any], speed: float, duration: float, suite: list[dict[str, Any]], seed: int
+    settings: Mapping[str, Any],
+    speed: float,
+    duration: float,
+    suite: list[dict[str, Any]],
+    seed: int,
+    unknown: Mapping[str, Any] = MappingProxyType({}),
 ) -> Measurements:
-    """What is measured of a run by the compiled engine, of which nothing else is kept."""
-    one = scenario(settings, speed, duration, suite)
+    """What is measured of a run by the compiled engine, of which nothing else is kept.
+
+    `unknown`: settings of the vehicle in truth that the recording does not know, instead of its nominal ones.
+    """
+    stated = scenario(settings, speed, duration, suite)
+    one = scenario({**settings, "vehicle": {**settings["vehicle"], **unknown}}, speed, duration, suite)
     with tempfile.TemporaryDirectory() as folder:
         truth = simulate(one, "compiled", Path(folder) / "truth")
-        return measure(truth, one, seed).measurements
+        return measure(truth, stated, seed).measurements
+
+
+def between(first: str, second: str) -> dict[str, float]:
+    """Adhesion settings half way between two presets: geometric means of friction and of the reduction factors."""
+    one, other = CONDITIONS[first].parameters(), CONDITIONS[second].parameters()
+    return {name: float(np.sqrt(one[name] * other[name])) for name in one}
+
+
+def spliced(before: Measurements, after: Measurements, time: float) -> Measurements:
+    """One recording from two runs over the same track at the same speed: the second one from `time` [s] on.
+
+    A change of adhesion with its creep slopes, which a track's friction column cannot make. The vehicle's place jumps
+    by what the runs differ, a millimetre or so, and its accelerations and rates with it.
+    """
+    tables: dict[float, dict[str, np.ndarray]] = {}
+    for name in before.channels:
+        times = before.time(name)
+        table = tables.setdefault(before.rate(name), {"time [s]": times})
+        table[name] = np.where(times < time, before[name], after[name])
+    return Measurements(before.about, tables)

@@ -1,0 +1,118 @@
+"""Figure 9: densities of the estimated lateral forces on both wheelsets for four adhesion conditions."""
+
+import itertools
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Picture
+from scipy.signal import welch
+
+from estimators._adhesion_classifier import LEVELS
+from estimators._creep_record import RATE, high_pass
+from estimators.adhesion_creep_forces import SETTLE, AdhesionCreepForces
+from estimators.adhesion_creep_forces_profile import AdhesionCreepForcesProfile
+from experiments.adhesion_runs import run, scenario, sensors
+from experiments.adhesion_score import true_forces
+from experiments.figures.interface import Claim, Figure
+from experiments.plots import BLUE, GREEN, PURPLE, RED
+from railsim.measurements import Measurements
+from railsim.truth import Truth
+
+TRACK, VEHICLE, SPEED = "straight_erri_low", "class175", 30.0
+DURATION, SHORT = 60.0, 30.0  # s
+SEGMENT = 4.0  # s of Welch's method
+LOWEST, HIGHEST = 0.5, 12.0  # Hz in which peaks are looked for
+WHEELSETS = {1: "leading", 2: "trailing"}
+COLOURS = dict(zip(LEVELS, (GREEN, BLUE, RED, PURPLE), strict=True))
+UNKNOWN, PROFILE = "unknown input", "nominal profile known"
+FREQUENCY = "frequency [Hz]"
+LATERAL, MOMENT = "lateral force [N2/Hz]", "yaw moment [N2 m2/Hz]"
+
+
+class Fig09(Figure):
+    """Peaks of the creep forces' density fall with worse adhesion; the trailing wheelset separates more."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        columns: dict[str, np.ndarray] = {}
+        for level in LEVELS:
+            settings = {"track": TRACK, "vehicle": {"name": VEHICLE, "adhesion": level}}
+            one = scenario(settings, SPEED, SHORT if fast else DURATION, sensors("mems"))
+            truth, measured = run(one, 9, "compiled" if fast else "exudyn")
+            columns |= _densities(truth, measured, level)
+        return pd.DataFrame(columns)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        picture = Picture(figsize=(11.5, 8.4), layout="constrained")
+        axes = picture.subplots(2, 2, sharex=True)
+        for number, wheelset in WHEELSETS.items():
+            _draw(axes[0, number - 1], table, number, UNKNOWN, LATERAL)
+            axes[0, number - 1].set_title(f"{wheelset} wheelset: lateral force, {UNKNOWN}", fontsize=10)
+            _draw(axes[1, number - 1], table, number, PROFILE, LATERAL)
+            axes[1, number - 1].set_title(f"{wheelset} wheelset: creep force, {PROFILE} (dotted: true)", fontsize=10)
+            axes[1, number - 1].set_xlabel("frequency [Hz]")
+        axes[0, 0].legend(frameon=False, fontsize=9)
+        picture.suptitle(f"Class 175-like, {TRACK}, {SPEED:g} m/s, no braking", fontsize=11)
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        claims = []
+        for kind, quantity in ((UNKNOWN, LATERAL), (UNKNOWN, MOMENT), (PROFILE, LATERAL)):
+            what = f"{quantity.partition(' [')[0]}, {kind}"
+            peaks = {number: [_peak(table, number, kind, quantity, level) for level in LEVELS] for number in WHEELSETS}
+            for number, values in peaks.items():
+                least = min(better / worse for better, worse in itertools.pairwise(values))
+                name = f"{what}, {WHEELSETS[number]}: peak over that of the next worse adhesion, least of three"
+                claims.append(Claim(name, least, "> 1", least > 1.0))
+            apart = [values[0] / values[-1] for values in peaks.values()]
+            name = f"{what}: peak dry over very low, trailing over leading"
+            claims.append(Claim(name, apart[1] / apart[0], "> 1", apart[1] > apart[0]))
+        return claims
+
+
+def _densities(truth: Truth, measured: Measurements, level: str) -> dict[str, np.ndarray]:
+    """Densities of both estimators' forces and of the true creep force, by column."""
+    found: dict[str, np.ndarray] = {}
+    plain = AdhesionCreepForces()
+    for kind, estimator in ((UNKNOWN, plain), (PROFILE, AdhesionCreepForcesProfile())):
+        series = estimator.estimate(measured).series
+        valid = series["valid [-]"].to_numpy(float) > 0.5
+        for number in WHEELSETS:
+            for quantity, name in ((LATERAL, "lateral_creep_force [N]"), (MOMENT, "creep_yaw_moment [N m]")):
+                values = series[f"wheelset{number}.{name}"].to_numpy(float)[valid]
+                found[FREQUENCY], found[_column(number, kind, quantity, level)] = _density(values, RATE)
+    for number in WHEELSETS:
+        true = high_pass(true_forces(truth, number)["creep"], plain.corner, rate=truth.rate)
+        frequency, density = _density(true[round(SETTLE * truth.rate) :], truth.rate)
+        found[_column(number, "true", LATERAL, level)] = np.interp(found[FREQUENCY], frequency, density)
+    return found
+
+
+def _density(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    frequency, density = welch(values, rate, nperseg=round(SEGMENT * rate))
+    kept = (frequency > 0.0) & (frequency <= 20.0)
+    return frequency[kept], density[kept]
+
+
+def _column(number: int, kind: str, quantity: str, level: str) -> str:
+    return f"wheelset{number}, {kind}, {level}: {quantity}"
+
+
+def _peak(table: pd.DataFrame, number: int, kind: str, quantity: str, level: str) -> float:
+    frequency = table[FREQUENCY].to_numpy(float)
+    inside = (frequency >= LOWEST) & (frequency <= HIGHEST)
+    return float(table[_column(number, kind, quantity, level)].to_numpy(float)[inside].max())
+
+
+def _draw(axes: Axes, table: pd.DataFrame, number: int, kind: str, quantity: str) -> None:
+    frequency = table[FREQUENCY].to_numpy(float)
+    for level, colour in COLOURS.items():
+        values = table[_column(number, kind, quantity, level)].to_numpy(float)
+        axes.plot(frequency, values, color=colour, lw=1.6, label=level)
+        if kind == PROFILE:
+            true = table[_column(number, "true", quantity, level)].to_numpy(float)
+            axes.plot(frequency, true, color=colour, lw=1.1, ls=":")
+    axes.set(xlim=(LOWEST, HIGHEST), ylim=(1e3, 1e7), yscale="log", ylabel="density [N²/Hz]")
+    axes.grid(True, color="#dddddd", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
