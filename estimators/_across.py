@@ -5,6 +5,7 @@ own, so that path and cant of that length are those of the bogie itself; they ar
 are linear, so that a high-passed track makes the high-passed readings.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +13,9 @@ import numpy as np
 from estimators import _lateral_plane as plane_of
 from estimators._bands import Band, band_pass, transform
 from estimators._fused import Plane
+from estimators._pairs import WHEELSETS, axleboxes, displacements, place_of, singles
 from estimators._planes import CANT_BASE, Output
-from estimators._readings import Reading, attitude, channels_of, reading, stated
+from estimators._readings import Reading, attitude, channels_of, reading
 from estimators._shaping import Prior
 from estimators._space import Way
 from railsim.measurements import Measurements
@@ -27,9 +29,8 @@ LEVEL = 4.032e-7 * 0.8246**2  # m rad; lateral irregularity of ERRI B176 (1989) 
 CANT_CORNERS = (0.001, 0.8246)  # rad/m; ERRI's upper corner, and freedom for the design cant below
 
 
-DISTURBED = ((plane_of.Y1, plane_of.Y2), (plane_of.YAW1, plane_of.YAW2), (plane_of.ROLL,))
-"""What is pushed by forces that are not in the model: wheelsets sideways and in yaw (flange, creep beyond its slope),
-the bogie in roll."""
+DISTURBED = ((plane_of.Y1, plane_of.Y2), (plane_of.YAW1, plane_of.YAW2))
+"""Wheelsets are pushed sideways and turned by forces that are not in the model: flange, creep beyond its slope."""
 
 
 def fits(measurements: Measurements) -> bool:
@@ -70,18 +71,32 @@ def low(k: np.ndarray) -> np.ndarray:
     return 1.0 / (1.0 + (k * LONGEST / (2.0 * np.pi)) ** ORDER)
 
 
-def across(measurements: Measurements, way: Way, unknown: dict[str, float]) -> Plane:
-    """The lateral plane with all readings."""
+def across(
+    measurements: Measurements,
+    way: Way,
+    unknown: dict[str, float],
+    curve: np.ndarray,
+    lift: Callable[[Output], tuple[np.ndarray, float]],
+) -> Plane:
+    """The lateral plane with all readings.
+
+    Parameters
+    ----------
+    curve : where the track is curved, shape (n,).
+    lift : what the vertical estimate says of a sensor at a wheelset, see `singles`.
+    """
     readings = [
         reading(measurements, way, YAW, Output("rate", axis="yaw")),
         reading(measurements, way, ROLL, Output("rate", axis="roll")),
     ]
     for name in channels_of(measurements, "bogie", "acceleration_y"):
-        position = stated(measurements, name).get("position", (0.0, 0.0, 0.0))
-        readings.append(reading(measurements, way, name, Output("acceleration", tuple(position))))
-    for number, x in ((1, 1.0), (2, -1.0)):
+        readings.append(reading(measurements, way, name, Output("acceleration", place_of(measurements, name))))
+    for number, x in WHEELSETS:
         for name in channels_of(measurements, f"wheelset{number}", "acceleration_y"):
             readings.append(reading(measurements, way, name, Output("axlebox", (x, 0.0, 0.0))))
+    readings += displacements(measurements, way, half_difference=True)
+    readings += axleboxes(measurements, way, half_difference=True)
+    readings += singles(measurements, way, lift)
     outputs = [one.output for one in readings]
     return Plane(
         lambda p, speed: plane_of.lateral(p, outputs, speed),
@@ -92,6 +107,7 @@ def across(measurements: Measurements, way: Way, unknown: dict[str, float]) -> P
         2 * plane_of.MOVES,
         tuple(tuple(plane_of.MOVES + one for one in group) for group in DISTURBED),
         start,
+        curve,
     )
 
 

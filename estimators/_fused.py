@@ -1,8 +1,9 @@
 """One plane of the fused estimate: levels of the track's spectra, filter and smoother, uncertainty of every band."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -38,6 +39,7 @@ class Plane:
     priors : shapes of the spectra of the track's quantities; their levels are fitted.
     states : how many the vehicle has.
     disturbed : groups of states (rates) that forces push which are not in the model; their sizes are fitted.
+    curve : where the track is curved, shape (n,): there disturbances have sizes of their own.
     structure : of what a sensor shows: standard deviation of what the model leaves out, coherent with the track.
     start : standard deviation of each state for heights (m) and slopes (rad) of the quantities, at a speed.
     """
@@ -50,6 +52,7 @@ class Plane:
     states: int
     disturbed: tuple[tuple[int, ...], ...]
     start: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+    curve: np.ndarray | None = None
     structure: float = STRUCTURE
 
     @property
@@ -95,16 +98,17 @@ class Plane:
         ]
 
     def information(
-        self, speed: float, spacing: float, distance_error: float, priors: Sequence[Prior], sizes: np.ndarray
+        self, speed: float, spacing: float, distance_error: float, priors: Sequence[Prior], sizes: np.ndarray | None
     ) -> Information:
-        """Spectra at a speed, with disturbances of those sizes and the floor under the readings' noise."""
+        """Spectra at a speed, with disturbances of those sizes and the readings' floor; neither where None."""
         systems = deviations(lambda p: self.system(p, speed), self.vehicle, self.unknown)
         scales = np.array([np.hypot(one.scale, self.structure) for one in self.readings])
-        noise = self.noise(self.drive(speed, priors, sizes))
+        noise = self.noise(None if sizes is None else self.drive(speed, priors, sizes))
         plain = information(systems, priors, noise, speed, self.wheelbase, scales, distance_error)
-        floor = np.array([plain.rms(one) for one in plain.readings.T]) * FLOOR
-        raised = noise._replace(density=np.sqrt(noise.density**2 + 2 * floor**2 * spacing / speed))
-        return information(systems, priors, raised, speed, self.wheelbase, scales, distance_error)
+        if sizes is None:
+            return plain
+        floor = FLOOR * np.array([plain.rms(one) for one in plain.readings.T])
+        return replace(plain, noise=plain.noise + np.diag(floor**2 * spacing / np.pi))
 
 
 class Fused(NamedTuple):
@@ -118,6 +122,7 @@ class Fused(NamedTuple):
     seen : whether any sensor gave anything.
     level : of the fitted spectrum, m rad.
     bounds : Cramer-Rao bound of each band at the median speed, m rms.
+    hidden : places of which nothing is said.
     """
 
     s: np.ndarray
@@ -127,6 +132,7 @@ class Fused(NamedTuple):
     seen: np.ndarray
     level: float
     bounds: dict[str, float]
+    hidden: np.ndarray
 
     def raised(self, by: np.ndarray, error: np.ndarray, shares: dict[str, float]) -> "Fused":
         """The same with something added to the values, and with an `error` (m, standard deviation) of which `shares`
@@ -139,11 +145,12 @@ class Fused(NamedTuple):
         """The same at other places."""
         band_std = {name: np.interp(s, self.s, std) for name, std in self.band_std.items()}
         values, std = CubicSpline(self.s, self.values)(s), np.interp(s, self.s, self.std)
-        return self._replace(s=s, values=values, std=std, band_std=band_std, seen=np.interp(s, self.s, self.seen) > 0.5)
+        seen, hidden = (np.interp(s, self.s, one) > 0.5 for one in (self.seen, self.hidden))
+        return Fused(s, values, std, band_std, seen, self.level, self.bounds, hidden)
 
     def without(self, places: np.ndarray) -> "Fused":
-        """The same, NaN at some places and with them in the bands that reach there."""
-        return self._replace(values=np.where(places, np.nan, self.values))
+        """The same with nothing said of some places, nor of the bands that reach there."""
+        return self._replace(hidden=self.hidden | places)
 
     def with_share(self, other: "Fused", share: float) -> "Fused":
         """This plus a share of another quantity, whose errors are independent."""
@@ -154,50 +161,103 @@ class Fused(NamedTuple):
 
 def fuse(plane: Plane, way: Way, bands: Sequence[dict[str, Band]], distance_error: float) -> list[Fused]:
     """Smooth one plane over the whole record; one result for each quantity, with its bands."""
-    levels, sizes = fit_levels(plane, way)
+    kind = np.zeros(len(way.s), dtype=int) if plane.curve is None else plane.curve.astype(int)
+    levels, sizes = fit_levels(plane, way, kind, distance_error)
     priors = [prior.scaled(float(level)) for prior, level in zip(plane.priors, levels, strict=True)]
     low, high = float(way.speed.min()), float(way.speed.max())
     count = int(np.ceil(np.log(high / low) / np.log(SPEED_RATIO))) + 1
     speeds = np.geomspace(low, high, count) if high > low * LEAST_SPREAD else np.array([low])
-    known = [plane.information(float(one), way.spacing, distance_error, priors, sizes) for one in speeds]
-    noise = _per_step(plane, way, speeds, known)
-    height = np.sqrt([float(prior.stationary()[0, 0]) for prior in priors])
-    slope = np.sqrt([_slope_variance(prior) for prior in priors])
-    drives = np.stack([plane.drive(float(one), priors, sizes) for one in speeds])
-
-    def drive(speed: float) -> np.ndarray:
-        return np.array([np.interp(np.log(speed), np.log(speeds), column) for column in drives.T])
-
-    made = passage(
-        lambda speed: plane.system(plane.vehicle, speed), priors, plane.noise(), drive, way.speed, way.spacing,
-        round(plane.wheelbase / way.spacing), plane.start(height, slope, float(np.median(way.speed))),
-    )  # fmt: skip
-    values, variance = smooth(made, way, plane.readings, noise)
+    over = Over(speeds, way.speed, kind)
+    known = [
+        [plane.information(float(one), way.spacing, distance_error, priors, size) for one in speeds] for size in sizes
+    ]
+    noise = _per_step(plane, way, over, known)
+    made = _passage(plane, way, priors, sizes, speeds)
+    values, variance = smooth(made, way, plane.readings, noise, kind)
     seen = way.valid & np.any([np.isfinite(one.values) for one in plane.readings], axis=0)
-    edges = {band: None for one in bands for band in one.values()}
     local = {
-        band: _between(way.speed, speeds, [one.local(values, way.spacing, band) for one in known]) for band in edges
+        band: over.courses([[one.local(values, way.spacing, band) for one in of_kind] for of_kind in known])
+        for band in dict.fromkeys(band for one in bands for band in one.values())
     }
     bounds = plane.bounds(float(np.median(way.speed)), priors, bands)
     found = []
     for number, own in enumerate(bands):
-        stationary = [one.rms(one.bound[:, number]) ** 2 for one in known]
-        wrong = [one.rms(one.with_model_error[:, number]) ** 2 for one in known]
-        wrong = _over(way.speed, speeds, [a - b for a, b in zip(wrong, stationary, strict=True)])
-        excess = np.maximum(variance[:, number] - BEYOND * _over(way.speed, speeds, stationary), 0.0)
+
+        def of(
+            density: Callable[[Information], np.ndarray], band: Band | None = None, number: int = number
+        ) -> np.ndarray:
+            return over.values([[one.rms(density(one)[:, number], band) ** 2 for one in some] for some in known])
+
+        stationary = of(lambda one: one.bound)
+        wrong = of(lambda one: one.with_model_error) - stationary
+        excess = np.maximum(variance[:, number] - BEYOND * stationary, 0.0)
         band_std = {}
         for name, band in own.items():
-            usual = _over(way.speed, speeds, [one.rms(one.bound[:, number], band) ** 2 for one in known])
-            usual += local[band][:, number]
-            band_std[name] = np.sqrt(usual + np.where(_near_gap(seen, way.spacing, band.longest), excess, 0.0))
+            near = np.where(_near_gap(seen, way.spacing, band.longest), excess, 0.0)
+            band_std[name] = np.sqrt(of(lambda one: one.bound, band) + local[band][:, number] + near)
         std = np.sqrt(variance[:, number] + wrong)
-        found.append(Fused(way.s, values[:, number], std, band_std, seen, float(levels[number]), bounds[number]))
+        found.append(
+            Fused(
+                way.s, values[:, number], std, band_std, seen, float(levels[number]), bounds[number], ~np.isfinite(std)
+            )
+        )
     return found
 
 
-def smooth(made: Passage, way: Way, readings: list[Reading], noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@dataclass(frozen=True)
+class Over:
+    """What is known at some speeds and for each kind of place, at every place of the grid.
+
+    Attributes
+    ----------
+    speeds : m/s, increasing. speed, kind : at each place, shapes (n,).
+    """
+
+    speeds: np.ndarray
+    speed: np.ndarray
+    kind: np.ndarray
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """Fractional index of each place's speed."""
+        return np.interp(np.log(self.speed), np.log(self.speeds), np.arange(len(self.speeds), dtype=float))
+
+    def values(self, table: Sequence[Sequence[float]]) -> np.ndarray:
+        """Of numbers by kind and speed, shape (n,)."""
+        return self.courses(np.array(table)[:, :, None, None])[:, 0]
+
+    def courses(self, table: Any) -> np.ndarray:
+        """Of courses over the places by kind and speed, (kinds, speeds, n or 1, q); shape (n, q)."""
+        stacked = np.asarray(table)
+        low = np.minimum(self.place.astype(int), max(len(self.speeds) - 2, 0))
+        high, at = np.minimum(low + 1, len(self.speeds) - 1), np.arange(len(self.speed)) * (stacked.shape[2] > 1)
+        share = (self.place - low)[:, None]
+        kind = np.minimum(self.kind, len(stacked) - 1)
+        return stacked[kind, low, at] + share * (stacked[kind, high, at] - stacked[kind, low, at])
+
+
+def _passage(
+    plane: Plane, way: Way, priors: Sequence[Prior], sizes: Sequence[np.ndarray], speeds: np.ndarray
+) -> Passage:
+    height = np.sqrt([float(prior.stationary()[0, 0]) for prior in priors])
+    slope = np.sqrt([_slope_variance(prior) for prior in priors])
+
+    def drive_of(size: np.ndarray) -> Callable[[float], np.ndarray]:
+        table = np.stack([plane.drive(float(one), priors, size) for one in speeds])
+        return lambda speed: np.array([np.interp(np.log(speed), np.log(speeds), column) for column in table.T])
+
+    return passage(
+        lambda speed: plane.system(plane.vehicle, speed), priors, plane.noise(), [drive_of(size) for size in sizes],
+        way.speed, way.spacing, round(plane.wheelbase / way.spacing),
+        plane.start(height, slope, float(np.median(way.speed))),
+    )  # fmt: skip
+
+
+def smooth(
+    made: Passage, way: Way, readings: list[Reading], noise: np.ndarray, kind: np.ndarray | int = 0
+) -> tuple[np.ndarray, np.ndarray]:
     """Smoothed track under the leading wheelset and its variance, shapes (n, q); `noise` : variances, (n, m)."""
-    place = made.place(way.speed)
+    place = made.place(way.speed, kind)
     measured = np.stack([one.values for one in readings], axis=1)
     turning = np.stack([one.turning for one in readings], axis=1)
     x, P = np.zeros(len(made.covariance)), made.covariance.copy()
@@ -206,24 +266,35 @@ def smooth(made: Passage, way: Way, readings: list[Reading], noise: np.ndarray) 
     return values, np.maximum(variance, 0.0)
 
 
-def fit_levels(plane: Plane, way: Way) -> tuple[np.ndarray, np.ndarray]:
-    """Levels of the track's spectra and sizes of the disturbances, by Whittle's likelihood of the readings."""
+def fit_levels(plane: Plane, way: Way, kind: np.ndarray, distance_error: float) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Levels of the track's spectra, and sizes of the disturbances at each kind of place, by Whittle's likelihood."""
     speed = float(np.median(way.speed[way.valid])) if way.valid.any() else float(np.median(way.speed))
     units = [prior.scaled(1.0) for prior in plane.priors]
     system = plane.system(plane.vehicle, speed)
-    model = information([system] * 2, units, plane.noise(), speed, plane.wheelbase, np.zeros(len(plane.readings)))
+    model = plane.information(speed, way.spacing, distance_error, units, None)
     pushed = system.from_states(model.wavenumber * speed)
-    disturbances = np.einsum("qjn,kmn,kln->qjkml", plane.usual(speed, units) * (speed / np.pi), pushed, pushed.conj())
-    return fit(plane.readings, way, speed, model, disturbances, [prior.level for prior in plane.priors])
+    usual = plane.usual(speed, units) * (speed / np.pi)
+    disturbances = (
+        np.stack([(pushed * column[None, None]) @ np.swapaxes(pushed.conj(), 1, 2) for row in usual for column in row])
+        if usual.size
+        else np.zeros((0, *model.noise.shape))
+    )
+    disturbances = disturbances.reshape(len(units), len(plane.disturbed), *model.noise.shape)
+    levels, sizes = np.array([prior.level for prior in plane.priors]), []
+    for number in range(int(kind.max()) + 1):
+        fixed = number > 0 and bool((kind == 0).any())
+        levels, size = fit(plane.readings, way, speed, model, disturbances, list(levels), kind == number, fixed)
+        sizes.append(size)
+    return levels, sizes
 
 
-def _per_step(plane: Plane, way: Way, speeds: np.ndarray, known: list[Information]) -> np.ndarray:
+def _per_step(plane: Plane, way: Way, over: Over, known: Sequence[Sequence[Information]]) -> np.ndarray:
     """Variance of each reading at each step, shape (n, m): white noise over a step, and the floor."""
     columns = []
     for number, one in enumerate(plane.readings):
-        typical = [info.rms(info.readings[:, number]) ** 2 for info in known]
+        typical = [[info.rms(info.readings[:, number]) ** 2 for info in of_kind] for of_kind in known]
         white = one.density**2 * way.speed / (2.0 * way.spacing)
-        columns.append(white + FLOOR**2 * _over(way.speed, speeds, typical))
+        columns.append(white + FLOOR**2 * over.values(typical))
     return np.stack(columns, axis=1)
 
 
@@ -242,17 +313,3 @@ def _slope_variance(prior: Prior) -> float:
     """Variance of the irregularity's slope, rad^2."""
     P, A = prior.stationary(), prior.matrix[0]
     return float(A @ P @ A)
-
-
-def _over(speed: np.ndarray, speeds: np.ndarray, values: list[float]) -> np.ndarray:
-    """Interpolated over the logarithm of the speed."""
-    return np.interp(np.log(speed), np.log(speeds), values)
-
-
-def _between(speed: np.ndarray, speeds: np.ndarray, courses: list[np.ndarray]) -> np.ndarray:
-    """Courses over the places for each of `speeds`, each place interpolated to its own speed; shape as one."""
-    place = np.interp(np.log(speed), np.log(speeds), np.arange(len(speeds), dtype=float))
-    low = np.minimum(place.astype(int), max(len(speeds) - 2, 0))
-    high, at, stacked = np.minimum(low + 1, len(speeds) - 1), np.arange(len(speed)), np.stack(courses)
-    share = (place - low)[:, None]
-    return stacked[low, at] + share * (stacked[high, at] - stacked[low, at])

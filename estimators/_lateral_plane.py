@@ -86,7 +86,9 @@ def lateral(vehicle: Mapping[str, float], outputs: Sequence[Output], speed: floa
     B = np.vstack([none, -inverse @ stiffness[own, MOVES:]])
     E = np.vstack([none, -inverse @ damping[own, MOVES:]])
     rows = [_row(vehicle, output, A, B, E) for output in outputs]
-    return System(A, B, E, *(np.stack(part) for part in zip(*rows, strict=True)))
+    C, D, G = (np.stack(part) for part in zip(*rows, strict=True))
+    twice = np.stack([_lift(vehicle, output)[MOVES:] for output in outputs])
+    return System(A, B, E, C, D, G, twice if twice.any() else None)
 
 
 def matrices(p: Mapping[str, float], speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -251,5 +253,15 @@ def _row(
             pick @ B + GRAVITY * roll[MOVES:],
             pick @ E,
         )
+    if output.kind == "lift":
+        pick = np.append(np.zeros(MOVES), _lift(p, output)[:MOVES])
+        return pick @ A, pick @ B, pick @ E
     across = p["primary_half_spacing"] * (_unit(ROLL=1.0) - roll)
     return np.append(across[:MOVES], np.zeros(MOVES)), across[MOVES:], np.zeros(4)
+
+
+def _lift(p: Mapping[str, float], output: Output) -> np.ndarray:
+    """Row (13,) over the accelerations of coordinates and inputs of what an axlebox feels of its wheelset's roll."""
+    if output.kind != "lift":
+        return np.zeros(MOVES + 4)
+    return output.position[1] * shift_and_roll(p, 0 if output.position[0] > 0 else 1)[1]

@@ -61,7 +61,8 @@ class Output:
 
     Attributes
     ----------
-    kind : "acceleration", "rate" or "displacement"; "axlebox" is the acceleration of a wheelset.
+    kind : "acceleration", "rate" or "displacement" of or at the bogie; "axlebox" and "lift", the acceleration of a
+        wheelset in its middle, and that of its roll times the arm y.
     position : m from the bogie's centre of gravity: x forward, y left, z up; of a displacement only x, +-1 for the
         leading and trailing wheelset.
     axis : of a rate in the lateral plane, "roll" or "yaw".
@@ -113,14 +114,18 @@ def vertical(vehicle: Mapping[str, Any], outputs: list[Output]) -> System:
         c1 * above.T,
     )
     A, B, E = plane.first_order()
-    rows = []
-    for output in outputs:
+    rows, twice = [], np.zeros((len(outputs), 2))
+    for number, output in enumerate(outputs):
+        wheelset = 0 if output.position[0] > 0 else 1
         if output.kind == "rate":
             rows.append((np.eye(6)[5], np.zeros(2), np.zeros(2)))
         elif output.kind == "acceleration":
             x = output.position[0]
             rows.append((A[3] - x * A[5], B[3] - x * B[5], E[3] - x * E[5]))
+        elif output.kind == "axlebox":
+            rows.append((np.zeros(6), np.zeros(2), np.zeros(2)))
+            twice[number, wheelset] = 1.0
         else:
-            wheelset = 0 if output.position[0] > 0 else 1
             rows.append((np.append(above[wheelset], np.zeros(3)), -np.eye(2)[wheelset], np.zeros(2)))
-    return System(A, B, E, *(np.stack(part) for part in zip(*rows, strict=True)))
+    C, D, G = (np.stack(part) for part in zip(*rows, strict=True))
+    return System(A, B, E, C, D, G, twice if twice.any() else None)

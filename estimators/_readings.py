@@ -96,6 +96,7 @@ def reading(
     typical: float = 0.0,
     roll_std: float = 0.0,
     mounting: float | None = None,
+    late: float = 0.0,
 ) -> Reading:
     """A channel on the grid.
 
@@ -105,9 +106,10 @@ def reading(
     turning : motions across the sensor's axis, shapes (n,), of which it shows a little by its mounting; the first also
         by an error of the roll, of which `roll_std` is the standard deviation, rad.
     typical : what the sensor shows at rest, unit of the channel; its scale error makes a bias of that.
+    late : how far before the middle of the step its values stand, m.
     mounting : standard deviation of the share of `turning` that is seen; that of the data sheet where not given.
     """
-    values, valid = way.channel(measurements, name, ahead=way.spacing / 2)
+    values, valid = way.channel(measurements, name, ahead=way.spacing / 2 + late)
     errors = stated(measurements, name).get("errors", {})
     rounding = float(errors.get("resolution", 0.0)) / np.sqrt(6.0 * measurements.rate(name))
     scale = float(errors.get("scale_error_std", 0.0))
@@ -135,15 +137,26 @@ def _tilt(turning: tuple[np.ndarray, np.ndarray] | None, first: float, second: f
     return first * float(turning[0].any()), second * float(turning[1].any())
 
 
-def combined(left: Reading, right: Reading, half_difference: bool) -> Reading:
-    """(left + right) / 2, or (left - right) / 2, of two sensors alike."""
+def combined(left: Reading, right: Reading, half_difference: bool, step: float, skew: float = 0.0) -> Reading:
+    """(left + right) / 2, or (left - right) / 2, of two sensors alike.
+
+    Parameters
+    ----------
+    step : of the grid, s. skew : standard deviation of the share that each shows of motions across its axis, of the
+        size of those along it. What is unlike in the two sensors' scales and axes shows some of the other combination,
+        which is taken as noise.
+    """
     sign = -1.0 if half_difference else 1.0
     share = np.sqrt(0.5)
+    other = (left.values - sign * right.values) / 2.0
+    shown = float(np.nanstd(other)) if np.isfinite(other).any() else 0.0
+    crossed = share * np.hypot(left.scale, skew) * shown * np.sqrt(2.0 * step)
+    density = share * np.sqrt((left.density**2 + right.density**2) / 2.0)
     return Reading(
         f"{left.name} and {right.name}",
         left.output,
         (left.values + sign * right.values) / 2.0,
-        share * float(np.sqrt((left.density**2 + right.density**2) / 2.0)),
+        float(np.hypot(density, crossed)),
         share * left.bias,
         share * left.drift,
         left.drift_time,

@@ -108,7 +108,7 @@ class Passage:
     Attributes
     ----------
     steps : tables for the kernels.
-    speeds : of the tables, m/s.
+    speeds : of the tables, m/s; one after the other for each kind of place.
     spacing, count : step in m, steps in a wheelbase.
     covariance : of the whole state at the start.
     """
@@ -119,9 +119,11 @@ class Passage:
     count: int
     covariance: np.ndarray
 
-    def place(self, speed: np.ndarray) -> np.ndarray:
-        """Fractional index of speeds in the tables."""
-        return np.interp(np.log(speed), np.log(self.speeds), np.arange(len(self.speeds), dtype=float))
+    def place(self, speed: np.ndarray, kind: np.ndarray | int = 0) -> np.ndarray:
+        """Fractional index in the tables of speeds, at places of that kind."""
+        return len(self.speeds) * np.asarray(kind) + np.interp(
+            np.log(speed), np.log(self.speeds), np.arange(len(self.speeds), dtype=float)
+        )
 
 
 class Track(NamedTuple):
@@ -163,7 +165,7 @@ def passage(
     system: Callable[[float], System],
     priors: Sequence[Prior],
     noise: Noise,
-    drive: Callable[[float], np.ndarray],
+    drives: Sequence[Callable[[float], np.ndarray]],
     speed: np.ndarray,
     spacing: float,
     count: int,
@@ -175,7 +177,7 @@ def passage(
     ----------
     system : the plane at a speed (m/s).
     priors : of the quantities of the track, in the order of the plane's inputs.
-    drive : variance per second that enters each state, by the speed.
+    drives : variance per second that enters each state, by the speed, for each kind of place.
     speed : speeds that occur, m/s.
     spacing, count : step of the grid, m, and steps in a wheelbase.
     start : standard deviations of the vehicle's states at the start, shape (n,).
@@ -188,6 +190,7 @@ def passage(
     moves = _moves(system, speeds, spacing, track.lines)
     tables = [
         _step(move, track, noise._replace(drive=drive(float(one))), len(start), spacing / float(one), twice)
+        for drive in drives
         for move, one in zip(moves, speeds, strict=True)
     ]
     m, n, p = len(noise.density), len(start), len(track.new)

@@ -1,6 +1,7 @@
 """Levels of the track's spectra, and how much the vehicle is disturbed otherwise, by Whittle's likelihood (1953).
 
-With Y the readings' Fourier coefficients at wavenumber W and S = H S_track H' + S_noise their covariance,
+With Y the readings' Fourier coefficients at wavenumber W, their covariance is S = H S_track H' + S_noise and the same
+with what each unknown of the model changes in H (to first order, as if they were drawn anew at every wavenumber);
 -log L = sum over W of log det S + Y' S^-1 Y. Neighbouring wavenumbers share one S.
 """
 
@@ -20,7 +21,7 @@ FITTED = (2.5, 60.0)  # m; wavelengths that are looked at
 SHORTEST = 256  # steps of the grid
 BINS = 120  # equal in the logarithm of the wavenumber
 LEVELS = (-22.0, -9.0)  # natural logarithm of the level in m rad: 3e-10 to 1e-4; ERRI's lie at -15
-BEGIN, SIZES = 0.02, (-8.0, 1.0)  # disturbances: first guess; natural logarithms of the least and the largest
+BEGIN, SIZES = 0.02, (-8.0, 5.0)  # disturbances: first guess; natural logarithms of the least and the largest
 
 
 class Spectra(NamedTuple):
@@ -44,6 +45,8 @@ def fit(
     model: Information,
     disturbances: np.ndarray,
     start: Sequence[float],
+    where: np.ndarray,
+    fixed: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Levels of the quantities, and sizes of the disturbances.
 
@@ -53,13 +56,18 @@ def fit(
     disturbances : spectra of the readings by each, at the model's wavenumbers, for size 1 and level 1 of each quantity,
         shape (quantities, disturbances, k, m, m).
     start : levels to begin with, and to stay with where too little was measured; sizes then are `BEGIN`.
+    where : places that are looked at, shape (n,).
+    fixed : the levels are known already.
     """
-    seen = spectra(readings, way, speed)
+    seen = spectra(readings, way, speed, where)
     q, extra = len(start), disturbances.shape[1]
     if seen is None:
         return np.array(start), np.full(extra, BEGIN)
     H, tracks, noise = (_at(seen.wavenumber, model.wavenumber, one) for one in (model.H, model.tracks, model.noise))
     signals = np.einsum("bmq,bq,blq->qbml", H, tracks, H.conj())
+    for one in model.wrong:  # what the model may have wrong counts as seen too
+        off = _at(seen.wavenumber, model.wavenumber, one)
+        signals += np.einsum("bmq,bq,blq->qbml", off, tracks, off.conj())
     by = np.moveaxis(_at(seen.wavenumber, model.wavenumber, np.moveaxis(disturbances, 2, 0)), 0, 2)
 
     def unlikely(logarithms: np.ndarray) -> float:
@@ -71,8 +79,9 @@ def fit(
         logs = np.linalg.slogdet(S / both)[1] + 2.0 * np.log(size).sum(axis=1)
         return float(np.sum(seen.number * (logs + misfit)) / seen.number.sum())
 
-    begin = np.concatenate([np.log(start) + _too_high(seen, signals, start), np.full(extra, np.log(BEGIN))])
-    bounds = [LEVELS] * q + [SIZES] * extra
+    first = np.log(start) + (0.0 if fixed else _too_high(seen, signals, start))
+    begin = np.concatenate([first, np.full(extra, np.log(BEGIN))])
+    bounds = ([(one, one) for one in first] if fixed else [LEVELS] * q) + [SIZES] * extra
     found: Any = minimize(unlikely, begin, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-7})
     return np.exp(found.x[:q]), np.exp(found.x[q:])
 
@@ -83,10 +92,10 @@ def _too_high(seen: Spectra, signals: np.ndarray, start: Sequence[float]) -> flo
     return float(np.median(np.log(np.einsum("bmm->m", seen.density).real / expected)))
 
 
-def spectra(readings: Sequence[Reading], way: Way, speed: float) -> Spectra | None:
-    """Of the longest stretch that all readings have; None where that is too short. Rates are scaled to `speed`."""
+def spectra(readings: Sequence[Reading], way: Way, speed: float, where: np.ndarray) -> Spectra | None:
+    """Of the longest stretch that all readings have; None where that is too short. They are scaled to `speed`."""
     values = np.stack([one.values for one in readings], axis=1)
-    known = np.asarray(np.isfinite(values).all(axis=1))
+    known = where & np.isfinite(values).all(axis=1)
     ends = max(stretches(known), key=lambda ends: ends[1] - ends[0], default=(0, 0))
     if ends[1] - ends[0] < SHORTEST:
         return None

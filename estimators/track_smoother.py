@@ -2,7 +2,8 @@
 every value is uncertain by.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,10 +12,12 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from estimators import _across, _lateral_plane
-from estimators._bands import band_pass, bands_of, settled
+from estimators._bands import BANDS, band_pass, bands_of, settled
 from estimators._fused import Fused, Plane, fuse
+from estimators._geometry import by_speed
+from estimators._pairs import axleboxes, displacements, place_of, without_roll
 from estimators._planes import GRAVITY, Output, check_vehicle, vertical
-from estimators._readings import Attitude, Reading, attitude, channels_of, combined, reading, stated
+from estimators._readings import Attitude, attitude, channels_of, reading
 from estimators._shaping import Prior
 from estimators._space import SpeedSource, Way, find_way, has_speed
 from estimators.interface import Estimate, Estimator
@@ -24,7 +27,10 @@ from railsim.spec import quantity
 ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
 LEVEL = 4.032e-7 * 0.8246**2  # m rad; vertical irregularity of ERRI B176 (1989) "low", where none can be fitted
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
+FLANGE_SHARES = {"d1": 0.65, "d2": 0.7, "d3": 0.3}  # the same of what a flange lifts; tuned likewise
+TREAD = 0.005  # m; illustrative: farther out the flange touches
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
+LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
 CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
 STIFF_AND_HEAVY: tuple[str, ...] = (
     "primary_vertical_stiffness",
@@ -39,8 +45,6 @@ LATERAL_STIFF_AND_HEAVY: tuple[str, ...] = (
     "roll_bar_stiffness", "wheelset_mass", "body_roll_inertia", "bogie_roll_inertia", "bogie_yaw_inertia",
 )  # fmt: skip
 LATERAL_DAMPED: tuple[str, ...] = (*DAMPED, "secondary_lateral_damping")
-NOD_REACH = 20.0  # m; the speed's own noise is averaged over this length
-CENTRED = 0.05  # m; a vertical accelerometer farther to the side feels roll and is not used
 
 
 class TrackSmoother(Estimator, frozen=True):
@@ -65,6 +69,12 @@ class TrackSmoother(Estimator, frozen=True):
         ge=0.0,
     )
 
+    flange_error: float = quantity(
+        2.5e-3,
+        unit="m per m/s2 of unbalanced lateral acceleration (standard deviation of cross level in tight curves)",
+        source="tuned on curve_r400: wheelset lifted by its flange",
+        ge=0.0,
+    )
     creep_error: float = quantity(
         0.08, unit="- (standard deviation of the creep coefficients)", source="illustrative: dry rail", ge=0.0
     )
@@ -94,12 +104,11 @@ class TrackSmoother(Estimator, frozen=True):
         wheelbase = 2.0 * vehicle["semi_wheelbase"]
         out = find_way(measurements, self.speed_source, self.slowest)
         way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / out.spacing))
-        found = {
-            "vertical": fuse(self._vertical(measurements, way), way, [bands_of("vertical")], self.distance_error)[0]
-        }
+        plane = self._vertical(measurements, way)
+        found = {"vertical": fuse(plane, way, [bands_of("vertical")], self.distance_error)[0]}
         found["vertical"] = found["vertical"].raised(*self._settling(measurements, way), CURVE_SHARES)
         if _across.fits(measurements):
-            found |= self._sideways(measurements, wheelbase)
+            found |= self._sideways(measurements, Lift(plane, found["vertical"], self.distance_error))
             canted = self._canted(measurements, way)
             level = found["cross_level"].on(way.s)
             for name, share in (("left_vertical", -0.5), ("right_vertical", 0.5)):
@@ -128,11 +137,11 @@ class TrackSmoother(Estimator, frozen=True):
             for name in channels_of(measurements, "bogie", "rate_pitch")
         ]
         for name in channels_of(measurements, "bogie", "acceleration_z"):
-            x, y, z = stated(measurements, name).get("position", (0.0, 0.0, 0.0))
-            if abs(y) <= CENTRED:
-                output = Output("acceleration", (x, y, z))
-                readings.append(reading(measurements, way, name, output, force, side, GRAVITY, roll_std))
+            output = Output("acceleration", place_of(measurements, name))
+            one = reading(measurements, way, name, output, force, side, GRAVITY, roll_std)
+            readings += without_roll(measurements, way, one, moved)
         readings += displacements(measurements, way, half_difference=False)
+        readings += axleboxes(measurements, way, half_difference=False)
         outputs = [one.output for one in readings]
         return Plane(
             lambda p, _speed: vertical(p, outputs),
@@ -147,14 +156,33 @@ class TrackSmoother(Estimator, frozen=True):
             ),
         )
 
-    def _sideways(self, measurements: Measurements, wheelbase: float) -> dict[str, Fused]:
+    def _sideways(self, measurements: Measurements, lift: "Lift") -> dict[str, Fused]:
         """Lateral alignment and cross level, on a coarser grid."""
+        wheelbase = lift.plane.wheelbase
         way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / _across.SPACING))
-        plane = _across.across(measurements, way, self._unknown_sideways())
+        moved = attitude(measurements, way)
+        curve = np.zeros(len(way.s), dtype=bool) if moved is None else curved(moved, way)
+        curve = maximum_filter1d(curve, max(1, round(CURVE_REACH / way.spacing)))
+        plane = _across.across(measurements, way, self._unknown_sideways(), curve, lambda output: lift(output, way))
         names = ("lateral", "cross_level")
         found = fuse(plane, way, [bands_of(name) for name in names], self.distance_error)
         own = _across.long_waves(measurements, way)
-        return {name: one._replace(values=one.values + more) for name, one, more in zip(names, found, own, strict=True)}
+        lateral, level = (one._replace(values=one.values + more) for one, more in zip(found, own, strict=True))
+        if curve.any():  # the path's long waves reach far into the bands where the record ends
+            ends = np.minimum(way.s, way.s[-1] - way.s) < _across.LONGEST / 2.0
+            lateral = lateral.without(np.logical_or(curve, ends))
+        lifted = (
+            np.zeros(len(way.s)) if moved is None else self.flange_error * self._unbalanced(measurements, way, moved)
+        )
+        return {"lateral": lateral, "cross_level": level.raised(np.zeros(len(way.s)), lifted, FLANGE_SHARES)}
+
+    def _unbalanced(self, measurements: Measurements, way: Way, moved: Attitude) -> np.ndarray:
+        """Lateral acceleration that cant does not balance, where a curve is too tight for the treads, m/s2."""
+        p, count = measurements.vehicle, max(1, round(CURVE_REACH / way.spacing))
+        bend = np.abs(uniform_filter1d(moved.turn / way.speed, count))
+        rolled = p["wheel_radius"] * p["half_gauge"] * bend / p["design_conicity"]  # shift that steers by the tread
+        side = np.abs(uniform_filter1d(beyond_straight(moved.side, curved(moved, way)), count))
+        return maximum_filter1d(np.where(rolled > TREAD, side, 0.0), count)
 
     def _settling(self, measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
         """How far the primary springs give under the larger force in a canted curve, m; what is unsure in curves, m."""
@@ -186,6 +214,46 @@ class TrackSmoother(Estimator, frozen=True):
         return known | profile | {_lateral_plane.CREEP: self.creep_error, _lateral_plane.SPIN: self.spin_error}
 
 
+@dataclass(frozen=True)
+class Lift:
+    """What the vertical estimate says of sensors at the wheelsets.
+
+    Attributes
+    ----------
+    plane, fused : the vertical plane and what came of it.
+    distance_error : as in `TrackSmoother`.
+    """
+
+    plane: Plane
+    fused: Fused
+    distance_error: float
+
+    def __call__(self, output: Output, way: Way) -> tuple[np.ndarray, float]:
+        """Course of the output over a grid, shape (n,), and the density of its error, the largest of D1."""
+        steps = 2 if output.kind == "axlebox" else 1  # over which its reading is a mean
+
+        def response(k: np.ndarray, speed: float) -> np.ndarray:
+            lead, trail = vertical(self.plane.vehicle, [output]).response(k * speed)[:, 0].T
+            return lead + trail * np.exp(-1j * k * self.plane.wheelbase)
+
+        def gains(speed: float) -> list[Callable[[np.ndarray], np.ndarray]]:
+            def gain(k: np.ndarray) -> np.ndarray:
+                mean = np.sinc(k * way.spacing / (2.0 * np.pi)) * np.exp(-0.5j * k * way.spacing)
+                return response(k, speed) * mean**steps
+
+            return [gain]
+
+        course = by_speed([self.fused.on(way.s).values], way, gains, LIFT_MEMORY)
+        speed = float(np.median(way.speed))
+        priors = [self.plane.priors[0].scaled(self.fused.level)]
+        known = self.plane.information(speed, way.spacing, self.distance_error, priors, np.zeros(0))
+        inside = (known.wavenumber > 2 * np.pi / BANDS["d1"].longest) & (
+            known.wavenumber < 2 * np.pi / BANDS["d1"].shortest
+        )
+        error = known.with_model_error[inside, 0] * np.abs(response(known.wavenumber[inside], speed)) ** 2
+        return course, float(np.sqrt(2.0 * np.pi / speed * error.max()))
+
+
 def centripetal(moved: Attitude, way: Way) -> np.ndarray:
     """Vertical specific force less gravity that a canted curve makes, m/s2: -V r roll - g roll^2 / 2."""
     return -way.speed * moved.turn * moved.roll - GRAVITY * moved.roll**2 / 2
@@ -203,52 +271,18 @@ def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:
     return values if curve.all() else values - np.median(values[~curve])
 
 
-def displacements(measurements: Measurements, way: Way, half_difference: bool) -> list[Reading]:
-    """Primary displacement transducers, left and right of a wheelset together.
-
-    Their mean also shows how the bogie pitches as the vehicle is braked or driven: a length per acceleration that
-    depends on where the force comes from, and so is estimated.
-    """
-    turning = None if half_difference else (forward(way), np.zeros(len(way.s)))
-    found = []
-    for number, x in ((1, 1.0), (2, -1.0)):
-        names = [f"primary{number}_{side}.displacement [m]" for side in ("left", "right")]
-        if all(name in measurements for name in names):
-            output = Output("displacement", (x, 0.0, 0.0))
-            pair = [
-                reading(measurements, way, name, output, turning=turning, mounting=nod(measurements.vehicle))
-                for name in names
-            ]
-            found.append(combined(pair[0], pair[1], half_difference))
-    return found
-
-
-def forward(way: Way) -> np.ndarray:
-    """Acceleration along the track from the speed, m/s2, shape (n,): mean over `NOD_REACH`."""
-    speed = uniform_filter1d(way.speed, max(1, round(NOD_REACH / way.spacing)))
-    return speed * np.gradient(speed, way.spacing)
-
-
-def nod(vehicle: Mapping[str, float]) -> float:
-    """Movement over a wheelset as all of the vehicle's inertia pitches the bogie, m per m/s2: the most there can be."""
-    mass = vehicle["body_mass"] + vehicle["bogie_mass"] + 2.0 * vehicle["wheelset_mass"]
-    lever = vehicle["secondary_height"] - vehicle["wheel_radius"]
-    return mass * abs(lever) / (4.0 * vehicle["primary_vertical_stiffness"] * vehicle["semi_wheelbase"])
-
-
 def add(series: pd.DataFrame, name: str, fused: Fused, way: Way, lead: float) -> None:
     """Columns of one quantity on the grid of the estimate."""
     ahead = fused.s + lead
 
-    def put(column: str, values: np.ndarray) -> None:
-        known = np.isfinite(values)
-        smooth = CubicSpline(ahead[known], values[known])(way.s) if known.sum() > 3 else np.full(len(way.s), np.nan)
-        series[column] = np.where(np.isfinite(np.interp(way.s, ahead, values)), smooth, np.nan)
+    def put(column: str, values: np.ndarray, known: np.ndarray) -> None:
+        shown = np.interp(way.s, ahead, known.astype(float)) > 1.0 - 1e-9
+        series[column] = np.where(shown, CubicSpline(ahead, values)(np.clip(way.s, ahead[0], ahead[-1])), np.nan)
 
-    put(f"{name} [m]", fused.values)
+    put(f"{name} [m]", fused.values, ~fused.hidden)
     series[f"{name}_std [m]"] = np.interp(way.s, ahead, fused.std)
     spacing = float(fused.s[1] - fused.s[0])
     for band, edges in bands_of(name).items():
-        inside = settled(np.isfinite(fused.values), spacing, edges.longest)
-        put(f"{name}_{band} [m]", np.where(inside, band_pass(fused.values, spacing, edges), np.nan))
+        inside = settled(~fused.hidden, spacing, edges.longest)
+        put(f"{name}_{band} [m]", band_pass(fused.values, spacing, edges), inside)
         series[f"{name}_{band}_std [m]"] = np.interp(way.s, ahead, fused.band_std[band])
