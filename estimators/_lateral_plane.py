@@ -24,6 +24,7 @@ from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import CreepCoefficients
 from railsim.contact.polach import polach_force
+from railsim.errors import InputError
 
 Y1, YAW1, Y2, YAW2, Y, ROLL, YAW, BODY, BODY_ROLL = range(9)
 MOVES = 9
@@ -89,6 +90,36 @@ def lateral(vehicle: Mapping[str, float], outputs: Sequence[Output], speed: floa
     C, D, G = (np.stack(part) for part in zip(*rows, strict=True))
     twice = np.stack([_lift(vehicle, output)[MOVES:] for output in outputs])
     return System(A, B, E, C, D, G, twice if twice.any() else None)
+
+
+def followed(
+    vehicle: Mapping[str, Any], speed: float, wave_number: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Bogie's yaw over the slope of the rails' path, and over that of the height r phi; its roll over the rails' roll
+    phi. Everything under the bogie's centre, complex, shapes (n,); 1, 0, 1 at wave number 0.
+
+    Parameters
+    ----------
+    vehicle : nominal parameters by field name, SI units. speed : V, m/s. wave_number : rad/m, shape (n,).
+
+    Raises
+    ------
+    InputError : a parameter is missing.
+    """
+    for name in NEEDED:
+        if not isinstance(vehicle.get(name), int | float):
+            raise InputError(
+                f"vehicle parameter '{name}' is {vehicle.get(name)!r}; about.json must give a number in SI"
+            )
+    k = np.asarray(wave_number, dtype=float)
+    moving = np.where(k == 0.0, 1.0, k)
+    lead, trail = np.split(lateral(vehicle, [Output("rate")], speed).states(moving * speed), 2, axis=2)
+    ahead = np.exp(1j * moving * vehicle["semi_wheelbase"])[:, None, None]
+    states = lead * ahead + trail / ahead
+    by_roll = -2.0 * vehicle["half_gauge"] * states[:, :, 1]
+    path, height = states[:, YAW, 0] / (1j * moving), by_roll[:, YAW] / (1j * moving * vehicle["wheel_radius"])
+    still = k == 0.0
+    return np.where(still, 1.0, path), np.where(still, 0.0, height), np.where(still, 1.0, by_roll[:, ROLL])
 
 
 def matrices(p: Mapping[str, float], speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

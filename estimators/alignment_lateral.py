@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from estimators._geometry import Gain, TrackEstimator, by_speed, geometry, turning
-from estimators._plan_view import roll_response, yaw_response
+from estimators._lateral_plane import CREEP, followed
 from estimators._space import Way
 from estimators.interface import Estimate
 from railsim.measurements import Measurements
@@ -24,22 +24,20 @@ class AlignmentLateral(TrackEstimator, frozen=True):
 
     The bogie does not follow the rails sideways as it does upwards: its wheelsets run on creep, and cross level turns
     it too. `compensation` inverts the transfer function from the rails' position to the bogie's yaw at the speed of
-    each place (Ward et al. 2011, section 3.1, reference [11] there), from a linear plan view on the vehicle's nominal
-    parameters. The share of cross level is taken from the roll rate where that is measured. Both are the linear
+    each place (Ward et al. 2011, section 3.1, reference [11] there), from a linear model on the vehicle's nominal
+    parameters (`_lateral_plane`). The share of cross level is taken from the roll rate where that is measured. Both are the linear
     estimate of least mean square error for irregularities of stated relative sizes (Wiener filter).
     """
 
     requires: ClassVar[tuple[str, ...]] = (RATE,)
 
     compensation: bool = quantity(True, unit="-", source="Ward et al. 2011, reference [11]")
-    creep: float = quantity(
-        0.7, unit="-", source="share of Kalker's slope, (kA + kS) / 2: Polach (2005), dry", gt=0.0, le=1.0
-    )
+    creep: float = quantity(1.0, unit="-", source="factor of the slopes of Polach's law (2005), dry", gt=0.0, le=2.0)
     cross_level: float = quantity(
         0.5, unit="-", source="power of the height r phi over that of the lateral irregularity; illustrative", ge=0.0
     )
     yaw_error: float = quantity(
-        3e-3, unit="-", source="power of what the model leaves over that of the irregularity; straight_erri_low", gt=0.0
+        1e-3, unit="-", source="power of what the model leaves over that of the irregularity; straight_erri_low", gt=0.0
     )
     roll_error: float = quantity(1e-2, unit="-", source="the same for the roll; straight_erri_low", gt=0.0)
 
@@ -73,11 +71,10 @@ class AlignmentLateral(TrackEstimator, frozen=True):
     def _filters(self, vehicle: Mapping[str, Any], speed: float, rolled: bool) -> list[Gain]:
         """Filters by wave number that make the rails' curvature of yaw rate over speed and of roll rate over speed."""
         k = np.linspace(0.0, SHORTEST, NODES)
-        position, height = yaw_response(vehicle, speed, k, self.creep)
+        position, height, roll = followed({**vehicle, CREEP: self.creep}, speed, k)
         seen = np.abs(position) ** 2 + np.abs(height) ** 2 * self.cross_level + self.yaw_error
         if not rolled:
             return [_between(k, np.conj(position) / seen)]
-        roll = roll_response(vehicle, speed, k)
         power = np.abs(roll) ** 2 * self.cross_level + self.roll_error
         cross = height * np.conj(roll) * self.cross_level
         determinant = seen * power - np.abs(cross) ** 2
