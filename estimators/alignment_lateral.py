@@ -25,8 +25,8 @@ class AlignmentLateral(TrackEstimator, frozen=True):
     The bogie does not follow the rails sideways as it does upwards: its wheelsets run on creep, and cross level turns
     it too. `compensation` inverts the transfer function from the rails' position to the bogie's yaw at the speed of
     each place (Ward et al. 2011, section 3.1, reference [11] there), from a linear model on the vehicle's nominal
-    parameters (`_lateral_plane`). The share of cross level is taken from the roll rate where that is measured. Both are the linear
-    estimate of least mean square error for irregularities of stated relative sizes (Wiener filter).
+    parameters (`_lateral_plane`). The share of cross level is taken from the roll rate where that is measured. Both are
+    the linear estimate of least mean square error for irregularities of stated relative sizes (Wiener filter).
     """
 
     requires: ClassVar[tuple[str, ...]] = (RATE,)
