@@ -68,7 +68,7 @@ class ContactEstimator(Estimator, frozen=True):
     model_floor: float = quantity(0.02, unit="-", source="trial on other tracks and vehicles", ge=0.0)
     use_roll: bool = quantity(False, unit="-", source="the roll of a worn wheelset does not follow its shift")
 
-    requires: ClassVar[tuple[str, ...]] = (NAMES[2], NAMES[0], SPEED)
+    requires: ClassVar[tuple[str, ...]] = (NAMES[2], SPEED)
 
     def fits(self, measurements: Measurements) -> bool:
         """Whether the channels are there and the vehicle is a single wheelset."""

@@ -23,6 +23,7 @@ from railsim.simulation import build_run, load_engine, measure, simulate
 
 UNIT = "s/s"
 SCENARIO = "straight_erri_low"
+WHEELSET = "wheelset_new"
 REPEATS = 3  # the median is reported
 FAST_DURATION = 8.0  # s
 ANALYTIC = "engine compiled"
@@ -51,7 +52,8 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     shorter = {"duration": FAST_DURATION} if fast else {}
     variants = {name: load_scenario(SCENARIO, {**shorter, **changes}) for name, changes in VARIANTS.items()}
     dense = joint_rows(repeats, FAST_DURATION if fast else None)
-    return [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense]
+    wheelset = estimator_rows(load_scenario(WHEELSET, {"duration": 3.0 * FAST_DURATION} if fast else {}), repeats)
+    return [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense, *wheelset]
 
 
 def engine_rows(
