@@ -1,0 +1,209 @@
+"""Extended Kalman filter of a wheelset on unknown rails, for a given function of conicity: what its likelihood needs.
+
+States: yaw psi and its rate, lateral position y, slip velocity s of y' = V psi + s and its rate, lateral position and
+velocity of the suspended mass, the rails' lateral position d as a process over distance with the corners of a track
+spectrum (two states), biases of yaw gyro and accelerometer, and a part n of the conicity that changes along the line
+with the gauge. With x = y - d and F = (lambda(|x|) + n) x the yaw follows equation (18) of Ward et al. (2011),
+
+    I psi'' = -2 l f11 / r0 F - (2 l^2 f11 / V + c_psi) psi' - k_psi psi,
+
+whose fast pole is integrated exactly. Lateral creep forces do not enter: s is what the sensors say, whatever they are.
+The mass's acceleration is an input as measured. Measurements: yaw rate; mass less wheelset.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from railsim.compiled import allocating, inlined
+
+PSI, PSI_RATE, Y, SLIP, SLIP_RATE, MASS, MASS_RATE, RAIL, RAIL_2, GYRO_BIAS, MASS_BIAS, LINE = range(12)
+STATES = 12
+GYRO, TRANSDUCER = range(2)
+
+
+class Numbers(NamedTuple):
+    """SI units; symbols of Ward et al. (2011), Appendix 1, for the first five.
+
+    corners : of the track's spectrum, rad/m. rail : level of its driving noise. slip_corner : rad/s. slip : std, m/s.
+    moment : yaw moment that the model does not know, N m. line, line_corner : std (-) and corner (rad/m) of n.
+    gyro, transducer : variances of a sample. mass : density of the mass's acceleration, m/s2/sqrt(Hz).
+    """
+
+    I: float  # noqa: E741
+    l: float  # noqa: E741
+    r0: float
+    k_psi: float
+    c_psi: float
+    f11: float
+    corner: float
+    slow_corner: float
+    rail: float
+    slip_corner: float
+    slip: float
+    moment: float
+    line: float
+    line_corner: float
+    gyro: float
+    transducer: float
+    mass: float
+
+
+class Record(NamedTuple):
+    """Yaw rate (rad/s), mass less wheelset (m), the mass's acceleration (m/s2), speed (m/s), shapes (n,); step in s.
+
+    NaN in the first two where nothing was measured.
+    """
+
+    gyro: np.ndarray
+    transducer: np.ndarray
+    mass: np.ndarray
+    speed: np.ndarray
+    step: float
+
+
+@inlined
+def half_difference(table, spacing, x):
+    """lambda(|x|) x and its slope by x, lambda from a table of equal spacing, linear between its points."""
+    place = abs(x) / spacing
+    cell = min(int(place), table.shape[0] - 2)
+    slope = table[cell + 1] - table[cell]
+    value = table[cell] + (place - cell) * slope
+    return value * x, value + abs(x) * slope / spacing
+
+
+@allocating
+def step(x, F, table, spacing, numbers, v, h, acceleration):
+    """Move the mean `x` on by h seconds at speed v, and fill its transition matrix `F`; return what the noise needs."""
+    c = numbers
+    damping = 2.0 * c.l * c.l * c.f11 / v + c.c_psi
+    keep = np.exp(-damping / c.I * h)
+    give, steering = -(1.0 - keep) / damping, 2.0 * c.l * c.f11 / c.r0
+    rate = v * x[PSI] + x[SLIP] + v * (c.slow_corner * x[RAIL] - x[RAIL_2])
+    shift = x[Y] - x[RAIL] + 0.5 * h * rate
+    value, slope = half_difference(table, spacing, shift)
+    value += x[LINE] * shift
+    slope += x[LINE]
+    F[:] = 0.0
+    by = give * steering * slope
+    F[PSI_RATE, PSI_RATE] = keep + give * c.k_psi * 0.5 * h
+    F[PSI_RATE, PSI] = by * 0.5 * h * v + give * c.k_psi
+    F[PSI_RATE, Y], F[PSI_RATE, SLIP] = by, by * 0.5 * h
+    F[PSI_RATE, RAIL], F[PSI_RATE, RAIL_2] = by * (0.5 * h * v * c.slow_corner - 1.0), -by * 0.5 * h * v
+    F[PSI_RATE, LINE] = give * steering * shift
+    new_rate = keep * x[PSI_RATE] + give * (steering * value + c.k_psi * (x[PSI] + 0.5 * h * x[PSI_RATE]))
+    decay = np.exp(-c.slip_corner * h)
+    F[SLIP, SLIP], F[SLIP, SLIP_RATE] = decay * (1.0 + c.slip_corner * h), decay * h
+    F[SLIP_RATE, SLIP], F[SLIP_RATE, SLIP_RATE] = -decay * c.slip_corner**2 * h, decay * (1.0 - c.slip_corner * h)
+    slip = F[SLIP, SLIP] * x[SLIP] + F[SLIP, SLIP_RATE] * x[SLIP_RATE]
+    slip_rate = F[SLIP_RATE, SLIP] * x[SLIP] + F[SLIP_RATE, SLIP_RATE] * x[SLIP_RATE]
+    for j in range(STATES):
+        F[PSI, j] = 0.5 * h * F[PSI_RATE, j]
+    F[PSI, PSI] += 1.0
+    F[PSI, PSI_RATE] += 0.5 * h
+    psi = x[PSI] + 0.5 * h * (x[PSI_RATE] + new_rate)
+    for j in range(STATES):
+        F[Y, j] = 0.5 * h * (v * F[PSI, j] + F[SLIP, j])
+    F[Y, Y] += 1.0
+    F[Y, PSI] += 0.5 * h * v
+    F[Y, SLIP] += 0.5 * h
+    x[Y] += 0.5 * h * (v * (x[PSI] + psi) + x[SLIP] + slip)
+    F[MASS, MASS], F[MASS, MASS_RATE], F[MASS, MASS_BIAS] = 1.0, h, -0.5 * h * h
+    F[MASS_RATE, MASS_RATE], F[MASS_RATE, MASS_BIAS] = 1.0, -h
+    moved = acceleration - x[MASS_BIAS]
+    x[MASS] += h * x[MASS_RATE] + 0.5 * h * h * moved
+    x[MASS_RATE] += h * moved
+    slow, fast = np.exp(-c.slow_corner * v * h), np.exp(-c.corner * v * h)
+    F[RAIL, RAIL], F[RAIL, RAIL_2], F[RAIL_2, RAIL_2] = slow, (slow - fast) / (c.corner - c.slow_corner), fast
+    x[RAIL] = slow * x[RAIL] + F[RAIL, RAIL_2] * x[RAIL_2]
+    x[RAIL_2] *= fast
+    F[GYRO_BIAS, GYRO_BIAS] = F[MASS_BIAS, MASS_BIAS] = 1.0
+    along = np.exp(-c.line_corner * v * h)
+    F[LINE, LINE] = along
+    x[LINE] *= along
+    x[PSI], x[PSI_RATE], x[SLIP], x[SLIP_RATE] = psi, new_rate, slip, slip_rate
+    return give, fast, along
+
+
+@allocating
+def predict(P, F, A):
+    """P = F P F', A is scratch."""
+    for i in range(STATES):
+        for j in range(STATES):
+            A[i, j] = 0.0
+        for m in range(STATES):
+            factor = F[i, m]
+            if factor != 0.0:
+                for j in range(STATES):
+                    A[i, j] += factor * P[m, j]
+    for i in range(STATES):
+        for j in range(i + 1):
+            total = 0.0
+            for m in range(STATES):
+                total += A[i, m] * F[j, m]
+            P[i, j] = P[j, i] = total
+
+
+@allocating
+def add_noise(P, numbers, v, h, give, fast, along):
+    """Covariance of what a step brings anew."""
+    c = numbers
+    drive = c.rail * c.rail * (1.0 - fast * fast) / (2.0 * c.corner)
+    P[RAIL_2, RAIL_2] += drive
+    P[RAIL, RAIL_2] += 0.5 * drive * v * h
+    P[RAIL_2, RAIL] += 0.5 * drive * v * h
+    P[RAIL, RAIL] += drive * (v * h) ** 2 / 3.0
+    P[PSI_RATE, PSI_RATE] += (give * c.moment) ** 2
+    P[SLIP_RATE, SLIP_RATE] += 4.0 * c.slip_corner**3 * c.slip**2 * h
+    P[MASS_RATE, MASS_RATE] += c.mass**2 * h
+    P[MASS_BIAS, MASS_BIAS] += 1e-12 * h
+    P[GYRO_BIAS, GYRO_BIAS] += 1e-12 * h
+    P[LINE, LINE] += c.line**2 * (1.0 - along * along)
+
+
+@allocating
+def run(record, table, spacing, numbers, x, P, keep):
+    """Filter from (x, P), which are overwritten.
+
+    Returns
+    -------
+    Innovations and their variances (n, 2), 0 and 1 where nothing was measured; and, if `keep`, else with one row:
+    predicted and filtered means (n, 2, states) and covariances (n, 2, states, states), transitions (n, states, states).
+    """
+    count = record.gyro.shape[0]
+    innovation, variance = np.zeros((count, 2)), np.ones((count, 2))
+    kept = count if keep else 1
+    means, covariances = np.zeros((kept, 2, STATES)), np.zeros((kept, 2, STATES, STATES))
+    transitions = np.zeros((kept, STATES, STATES))
+    F, A, gain = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros(STATES)
+    h = record.step
+    for k in range(count):
+        if k > 0:
+            v = 0.5 * (record.speed[k] + record.speed[k - 1])
+            pushed = 0.5 * (record.mass[k] + record.mass[k - 1])
+            give, fast, along = step(x, F, table, spacing, numbers, v, h, pushed)
+            predict(P, F, A)
+            add_noise(P, numbers, v, h, give, fast, along)
+        if keep:
+            transitions[k] = F
+            means[k, 0] = x
+            covariances[k, 0] = P
+        for m in range(2):
+            one, other, sign = (PSI_RATE, GYRO_BIAS, 1.0) if m == GYRO else (MASS, Y, -1.0)
+            measured = record.gyro[k] if m == GYRO else record.transducer[k]
+            if not np.isfinite(measured):
+                continue
+            noise = numbers.gyro if m == GYRO else numbers.transducer
+            for i in range(STATES):
+                gain[i] = P[i, one] + sign * P[i, other]
+            S = gain[one] + sign * gain[other] + noise
+            error = measured - x[one] - sign * x[other]
+            for i in range(STATES):
+                x[i] += gain[i] / S * error
+                for j in range(STATES):
+                    P[i, j] -= gain[i] * gain[j] / S
+            innovation[k, m], variance[k, m] = error, S
+        if keep:
+            means[k, 1] = x
+            covariances[k, 1] = P
+    return innovation, variance, means, covariances, transitions
