@@ -19,6 +19,8 @@ START = (3e-3, 0.05, 5e-3, 2e-3, 0.05, 0.02, 0.1, 3e-3, 3e-3, 2e-3, 0.03, 0.0)  
 DELTAS = (1e-3, 1e-2)  # steps of the differences: conicity (-), logarithms
 LONGEST_STEP = 0.3  # of any parameter
 ENOUGH = 0.05  # gain in log posterior below which the search ends
+ATTEMPTS = 6  # with growing damping
+DAMPED = 0.1  # share of the precision's diagonal
 LOGS = ("f11", "rail", "slip", "line")
 
 
@@ -85,22 +87,29 @@ class Likelihood:
         gradient, information = self._derivatives(parameters)
         for _ in range(iterations):
             precision = information + self.prior_precision
-            gained, stiff = -1.0, damping
-            for _attempt in range(6):
-                change = -np.linalg.solve(precision + stiff * np.diag(np.diag(precision)), gradient)
-                change = np.clip(change, -LONGEST_STEP, LONGEST_STEP)
-                value = self.objective(parameters + change)
-                gained = best - value
-                if gained > 0.0:
-                    break
-                stiff = max(4.0 * stiff, 0.3)
-            if gained <= 0.0:
+            found = self._better(parameters, best, gradient, precision, damping)
+            if found is None:
                 break
-            parameters, best, damping = parameters + change, value, stiff / 4.0 if stiff > 0.1 else 0.0
+            moved, value, stiff = found
+            gained = best - value
+            parameters, best, damping = moved, value, stiff / 4.0 if stiff > DAMPED else 0.0
             gradient, information = self._derivatives(parameters)
             if gained < ENOUGH:
                 break
         return Posterior(parameters, information, information + self.prior_precision, best)
+
+    def _better(
+        self, parameters: np.ndarray, best: float, gradient: np.ndarray, precision: np.ndarray, damping: float
+    ) -> tuple[np.ndarray, float, float] | None:
+        """A step that gains: parameters, objective and the damping that it took; None where none does."""
+        for _ in range(ATTEMPTS):
+            change = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), gradient)
+            moved = parameters + np.clip(change, -LONGEST_STEP, LONGEST_STEP)
+            value = self.objective(moved)
+            if value < best:
+                return moved, value, damping
+            damping = max(4.0 * damping, 3.0 * DAMPED)
+        return None
 
     def conicity(self, posterior: Posterior) -> tuple[np.ndarray, np.ndarray]:
         """At `self.shift`: value and standard deviation by the posterior."""
@@ -134,8 +143,8 @@ class Likelihood:
         table = self.basis @ parameters[: self.count]
         return run(self.record, table, SPACING, numbers, np.zeros(STATES), start, keep)
 
-    def _derivatives(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gradient of the objective and Fisher information of the data, by one-sided differences."""
+    def sensitivities(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Change of whitened innovations and of their variances' logarithms by each parameter, (parameters, 2 n)."""
         error, variance = self.innovations(parameters)
         root = np.sqrt(variance)
         errors, variances = [], []
@@ -146,8 +155,13 @@ class Likelihood:
             other, spread = self.innovations(moved)
             errors.append(((other - error) / (delta * root)).ravel())
             variances.append(((spread - variance) / (delta * variance)).ravel())
-        by_error, by_variance = np.array(errors), np.array(variances)
-        whitened = (error / root).ravel()
+        return np.array(errors), np.array(variances)
+
+    def _derivatives(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Gradient of the objective and Fisher information of the data, by one-sided differences."""
+        error, variance = self.innovations(parameters)
+        by_error, by_variance = self.sensitivities(parameters)
+        whitened = (error / np.sqrt(variance)).ravel()
         gradient = by_error @ whitened - 0.5 * by_variance @ (whitened**2 - 1.0)
         gradient = gradient + self.prior_precision @ (parameters - self.mean)
         return gradient, by_error @ by_error.T + 0.5 * by_variance @ by_variance.T

@@ -65,7 +65,7 @@ class ConicityLeastSquares(Estimator, frozen=True):
     highest: float = quantity(20.0, unit="Hz", source="illustrative", gt=0.0)
     use_gauge: bool = quantity(True, unit="whether the measured gauge shifts each rail", source="illustrative")
     model_error: float = quantity(
-        0.02, unit="- (standard deviation of the conicity's scale)", source="illustrative: masses, stiffness", ge=0.0
+        0.012, unit="- (standard deviation of the conicity's scale)", source="tuned on wheelset_new", ge=0.0
     )
 
     requires: ClassVar[tuple[str, ...]] = (YAW,)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from estimators._conicity_kernel import RAIL, Numbers, Record, Y
-from estimators._conicity_likelihood import Likelihood, Prior
+from estimators._conicity_likelihood import Likelihood, Posterior, Prior
 from estimators._wheelset_model import fits, wheelset_model
 from estimators._wheelset_motion import BODY, SPEEDS, TRANSDUCER, YAW, filled, wheelset_speed
 from estimators.interface import Estimate, Estimator
@@ -93,9 +93,25 @@ class ConicitySmoother(Estimator, frozen=True):
         }
         logs = np.exp(posterior.parameters[likelihood.count :])
         found = dict(zip(("f11 [N]", "rail_level [m]", "slip [m/s]", "line [-]"), logs.tolist(), strict=True))
-        effective = float(np.sum(value * shift**2) / np.sum(shift**2))
-        about = {"conicity_function": function, "found": found, "effective_conicity [-]": effective}
+        about = {"conicity_function": function, "found": found} | self._effective(likelihood, posterior, shift)
         return Estimate(self.name, series, self.model_dump(mode="json") | about)
+
+    def fitted(self, measurements: Measurements) -> tuple[Likelihood, np.ndarray]:
+        """Likelihood of a record and its most likely parameters, for Fisher information."""
+        likelihood = self.likelihood(measurements, self._record(measurements)[1])
+        return likelihood, likelihood.fit().parameters
+
+    def _effective(self, likelihood: Likelihood, posterior: Posterior, shift: np.ndarray) -> dict[str, float]:
+        """Conicity of the cone that fits best over the whole record, and its standard deviation."""
+        place = np.abs(shift)
+        basis = np.stack([np.interp(place, likelihood.shift, column) for column in likelihood.basis.T], axis=1)
+        weights = shift**2 @ basis / np.sum(shift**2)
+        count = likelihood.count
+        variance = float(weights @ posterior.covariance[:count, :count] @ weights)
+        return {
+            "effective_conicity [-]": float(weights @ posterior.parameters[:count]),
+            "effective_conicity_std [-]": float(np.hypot(np.sqrt(max(variance, 0.0)), self.model_error)),
+        }
 
     def likelihood(self, measurements: Measurements, record: Record) -> Likelihood:
         """What is maximised: for Fisher information and tests."""

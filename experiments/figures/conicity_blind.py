@@ -1,0 +1,192 @@
+"""Conicity without a known track: twenty tracks and vehicles, wear from run to run, and what can be known at all."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Picture
+
+from estimators._conicity_likelihood import Likelihood
+from estimators.conicity_least_squares import ConicityLeastSquares
+from estimators.conicity_smoother import ConicitySmoother
+from experiments.contact_score import function_errors
+from experiments.figures._speed_runs import rows_where
+from experiments.figures._wheelset_runs import record
+from experiments.figures.interface import Claim, Figure
+from experiments.plots import BLACK, BLUE, GREEN, ORANGE, RED
+
+SEEDS, FAST_SEEDS = 20, 1
+DURATION, FAST_DURATION = 60.0, 30.0
+SPEEDS = (20.0, 45.0)
+WITHIN = 0.03
+CASES: dict[str, tuple[float, bool]] = {
+    "new, gauge constant": (0.0, False),
+    "worn 0.1, gauge constant": (0.1, False),
+    "new, gauge 2 mm": (0.0, True),
+    "worn 0.1, gauge 2 mm": (0.1, True),
+}
+"""Wear and whether the gauge varies."""
+COLOURS = (BLUE, GREEN, ORANGE, RED)
+WEAR = np.linspace(0.0, 0.135, 10)
+"""Severities of ten runs from new to worn; a hollow of 0.27 mm at the last."""
+FIRST_SEED, WEAR_SEED = 300, 400
+CORNER_STEP = 0.01
+BOUNDS = ("bound [-]", "bound, corner free [-]", "by corner [-]")
+BOUNDED, BOUNDED_CASE = 3, "worn 0.1, gauge constant"
+"""Runs for which the information is stated."""
+
+
+class ConicityBlind(Figure):
+    """Yaw gyro, accelerometer and transducer of the suspended mass, speed; no track."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        duration = FAST_DURATION if fast else DURATION
+        speeds = np.linspace(*SPEEDS, FAST_SEEDS if fast else SEEDS)
+        rows = [
+            one(wear, float(speed), duration, FIRST_SEED + seed, gauge, seed < BOUNDED and name == BOUNDED_CASE)
+            | {"part": "seed", "case": name}
+            for name, (wear, gauge) in CASES.items()
+            for seed, speed in enumerate(speeds)
+        ]
+        runs = WEAR[:: len(WEAR) // 3] if fast else WEAR
+        rows += [
+            one(float(wear), 30.0, duration, WEAR_SEED + number, False, known=True) | {"part": "wear", "case": "wear"}
+            for number, wear in enumerate(runs)
+        ]
+        return pd.DataFrame(rows)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        picture = Picture(figsize=(11.0, 5.0), layout="constrained")
+        left, right = picture.subplots(1, 2)
+        for (name, rows), colour in zip(_cases(table), COLOURS, strict=True):
+            left.errorbar(
+                rows["true [-]"],
+                rows["estimate [-]"],
+                2 * rows["std [-]"],
+                fmt="o",
+                ms=4,
+                lw=0.8,
+                color=colour,
+                label=name,
+            )
+        _diagonal(left, table)
+        left.set(xlabel="true conicity (best cone)", ylabel="estimate; bars: 2 std", title="other tracks and vehicles")
+        left.legend(fontsize=8)
+        wear = rows_where(table, table["part"] == "wear")
+        right.plot(wear["wear [-]"], wear["true [-]"], "o-", color=BLACK, label="true")
+        right.errorbar(
+            wear["wear [-]"], wear["estimate [-]"], 2 * wear["std [-]"], fmt="s-", color=BLUE, label="estimate"
+        )
+        right.set(xlabel="severity of wear", ylabel="conicity (best cone)", title="ten runs on ten tracks, 30 m/s")
+        right.legend()
+        picture.suptitle("Conicity without a known track")
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        claims = []
+        for name, rows in _cases(table):
+            error = (rows["estimate [-]"] - rows["true [-]"]).to_numpy()
+            share, rms = float(np.mean(np.abs(error) <= WITHIN)), float(np.sqrt(np.mean(error**2)))
+            shape = float(np.sqrt(np.mean(rows["function rms [-]"] ** 2)))
+            inside = float(np.mean(np.abs(error) <= 2 * rows["std [-]"]))
+            claims += [
+                Claim(f"{name}: rms error over the seeds", rms, f"<= {WITHIN}", rms <= WITHIN),
+                Claim(f"{name}: share of seeds within 0.03", share, ">= 0.95", share >= 0.95),
+                Claim(f"{name}: function over the inner shifts, rms", shape, f"<= {WITHIN}", shape <= WITHIN),
+                Claim(f"{name}: within 2 std", inside, "0.90 to 1", inside >= 0.9),
+            ]
+        wear = rows_where(table, table["part"] == "wear")
+        for column, how in (("estimate [-]", "without track"), ("least squares [-]", "least squares, track known")):
+            right, correlation = order(wear["true [-]"].to_numpy(), wear[column].to_numpy())
+            claims.append(Claim(f"wear, {how}: runs in their right place", right, "1", right == 1.0))
+            claims.append(Claim(f"wear, {how}: rank correlation", correlation, ">= 0.9", correlation >= 0.9))
+        worn = rows_where(table, table["case"] == BOUNDED_CASE).dropna(subset=["bound [-]"])
+        known, free, drift = (float(np.median(worn[name].to_numpy())) for name in BOUNDS)
+        claims.append(Claim("Cramer-Rao bound, spectrum's shape known", known, "<= 0.03", known <= WITHIN))
+        claims.append(Claim("growth of the bound if its corner is free", free / known, "> 1", free > known))
+        claims.append(
+            Claim("change of conicity by an assumed corner that is 10 % too low", drift, "<= 0.03", drift <= WITHIN)
+        )
+        return claims
+
+    def notes(self) -> list[str]:
+        """Why a track without known spectrum gives no conicity."""
+        return [
+            "For any conicity function F' there is a rail d' = y - F'^-1(F(y - d)) with the same yaw moment, so the "
+            "same motion: only the spectrum of d tells them apart.",
+        ]
+
+
+def one(
+    wear: float, speed: float, duration: float, seed: int, gauge: bool, bounded: bool = False, known: bool = False
+) -> dict[str, Any]:
+    """True and estimated conicity of one run; Cramer-Rao bounds at the estimate; least squares with the known track."""
+    true, measured = record(wear, speed, duration, seed, gauge)
+    smoother = ConicitySmoother()
+    estimate = smoother.estimate(measured)
+    errors = function_errors(estimate.about["conicity_function"], true)
+    inner = rows_where(errors, errors["inner [-]"] > 0.5)
+    found = float(estimate.about["effective_conicity [-]"])
+    row: dict[str, Any] = {
+        "wear [-]": wear,
+        "speed [m/s]": speed,
+        "true [-]": float(true.half_difference @ true.shift / (true.shift @ true.shift)),
+        "estimate [-]": found,
+        "std [-]": float(estimate.about["effective_conicity_std [-]"]),
+        "function rms [-]": float(np.sqrt(np.nanmean((inner["estimate [-]"] - inner["true [-]"]) ** 2))),
+    }
+    if bounded:
+        row |= bounds(smoother, measured, estimate.series["wheelset1.lateral_shift [m]"].to_numpy())
+    if known:
+        series = ConicityLeastSquares(pieces=(16,)).estimate(measured).series.dropna()
+        weight = series["wheelset1.lateral_shift [m]"] ** 2
+        row["least squares [-]"] = float(np.average(series["conicity [-]"], weights=weight))
+    return row
+
+
+def bounds(smoother: ConicitySmoother, measured: Any, shift: np.ndarray) -> dict[str, float]:
+    """Standard deviation of the best cone's conicity by the Fisher information, corner of the spectrum known or not."""
+    likelihood, parameters = smoother.fitted(measured)
+    error, variance = likelihood.innovations(parameters)
+    corner = likelihood.numbers.corner
+    other = Likelihood(
+        likelihood.record, likelihood.numbers._replace(corner=corner * (1 + CORNER_STEP)), likelihood.prior,
+        smoother.reach, smoother.pieces,
+    )  # fmt: skip
+    moved, spread = other.innovations(parameters)
+    by_error, by_variance = likelihood.sensitivities(parameters)
+    by_error = np.vstack([by_error, ((moved - error) / (CORNER_STEP * np.sqrt(variance))).ravel()])
+    by_variance = np.vstack([by_variance, ((spread - variance) / (CORNER_STEP * variance)).ravel()])
+    information = by_error @ by_error.T + 0.5 * by_variance @ by_variance.T
+    own = information[:-1, :-1] + likelihood.prior_precision
+    place = np.abs(shift)
+    basis = np.stack([np.interp(place, likelihood.shift, column) for column in likelihood.basis.T], axis=1)
+    weights = np.zeros(len(parameters))
+    weights[: likelihood.count] = shift**2 @ basis / np.sum(shift**2)
+    covariance = np.linalg.inv(own)
+    cross = covariance @ information[:-1, -1]
+    left = information[-1, -1] - information[:-1, -1] @ cross
+    known = float(weights @ covariance @ weights)
+    return {
+        "bound [-]": known**0.5,
+        "bound, corner free [-]": (known + float(weights @ cross) ** 2 / max(float(left), 1e-12)) ** 0.5,
+        "by corner [-]": abs(0.1 * float(weights @ cross)),
+    }
+
+
+def order(true: np.ndarray, found: np.ndarray) -> tuple[float, float]:
+    """Share of the runs that stand in their right place, and correlation of the ranks."""
+    ranks = [np.argsort(np.argsort(values, kind="stable")) for values in (true, found)]
+    return float(np.mean(ranks[0] == ranks[1])), float(np.corrcoef(ranks[0], ranks[1])[0, 1])
+
+
+def _cases(table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    return [(name, rows_where(table, table["case"] == name)) for name in CASES]
+
+
+def _diagonal(axes: Axes, table: pd.DataFrame) -> None:
+    true = table["true [-]"].to_numpy()
+    ends = (0.9 * float(true.min()), 1.1 * float(true.max()))
+    axes.plot(ends, ends, color=BLACK, lw=0.8)
+    axes.fill_between(ends, np.subtract(ends, WITHIN), np.add(ends, WITHIN), color=BLACK, alpha=0.08, lw=0)

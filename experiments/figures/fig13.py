@@ -1,0 +1,119 @@
+"""Figure 13: conicity over the lateral shift by least squares with piecewise cubic polynomials."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from estimators.conicity_least_squares import ConicityLeastSquares
+from experiments.figures._section_runs import PAIR
+from experiments.figures._speed_runs import rows_where
+from experiments.figures._wheelset_runs import record
+from experiments.figures.interface import Claim, Figure
+from experiments.plots import BLACK, BLUE, ORANGE
+from railsim.profiles.pair import ProfilePair
+
+SPEED, DURATION, FAST_DURATION = 30.0, 100.0, 30.0
+SEEDS, FAST_SEEDS = 20, 2
+WITHIN, INNER = 0.02, 0.8
+CENTRE = 5e-4  # m; nearer to the middle the quotient is the one at this shift
+
+
+class Case(NamedTuple):
+    """Wear, whether the gauge varies, whether sensors and survey are ideal."""
+
+    wear: float
+    gauge: bool
+    ideal: bool
+
+
+CASES = {
+    "new, ideal sensors, exact track": Case(0.0, False, True),
+    "new, real sensors, gauge 2 mm": Case(0.0, True, False),
+    "worn 0.1, ideal sensors, exact track": Case(0.1, False, True),
+    "worn 0.3, ideal sensors, exact track": Case(0.3, False, True),
+}
+SEEDED = "seeds"
+
+
+class Fig13(Figure):
+    """Four runs over the shift; twenty tracks and vehicles for the stated uncertainty."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        duration = FAST_DURATION if fast else DURATION
+        tables = [function(case, duration, 13).assign(case=name) for name, case in CASES.items()]
+        speeds = np.linspace(20.0, 45.0, FAST_SEEDS if fast else SEEDS)
+        for seed, speed in enumerate(speeds):
+            one = function(CASES["new, real sensors, gauge 2 mm"], duration * 0.8, 200 + seed, float(speed))
+            tables.append(one.assign(case=f"{SEEDED} {seed}"))
+        return pd.concat(tables, ignore_index=True)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        picture = Picture(figsize=(11.0, 7.5), layout="constrained")
+        panels = picture.subplots(2, 2)
+        for axes, name in zip(panels.flat, CASES, strict=True):
+            rows = rows_where(table, table["case"] == name)
+            u, value, std = (1e3 * rows["shift [m]"], rows["estimate [-]"], rows["std [-]"])
+            axes.fill_between(u, value - 2 * std, value + 2 * std, color=BLUE, alpha=0.2, lw=0, label="± 2 std")
+            axes.plot(u, rows["true [-]"], color=BLACK, lw=2.0, label="true, from the profiles")
+            axes.plot(u, value, color=ORANGE, lw=1.3, label="least squares")
+            for edge in INNER * np.array([u.min(), u.max()]):
+                axes.axvline(edge, color=BLACK, lw=0.6, ls=":")
+            axes.set(title=name, xlabel="y - d [mm]", ylabel="conicity [-]")
+            true = rows["true [-]"].to_numpy()
+            low, high = min(0.0, float(true.min()) - 0.05), 1.3 * float(true.max())
+            axes.set_ylim(low, high)
+        picture.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        picture.suptitle("Conicity by least squares on the simplified model, track known; dotted: inner 80 %")
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        claims = []
+        for name in CASES:
+            largest = float(inner_errors(rows_where(table, table["case"] == name)).max())
+            claims.append(Claim(f"{name}: largest error, inner 80 %", largest, f"<= {WITHIN}", bool(largest <= WITHIN)))
+        seeded = [rows for name, rows in table.groupby("case") if str(name).startswith(SEEDED)]
+        largest = np.array([inner_errors(rows).max() for rows in seeded])
+        share = float(np.mean(largest <= WITHIN))
+        claims.append(Claim("new, real sensors: share of seeds within 0.02", share, ">= 0.95", share >= 0.95))
+        every = pd.concat(seeded)
+        error = (every["estimate [-]"] - every["true [-]"]).abs()
+        inside = float(np.average(error <= 2 * every["std [-]"], weights=every["samples"]))
+        claims.append(
+            Claim("new, real sensors: within 2 std, over seeds", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97)
+        )
+        return claims
+
+
+def inner_errors(rows: pd.DataFrame) -> np.ndarray:
+    """Sizes of the errors within the inner part of the visited range."""
+    shift = rows["shift [m]"].to_numpy()
+    middle, half = (shift.max() + shift.min()) / 2, (shift.max() - shift.min()) / 2
+    error = np.abs((rows["estimate [-]"] - rows["true [-]"]).to_numpy())
+    return error[np.abs(shift - middle) <= INNER * half]
+
+
+def function(case: Case, duration: float, seed: int, speed: float = SPEED) -> pd.DataFrame:
+    """Estimated and true conicity on rails of nominal gauge over the visited shifts, and how often each was visited."""
+    _, measured = record(case.wear, speed, duration, seed, case.gauge, case.ideal)
+    estimate = ConicityLeastSquares().estimate(measured)
+    found = estimate.about["conicity_function"]
+    shift = np.array(found["shift [m]"])
+    visited = estimate.series["wheelset1.lateral_shift [m]"].dropna().to_numpy()
+    edges = np.append(shift, 2 * shift[-1] - shift[-2]) - (shift[1] - shift[0]) / 2
+    return pd.DataFrame({
+        "shift [m]": shift,
+        "true [-]": true_conicity(case.wear, shift),
+        "estimate [-]": found["at_nominal_gauge [-]"],
+        "std [-]": found["conicity_std [-]"],
+        "samples": np.histogram(visited, edges)[0],
+    })  # fmt: skip
+
+
+def true_conicity(wear: float, shift: np.ndarray) -> np.ndarray:
+    """(r_L - r_R) / (2 u) of the profiles on rails of nominal gauge."""
+    left, _ = ProfilePair.build(PAIR | {"wear": wear}).sides(0.45, 0.75)
+    far = np.where(np.abs(shift) < CENTRE, CENTRE, shift)
+    radius = [np.interp(sign * far, left.shift, left.radius) for sign in (1.0, -1.0)]
+    return (radius[0] - radius[1]) / (2.0 * far)
