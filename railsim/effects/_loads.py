@@ -26,16 +26,22 @@ def loaded(setup: Setup, effect: Effect, body: str, axis: str, size: float) -> S
 
 
 def wind(
-    setup: Setup, effect: Effect, force: Sequence[float] | np.ndarray, begin: float, step: float, height: float
+    setup: Setup,
+    effect: Effect,
+    force: Sequence[float] | np.ndarray,
+    begin: float,
+    step: float,
+    height: float,
+    over: str = "time",
 ) -> Setup:
-    """A lateral force [N] on the body, `height` [m] above the rails, at equal steps [s] of time from `begin` [s]."""
+    """A lateral force [N] on the body, `height` [m] above the rails, at equal steps of time [s] or distance [m]."""
     _body(setup, effect, "body")
     values = np.asarray(force, dtype=float)
     if not values.any():
         return setup
     arm = height - setup.model.bodies[setup.model.index("body")].position[2]
     loads = (
-        Load("body", "y", "time", begin, step, values),
-        Load("body", "roll", "time", begin, step, -arm * values),
+        Load("body", "y", over, begin, step, values),
+        Load("body", "roll", over, begin, step, -arm * values),
     )
     return setup.modelled(lambda model: replace(model, loads=(*model.loads, *loads)))

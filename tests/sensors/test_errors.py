@@ -138,3 +138,12 @@ def test_data_sheet_hides_what_the_field_does_not_know() -> None:
     sheet = SensorErrors(bias=1.0, bias_std=2.0, misalignment=(0.1, 0, 0)).data_sheet()
     assert sheet["bias_std"] == 2.0
     assert not {"bias", "scale_error", "misalignment"} & set(sheet)
+
+
+def test_resonance_has_its_gain_at_its_frequency_and_passes_what_is_slow():
+    """1 / (2 z) at the resonance."""
+    time = np.arange(20480) / 1024.0
+    errors = SensorErrors(resonance=80.0, resonance_damping=0.05)
+    for frequency, gain in ((80.0, 10.0), (2.0, 1.0)):
+        shaken = errors.shake(np.sin(2 * np.pi * frequency * time), 1024.0)
+        assert np.abs(shaken[-4096:]).max() == pytest.approx(gain, rel=0.01)
