@@ -39,6 +39,9 @@ JOINTED = {
 }
 """Names and speeds of runs over the track with a joint every 18 m."""
 
+ADHESION, ADHESION_ESTIMATORS = "low_adhesion", "adhesion"
+"""Scenario with the sensors of the adhesion estimators, and how their names begin."""
+
 BASELINE = "solve_ivp RK45, rtol 1e-6"
 
 
@@ -53,7 +56,9 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     variants = {name: load_scenario(SCENARIO, {**shorter, **changes}) for name, changes in VARIANTS.items()}
     dense = joint_rows(repeats, FAST_DURATION if fast else None)
     wheelset = estimator_rows(load_scenario(WHEELSET, {"duration": 3.0 * FAST_DURATION} if fast else {}), repeats)
-    return [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense, *wheelset]
+    plain = load_scenario(ADHESION, {"duration": 2.0 * FAST_DURATION} if fast else {})
+    adhesion = estimator_rows(plain, repeats, ADHESION_ESTIMATORS)
+    return [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense, *wheelset, *adhesion]
 
 
 def engine_rows(
@@ -80,8 +85,11 @@ def engine_rows(
     return [_row(name, rate, against.get(name), rate / found[against.get(name, name)]) for name, rate in found.items()]
 
 
-def estimator_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str, Any]]:
-    """Every estimator that fits the scenario's sensors: recorded seconds per second; 1 = real time."""
+def estimator_rows(scenario: Scenario, repeats: int = REPEATS, only: str = "") -> list[dict[str, Any]]:
+    """Every estimator that fits the scenario's sensors: recorded seconds per second; 1 = real time.
+
+    `only` : what its name must begin with.
+    """
     with tempfile.TemporaryDirectory() as folder:
         truth = simulate(scenario, "compiled", f"{folder}/truth")
         measured = measure(truth, scenario).measurements
@@ -89,7 +97,7 @@ def estimator_rows(scenario: Scenario, repeats: int = REPEATS) -> list[dict[str,
         ways: dict[str, tuple[Callable[[], object], float]] = {
             f"estimator {name}": (lambda estimator=estimator: estimator.estimate(measured), scenario.duration)
             for name, estimator in found.items()
-            if estimator.fits(measured)
+            if name.startswith(only) and estimator.fits(measured)
         }
         return [_row(name, rate, "real time", rate) for name, rate in rates(ways, repeats).items()]
 

@@ -1,7 +1,7 @@
 """Runs on tracks that the adhesion classifier's calibration never saw, judged window by window; changes of level."""
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +18,8 @@ from experiments.figures._unseen import write_unseen
 from railsim.contact.adhesion import CONDITIONS
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
+from railsim.track.files import read_track, write_track
+from railsim.track.track import Track
 
 VEHICLE = "class175"
 TRACKS = ("unseen_erri_low", "unseen_erri_high", "paddington_bristol_like")
@@ -36,6 +38,7 @@ OTHERS: dict[str, dict[str, Any]] = {
 }
 """Vehicles that are not what their recordings state."""
 NOMINAL = "nominal"
+FRICTIONS = (0.06, 0.03)  # after a change of friction alone
 
 
 class Case(NamedTuple):
@@ -93,6 +96,7 @@ def judged(fast: bool) -> pd.DataFrame:
     with tempfile.TemporaryDirectory() as folder:
         files = write_unseen(Path(folder))
         recordings: dict[tuple[str, float], dict[tuple[str, str], Measurements]] = {}
+        rows.append(_friction_changes(files[TRACKS[1]], (22.5,) if fast else (22.5, 37.5), engine))
         for number, case in enumerate(cases(fast)):
             path = str(files.get(case.track, case.track))
             for kind in SETS:
@@ -103,6 +107,27 @@ def judged(fast: bool) -> pd.DataFrame:
                     recordings.setdefault((case.track, case.speed), {})[case.condition, kind] = measured
     rows += [_changes(track, speed, given) for (track, speed), given in recordings.items()]
     return pd.concat(rows, ignore_index=True)
+
+
+def _friction_changes(file: Path, speeds: Sequence[float], engine: str) -> pd.DataFrame:
+    """Changes of friction alone, by the track's own column: the creep slope at rest stays that of dry rails."""
+    rows = []
+    track = read_track(str(file))
+    for speed in speeds:
+        for friction in FRICTIONS:
+            place = START + SPLICE * speed
+            column = np.where(track.s < place, CONDITIONS["dry"].friction, friction)
+            path = file.with_name(f"friction_{speed:g}_{friction:g}.csv")
+            write_track(Track(track.s, {**track.columns(), "friction": column}, path.stem, track.comments), path)
+            settings = {"track": str(path), "vehicle": {"name": VEHICLE, "adhesion": "dry"}}
+            for kind in SETS:
+                one = scenario(settings, speed, DURATION, sensors("mems", kind == "wheelsets"))
+                named = AdhesionLevel().estimate(run(one, 7, engine)[1]).about["changes"]
+                row: dict[str, Any] = {"kind": "friction", "track": file.stem, "speed [m/s]": speed, "sensors": kind}
+                row |= {"condition": "dry", "after": f"friction {friction:g}", "changes named": len(named)}
+                found = min((float(change["time"]) for change in named), key=lambda t: abs(t - SPLICE), default=np.nan)
+                rows.append(row | {"true time [s]": SPLICE, "time [s]": found})
+    return pd.DataFrame(rows)
 
 
 def _windows(case: Case, kind: str, measured: Measurements) -> list[pd.DataFrame]:

@@ -50,7 +50,8 @@ class Adhesion(Figure):
         claims += [claim for kind in TARGETS for claim in _other_claims(table, kind)]
         claims += [_honest(table, kind, window) for kind in TARGETS for window in (10.0, 4.0)]
         claims += [_slope_claim(table, kind, known) for kind in TARGETS for known in (True, False)]
-        return claims + [claim for kind in TARGETS for claim in _change_claims(table, kind)]
+        claims += [claim for kind in TARGETS for claim in _change_claims(table, kind)]
+        return claims + [_friction_claim(table, kind) for kind in TARGETS]
 
 
 def _where(table: pd.DataFrame, chosen: np.ndarray) -> pd.DataFrame:
@@ -121,10 +122,18 @@ def _slope_claim(table: pd.DataFrame, kind: str, known: bool) -> Claim:
     return Claim(f"{SET_NAMES[kind]}: factor of the creep slope's error, {where}", factor, "<= 1.5", factor <= 1.5)
 
 
-def _errors(table: pd.DataFrame, kind: str) -> tuple[np.ndarray, np.ndarray]:
+def _errors(table: pd.DataFrame, kind: str, change: str = "change") -> tuple[np.ndarray, np.ndarray]:
     """Errors of the changes' places, s, NaN where none was named; how many were named in each run."""
-    rows = _where(table, (_texts(table, "kind") == "change") & (_texts(table, "sensors") == kind))
+    rows = _where(table, (_texts(table, "kind") == change) & (_texts(table, "sensors") == kind))
     return _numbers(rows, "time [s]") - _numbers(rows, "true time [s]"), _numbers(rows, "changes named")
+
+
+def _friction_claim(table: pd.DataFrame, kind: str) -> Claim:
+    """Friction alone changes, as a track's column does it: no level of the calibration comes of it."""
+    size = np.abs(_errors(table, kind, "friction")[0])
+    within = float(np.mean(size <= LOCATED))
+    name = f"{SET_NAMES[kind]}: changes of friction alone placed within 5 s"
+    return Claim(name, within, ">= 0.95", within >= 0.95)
 
 
 def _change_claims(table: pd.DataFrame, kind: str) -> list[Claim]:
