@@ -1,0 +1,172 @@
+"""What the suspension estimators read of a recording: readings, known track and speed on one grid of time.
+
+Readings and the known track pass the same band-pass: what is constant (bias, tilted mounting) goes, and what is faster
+than the model can be trusted. Because the model is linear and does not change, its equations hold for what is left.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfilt, sosfilt_zi
+
+from estimators._health import Health, channel_health, errors_of
+from estimators._space import Way, delay, find_way, has_speed
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+
+EAST = "gnss.position_east [m]"
+PLACE_ERROR = 0.2  # m; with a larger one the known track stands wrong under the wheels
+LONGEST_GAP = 30.0  # s; a longer gap counts as this long: the filters have forgotten everything by then
+
+
+@dataclass(frozen=True)
+class Record:
+    """Samples on a grid of time without gaps.
+
+    Attributes
+    ----------
+    time : s, shape (n,). rate : Hz.
+    channels : names of the readings.
+    readings : after the band-pass, shape (n, m). good : which of them may be used, shape (n, m).
+    noise : standard deviation of a sample by its data sheet, shape (m,).
+    speed : m/s, NaN where it is not known, shape (n,).
+    inputs : known track as `_half_vehicle.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 6).
+    health : what was left out, and why.
+    """
+
+    time: np.ndarray
+    rate: float
+    channels: tuple[str, ...]
+    readings: np.ndarray
+    good: np.ndarray
+    noise: np.ndarray
+    speed: np.ndarray
+    inputs: np.ndarray
+    health: Health
+
+
+def read(
+    measurements: Measurements,
+    channels: Sequence[str],
+    band: tuple[float, float],
+    known_track: bool,
+    start: float | None,
+) -> Record:
+    """Read a recording.
+
+    Parameters
+    ----------
+    channels : those that are wanted; what is missing or dead is left out.
+    band : corners of the band-pass, Hz.
+    known_track : whether the recording's track is used.
+    start : distance of the bogie's centre at the first sample, m; None: by GNSS.
+
+    Raises
+    ------
+    InputError : none of the channels can be used, their rates differ, no speed, or no track or place where needed.
+    """
+    health = channel_health(measurements, channels)
+    used = tuple(health.channels)
+    if not used:
+        raise InputError(f"none of the channels {', '.join(channels)} can be used; check the sensors")
+    rates = {measurements.rate(name) for name in used}
+    if len(rates) > 1:
+        raise InputError(f"'{used[0]}' and others differ in sample rate ({sorted(rates)} Hz); resample them to one")
+    rate = rates.pop()
+    stamps = measurements.time(used[0])
+    steps = np.clip(np.rint(np.diff(stamps) * rate), 1, LONGEST_GAP * rate).astype(np.int64)
+    rows = np.concatenate([[0], np.cumsum(steps)])
+    time = np.interp(np.arange(rows[-1] + 1), rows, stamps)
+    raw, good = np.full((len(time), len(used)), np.nan), np.zeros((len(time), len(used)), dtype=bool)
+    for column, name in enumerate(used):
+        good[rows, column] = health.good[name]
+        raw[rows, column] = measurements[name]
+    late = float(np.mean([delay(measurements, name) for name in used]))
+    way = find_way(measurements)
+    inputs = np.zeros((len(time), 6))
+    if known_track:
+        inputs = _rails(measurements, _place(measurements, way, time - late, start), rate)
+    sections = butter(2, band, btype="bandpass", fs=rate, output="sos")
+    noise = np.array([_noise(measurements, name, rate) for name in used])
+    filtered = np.column_stack([_filtered(sections, raw[:, j], good[:, j]) for j in range(len(used))])
+    inputs = np.column_stack([_filtered(sections, one, np.ones(len(time), dtype=bool)) for one in inputs.T])
+    trusted = np.interp(time, way.knots, way.trusted.astype(float)) > 0.99
+    speed = np.where(trusted, np.interp(time, way.knots, way.speed_at_knots), np.nan)
+    return Record(time, rate, used, filtered, good, noise, speed, inputs, health)
+
+
+def can_read(measurements: Measurements, channels: Sequence[str]) -> bool:
+    """Whether all channels and a speed are there."""
+    return set(channels) <= set(measurements.channels) and has_speed(measurements, "tachometer")
+
+
+def can_place(measurements: Measurements) -> bool:
+    """Whether the track is measured, and the place on it to centimetres (RTK)."""
+    if measurements.track is None or EAST not in measurements:
+        return False
+    sheet = measurements.sensor(EAST)
+    return float(np.hypot(sheet.get("position_std", 1.0), sheet.get("drift_std", 1.0))) <= PLACE_ERROR
+
+
+def _noise(measurements: Measurements, name: str, rate: float) -> float:
+    errors = errors_of(measurements, name)
+    density, resolution = float(errors.get("noise_density") or 0.0), float(errors.get("resolution") or 0.0)
+    return float(np.hypot(density * np.sqrt(rate / 2.0), resolution / np.sqrt(12.0)))
+
+
+def _place(measurements: Measurements, way: Way, time: np.ndarray, start: float | None) -> np.ndarray:
+    """Distance of the bogie's centre along the track, m, shape (n,)."""
+    travelled = way.distance_at(time)
+    if start is not None:
+        return start + travelled
+    if EAST not in measurements:
+        raise InputError(f"the place on the track is not known; add '{EAST}', or give the distance 'start' in m")
+    east, at = measurements[EAST], measurements.time(EAST)
+    found = np.isfinite(east)
+    if found.sum() < 2:
+        raise InputError(f"'{EAST}' has fewer than two samples; give the distance 'start' in m")
+    scale, offset = np.polyfit(way.distance_at(at[found]), east[found], 1)
+    return offset - float(measurements.sensor(EAST).get("position", (0.0,))[0]) + scale * travelled
+
+
+def _rails(measurements: Measurements, place: np.ndarray, rate: float) -> np.ndarray:
+    """The known track under both wheelsets, shape (n, 6)."""
+    track = measurements.track
+    if track is None:
+        raise InputError("the recording has no measured track; set track to 'unknown'")
+    arm, half = float(measurements.vehicle["semi_wheelbase"]), float(measurements.vehicle["half_gauge"])
+    s = track["s [m]"].to_numpy(dtype=float)
+    side = CubicSpline(s, _column(track, "lateral", "left_lateral", "right_lateral", 0.5, 0.5))
+    roll = CubicSpline(
+        s,
+        (_column(track, "", "left_vertical", "right_vertical", 1.0, -1.0) - _column(track, "cross_level"))
+        / (2.0 * half),
+    )
+    rolling = roll.derivative()
+    pace = np.gradient(place) * rate
+    ends = [np.clip(place + one, s[0], s[-1]) for one in (arm, -arm)]
+    return np.column_stack(
+        [side(ends[0]), side(ends[1]), roll(ends[0]), roll(ends[1]), pace * rolling(ends[0]), pace * rolling(ends[1])]
+    )
+
+
+def _column(
+    track: pd.DataFrame, whole: str, left: str = "", right: str = "", share: float = 0.0, other: float = 0.0
+) -> np.ndarray:
+    total = np.zeros(len(track))
+    for name, factor in ((whole, 1.0), (left, share), (right, other)):
+        if name and f"{name} [m]" in track.columns:
+            total += factor * track[f"{name} [m]"].to_numpy(dtype=float)
+    return total
+
+
+def _filtered(sections: np.ndarray, values: np.ndarray, good: np.ndarray) -> np.ndarray:
+    """Band-pass, at rest at the first good value; bad samples hold the last good one."""
+    if not good.any():
+        return np.zeros(len(values))
+    last = np.maximum.accumulate(np.where(good, np.arange(len(values)), int(np.argmax(good))))
+    held = values[last]
+    return sosfilt(sections, held, zi=sosfilt_zi(sections) * held[0])[0]
