@@ -89,7 +89,7 @@ def read(
     inputs = np.zeros((len(time), 6))
     if known_track:
         inputs = _rails(measurements, _place(measurements, way, time - late, start), rate)
-    sections = butter(2, band, btype="bandpass", fs=rate, output="sos")
+    sections = np.asarray(butter(2, band, btype="bandpass", fs=rate, output="sos"))
     noise = np.array([_noise(measurements, name, rate) for name in used])
     filtered = np.column_stack([_filtered(sections, raw[:, j], good[:, j]) for j in range(len(used))])
     inputs = np.column_stack([_filtered(sections, one, np.ones(len(time), dtype=bool)) for one in inputs.T])

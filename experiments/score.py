@@ -10,6 +10,7 @@ from estimators.interface import Estimate
 from experiments.adhesion_score import ADHESION_SCORERS
 from experiments.contact_score import CONTACT_SCORERS
 from experiments.joint_score import JOINT_SCORERS
+from experiments.suspension_score import SUSPENSION_SCORERS
 from experiments.track_score import TRACK_SCORERS
 from railsim.errors import InputError
 from railsim.truth import TIME, Truth
@@ -93,6 +94,6 @@ def _speed(estimate: Estimate, truth: Truth) -> dict[str, float]:
 
 
 SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = (
-    {SPEED: _speed} | TRACK_SCORERS | JOINT_SCORERS | CONTACT_SCORERS | ADHESION_SCORERS
+    {SPEED: _speed} | TRACK_SCORERS | JOINT_SCORERS | CONTACT_SCORERS | ADHESION_SCORERS | SUSPENSION_SCORERS
 )
 """By the column of the estimate: what scores it."""

@@ -52,9 +52,10 @@ def true_conicity(truth: Truth) -> float:
 
 def final(estimate: Estimate) -> np.ndarray:
     """Means and standard deviations over the last seconds of the record, shape (2, 3)."""
-    series = estimate.series[estimate.series["time [s]"] >= estimate.series["time [s]"].max() - SETTLED]
-    means = [float(series[name].mean()) for name in PARAMETERS]
-    return np.array([means, [float(series[std_name(name)].mean()) for name in PARAMETERS]])
+    time = estimate.series["time [s]"].to_numpy(dtype=float)
+    late = time >= time.max() - SETTLED
+    names = (list(PARAMETERS), [std_name(name) for name in PARAMETERS])
+    return np.array([estimate.series[one].to_numpy(dtype=float)[late].mean(axis=0) for one in names])
 
 
 def score_parameter(index: int, estimate: Estimate, truth: Truth) -> dict[str, float]:

@@ -37,15 +37,14 @@ def test_healthy_dampers_and_conicity_are_found(wheelsets: bool):
 def test_half_a_damper_is_called_degraded():
     estimate = SuspensionRbpf(particles=FEW, wheelset_sensors=False).estimate(recording(20.0, 10e3).measurements)
     assert estimate.about["verdicts"][0]["verdict"] == "degraded"
-    assert estimate.series[PARAMETERS[0]].iloc[-1] == pytest.approx(20e3, rel=0.1)
+    assert estimate.series[PARAMETERS[0]].to_numpy()[-1] == pytest.approx(20e3, rel=0.1)
 
 
 def test_maximum_likelihood_agrees_with_the_particles():
     run = recording()
-    particles = SuspensionRbpf(particles=FEW).estimate(run.measurements).series.iloc[-1]
-    fit = SuspensionMl().estimate(run.measurements).series.iloc[-1]
-    for name, allowed in zip(PARAMETERS, (2e3, 8e4, 0.01), strict=True):
-        assert abs(particles[name] - fit[name]) < allowed
+    both = [one.estimate(run.measurements).series for one in (SuspensionRbpf(particles=FEW), SuspensionMl())]
+    particles, fit = (series.iloc[-1][list(PARAMETERS)].to_numpy(dtype=float) for series in both)
+    assert (np.abs(particles - fit) < (2e3, 8e4, 0.01)).all()
 
 
 @pytest.mark.parametrize("value", [np.nan, 0.0, 78.5])
@@ -65,14 +64,13 @@ def test_a_channel_that_gets_stuck_is_left_out_from_then_on():
     stuck = SuspensionRbpf(particles=200).estimate(changed(run, {name: values}))
     clean = SuspensionRbpf(particles=200).estimate(run)
     assert np.array_equal(stuck.series.iloc[:20].to_numpy(), clean.series.iloc[:20].to_numpy())
-    last = stuck.series.iloc[-1]
-    assert last[PARAMETERS[0]] == pytest.approx(40e3, rel=0.1)
+    assert stuck.series[PARAMETERS[0]].to_numpy()[-1] == pytest.approx(40e3, rel=0.1)
     assert [entry["reason"] for entry in stuck.about["left_out"]] == ["stuck"]
 
 
 def test_too_few_particles_are_flagged_and_said():
     estimate = SuspensionRbpf(particles=10, smallest_share=0.01).estimate(recording(12.0).measurements)
-    assert estimate.series["degenerate [-]"].sum() > 0
+    assert estimate.series["degenerate [-]"].to_numpy().any()
     assert any("particles carried the weight" in line for line in estimate.about["warnings"])
 
 
@@ -101,6 +99,6 @@ def test_verdicts_keep_from_their_limits():
 @pytest.mark.parametrize("kind", [SuspensionEkf, SuspensionUkf])
 def test_filters_of_state_and_parameters_find_the_lateral_damper(kind: type[SuspensionEkf]):
     run = recording(12.0).measurements
-    last = kind(wheelset_sensors=False, every=8).estimate(run).series.iloc[-1]
-    assert last[PARAMETERS[0]] == pytest.approx(40e3, rel=0.1)
-    assert last[PARAMETERS[2]] == pytest.approx(0.15, abs=0.03)
+    series = kind(wheelset_sensors=False, every=8).estimate(run).series
+    assert series[PARAMETERS[0]].to_numpy()[-1] == pytest.approx(40e3, rel=0.1)
+    assert series[PARAMETERS[2]].to_numpy()[-1] == pytest.approx(0.15, abs=0.03)
