@@ -33,6 +33,7 @@ SETTLE = 3.0  # s; the filters' start is forgotten, no likelihood is counted
 SPEED_BIN = 0.02  # relative; filters are those of the nearest speed
 SLOWEST = 5.0  # m/s; below, the creep model is not used
 LEAST_FORCE = 1e-3
+TUNED = 256.0  # Hz; rate to which the errors of a sample belong
 Track = Literal["exact", "uncertain", "unknown"]
 Situation = tuple[int, tuple[int, ...]]
 """Bin of the speed, and which readings are used."""
@@ -90,7 +91,7 @@ class Problem:
     def _system(self, situation: Situation, rate: float) -> System:
         speed, used = float(np.exp(situation[0] * SPEED_BIN)), list(situation[1])
         one, names = self.settings, [self.record.channels[j] for j in used]
-        unknowns = one.unknowns(self.vehicle, names, self.record.noise[used])
+        unknowns = one.unknowns(self.vehicle, names, self.record.noise[used], self.record.rate)
         plan = layout(2.0 * self.vehicle["semi_wheelbase"], speed, rate, unknowns.track)
         return half_vehicle(self.vehicle, speed, names, one.creep), speed, unknowns, plan
 
@@ -102,12 +103,10 @@ class Problem:
             self._tables[situation] = gains(vehicle, speed, self.record.rate, unknowns, plan, *box)
         return self._tables[situation]
 
-    def samples(self, first: int, last: int, used: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Known track (one sample more, where there is one) and readings of a stretch."""
-        inputs = self.record.inputs[first : last + 1]
-        if len(inputs) <= last - first:
-            inputs = np.concatenate([inputs, inputs[-1:]])
-        return np.ascontiguousarray(inputs), np.ascontiguousarray(self.record.readings[first:last][:, list(used)])
+    def samples(self, first: int, last: int, used: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Known track, its means from sample to sample, and the readings of a stretch."""
+        record, part = self.record, slice(first, last)
+        return record.inputs[part], record.means[part], np.ascontiguousarray(record.readings[part][:, list(used)])
 
     def likelihood(self, parameters: np.ndarray, interpolated: bool = True) -> np.ndarray:
         """Logarithm of the whole record's likelihood of some constant parameters (p, 3), shape (p,)."""
@@ -160,7 +159,7 @@ class Bank:
             same = min(plan.size, self.state.shape[1])
             state[:, :same] = self.state[:, :same]
             self.state = state
-        inputs, readings = self._problem.samples(first, last, situation[1])
+        inputs, means, readings = self._problem.samples(first, last, situation[1])
         found, work = np.zeros(self._count), np.zeros((3, plan.size + readings.shape[1] + len(plan.columns)))
         run_bank(
             self.state,
@@ -169,6 +168,7 @@ class Bank:
             plan.head,
             plan.length,
             inputs,
+            means,
             readings,
             found,
             work,
@@ -194,6 +194,7 @@ class SuspensionEstimator(Estimator, frozen=True):
     start: float | None = quantity(None, unit="m, distance at the first sample; else by GNSS", source="recording")
     high_pass: float = quantity(0.15, unit="Hz", source="a fifth of the body's lateral mode", gt=0.0)
     low_pass: float = quantity(8.0, unit="Hz", source="suspension.yaml; the model is not trusted beyond", gt=0.0)
+    keep_every: int = quantity(1, unit="samples", source="the low-pass allows 4 of 256 Hz", ge=1)
     track_error: float = quantity(
         0.05, unit="- power of the error of track.csv over ERRI B176 low", source=ILLUSTRATIVE, gt=0.0
     )
@@ -228,14 +229,21 @@ class SuspensionEstimator(Estimator, frozen=True):
     def prepare(self, measurements: Measurements) -> Problem:
         """Read a recording; raises `InputError` where something is missing."""
         self.need(measurements)
-        record = read(measurements, self.channels, (self.high_pass, self.low_pass), self.track != "unknown", self.start)
+        record = read(
+            measurements,
+            self.channels,
+            (self.high_pass, self.low_pass),
+            self.track != "unknown",
+            self.start,
+            self.keep_every,
+        )
         as_built = nominal(measurements.vehicle)
         low = np.array([0.0, 0.0, 0.01])
         high = np.array([*(self.largest * as_built[:2]), self.largest_conicity])
         return Problem(record, dict(measurements.vehicle), self, low, high, as_built)
 
-    def unknowns(self, vehicle: dict[str, float], channels: Sequence[str], noise: np.ndarray) -> Unknowns:
-        """What drives and spoils, for the readings `channels` of the given noise."""
+    def unknowns(self, vehicle: dict[str, float], channels: Sequence[str], noise: np.ndarray, rate: float) -> Unknowns:
+        """What drives and spoils, for the readings `channels` of the given noise at `rate` Hz."""
         arm, semi = vehicle["half_gauge"], vehicle["semi_wheelbase"]
         w, turn, b, c = self.wheelset_force, self.wheelset_moment, self.bogie_force, self.body_force
         force = np.array([w, turn, w, turn, b, b * semi, c, b * arm, c * arm])
@@ -246,4 +254,4 @@ class SuspensionEstimator(Estimator, frozen=True):
             "uncertain": (LATERAL.scaled(LATERAL.level * self.track_error), ROLL.scaled(ROLL.level * self.track_error)),
             "unknown": (LATERAL.scaled(LATERAL.level * self.track_level), ROLL.scaled(ROLL.level * self.track_level)),
         }
-        return Unknowns((force + LEAST_FORCE) ** 2, noise**2 + np.square(model), tracks[self.track])
+        return Unknowns((force + LEAST_FORCE) ** 2, noise**2 + np.square(model) * rate / TUNED, tracks[self.track])

@@ -83,7 +83,7 @@ def exact(
     K, S = steady(F, C, Q, R)
     whitening = np.linalg.inv(np.linalg.cholesky(S))
     n, columns = plan.head, np.concatenate([np.arange(plan.head), plan.columns])
-    now, later = np.concatenate([G[:, :n] / 2.0, D], axis=1), np.concatenate([G[:, :n] / 2.0, 0.0 * D], axis=1)
+    now, later = np.concatenate([0.0 * G[:, :n], D], axis=1), np.concatenate([G[:, :n], 0.0 * D], axis=1)
     moved = np.concatenate([F[:, :n][:, :, columns], C[:, :, columns]], axis=1)
     parts = [np.swapaxes(part, 1, 2) for part in (moved, now, later, K)]
     return np.concatenate([part.reshape(len(parameters), -1) for part in (*parts, whitening)], axis=1)
@@ -99,13 +99,13 @@ def lagrange(nodes: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def run_bank(state, packed, columns, head, length, inputs, readings, likelihood, work):
+def run_bank(state, packed, columns, head, length, inputs, means, readings, likelihood, work):
     """Run every filter over a stretch of samples.
 
     Parameters
     ----------
     state : (p, n), is moved on. packed : (p, length) as `Gains.at` gives. columns : `Layout.columns`.
-    head, length : of `Layout`. inputs : known track at the samples and one more, (t + 1, 6).
+    head, length : of `Layout`. inputs, means : known track at samples and from each to the next, (t, 6).
     readings : (t, m). likelihood : (p,), the logarithm of the stretch's likelihood is added.
     work : (3, at least n + m and the number of columns of the step), overwritten.
     """
@@ -135,7 +135,7 @@ def run_bank(state, packed, columns, head, length, inputs, readings, likelihood,
                 for r in range(high):
                     new[r] += row[(wide + c) * high + r] * inputs[t, c]
                 for r in range(high):
-                    new[r] += row[(wide + 6 + c) * high + r] * inputs[t + 1, c]
+                    new[r] += row[(wide + 6 + c) * high + r] * means[t, c]
             for j in range(m):
                 error[j] = readings[t, j] - new[head + j]
             for j in range(m):

@@ -113,9 +113,9 @@ def run(
                 P = np.zeros((n + 3, n + 3))
                 P[:n, :n], P[n:, n:] = START_STATE**2 * np.eye(n), spread
                 current = begin(now, np.concatenate([np.zeros(n), place]), P)
-            inputs, readings = problem.samples(first, last, situation[1])
+            inputs, means, readings = problem.samples(first, last, situation[1])
             for k in range(0, last - first - every + 1, every):
-                mean = inputs[max(k - 1, 0) : k + every].mean(axis=0)
+                mean = means[max(k - 1, 0) : k + every - 1 + (k == 0)].mean(axis=0)
                 current.move(now, mean, inputs[k + every - 1], readings[k + every - 1])
                 current.x[n:] = np.clip(current.x[n:], 0.001, 0.999)
             place, spread = _parameters(current)

@@ -34,6 +34,7 @@ class Record:
     noise : standard deviation of a sample by its data sheet, shape (m,).
     speed : m/s, NaN where it is not known, shape (n,).
     inputs : known track as `_half_vehicle.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 6).
+    means : the same, mean from each sample to the next, shape (n, 6).
     health : what was left out, and why.
     """
 
@@ -45,6 +46,7 @@ class Record:
     noise: np.ndarray
     speed: np.ndarray
     inputs: np.ndarray
+    means: np.ndarray
     health: Health
 
 
@@ -54,6 +56,7 @@ def read(
     band: tuple[float, float],
     known_track: bool,
     start: float | None,
+    every: int = 1,
 ) -> Record:
     """Read a recording.
 
@@ -63,6 +66,7 @@ def read(
     band : corners of the band-pass, Hz.
     known_track : whether the recording's track is used.
     start : distance of the bogie's centre at the first sample, m; None: by GNSS.
+    every : one of so many samples is kept, after the band-pass.
 
     Raises
     ------
@@ -95,7 +99,12 @@ def read(
     inputs = np.column_stack([_filtered(sections, one, np.ones(len(time), dtype=bool)) for one in inputs.T])
     trusted = np.interp(time, way.knots, way.trusted.astype(float)) > 0.99
     speed = np.where(trusted, np.interp(time, way.knots, way.speed_at_knots), np.nan)
-    return Record(time, rate, used, filtered, good, noise, speed, inputs, health)
+    fine = (inputs + np.concatenate([inputs[1:], inputs[-1:]])) / 2.0
+    whole = len(time) // every * every
+    means = fine[:whole].reshape(-1, every, 6).mean(axis=1)
+    good = np.asarray(good[:whole].reshape(len(means), every, -1).all(axis=1))
+    time, filtered, speed, inputs = (one[:whole:every] for one in (time, filtered, speed, inputs))
+    return Record(time, rate / every, used, filtered, good, noise / np.sqrt(every), speed, inputs, means, health)
 
 
 def can_read(measurements: Measurements, channels: Sequence[str]) -> bool:

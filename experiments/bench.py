@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 import estimators
 from estimators.dipped_joints import DippedJoints
 from estimators.interface import Estimator
+from experiments.suspension_bench import suspension_rows
 from railsim.engines.compiled import right_hand_side
 from railsim.engines.interface import Run
 from railsim.registry import discover
@@ -58,7 +59,8 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     wheelset = estimator_rows(load_scenario(WHEELSET, {"duration": 3.0 * FAST_DURATION} if fast else {}), repeats)
     plain = load_scenario(ADHESION, {"duration": 2.0 * FAST_DURATION} if fast else {})
     adhesion = estimator_rows(plain, repeats, ADHESION_ESTIMATORS)
-    return [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense, *wheelset, *adhesion]
+    known = [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense, *wheelset]
+    return [*known, *adhesion, *suspension_rows(fast)]
 
 
 def engine_rows(

@@ -1,7 +1,7 @@
 """Weak secondary dampers: estimated health over the true one, a damper that fails on the way, and false alarms.
 
 Every run is on other irregularities of ERRI B176 low than the one that the model's noise was chosen on, but for the
-steps, which are on `straight_erri_low`. Bogie and body sensors only, and the full set beside it.
+steps, which are on `straight_erri_low`. Bogie and body sensors only.
 """
 
 import tempfile
@@ -33,6 +33,7 @@ MINUTES, FAST_MINUTES = 100, 1
 BAND = spectra.Band(shortest=1.0, longest=100.0)
 LENGTH, SPACING = 2000.0, 0.2  # m
 WORKERS = 2
+EVERY = 2  # samples of 256 Hz: the same accuracy at half the work
 FIRST_SEED = 7100
 
 
@@ -119,7 +120,7 @@ def run(job: dict[str, Any], folder: Path) -> pd.DataFrame:
         changes["effects"] = [{"kind": EFFECTS[job["component"]], "factor": job["share"], **onset}]
     scenario = load_scenario("suspension", changes)
     measurements = measure(simulate(scenario, engine="compiled"), scenario, seed=job.get("seed", 1)).measurements
-    series = SuspensionRbpf(wheelset_sensors=False).estimate(measurements).series
+    series = SuspensionRbpf(wheelset_sensors=False, keep_every=EVERY).estimate(measurements).series
     built = nominal(measurements.vehicle).tolist()
     found = pd.DataFrame({TIME: series[TIME], **job, "seed": job.get("seed", 1)})
     for i, (health, std, verdict) in enumerate((("health", "std", "verdict"), (*_OTHER,))):

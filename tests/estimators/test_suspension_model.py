@@ -70,10 +70,11 @@ def test_bank_gives_the_likelihood_of_filterpy_and_of_its_interpolated_gains():
     parameters = nominal(values)[None, :]
     readings, inputs = 0.02 * rng.standard_normal((300, 7)), 1e-4 * rng.standard_normal((301, 6))
     inputs[:, 4:] = 0.0
+    means = (inputs[1:] + inputs[:-1]) / 2
 
     def likelihood(packed: np.ndarray) -> float:
         state, found, work = np.zeros((1, STATES)), np.zeros(1), np.zeros((3, 64))
-        run_bank(state, packed, plan.columns, plan.head, plan.length, inputs, readings, found, work)
+        run_bank(state, packed, plan.columns, plan.head, plan.length, inputs[:-1], means, readings, found, work)
         return float(found[0])
 
     packed = exact(vehicle, SPEED, RATE, inside, plan, parameters)

@@ -1,0 +1,79 @@
+"""Number of particles against accuracy: spread of the estimates over the filter's own random numbers, and speed."""
+
+import time
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from estimators._half_vehicle import PARAMETERS
+from estimators._verdicts import std_name
+from estimators.suspension_rbpf import SuspensionRbpf
+from experiments.figures.interface import Claim, Figure
+from railsim import load_scenario, measure, simulate
+
+COUNTS, FAST_COUNTS = (30, 100, 300, 1000, 3000), (30, 300)
+SEEDS, FAST_SEEDS = 5, 2
+USED = 1000
+REAL_TIME = 5.0
+LABELS = ("$C_{sy}$", "$C_{s\\psi}$", "conicity")
+
+
+class SuspensionParticles(Figure):
+    """Spread over seeds in units of the stated standard deviation of the largest filter."""
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        scenario = load_scenario("suspension", {"duration": 12.0 if fast else 40.0})
+        measurements = measure(simulate(scenario, engine="compiled"), scenario).measurements
+        SuspensionRbpf(particles=10).estimate(measurements)  # machine code
+        rows = []
+        for count in FAST_COUNTS if fast else COUNTS:
+            for seed in range(1, 1 + (FAST_SEEDS if fast else SEEDS)):
+                began = time.process_time()
+                series = SuspensionRbpf(particles=count, seed=seed).estimate(measurements).series
+                speed = scenario.duration / (time.process_time() - began)
+                values = {name: series[name].to_numpy()[-1] for name in PARAMETERS}
+                spreads = {std_name(name): series[std_name(name)].to_numpy()[-1] for name in PARAMETERS}
+                flagged = int(series["degenerate [-]"].to_numpy().sum())
+                rows.append(
+                    {"particles": count, "seed": seed, "speed [s/s]": speed, "flagged": flagged, **values, **spreads}
+                )
+        return pd.DataFrame(rows)
+
+    def draw(self, table: Any) -> Picture:
+        picture = Picture(figsize=(9.0, 3.6), layout="constrained")
+        axes = picture.subplots(1, 2)
+        for name, label in zip(PARAMETERS, LABELS, strict=True):
+            spread = _spread(table, name)
+            axes[0].loglog(spread.index, spread, "o-", lw=1.2, ms=4, label=label)
+        counts = np.array(sorted(set(table["particles"])), dtype=float)
+        axes[0].loglog(counts, np.sqrt(30.0 / counts), "k--", lw=0.7, label="1 / square root")
+        axes[0].set(xlabel="particles", ylabel="spread over seeds / standard deviation", title="accuracy")
+        axes[0].legend(fontsize=8)
+        speed = table.groupby("particles")["speed [s/s]"].median()
+        axes[1].loglog(speed.index, speed, "o-", color="#d55e00", ms=4)
+        axes[1].axhline(REAL_TIME, color="black", lw=0.7, ls="--")
+        axes[1].set(xlabel="particles", ylabel="times real time, one core", title="speed at 256 Hz, seven channels")
+        return picture
+
+    def check(self, table: Any) -> list[Claim]:
+        used = USED if USED in set(table["particles"]) else int(table["particles"].max())
+        speed = float(table[table["particles"] == used]["speed [s/s]"].median())
+        worst = max(float(_spread(table, name).loc[used]) for name in PARAMETERS)
+        text = f"spread of {used} particles over their random numbers, in standard deviations"
+        return [
+            Claim(
+                f"speed of {used} particles at 256 Hz on one core, times real time", speed, ">= 5", speed >= REAL_TIME
+            ),
+            Claim(text, worst, "<= 1", worst <= 1.0),
+        ]
+
+    def notes(self) -> list[str]:
+        return ["The speed is of processor time and falls while other work runs on the same cores."]
+
+
+def _spread(table: Any, name: str) -> Any:
+    """Standard deviation over seeds, over the stated one of the most particles."""
+    largest = table[table["particles"] == table["particles"].max()]
+    return table.groupby("particles")[name].std() / float(largest[std_name(name)].mean())
