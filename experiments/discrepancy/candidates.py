@@ -79,6 +79,11 @@ class Candidate:
         return self.kind.acts_on == "sensor"
 
     @property
+    def local(self) -> bool:
+        """Whether it has a place or a time of its own."""
+        return any(name in self.kind.model_fields for name in (*DISTANCES, *TIMES))
+
+    @property
     def phases(self) -> list[str]:
         """Fields that turn with a wheel."""
         return [name for name in PHASES if name in self.kind.held]

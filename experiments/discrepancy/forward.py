@@ -40,12 +40,16 @@ class Alignment:
 
 @dataclass(frozen=True)
 class Forward:
-    """Model, nuisances and alignment of a recording; `track` in place of the measured one propagates its errors."""
+    """Model, nuisances and alignment of a recording; `track` in place of the measured one propagates its errors.
+
+    `until`: where runs end [s], None = with the recording.
+    """
 
     evidence: Evidence
     alignment: Alignment
     track: Track
     engine: str = "compiled"
+    until: float | None = None
 
     @cached_property
     def nuisances(self) -> tuple[Nuisance, ...]:
@@ -59,7 +63,7 @@ class Forward:
         return tuple(sensor.but(errors=ideal(sensor.errors)) for sensor in self.evidence.sensors)
 
     def but(self, **changes: Any) -> "Forward":
-        """A copy with other alignment, track or engine."""
+        """A copy with other alignment, track, engine or end."""
         return replace(self, **changes)
 
     def setup(self, z: np.ndarray, effects: Sequence[Effect] = ()) -> Setup:
@@ -80,7 +84,8 @@ class Forward:
         substeps *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * substeps * setup.longest_step))))
         start = self.alignment.start + self._value(z, "start.distance", additive=True)
         tables = self._tables if setup.track is self.track else build_tables(setup.track)
-        run = Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, substeps)
+        duration = setup.duration if self.until is None else min(self.until, setup.duration)
+        run = Run(setup.model, tables, setup.speed_tables, start, duration, rate, substeps)
         rows = np.concatenate(list(load_engine(self.engine)(run)))
         about = {"vehicle": {"wheel_radius [m]": getattr(setup.vehicle, "wheel_radius", 0.5)}}
         return setup, MemoryTruth(channel_names(setup.model), rows, rate, about)

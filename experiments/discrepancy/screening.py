@@ -16,6 +16,7 @@ from railsim.effects.interface import Effect
 from railsim.errors import InputError
 
 RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
+HORIZON = 21.0  # s that a signature of what acts all along is run
 PROMISING = 12  # effects of which all sizes are run
 DROPPED = 3  # sections whose gain does not count
 SHORTLIST = (4, 3, 2)  # effects that each statistic contributes
@@ -73,7 +74,7 @@ def screen(
     Every variant is run at its middle size; the effects that do best then also at the others.
     """
     run = _Signatures(problem, fit)
-    first = [(one, place) for one in found for values in list(one.sizes())[:1] for place in one.variants_of(values)]
+    first = [(one, place) for one in _first_looks(found) for place in one.variants_of(next(iter(one.sizes())))]
     tell(f"signatures of {len({one.name for one in found})} effects, {len(first)} runs")
     judged = run.judge(first)
     best = _best(judged)
@@ -86,8 +87,26 @@ def screen(
         for one in promising[:PROMISING]
         for values in list(one.candidate.sizes())[1:]
     ]
+    more += [
+        (other, {**one.values})
+        for one in promising[:PROMISING]
+        if one.candidate.phases
+        for other in found
+        if other.name == one.candidate.name and other.label != one.candidate.label
+    ]
     tell(f"other sizes of the {min(PROMISING, len(promising))} best, {len(more)} runs")
     return _best([*judged, *run.judge(more)])
+
+
+def _first_looks(found: Sequence[Candidate]) -> list[Candidate]:
+    """All candidates, but of what turns with one wheel only the first: where it promises nothing, others will not."""
+    seen: set[str] = set()
+    chosen = []
+    for one in found:
+        if not one.phases or one.name not in seen:
+            chosen.append(one)
+        seen.add(one.name)
+    return chosen
 
 
 def _sizes_only(candidate: Candidate, values: dict[str, float]) -> dict[str, float]:
@@ -112,13 +131,15 @@ class _Signatures:
         self._projection = Projection.of(fit, problem.train)
         self._base = problem.stacked(fit.prediction)
         _, self._truth = problem.forward.run(fit.z, fit.effects)
+        self._short = problem.forward.but(until=HORIZON)
 
     def judge(self, jobs: Sequence[tuple[Candidate, dict[str, float]]]) -> list[Screened]:
         return [one for one in in_parallel(self._attempt, jobs) if one is not None]
 
     def _attempt(self, job: tuple[Candidate, dict[str, float]]) -> Screened | None:
         candidate, values = job
-        forward, z = self._problem.forward, self._fit.z
+        z = self._fit.z
+        forward = self._problem.forward if candidate.local else self._short
         try:
             effect = candidate.build(values)
             effects = (*self._fit.effects, effect)
@@ -128,10 +149,16 @@ class _Signatures:
                 prediction = forward.predict(z, effects)
         except InputError:
             return None
-        signature = self._problem.whitened(self._problem.stacked(prediction) - self._base)
+        whole = {name: _continued(one, self._fit.prediction[name]) for name, one in prediction.items()}
+        signature = self._problem.whitened(self._problem.stacked(whole) - self._base)
         if not np.isfinite(signature).all() or not signature.any():
             return None
         return _judge(self._problem, self._fit, self._projection, candidate, values, effect, signature)
+
+
+def _continued(values: np.ndarray, base: np.ndarray) -> np.ndarray:
+    """A prediction that ends early goes on as without the effect: what it says there is not counted."""
+    return np.concatenate([values, base[len(values) :]])
 
 
 def _judge(
