@@ -117,7 +117,7 @@ class Candidate:
         ways = [_ladder(free[name]) for name in sized]
         for steps in itertools.zip_longest(*ways) if ways else [()]:
             last = [way[-1] if step is None else step for step, way in zip(steps, ways, strict=True)]
-            yield {name: one.default for name, one in free.items()} | dict(zip(sized, last, strict=True))
+            yield {name: _within(one, one.default) for name, one in free.items()} | dict(zip(sized, last, strict=True))
 
     def variants_of(self, values: Mapping[str, float]) -> Iterator[dict[str, float]]:
         """The same size at the places, times and phases where it may be."""
