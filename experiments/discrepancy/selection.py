@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.discrepancy.candidates import Candidate
-from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, decide, held_out_gap, judge
+from experiments.discrepancy.decide import ENOUGH, Decision, Judged, decide, held_out_gap, judge
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, fit_candidate, null_evidence, polish
 from experiments.discrepancy.locate import Located, locate
@@ -17,6 +17,7 @@ MOST_FITTED = 8
 MOST_POLISHED = 3
 CLOSE = 60.0  # nats behind the best within which a hypothesis is polished
 WHITE = 1.03  # held-out gap from which nothing is left to explain
+LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 HOPELESS = 0.2  # of the leader's gain
 RIVAL = 30.0  # nats between two classes below which the noise is propagated anew before they are compared
 
@@ -50,7 +51,7 @@ def select(problem: Problem, null: Fit, located: Located, found: Sequence[Candid
     while len(added) < MOST_EFFECTS:
         last = added[-1].hypothesis.fit
         left = locate(problem, last)
-        if not left.significant:
+        if added[-1].gap < WHITE and not any(cell.robust > LOUD for cell in left.significant):
             break
         tell(f"{len(left.significant)} cells still significant: looking for a further effect")
         names = {one.hypothesis.candidate.equivalence for one in added}
@@ -138,6 +139,3 @@ def _pruned(problem: Problem, null: Fit, added: list[Judged], tell: Tell) -> lis
         return added
     tell(f"{first.hypothesis.candidate.label} is not needed beside {second.hypothesis.candidate.label}")
     return judge(problem, null, null_evidence(problem, null), [alone])
-
-
-__all__ = ["LARGE", "Selection", "select"]
