@@ -94,8 +94,13 @@ def _one_variant(chosen: Sequence[Any]) -> list[Any]:
     return list(first.values())
 
 
-def _nominal(scenario: Scenario) -> tuple[Problem, Fit]:
-    """A problem whose measurement is the nominal model itself."""
+def nominal_problem(scenario: Scenario) -> Problem:
+    """A problem whose measurement is the nominal model itself, as its sensors give it without errors.
+
+    Raises
+    ------
+    InputError : no sensor that is compared.
+    """
     sensors = tuple(sensor for sensor in scenario.sensors if sensor.kind in KINDS)
     channels = tuple(name for sensor in sensors for name in sensor.channels())
     if not channels:
@@ -114,7 +119,12 @@ def _nominal(scenario: Scenario) -> tuple[Problem, Fit]:
     z = np.zeros(len(forward.nuisances))
     prediction = forward.predict(z)
     blank = Problem(forward, frames, np.zeros((*frames.shape, len(channels)), complex), train, test)
-    problem = replace(blank, measured=blank.stacked(prediction)).with_noise(z)
+    return replace(blank, measured=blank.stacked(prediction)).with_noise(z)
+
+
+def _nominal(scenario: Scenario) -> tuple[Problem, Fit]:
+    problem = nominal_problem(scenario)
+    z = np.zeros(len(problem.forward.nuisances))
     columns, prediction = nuisance_jacobian(problem, z, ())
     return problem, Fit(z, (), problem.residual(prediction), columns, problem.whitened_columns(columns), prediction)
 
