@@ -13,7 +13,7 @@ WINDOW = 6.0  # s
 FARTHEST = 0.6  # s of lag that is searched to each side
 BAND = (0.8, 12.0)  # Hz
 ALIKE = 0.5  # correlation from which a window counts
-PREFERRED = ("acceleration_z", "rate_pitch", "displacement", "rate_roll", "acceleration_y")
+PREFERRED = ("acceleration_z", "rate_pitch", "displacement", "rate_roll", "acceleration_y", "rate_yaw")
 
 
 def align(evidence: Evidence, tries: int = 3) -> Alignment:
@@ -31,7 +31,8 @@ def align(evidence: Evidence, tries: int = 3) -> Alignment:
         time, lag, weight = _lags(evidence, prediction)
         if not len(time):
             raise InputError(
-                "nothing in the recording follows the measured track; check the track file and the scenario's start"
+                "nothing in the recording follows the measured track: it excites too little, "
+                "or the track file or the start is wrong"
             )
         along = np.interp(time, *evidence.speed[:2]) * lag  # m that the model is behind
         travelled = np.interp(time, evidence.speed[0], _distance(*evidence.speed[:2]))

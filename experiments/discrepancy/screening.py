@@ -44,11 +44,18 @@ class Screened:
 
 @dataclass(frozen=True)
 class Projection:
-    """Nuisances marginalised: J over the training frames, with their prior; those at their bounds stay there."""
+    """Nuisances marginalised over some frames: J, with their prior; those at their bounds stay there.
 
+    Attributes
+    ----------
+    frames : (k,) mask. flat : (free nuisances, n). inverse : (J J^T + 1)^-1. residual : (n,). z : (free nuisances,).
+    """
+
+    frames: np.ndarray
     flat: np.ndarray
     inverse: np.ndarray
     residual: np.ndarray
+    z: np.ndarray
 
     @classmethod
     def of(cls, fit: Fit, frames: np.ndarray) -> "Projection":
@@ -58,12 +65,15 @@ class Projection:
         normal, _ = normal_equations(jacobian, fit.residual, frames)
         flat = (WEIGHT * jacobian[:, frames]).reshape(len(jacobian), -1)
         residual = (WEIGHT * fit.residual[frames]).ravel()
-        return cls(flat, np.linalg.inv(normal + np.eye(len(normal))), residual)
+        return cls(frames, flat, np.linalg.inv(normal + np.eye(len(normal))), residual, fit.z[free])
+
+    def follow(self, signature: np.ndarray) -> np.ndarray:
+        """How far the nuisances go to take a signature (n,), in standard deviations of their priors."""
+        return self.inverse @ (self.flat @ signature)
 
     def cleaned(self, signature: np.ndarray) -> np.ndarray:
-        """What of a signature the nuisances cannot take, (n,) over the training frames."""
-        follow = self.inverse @ (self.flat @ signature)
-        return signature - follow @ self.flat
+        """What of a signature the nuisances cannot take, (n,)."""
+        return signature - self.follow(signature) @ self.flat
 
 
 def screen(
@@ -128,7 +138,9 @@ class _Signatures:
 
     def __init__(self, problem: Problem, fit: Fit) -> None:
         self._problem, self._fit = problem, fit
-        self._projection = Projection.of(fit, problem.train)
+        self._whole = Projection.of(fit, problem.train)
+        early = problem.frames.starts + problem.frames.length <= HORIZON
+        self._early = Projection.of(fit, problem.train & early)
         self._base = problem.stacked(fit.prediction)
         _, self._truth = problem.forward.run(fit.z, fit.effects)
         self._short = problem.forward.but(until=HORIZON)
@@ -153,7 +165,8 @@ class _Signatures:
         signature = self._problem.whitened(self._problem.stacked(whole) - self._base)
         if not np.isfinite(signature).all() or not signature.any():
             return None
-        return _judge(self._problem, self._fit, self._projection, candidate, values, effect, signature)
+        projection = self._whole if candidate.local or candidate.of_sensor else self._early
+        return _judge(self._problem, self._fit, projection, candidate, values, effect, signature)
 
 
 def _continued(values: np.ndarray, base: np.ndarray) -> np.ndarray:
@@ -170,13 +183,14 @@ def _judge(
     effect: Effect,
     signature: np.ndarray,
 ) -> Screened:
-    own = (WEIGHT * signature[problem.train]).ravel()
-    cleaned = projection.cleaned(own)
-    numerator = float(cleaned @ projection.residual)
+    own = (WEIGHT * signature[projection.frames]).ravel()
+    follow = projection.follow(own)
+    cleaned = own - follow @ projection.flat
+    numerator = float(cleaned @ projection.residual + follow @ projection.z)
     power = float(cleaned @ own) + 1e-12
     scale = float(np.clip(numerator / power, *RANGE))
-    per_frame = (scale * cleaned * (projection.residual - 0.5 * scale * cleaned)).reshape(int(problem.train.sum()), -1)
     gain = scale * numerator - 0.5 * scale**2 * power
+    per_frame = (scale * cleaned * (projection.residual - 0.5 * scale * cleaned)).reshape(projection.frames.sum(), -1)
     best = np.sort(per_frame.sum(axis=1))[::-1][:DROPPED]
     robust = gain - float(np.clip(best, 0.0, None).sum())
     return Screened(
