@@ -69,7 +69,7 @@ def make_plan(scenario: Scenario, tell: Tell, only: Sequence[str] | None = None)
     tell(f"signatures of {len({one.name for one in chosen})} effects")
 
     def signature(candidate: Any) -> tuple[str, dict[str, Any], np.ndarray] | None:
-        values = next(candidate.variants_of(next(iter(candidate.sizes()))))
+        values = next(candidate.variants_of(list(candidate.sizes())[:2][-1]))  # the smallest worth naming
         try:
             prediction = problem.forward.predict(fit.z, (candidate.build(values),))
         except InputError:
