@@ -60,6 +60,12 @@ class Plane:
         """Distance of the wheelsets, m."""
         return 2.0 * self.vehicle["semi_wheelbase"]
 
+    def only(self, names: Sequence[str]) -> "Plane":
+        """The same with the readings of some channels."""
+        chosen = [number for number, one in enumerate(self.readings) if one.name in names]
+        readings = [self.readings[number] for number in chosen]
+        return replace(self, system=lambda p, speed: self.system(p, speed).only(chosen), readings=readings)
+
     def noise(self, drive: np.ndarray | None = None) -> Noise:
         """Of the readings by their data sheets; `drive` : variance per second that enters the states."""
         columns = [(one.density, one.bias, one.drift, one.drift_time, one.tilt) for one in self.readings]

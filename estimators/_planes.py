@@ -49,6 +49,11 @@ class System(NamedTuple):
         s = 1j * np.asarray(frequency)[:, None, None]
         return np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B + s * self.E)
 
+    def only(self, chosen: list[int]) -> "System":
+        """The same with some of the outputs."""
+        twice = None if self.J is None else self.J[chosen]
+        return self._replace(C=self.C[chosen], D=self.D[chosen], G=self.G[chosen], J=twice)
+
     def from_states(self, frequency: np.ndarray) -> np.ndarray:
         """Outputs over what is added to the derivatives of the states, shape (frequencies, m, n)."""
         s = 1j * np.asarray(frequency)[:, None, None]
