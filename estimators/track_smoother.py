@@ -28,6 +28,7 @@ ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
 LEVEL = 4.032e-7 * 0.8246**2  # m rad; vertical irregularity of ERRI B176 (1989) "low", where none can be fitted
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
 FLANGE_SHARES = {"d1": 0.65, "d2": 0.7, "d3": 0.3}  # the same of what a flange lifts; tuned likewise
+STEERED = 0.3  # m/s2; a wheelset on its flange is lifted as by this much even where cant balances (crossover)
 TREAD = 0.005  # m; illustrative: farther out the flange touches
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
@@ -182,7 +183,7 @@ class TrackSmoother(Estimator, frozen=True):
         bend = np.abs(uniform_filter1d(moved.turn / way.speed, count))
         rolled = p["wheel_radius"] * p["half_gauge"] * bend / p["design_conicity"]  # shift that steers by the tread
         side = np.abs(uniform_filter1d(beyond_straight(moved.side, curved(moved, way)), count))
-        return maximum_filter1d(np.where(rolled > TREAD, side, 0.0), count)
+        return maximum_filter1d(np.where(rolled > TREAD, np.hypot(side, STEERED), 0.0), count)
 
     def _settling(self, measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
         """How far the primary springs give under the larger force in a canted curve, m; what is unsure in curves, m."""
