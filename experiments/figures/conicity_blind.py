@@ -78,6 +78,7 @@ class ConicityBlind(Figure):
         right.errorbar(
             wear["wear [-]"], wear["estimate [-]"], 2 * wear["std [-]"], fmt="s-", color=BLUE, label="estimate"
         )
+        right.plot(wear["wear [-]"], wear["least squares [-]"], "^--", color=GREEN, label="least squares, track known")
         right.set(xlabel="severity of wear", ylabel="conicity (best cone)", title="ten runs on ten tracks, 30 m/s")
         right.legend()
         picture.suptitle("Conicity without a known track")
@@ -94,8 +95,12 @@ class ConicityBlind(Figure):
                 Claim(f"{name}: rms error over the seeds", rms, f"<= {WITHIN}", rms <= WITHIN),
                 Claim(f"{name}: share of seeds within 0.03", share, ">= 0.95", share >= 0.95),
                 Claim(f"{name}: function over the inner shifts, rms", shape, f"<= {WITHIN}", shape <= WITHIN),
-                Claim(f"{name}: within 2 std", inside, "0.90 to 1", inside >= 0.9),
+                Claim(f"{name}: within 2 std", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97),
             ]
+        seeds = rows_where(table, table["part"] == "seed")
+        error = np.abs((seeds["estimate [-]"] - seeds["true [-]"]).to_numpy())
+        inside = float(np.mean(error <= 2 * seeds["std [-]"].to_numpy()))
+        claims.append(Claim("all four cases: within 2 std", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97))
         wear = rows_where(table, table["part"] == "wear")
         for column, how in (("estimate [-]", "without track"), ("least squares [-]", "least squares, track known")):
             right, correlation = order(wear["true [-]"].to_numpy(), wear[column].to_numpy())
@@ -115,6 +120,10 @@ class ConicityBlind(Figure):
         return [
             "For any conicity function F' there is a rail d' = y - F'^-1(F(y - d)) with the same yaw moment, so the "
             "same motion: only the spectrum of d tells them apart.",
+            "The bounds are those of the smoother's own model; what that lacks (creep, gauge, sharp contact changes) is "
+            "ten times larger and stands in its model_error.",
+            "With gauge variation the conicity itself changes along the line, with a hollow wheel by more than its "
+            "mean: a function of y - d alone does not exist, and one yaw moment cannot tell rail from gauge.",
         ]
 
 
