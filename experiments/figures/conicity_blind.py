@@ -120,8 +120,8 @@ class ConicityBlind(Figure):
         return [
             "For any conicity function F' there is a rail d' = y - F'^-1(F(y - d)) with the same yaw moment, so the "
             "same motion: only the spectrum of d tells them apart.",
-            "The bounds are those of the smoother's own model; what that lacks (creep, gauge, sharp contact changes) is "
-            "ten times larger and stands in its model_error.",
+            "The bounds are those of the smoother's own model; what that lacks (creep, gauge, sharp contact changes) "
+            "is ten times larger and stands in its model_error.",
             "With gauge variation the conicity itself changes along the line, with a hollow wheel by more than its "
             "mean: a function of y - d alone does not exist, and one yaw moment cannot tell rail from gauge.",
         ]
