@@ -25,7 +25,7 @@ SEGMENT = 4.0  # s of Welch's method
 LOWEST, HIGHEST = 1.0, 12.0  # Hz in which peaks are looked for; below, integrated noise of the sensors rises
 WHEELSETS = {1: "leading", 2: "trailing"}
 COLOURS = dict(zip(LEVELS, (GREEN, BLUE, RED, PURPLE), strict=True))
-UNKNOWN, PROFILE = "unknown input", "nominal profile known"
+UNKNOWN, PROFILE, TRUE = "unknown input", "nominal profile known", "true creep force"
 FREQUENCY = "frequency [Hz]"
 LATERAL, MOMENT = "lateral force [N2/Hz]", "yaw moment [N2 m2/Hz]"
 
@@ -57,7 +57,7 @@ class Fig09(Figure):
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         claims = []
-        for kind, quantity in ((UNKNOWN, LATERAL), (UNKNOWN, MOMENT), (PROFILE, LATERAL)):
+        for kind, quantity in ((UNKNOWN, LATERAL), (UNKNOWN, MOMENT), (PROFILE, LATERAL), (TRUE, LATERAL)):
             what = f"{quantity.partition(' [')[0]}, {kind}"
             peaks = {number: [_peak(table, number, kind, quantity, level) for level in LEVELS] for number in WHEELSETS}
             for number, values in peaks.items():
@@ -86,7 +86,7 @@ def _densities(truth: Truth, measured: Measurements, level: str) -> dict[str, np
     for number in WHEELSETS:
         true = high_pass(true_forces(truth, number)["creep"], plain.corner, rate=truth.rate)
         frequency, density = _density(true[round(SETTLE * truth.rate) :], truth.rate)
-        found[_column(number, "true", LATERAL, level)] = np.interp(found[FREQUENCY], frequency, density)
+        found[_column(number, TRUE, LATERAL, level)] = np.interp(found[FREQUENCY], frequency, density)
     return found
 
 
@@ -112,7 +112,7 @@ def _draw(axes: Axes, table: pd.DataFrame, number: int, kind: str, quantity: str
         values = table[_column(number, kind, quantity, level)].to_numpy(float)
         axes.plot(frequency, values, color=colour, lw=1.6, label=level)
         if kind == PROFILE:
-            true = table[_column(number, "true", quantity, level)].to_numpy(float)
+            true = table[_column(number, TRUE, quantity, level)].to_numpy(float)
             axes.plot(frequency, true, color=colour, lw=1.1, ls=":")
     axes.set(xlim=(0.5, HIGHEST), ylim=(1e3, 1e7), yscale="log", ylabel="density [N²/Hz]")
     axes.grid(True, color="#dddddd", lw=0.6)
