@@ -40,10 +40,10 @@ def true_conicity(truth: Truth) -> float:
         sides = [f"wheel{number}_{side}" for side in ("left", "right")]
         radius = [truth[f"{side}.rolling_radius [m]"] for side in sides]
         rails = [truth[f"track{number}.{side}_lateral [m]"] for side in ("left", "right")]
-        tilt = [truth[f"track{number}.{side}_vertical [m]"] for side in ("left", "right")]
-        half = float(truth.about.get("vehicle", {}).get("half_gauge [m]", 0.75))
         arm = float(truth.about.get("vehicle", {}).get("wheel_radius [m]", 0.45))
-        shift = truth[f"wheelset{number}.y [m]"] - (rails[0] + rails[1]) / 2 + arm * (tilt[0] - tilt[1]) / (2 * half)
+        shift = (
+            truth[f"wheelset{number}.y [m]"] + arm * truth[f"wheelset{number}.roll [rad]"] - (rails[0] + rails[1]) / 2
+        )
         shift = shift - shift.mean()
         above += float(shift @ (radius[0] - radius[1])) / 2.0
         below += float(shift @ shift)
