@@ -26,15 +26,3 @@ class Pieces:
     def roughness(self) -> np.ndarray:
         """Square root of the penalty on curvature: second differences of the coefficients, shape (size - 2, size)."""
         return np.diff(np.eye(self.size), 2, axis=0)
-
-
-def even_pieces(reach: float, count: int) -> tuple[Pieces, np.ndarray]:
-    """Pieces over -reach ... reach (an even number of them) and the matrix that makes even functions from half of the
-    coefficients, shape (size, (size + 1) // 2).
-    """
-    pieces = Pieces(-reach, reach, 2 * count)
-    half = (pieces.size + 1) // 2
-    fold = np.zeros((pieces.size, half))
-    for row in range(pieces.size):
-        fold[row, min(row, pieces.size - 1 - row)] = 1.0
-    return pieces, fold
