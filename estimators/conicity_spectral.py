@@ -62,7 +62,7 @@ class ConicitySpectral(Estimator, frozen=True):
     model_error: float = quantity(0.1, unit="- of the conicity", source="trial on other tracks and vehicles", ge=0.0)
     model_floor: float = quantity(0.01, unit="-", source="trial on other tracks and vehicles", ge=0.0)
 
-    bogie_error: float = quantity(0.25, unit="- of the conicity", source="trial with the half vehicle", ge=0.0)
+    bogie_error: float = quantity(0.3, unit="- of the conicity", source="trial with the half vehicle", ge=0.0)
 
     requires: ClassVar[tuple[str, ...]] = (SPEED,)
 
@@ -158,9 +158,10 @@ class ConicitySpectral(Estimator, frozen=True):
 def response(vehicle: Mapping[str, Any], channel: str) -> Response:
     """What turns the rails' slope into the yaw of the body whose gyro it is."""
     if channel == BOGIE:
+        angles = float(vehicle["design_contact_angle_rate"]) / float(vehicle["design_conicity"])
 
         def bogie(conicity: float, creep: float, speed: float, k: np.ndarray) -> np.ndarray:
-            known = {**vehicle, "design_conicity": conicity}
+            known = {**vehicle, "design_conicity": conicity, "design_contact_angle_rate": angles * conicity}
             return _plan_view.yaw_response(known, speed, k, creep)[0]
 
         return bogie
