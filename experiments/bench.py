@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import estimators
 from estimators.dipped_joints import DippedJoints
-from estimators.interface import Estimator
+from estimators.interface import Estimator, OnlineEstimator
 from experiments.suspension_bench import suspension_rows
 from railsim.engines.compiled import right_hand_side
 from railsim.engines.interface import Run
@@ -56,7 +56,7 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     shorter = {"duration": FAST_DURATION} if fast else {}
     variants = {name: load_scenario(SCENARIO, {**shorter, **changes}) for name, changes in VARIANTS.items()}
     dense = joint_rows(repeats, FAST_DURATION if fast else None)
-    wheelset = estimator_rows(load_scenario(WHEELSET, {"duration": 3.0 * FAST_DURATION} if fast else {}), repeats)
+    wheelset = estimator_rows(load_scenario(WHEELSET, shorter), repeats, kind=OnlineEstimator)
     plain = load_scenario(ADHESION, {"duration": 2.0 * FAST_DURATION} if fast else {})
     adhesion = estimator_rows(plain, repeats, ADHESION_ESTIMATORS)
     known = [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense, *wheelset]
@@ -87,19 +87,21 @@ def engine_rows(
     return [_row(name, rate, against.get(name), rate / found[against.get(name, name)]) for name, rate in found.items()]
 
 
-def estimator_rows(scenario: Scenario, repeats: int = REPEATS, only: str = "") -> list[dict[str, Any]]:
+def estimator_rows(
+    scenario: Scenario, repeats: int = REPEATS, only: str = "", kind: type = Estimator
+) -> list[dict[str, Any]]:
     """Every estimator that fits the scenario's sensors: recorded seconds per second; 1 = real time.
 
-    `only` : what its name must begin with.
+    `only` : what its name must begin with. `kind` : what it must be, for example one that runs online.
     """
     with tempfile.TemporaryDirectory() as folder:
         truth = simulate(scenario, "compiled", f"{folder}/truth")
         measured = measure(truth, scenario).measurements
-        found = {name: kind.build({}) for name, kind in discover(estimators, Estimator).items()}
+        found = {name: one.build({}) for name, one in discover(estimators, Estimator).items()}
         ways: dict[str, tuple[Callable[[], object], float]] = {
             f"estimator {name}": (lambda estimator=estimator: estimator.estimate(measured), scenario.duration)
             for name, estimator in found.items()
-            if name.startswith(only) and estimator.fits(measured)
+            if name.startswith(only) and isinstance(estimator, kind) and estimator.fits(measured)
         }
         return [_row(name, rate, "real time", rate) for name, rate in rates(ways, repeats).items()]
 

@@ -71,17 +71,15 @@ class Fig12(Figure):
         within = float(np.average(np.abs(error) <= 2.0 * std, weights=share))
         many = len(set(table["seed"])) >= SEEDS
         inner, outer = _rms(error[small]), _rms(error[~small])
-        relative_inner, relative_outer = _rms(relative[small]), _rms(relative[~small])
+        runs = np.median([_ratios(relative[one], shift[one], share[one]) for one in _each(table)], axis=0)
         return [
-            Claim("rms error at shifts up to 1 mm below that beyond", inner, f"<= {outer:.3f}", inner <= outer),
             Claim(
-                "relative rms error within over beyond 1 mm",
-                relative_inner / relative_outer,
-                "< 1: best at small shifts",
-                relative_inner < relative_outer,
+                "all runs: rms error at shifts up to 1 mm below that beyond", inner, f"<= {outer:.3f}", inner <= outer
             ),
-            Claim("relative rms error, rarest over commonest quarter of bins", ratio, "> 1.3", ratio > 1.3),
+            Claim("all runs: relative rms error, rarest over commonest quarter of bins", ratio, "> 1.3", ratio > 1.3),
             Claim("rank correlation of density and relative error", trend, "<= -0.5", trend <= -0.5 or not many),
+            Claim("median run: relative error up to 1 mm over that beyond", runs[0], "< 1", runs[0] < 1.0),
+            Claim("median run: relative error, rarest over commonest quarter of bins", runs[1], "> 1", runs[1] > 1.0),
             Claim("within two standard deviations", within, "0.90 to 0.97", 0.9 <= within <= 0.97 or not many),
         ]
 
@@ -103,6 +101,19 @@ def _bands(table: pd.DataFrame) -> pd.DataFrame:
         relative = _column(one, "estimate [-]") / _column(one, "true [-]") - 1.0
         rows.append((float(one["share [-]"].mean()), _rms(relative)))
     return pd.DataFrame(rows, columns=["share [-]", "relative rms error [-]"])
+
+
+def _each(table: pd.DataFrame) -> list[np.ndarray]:
+    """Rows of each run."""
+    seed = _column(table, "seed")
+    return [seed == one for one in np.unique(seed)]
+
+
+def _ratios(relative: np.ndarray, shift: np.ndarray, share: np.ndarray) -> tuple[float, float]:
+    """Of one run: relative rms error at small shifts over that beyond, and in the rarest over the commonest bins."""
+    small = np.abs(shift) <= SMALL
+    rare, common = share <= np.quantile(share, 0.25), share >= np.quantile(share, 0.75)
+    return _rms(relative[small]) / _rms(relative[~small]), _rms(relative[rare]) / _rms(relative[common])
 
 
 def _column(table: pd.DataFrame, name: str) -> np.ndarray:
