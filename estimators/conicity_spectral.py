@@ -24,6 +24,8 @@ SPACING = 0.2  # m
 SMOOTH = 9  # Fourier coefficients over which the residual's variance is averaged
 MOST, LEAST = 1.0, 0.005  # conicities that are looked for
 CREEP = (0.2, 1.2)  # shares of Kalker's slope that are looked for
+TYPICAL = (0.15, 0.6)  # conicity and creep share of the response with which the place is sought (-)
+CANDIDATES = 13  # places of which the one with the most coherent response is taken
 SCALES = 1.0 + np.linspace(-0.012, 0.012, 13)
 """Real over measured way that are tried: the wheel's radius (-)."""
 ASIDE = 8.0  # m; how far the first finding may be off
@@ -86,7 +88,11 @@ class ConicitySpectral(Estimator, frozen=True):
         respond = response(measurements.vehicle, channel)
         way, turning, speed = path(measurements, channel)
         survey = Survey(measurements)
-        start, rough = find(way, turning, survey)
+        typical = float(np.median(speed))
+        places = find(way, turning, survey, lambda k: respond(*TYPICAL, typical, k))[:CANDIDATES]
+        start, rough = min(
+            places, key=lambda one: incoherent(self._blocks(way, turning, speed, survey, one[0], one[1]))
+        )
 
         def misfit(offset: float, scale: float) -> float:
             return incoherent(self._blocks(way, turning, speed, survey, offset, rough * scale))
@@ -190,9 +196,11 @@ def path(measurements: Measurements, channel: str) -> tuple[np.ndarray, np.ndarr
     return way, np.interp(way, gone, turned), np.interp(way, gone, speed)
 
 
-def find(way: np.ndarray, turning: np.ndarray, survey: Survey) -> tuple[float, float]:
-    """Distance at which the record begins (m), and the scale of its way (-): where its turning is most like the rails'
-    curvature.
+def find(
+    way: np.ndarray, turning: np.ndarray, survey: Survey, gain: Callable[[np.ndarray], np.ndarray]
+) -> list[tuple[float, float]]:
+    """Distances at which the record may begin (m) with the scale of its way (-): where its turning is most like the
+    rails' curvature through a typical response (`gain` of the wave number), the likeliest first; one for each scale.
 
     Raises
     ------
@@ -201,8 +209,10 @@ def find(way: np.ndarray, turning: np.ndarray, survey: Survey) -> tuple[float, f
     grid = np.arange(survey.s[0], survey.s[-1], SPACING)
     slow = Band(15.0, 60.0)
     bent = np.gradient(np.gradient(np.interp(grid, survey.s, survey.centre), SPACING), SPACING)
-    rails = np.nan_to_num(band_pass(bent, SPACING, slow))
-    best = (-np.inf, 0.0, 1.0)
+    k = 2.0 * np.pi * np.fft.rfftfreq(len(bent), SPACING)
+    k[0] = k[1]
+    rails = np.nan_to_num(band_pass(np.fft.irfft(np.fft.rfft(bent) * gain(k), len(bent)), SPACING, slow))
+    found: list[tuple[float, float, float]] = []
     for scale in SCALES:
         places = np.arange(0.0, scale * way[-1], SPACING)
         if len(places) > len(grid):
@@ -211,12 +221,12 @@ def find(way: np.ndarray, turning: np.ndarray, survey: Survey) -> tuple[float, f
         agreement = signal.correlate(rails, own, "valid", "fft")
         size = signal.correlate(rails**2, np.ones(len(own)), "valid", "fft") * float(own @ own)
         likeness = agreement / np.sqrt(np.maximum(size, 1e-3 * size.max()))
-        best = max(best, (float(likeness.max()), float(grid[int(likeness.argmax())]), float(scale)))
-    if not np.isfinite(best[0]):
+        found.append((float(likeness.max()), float(grid[int(likeness.argmax())]), float(scale)))
+    if not found:
         raise InputError(
             f"the record covers {way[-1]:.0f} m, the measured track {grid[-1]:.0f} m; give that of the whole way"
         )
-    return best[1], best[2]
+    return [(place, scale) for _, place, scale in sorted(found, reverse=True)]
 
 
 def incoherent(blocks: Blocks) -> float:
