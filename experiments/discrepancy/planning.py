@@ -79,7 +79,7 @@ def make_plan(scenario: Scenario, tell: Tell, only: Sequence[str] | None = None)
         power = float(cleaned @ own)
         if not np.isfinite(power) or power <= 0.0:
             return None
-        return candidate.label, _smallest(candidate, values, 0.5 * power), cleaned / np.linalg.norm(cleaned)
+        return candidate.name, _smallest(candidate, values, 0.5 * power), cleaned / np.linalg.norm(cleaned)
 
     found = [one for one in in_parallel(signature, _one_variant(chosen)) if one is not None]
     table = np.stack([one[2] for one in found]).astype(np.float32)
@@ -148,5 +148,7 @@ def draw_plan(plan: Plan, path: Path) -> None:
     image = panel.imshow(plan.alike, vmin=0.0, vmax=1.0, cmap="magma_r")
     panel.set_xticks(range(count), plan.labels, rotation=90, fontsize=7)
     panel.set_yticks(range(count), plan.labels, fontsize=7)
-    figure.colorbar(image, ax=panel, label="likeness of signatures, nuisances taken out (1 = the same)", shrink=0.7)
+    bar = figure.colorbar(image, ax=panel, shrink=0.7)
+    bar.set_label("likeness of signatures (1 = the same)", fontsize=7)
+    bar.ax.tick_params(labelsize=7)
     figure.savefig(path, dpi=110)
