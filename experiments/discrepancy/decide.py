@@ -64,7 +64,7 @@ def judge(problem: Problem, null: Fit, null_log_evidence: float, hypotheses: Seq
     for one in hypotheses:
         plain = one.log_evidence - null_log_evidence
         local = one.candidate.kind.acts_on in LOCAL
-        evidence.append(plain if local else robust_evidence(problem, one, null_log_evidence))
+        evidence.append(plain if local else robust_evidence(problem, one, null, null_log_evidence))
         before = (WEIGHT * null.residual[problem.test]) ** 2
         after = (WEIGHT * one.fit.residual[problem.test]) ** 2
         held.append(0.5 * float(before.sum() - after.sum()))

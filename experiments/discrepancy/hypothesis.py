@@ -195,10 +195,11 @@ def _conclude(
     return Hypothesis(candidate, shares, state[4], fit, covariance, log_evidence, before - after)
 
 
-def robust_evidence(problem: Problem, hypothesis: Hypothesis, null: float) -> float:
+def robust_evidence(problem: Problem, hypothesis: Hypothesis, null: Fit, log_evidence: float) -> float:
     """Evidence against nuisances alone [nats] without the sections that speak loudest for the effect."""
-    loudest = np.sort(hypothesis.gains[problem.train])[::-1][:DROPPED]
-    return hypothesis.log_evidence - null - float(np.clip(loudest, 0.0, None).sum())
+    gains = 0.5 * ((WEIGHT * null.residual) ** 2 - (WEIGHT * hypothesis.fit.residual) ** 2).sum(axis=(1, 2))
+    loudest = np.sort(gains[problem.train])[::-1][:DROPPED]
+    return hypothesis.log_evidence - log_evidence - float(np.clip(loudest, 0.0, None).sum())
 
 
 def intervals(problem: Problem, hypothesis: Hypothesis) -> dict[str, dict[str, float | str]]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.decide import ENOUGH, Decision, Judged, decide, held_out_gap, judge
-from experiments.discrepancy.fitting import Fit, Problem
+from experiments.discrepancy.fitting import Fit, Problem, fit_nuisances
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, fit_candidate, null_evidence, polish
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.screening import Screened, screen, shortlist
@@ -19,6 +19,7 @@ CLOSE = 60.0  # nats behind the best within which a hypothesis is polished
 WHITE = 1.03  # held-out gap from which nothing is left to explain
 LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 HOPELESS = 0.2  # of the leader's gain
+FAIR_CHANCE = 50.0  # nats that a signature may be behind in any case
 RIVAL = 30.0  # nats between two classes below which the noise is propagated anew before they are compared
 
 
@@ -44,6 +45,7 @@ def select(problem: Problem, null: Fit, located: Located, found: Sequence[Candid
     """One effect after another; a second one only where the first leaves something."""
     screened = screen(problem, null, found, tell)
     problem, null, judged = _rounds(problem, null, screened, tell)
+    located = locate(problem, null)
     accepted = [one for one in judged if one.evidence >= ENOUGH and one.held_out > 0.0]
     if not accepted:
         return Selection(problem, null, tuple(screened), tuple(judged), (), decide(problem, null, located, judged))
@@ -69,7 +71,7 @@ def select(problem: Problem, null: Fit, located: Located, found: Sequence[Candid
 def _rounds(problem: Problem, null: Fit, screened: Sequence[Screened], tell: Tell) -> tuple[Problem, Fit, list[Judged]]:
     """Fit the shortlist; where two classes are close, again with the noise propagated through the best."""
     chosen = shortlist(screened)
-    judged = fit_all(problem, null, chosen, tell)
+    null, judged = fit_all(problem, null, chosen, tell)
     if len({one.hypothesis.candidate.equivalence for one in judged}) < 2:
         return problem, null, judged
     best = judged[0]
@@ -90,8 +92,10 @@ def _refit(problem: Problem, null: Fit, one: Hypothesis, tell: Tell) -> Hypothes
     return polish(problem, null, found, tell) if found else None
 
 
-def fit_all(problem: Problem, null: Fit, chosen: Sequence[Screened], tell: Tell) -> list[Judged]:
-    """The shortlist fitted and judged."""
+def fit_all(problem: Problem, null: Fit, chosen: Sequence[Screened], tell: Tell) -> tuple[Fit, list[Judged]]:
+    """The shortlist fitted and judged; and the nuisances alone, fitted again from where the best hypothesis left them:
+    what they can do themselves is no evidence for an effect.
+    """
     reference = null_evidence(problem, null)
     fitted: list[Hypothesis] = []
     for one in chosen[:MOST_FITTED]:
@@ -107,13 +111,23 @@ def fit_all(problem: Problem, null: Fit, chosen: Sequence[Screened], tell: Tell)
     for number, one in enumerate(close):
         fitted[number] = polish(problem, null, one, tell)
         tell(f"{one.candidate.label}, linearised again: {fitted[number].log_evidence - reference:+.1f} nats")
-    return judge(problem, null, reference, fitted)
+    null = _fair(problem, null, fitted, tell)
+    return null, judge(problem, null, null_evidence(problem, null), fitted)
+
+
+def _fair(problem: Problem, null: Fit, fitted: Sequence[Hypothesis], tell: Tell) -> Fit:
+    """The better of two fits of the nuisances alone: the one that there is, and one from the best hypothesis."""
+    if not fitted:
+        return null
+    start = max(fitted, key=lambda one: one.log_evidence).fit.z
+    again = fit_nuisances(problem, start, null.effects, rounds=1, tell=tell)
+    return again if null_evidence(problem, again) > null_evidence(problem, null) else null
 
 
 def _hopeless(one: Screened, chosen: Sequence[Screened], best: Hypothesis, problem: Problem) -> bool:
     """Whether a hypothesis that leaves only noise is there already, and this one's signature does far less."""
     leader = max(chosen, key=lambda other: other.gain)
-    return held_out_gap(problem, best.fit) < WHITE and one.gain < HOPELESS * leader.gain
+    return held_out_gap(problem, best.fit) < WHITE and one.gain < HOPELESS * leader.gain - FAIR_CHANCE
 
 
 def start_of(screened: Screened) -> dict[str, float]:
