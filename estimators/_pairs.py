@@ -12,7 +12,7 @@ from estimators._readings import Attitude, Reading, combined, reading, stated
 from estimators._space import Way
 from railsim.measurements import Measurements
 
-NOD_REACH = 20.0  # m; the speed's own noise is averaged over this length
+NOD_REACH = 2.0  # m; the speed's own noise is averaged over this length; no longer, for at a stop the sign changes
 CENTRED = 0.05  # m; a vertical accelerometer farther to the side feels roll
 SHORTEST = 3.0  # m; of the bands; noise that grows with the wavenumber is taken as it is there
 ROLL_RATE = "bogie.rate_roll [rad/s]"
@@ -133,9 +133,11 @@ def _axlebox(measurements: Measurements, way: Way, name: str, x: float) -> Readi
 
 
 def forward(way: Way) -> np.ndarray:
-    """Acceleration along the track from the speed, m/s2, shape (n,): mean over `NOD_REACH`."""
-    speed = uniform_filter1d(way.speed, max(1, round(NOD_REACH / way.spacing)))
-    return speed * np.gradient(speed, way.spacing)
+    """Acceleration along the track from the speed, m/s2, shape (n,): d(V^2 / 2)/ds, mean over `NOD_REACH`; V^2 is a
+    straight line over distance up to a stop, where V itself is not.
+    """
+    rate = np.gradient(0.5 * way.speed**2, way.spacing)
+    return uniform_filter1d(rate, max(1, round(NOD_REACH / way.spacing)))
 
 
 def nod(vehicle: Mapping[str, float]) -> float:

@@ -8,7 +8,9 @@ from estimators._geometry import TrackEstimator
 from estimators.dipped_joints import DippedJoints
 from estimators.interface import Estimator
 from estimators.switches import Switches
+from estimators.track_smoother import TrackSmoother
 from experiments.figures._track_runs import sensors
+from experiments.score import score
 from railsim import measure, simulate
 from railsim.measurements import Measurements
 from railsim.registry import discover
@@ -63,3 +65,17 @@ def test_stop_is_marked_and_nothing_is_made_up(run, name: str, source: str) -> N
             assert np.nanmax(np.abs(values), initial=0.0) < LARGEST[column[column.index("[") :]], column
     valid = series["valid [-]"].to_numpy() > 0.5
     assert valid[(true < stop - 50.0) & (true > true[0] + 45.0)].all() or "lateral" in name or "cross" in name
+
+
+def test_fused_estimate_goes_through_a_stop(run) -> None:
+    truth, measured = run
+    estimate = TrackSmoother().estimate(measured)
+    series = estimate.series
+    true = np.interp(series["time [s]"], truth.time, truth["s [m]"])
+    still = np.abs(true - float(np.interp(24.0, truth.time, truth["s [m]"]))) < 0.1
+    assert still.any()
+    assert not (series["valid [-]"].to_numpy()[still] > 0.5).any()
+    found = score(estimate, truth)
+    assert found["vertical D1 rms error [mm]"] < 0.2
+    assert found["vertical D1 within 2 std [-]"] > 0.9
+    assert found["vertical D2 rms error [mm]"] < 0.5 * found["vertical D2 true rms [mm]"]
