@@ -18,6 +18,7 @@ from estimators.interface import Estimator, OnlineEstimator
 from experiments.suspension_bench import suspension_rows
 from railsim.engines.compiled import right_hand_side
 from railsim.engines.interface import Run
+from railsim.errors import InputError
 from railsim.registry import discover
 from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import build_run, load_engine, measure, simulate
@@ -120,10 +121,9 @@ def joint_rows(repeats: int = REPEATS, duration: float | None = None) -> list[di
 
 def rates(ways: dict[str, tuple[Callable[[], object], float]], repeats: int) -> dict[str, float]:
     """Seconds of each way per second of processor time: medians of runs in turn, after one that compiles what there
-    is to.
+    is to. An estimator that refuses the record, as too short for it, is left out.
     """
-    for task, _ in ways.values():
-        task()
+    ways = {name: way for name, way in ways.items() if _goes(way[0])}
     spent: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(repeats):
         for name, (task, _) in ways.items():
@@ -131,6 +131,14 @@ def rates(ways: dict[str, tuple[Callable[[], object], float]], repeats: int) -> 
             task()
             spent[name].append(time.process_time() - before)
     return {name: ways[name][1] / float(np.median(times)) for name, times in spent.items()}
+
+
+def _goes(task: Callable[[], object]) -> bool:
+    try:
+        task()
+    except InputError:
+        return False
+    return True
 
 
 def _adaptive(run: Run, method: str, duration: float) -> Iterable[float]:

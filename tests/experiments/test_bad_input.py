@@ -80,7 +80,7 @@ def test_track_that_is_no_track(railsim: Command, scenario: Path, rows: str, par
         (("inspect", "nix"), "'nix' does not exist"),
         (("inspect", "nix.csv"), "no track 'nix.csv'; check the path"),
         (("figure", "nix", "--out", "out"), "unknown figure 'nix'"),
-        (("estimate", "nix", "nix", "--out", "out"), "unknown estimator 'nix'; there are: alignment_accelerometer,"),
+        (("estimate", "nix", "nix", "--out", "out"), "unknown estimator 'nix'; there are: adhesion_creep_forces,"),
         (("run", "default", "--engine", "nix"), "unknown engine 'nix'; there are: compiled"),
         (("run", "default", "--seed", "many"), "invalid int value: 'many'"),
         (("run",), "the following arguments are required: SCENARIO"),

@@ -25,7 +25,8 @@ def write_truth(
     columns = {"time [s]": time, "speed [m/s]": nothing + 20, "position.east [m]": 20 * time}
     columns |= {"position.north [m]": nothing, "position.up [m]": nothing}
     columns |= {"primary1_left.displacement [m]": 1e-3 * np.sin(6 * time)}
-    for body in BODIES:
+    for number, body in enumerate(BODIES):
+        columns[f"{body}.y [m]"] = 1e-3 * np.sin((number + 3) * time)
         for axis in "xyz":
             columns[f"{body}.specific_force_{axis} [m/s2]"] = nothing + GRAVITY * (axis == "z")
             columns[f"{body}.angular_velocity_{axis} [rad/s]"] = nothing

@@ -28,6 +28,6 @@ def test_body_to_the_left_counts_positive_and_yaw_counts_at_the_arm(tmp_path: Pa
 
 
 def test_missing_body_is_named(tmp_path: Path) -> None:
-    truth = write_truth(tmp_path / "truth", {"body.y [m]": times(2.0)})
-    with pytest.raises(InputError, match="wheelset1.y"):
-        LateralDisplacement(name="side", rate=256.0).measure(truth, np.random.default_rng(1))
+    truth = write_truth(tmp_path / "truth")
+    with pytest.raises(InputError, match="wheelset2.y"):
+        LateralDisplacement(name="side", other="wheelset2", rate=256.0).measure(truth, np.random.default_rng(1))
