@@ -11,4 +11,4 @@ class ConicityEkfTrack(ContactEstimator, frozen=True):
     (y - d), acceleration shows y, and only with the right lambda is what remains such a track.
     """
 
-    model_error: float = quantity(0.2, unit="- of the conicity", source="trial on other tracks and vehicles", ge=0.0)
+    model_error: float = quantity(0.2, unit="- of the conicity", source="tuned on the runs of fig11", ge=0.0)

@@ -47,8 +47,8 @@ class DippedJoints(EventEstimator, frozen=True):
     the rail is told, and joints on one rail alone are found more surely. How far joints are apart is not used.
     """
 
-    threshold: float = quantity(5.0, unit="-", source="illustrative: in white noise once in 50 km", ge=3.0)
-    false_share: float = quantity(0.02, unit="-", source="illustrative: of the dips, where there are many", gt=0, lt=1)
+    threshold: float = quantity(5.0, unit="-", source="tuned on jointed_60ft: in white noise once in 50 km", ge=3.0)
+    false_share: float = quantity(0.02, unit="-", source="tuned on jointed_60ft: share of the dips", gt=0, lt=1)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH,)
 
