@@ -5,8 +5,9 @@ own, so that path and cant of that length are those of the bogie itself; they ar
 are linear, so that a high-passed track makes the high-passed readings.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from estimators._bands import Band, band_pass, transform
 from estimators._fused import Plane
 from estimators._pairs import WHEELSETS, axleboxes, displacements, place_of, singles
 from estimators._planes import CANT_BASE, Output
-from estimators._readings import Reading, attitude, channels_of, reading
+from estimators._readings import Attitude, Reading, channels_of, reading
 from estimators._shaping import Prior
 from estimators._space import Way
 from railsim.measurements import Measurements
@@ -52,12 +53,11 @@ def _high(values: np.ndarray, way: Way) -> np.ndarray:
     return transform(values, way.spacing, lambda k: 1.0 - low(k), 3.0 * LONGEST, detrend=False)
 
 
-def long_waves(measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
+def long_waves(vehicle: Mapping[str, Any], way: Way, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
     """Path and cross level of the bogie itself at the leading wheelset, m, shapes (n,): waves longer than `LONGEST`."""
-    moved = attitude(measurements, way)
     if moved is None:
         return np.zeros(len(way.s)), np.zeros(len(way.s))
-    arm = measurements.vehicle["semi_wheelbase"]
+    arm = vehicle["semi_wheelbase"]
 
     def passed(values: np.ndarray) -> np.ndarray:
         return transform(values, way.spacing, lambda k: low(k) * np.exp(1j * k * arm), 3.0 * LONGEST, detrend=False)

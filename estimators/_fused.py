@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from estimators._bands import Band, response, settled
-from estimators._information import Information, deviations, information, wavenumbers
+from estimators._information import Information, deviations, information, responses, spectra, wavenumbers
 from estimators._planes import System
 from estimators._readings import Reading
 from estimators._shaping import Noise, Passage, Prior, passage
@@ -55,6 +55,16 @@ class Plane:
     curve: np.ndarray | None = None
     structure: float = STRUCTURE
 
+    @cached_property
+    def _responses(self) -> dict[tuple[float, float], tuple[System, np.ndarray, np.ndarray]]:
+        """What `information` has computed already, by speed and error of distance."""
+        return {}
+
+    @cached_property
+    def _powers(self) -> dict[float, np.ndarray]:
+        """What `usual` has computed already, by speed."""
+        return {}
+
     @property
     def wheelbase(self) -> float:
         """Distance of the wheelsets, m."""
@@ -74,20 +84,29 @@ class Plane:
 
     def usual(self, speed: float, priors: Sequence[Prior]) -> np.ndarray:
         """Variance per second that enters each disturbed state if its acceleration by each quantity of the track were
-        white noise over time, shape (quantities, disturbances, n).
+        white noise over time, shape (quantities, disturbances, n); `priors` : those of the plane at any level.
         """
+        units = self._unit_powers(speed)
+        levels = np.array([prior.level / unit.level for prior, unit in zip(priors, self.priors, strict=True)])
+        return levels[:, None, None] * units
+
+    def _unit_powers(self, speed: float) -> np.ndarray:
+        """`usual` for the plane's own priors."""
+        if speed in self._powers:
+            return self._powers[speed]
         system, k = self.system(self.vehicle, speed), wavenumbers()
         lead, trail = np.split(system.states(k * speed), 2, axis=2)
         moves = (
             np.abs(lead + trail * np.exp(-1j * k * self.wheelbase)[:, None, None]) ** 2
             * (k * speed)[:, None, None] ** 2
         )
-        found = np.zeros((len(priors), len(self.disturbed), self.states))
-        for q, prior in enumerate(priors):
+        found = np.zeros((len(self.priors), len(self.disturbed), self.states))
+        for q, prior in enumerate(self.priors):
             for j, group in enumerate(self.disturbed):
                 for state in group:
                     power = moves[:, state, q] * prior.density(k) * response(k, SHORT)
                     found[q, j, state] = np.trapezoid(power * k, np.log(k)) * UNIT_LENGTH / speed
+        self._powers[speed] = found
         return found
 
     def drive(self, speed: float, priors: Sequence[Prior], sizes: np.ndarray) -> np.ndarray:
@@ -96,8 +115,8 @@ class Plane:
 
     def bounds(self, speed: float, priors: Sequence[Prior], bands: Sequence[dict[str, Band]]) -> list[dict[str, float]]:
         """Cramer-Rao bound of each band at a speed, m rms: sensor noise alone, the model taken to be right."""
-        systems = [self.system(self.vehicle, speed)]
-        known = information(systems, priors, self.noise(), speed, self.wheelbase, np.zeros(len(self.readings)))
+        system = self.system(self.vehicle, speed)
+        known = information([system], priors, self.noise(), speed, self.wheelbase, np.zeros(len(self.readings)))
         return [
             {name: known.rms(bound, band) for name, band in one.items()}
             for bound, one in zip(known.bound.T, bands, strict=True)
@@ -107,10 +126,14 @@ class Plane:
         self, speed: float, spacing: float, distance_error: float, priors: Sequence[Prior], sizes: np.ndarray | None
     ) -> Information:
         """Spectra at a speed, with disturbances of those sizes and the readings' floor; neither where None."""
-        systems = deviations(lambda p: self.system(p, speed), self.vehicle, self.unknown)
-        scales = np.array([np.hypot(one.scale, self.structure) for one in self.readings])
+        key = (speed, distance_error)
+        if key not in self._responses:
+            systems = deviations(lambda p: self.system(p, speed), self.vehicle, self.unknown)
+            scales = np.array([np.hypot(one.scale, self.structure) for one in self.readings])
+            self._responses[key] = systems[0], *responses(systems, speed, self.wheelbase, scales, distance_error)
+        system, H, wrong = self._responses[key]
         noise = self.noise(None if sizes is None else self.drive(speed, priors, sizes))
-        plain = information(systems, priors, noise, speed, self.wheelbase, scales, distance_error)
+        plain = spectra(H, wrong, system, priors, noise, speed)
         if sizes is None:
             return plain
         floor = FLOOR * np.array([plain.rms(one) for one in plain.readings.T])
@@ -172,7 +195,7 @@ def fuse(plane: Plane, way: Way, bands: Sequence[dict[str, Band]], distance_erro
     priors = [prior.scaled(float(level)) for prior, level in zip(plane.priors, levels, strict=True)]
     low, high = float(way.speed.min()), float(way.speed.max())
     count = int(np.ceil(np.log(high / low) / np.log(SPEED_RATIO))) + 1
-    speeds = np.geomspace(low, high, count) if high > low * LEAST_SPREAD else np.array([low])
+    speeds = np.geomspace(low, high, count) if high > low * LEAST_SPREAD else np.array([_usual_speed(way)])
     over = Over(speeds, way.speed, kind)
     known = [
         [plane.information(float(one), way.spacing, distance_error, priors, size) for one in speeds] for size in sizes
@@ -274,7 +297,7 @@ def smooth(
 
 def fit_levels(plane: Plane, way: Way, kind: np.ndarray, distance_error: float) -> tuple[np.ndarray, list[np.ndarray]]:
     """Levels of the track's spectra, and sizes of the disturbances at each kind of place, by Whittle's likelihood."""
-    speed = float(np.median(way.speed[way.valid])) if way.valid.any() else float(np.median(way.speed))
+    speed = _usual_speed(way)
     units = [prior.scaled(1.0) for prior in plane.priors]
     system = plane.system(plane.vehicle, speed)
     model = plane.information(speed, way.spacing, distance_error, units, None)
@@ -292,6 +315,11 @@ def fit_levels(plane: Plane, way: Way, kind: np.ndarray, distance_error: float) 
         levels, size = fit(plane.readings, way, speed, model, disturbances, list(levels), kind == number, fixed)
         sizes.append(size)
     return levels, sizes
+
+
+def _usual_speed(way: Way) -> float:
+    """Median of the speeds where they are known, m/s."""
+    return float(np.median(way.speed[way.valid])) if way.valid.any() else float(np.median(way.speed))
 
 
 def _per_step(plane: Plane, way: Way, over: Over, known: Sequence[Sequence[Information]]) -> np.ndarray:

@@ -126,7 +126,15 @@ def information(
     scales : standard deviations of the readings' scale factors, shape (m,).
     distance_error : relative standard deviation of distance and speed (the odometer's wheel radius).
     """
-    k, q = wavenumbers(), len(priors)
+    H, wrong = responses(systems, speed, wheelbase, scales, distance_error)
+    return spectra(H, wrong, systems[0], priors, noise, speed)
+
+
+def responses(
+    systems: Sequence[System], speed: float, wheelbase: float, scales: np.ndarray, distance_error: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """`H` and `wrong` of `Information`; arguments as of `information`."""
+    k = wavenumbers()
 
     def response_of(system: System, base: float) -> np.ndarray:
         lead, trail = np.split(system.response(k * speed), 2, axis=2)
@@ -135,16 +143,23 @@ def information(
     H = response_of(systems[0], wheelbase)
     others = [response_of(one, wheelbase) for one in systems[1:]]
     others.append(response_of(systems[0], wheelbase * (1 + distance_error)))
-    wrong = [other - H for other in others] + [H * one[:, None] for one in np.diag(scales)]
+    return H, np.stack([other - H for other in others] + [H * one[:, None] for one in np.diag(scales)])
+
+
+def spectra(
+    H: np.ndarray, wrong: np.ndarray, system: System, priors: Sequence[Prior], noise: Noise, speed: float
+) -> Information:
+    """Spectra at one speed from the responses; other arguments as of `information`."""
+    k, q = wavenumbers(), len(priors)
     time = noise.drift_time
     drift = 4 * noise.drift**2 * time / (1 + (np.outer(k, time) * speed) ** 2)
     white = (noise.density**2 + drift) * speed / (2 * np.pi)
     covariance = np.einsum("km,ml->kml", white, np.eye(len(noise.density))).astype(complex)
     if noise.drive.any():
-        inside = systems[0].from_states(k * speed)
+        inside = system.from_states(k * speed)
         covariance += np.einsum("kmn,n,kln->kml", inside, 2 * noise.drive * speed / (2 * np.pi), inside.conj())
     tracks = np.stack([one.density(k) for one in priors], axis=1).reshape(len(k), q)
-    return Information(k, tracks, H, covariance, np.stack(wrong))
+    return Information(k, tracks, H, covariance, wrong)
 
 
 def _between(k: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

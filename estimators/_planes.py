@@ -47,7 +47,13 @@ class System(NamedTuple):
     def states(self, frequency: np.ndarray) -> np.ndarray:
         """States over the inputs, shape (frequencies, n, 2 q)."""
         s = 1j * np.asarray(frequency)[:, None, None]
-        return np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B + s * self.E)
+        n = len(self.A) // 2
+        upper = np.hstack([np.zeros((n, n)), np.eye(n)])
+        if len(self.A) != 2 * n or not np.array_equal(self.A[:n], upper) or self.B[:n].any() or self.E[:n].any():
+            return np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B + s * self.E)
+        stiff, damped = self.A[n:, :n], self.A[n:, n:]  # places and their rates: half the equations
+        places = np.linalg.solve(s**2 * np.eye(n) - s * damped - stiff, self.B[n:] + s * self.E[n:])
+        return np.concatenate([places, s * places], axis=1)
 
     def only(self, chosen: list[int]) -> "System":
         """The same with some of the outputs."""

@@ -2,7 +2,7 @@
 every value is uncertain by.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -105,12 +105,13 @@ class TrackSmoother(Estimator, frozen=True):
         wheelbase = 2.0 * vehicle["semi_wheelbase"]
         out = find_way(measurements, self.speed_source, self.slowest)
         way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / out.spacing))
-        plane = self._vertical(measurements, way)
+        moved = attitude(measurements, way)
+        plane = self._vertical(measurements, way, moved)
         found = {"vertical": fuse(plane, way, [bands_of("vertical")], self.distance_error)[0]}
-        found["vertical"] = found["vertical"].raised(*self._settling(measurements, way), CURVE_SHARES)
+        found["vertical"] = found["vertical"].raised(*self._settling(vehicle, way, moved), CURVE_SHARES)
         if _across.fits(measurements):
             found |= self._sideways(measurements, Lift(plane, found["vertical"], self.distance_error))
-            canted = self._canted(measurements, way)
+            canted = self._canted(way, moved)
             level = found["cross_level"].on(way.s)
             for name, share in (("left_vertical", -0.5), ("right_vertical", 0.5)):
                 found[name] = found["vertical"].with_share(level, share).without(canted)
@@ -125,8 +126,7 @@ class TrackSmoother(Estimator, frozen=True):
             about |= {f"{name}_{band}_bound [m]": bound for band, bound in found[name].bounds.items()}
         return Estimate(self.name, series, about)
 
-    def _vertical(self, measurements: Measurements, way: Way) -> Plane:
-        moved = attitude(measurements, way)
+    def _vertical(self, measurements: Measurements, way: Way, moved: Attitude | None) -> Plane:
         rate, force, across, side, roll_std = None, None, None, None, 0.0
         if moved is not None:
             rate = moved.roll * moved.turn
@@ -167,7 +167,7 @@ class TrackSmoother(Estimator, frozen=True):
         plane = _across.across(measurements, way, self._unknown_sideways(), curve, lambda output: lift(output, way))
         names = ("lateral", "cross_level")
         found = fuse(plane, way, [bands_of(name) for name in names], self.distance_error)
-        own = _across.long_waves(measurements, way)
+        own = _across.long_waves(measurements.vehicle, way, moved)
         lateral, level = (one._replace(values=one.values + more) for one, more in zip(found, own, strict=True))
         if curve.any():  # the path's long waves reach far into the bands where the record ends
             ends = np.minimum(way.s, way.s[-1] - way.s) < _across.LONGEST / 2.0
@@ -185,10 +185,8 @@ class TrackSmoother(Estimator, frozen=True):
         side = np.abs(uniform_filter1d(beyond_straight(moved.side, curved(moved, way)), count))
         return maximum_filter1d(np.where(rolled > TREAD, np.hypot(side, STEERED), 0.0), count)
 
-    def _settling(self, measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
+    def _settling(self, p: Mapping[str, Any], way: Way, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
         """How far the primary springs give under the larger force in a canted curve, m; what is unsure in curves, m."""
-        p = measurements.vehicle
-        moved = attitude(measurements, way)
         if moved is None:
             return np.zeros(len(way.s)), np.zeros(len(way.s))
         given = (p["bogie_mass"] + p["body_mass"]) * centripetal(moved, way) / (4 * p["primary_vertical_stiffness"])
@@ -196,9 +194,8 @@ class TrackSmoother(Estimator, frozen=True):
         canted = uniform_filter1d(np.abs(beyond_straight(moved.roll, curve)), max(1, round(CURVE_REACH / way.spacing)))
         return given, self.curve_error * canted * curve
 
-    def _canted(self, measurements: Measurements, way: Way) -> np.ndarray:
+    def _canted(self, way: Way, moved: Attitude | None) -> np.ndarray:
         """Where a curve's cant stands in the cross level and cannot be told from a rail's own irregularity."""
-        moved = attitude(measurements, way)
         if moved is None:
             return np.zeros(len(way.s), dtype=bool)
         return maximum_filter1d(curved(moved, way), max(1, round(2 * CURVE_REACH / way.spacing)))
