@@ -8,6 +8,7 @@ import numpy as np
 from estimators._half_vehicle import PARAMETERS
 from estimators._verdicts import std_name
 from estimators.interface import Estimate
+from experiments.detection_score import damping_left, score_detection
 from railsim.errors import InputError
 from railsim.truth import Truth
 
@@ -59,7 +60,9 @@ def final(estimate: Estimate) -> np.ndarray:
 
 
 def score_parameter(index: int, estimate: Estimate, truth: Truth) -> dict[str, float]:
-    """Error at the end of the record: in per cent of the nominal damper that the run had, or of conicity as it is."""
+    """Error at the end of the record from what the run had then: in per cent of the nominal damper, or of conicity as
+    it is.
+    """
     if PARAMETERS[index] not in estimate.series.columns or std_name(PARAMETERS[index]) not in estimate.series.columns:
         return {}
     true = true_parameters(truth)[index]
@@ -68,12 +71,17 @@ def score_parameter(index: int, estimate: Estimate, truth: Truth) -> dict[str, f
         return {"conicity error [-]": mean - true, "conicity std [-]": std}
     if true <= 0.0:
         return {}
-    label = LABELS[index]
-    return {f"{label} error [%]": 100.0 * (mean / true - 1.0), f"{label} std [%]": 100.0 * std / true}
+    label, left = LABELS[index], damping_left(truth)[0][index]
+    return {f"{label} error [%]": 100.0 * (mean / true - left), f"{label} std [%]": 100.0 * std / true}
+
+
+def score_dampers(estimate: Estimate, truth: Truth) -> dict[str, float]:
+    """Error of the lateral damping, and detection of weak dampers."""
+    return score_parameter(0, estimate, truth) | score_detection(estimate, truth)
 
 
 SUSPENSION_SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {
-    PARAMETERS[0]: partial(score_parameter, 0),
+    PARAMETERS[0]: score_dampers,
     PARAMETERS[1]: partial(score_parameter, 1),
 }
 """By the column of the estimate: what scores it. Conicity is scored in experiments/score.py with the others."""

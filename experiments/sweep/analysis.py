@@ -9,6 +9,7 @@ import pandas as pd
 from scipy.stats import sobol_indices
 
 from experiments.sweep.design import INDICES
+from experiments.sweep.selection import Selection
 from experiments.sweep.task import OK, UNFIT
 
 Frame = Any
@@ -53,7 +54,8 @@ def extremes(found: Frame, response: str, factors: Sequence[str]) -> Frame:
     """The `FEW` best and worst points of each estimator."""
     parts = []
     for _, group in per_point(found, response, factors).groupby("estimator", sort=False):
-        ordered = group.sort_values(["value", "point"], ascending=[smaller_is_better(response), True], kind="stable")
+        size = group["value"].abs() if smaller_is_better(response) else -group["value"]
+        ordered = group.assign(size=size).sort_values(["size", "point"], kind="stable").drop(columns="size")
         few = min(FEW, len(ordered) // 2)
         for name, part in (("best", ordered.head(few)), ("worst", ordered.tail(few).iloc[::-1])):
             parts.append(part.assign(**{"": name}))
@@ -116,9 +118,11 @@ def indices(found: Frame, response: str, factors: Sequence[str], design: Mapping
 def by_set(found: Frame, response: str, costs: Mapping[str, float]) -> Frame:
     """Cost and mean score of every estimator that a set of sensors serves; "front": no cheaper set is as good.
 
-    Scores are averaged over points and seeds; sets without a cost are left out.
+    Scores are averaged over points and seeds, errors by their size; sets without a cost are left out.
     """
     chosen = found[(found[RESPONSE] == response) & found["sensors"].isin(list(costs))]
+    if smaller_is_better(response):
+        chosen = chosen.assign(value=chosen["value"].abs())
     mean = chosen.groupby(["estimator", "sensors"], sort=False, as_index=False)["value"].mean()
     mean["cost"] = mean["sensors"].map(dict(costs)).astype(float)
     return mean.assign(front=_front(mean["cost"].to_numpy(), mean["value"].to_numpy(), smaller_is_better(response)))
@@ -133,32 +137,62 @@ def _front(cost: np.ndarray, value: np.ndarray, smaller: bool) -> np.ndarray:
     return ~np.array(beaten, dtype=bool)
 
 
-def smallest_sets(frame: Frame, found: Frame, costs: Mapping[str, float]) -> Frame:
-    """For every estimator its first score with the cheapest set that serves it and with the cheapest that is within
-    10 % of its best; estimators that no set serves have a row that says so.
+def smallest_sets(frame: Frame, found: Frame, costs: Mapping[str, float], panels: Mapping[str, Any]) -> Frame:
+    """For every panel and estimator the cheapest set that serves it, and the cheapest within 10 % of its best.
+
+    Parameters
+    ----------
+    panels : by title "score" and "at"; an estimator that has none of their scores stands with its own first error, and
+        one that no set serves with the reason.
     """
-    rows = []
+    rows, shown = [], set()
+    for title, panel in panels.items():
+        mine = chosen_points(found, panel["at"])
+        for label, part in mine[mine[RESPONSE] == panel["score"]].groupby("estimator", sort=False):
+            row = _smallest(part, panel["score"], costs)
+            if row:
+                shown.add(label)
+                rows.append({"quantity": title, "estimator": label} | row)
     for label in dict.fromkeys(frame["estimator"]):
         mine = found[found["estimator"] == label]
+        if label in shown:
+            continue
         if mine.empty:
             bad = frame[(frame["estimator"] == label)]
             why = bad[bad["status"] != UNFIT] if (bad["status"] != UNFIT).any() else bad
-            rows.append({"estimator": label, "score": f"none: {next(iter(why['message']))}"})
+            rows.append({"quantity": "", "estimator": label, "score": f"none: {next(iter(why['message']))}"})
             continue
-        response = _main_response(mine)
-        table = by_set(mine, response, costs).sort_values(["cost", "value"], kind="stable").reset_index(drop=True)
-        if table.empty:
-            continue
-        smaller = smaller_is_better(response)
-        best = float(table["value"].min() if smaller else table["value"].max())
-        good = table[table["value"] <= NEAR_BEST * best] if smaller else table[table["value"] >= best / NEAR_BEST]
-        first, near = table.iloc[0], good.iloc[0]
-        rows.append(
-            {"estimator": label, "score": response, "cheapest": first["sensors"], "cost": first["cost"]}
-            | {"value": first["value"], "cheapest near best": near["sensors"], "its cost": near["cost"]}
-            | {"its value": near["value"], "best value": best}
-        )
+        row = _smallest(mine, _main_response(mine), costs)
+        if row:
+            rows.append({"quantity": "", "estimator": label} | row)
     return pd.DataFrame(rows)
+
+
+def chosen_points(frame: Frame, at: Mapping[str, Any]) -> Frame:
+    """The rows of the points that a selection names."""
+    if not at or frame.empty:
+        return frame
+    selection = Selection(tuple((name, tuple(chosen)) for name, chosen in at.items()))
+    factors = frame[list(at)].to_dict("records")
+    return frame[[selection.has(one) for one in factors]]
+
+
+def _smallest(mine: Frame, response: str, costs: Mapping[str, float]) -> dict[str, Any]:
+    """Cheapest and cheapest near best of one estimator; empty where no set with a cost serves it."""
+    table = by_set(mine, response, costs).sort_values(["cost", "value"], kind="stable").reset_index(drop=True)
+    if table.empty:
+        return {}
+    smaller = smaller_is_better(response)
+    best = float(table["value"].min() if smaller else table["value"].max())
+    good = table[table["value"] <= NEAR_BEST * best] if smaller else table[table["value"] >= best / NEAR_BEST]
+    first, near = table.iloc[0], good.iloc[0]
+    found = {"score": response, "cheapest": first["sensors"], "cost": first["cost"], "value": first["value"]}
+    return found | {
+        "cheapest near best": near["sensors"],
+        "its cost": near["cost"],
+        "its value": near["value"],
+        "best value": best,
+    }
 
 
 def _main_response(mine: Frame) -> str:

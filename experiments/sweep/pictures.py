@@ -102,17 +102,18 @@ def index_bars(table: Frame, response: str) -> Figure:
     return figure
 
 
-def pareto(tables: Mapping[str, Frame]) -> Figure:
-    """Score over cost of the sensor sets, a panel a score; the Pareto front is the step line.
+def pareto(tables: Mapping[str, tuple[str, Frame]]) -> Figure:
+    """Score over cost of the sensor sets, a panel a quantity; the Pareto front is the step line, its
+    sets are numbered.
 
-    `tables`: by response, as `analysis.by_set` gives them.
+    `tables`: by title the score and what `analysis.by_set` gives of it.
     """
-    columns = min(2, len(tables))
+    columns = min(3 if len(tables) > 4 else 2, len(tables))
     rows = -(-len(tables) // columns)
-    figure = Figure(figsize=(0.6 + 6.4 * columns, 0.6 + 4.2 * rows), layout="constrained")
+    figure = Figure(figsize=(0.6 + 5.4 * columns, 0.6 + 4.4 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for panel, (response, table) in zip(panels, tables.items(), strict=False):
-        _cloud(panel, table, response)
+    for panel, (title, (response, table)) in zip(panels, tables.items(), strict=False):
+        _cloud(panel, table, response, "" if title == response else title)
     for panel in panels[len(tables) :]:
         panel.set_axis_off()
     return figure
@@ -165,7 +166,7 @@ def _binned(values: np.ndarray) -> np.ndarray:
     return np.array([values[bins == own].mean() for own in bins])
 
 
-def _cloud(panel: Axes, table: Frame, response: str) -> None:
+def _cloud(panel: Axes, table: Frame, response: str, title: str) -> None:
     for number, (label, part) in enumerate(table.groupby("estimator", sort=False)):
         colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % 8]
         panel.plot(part["cost"], part["value"], marker, ms=6, color=colour, label=str(label), alpha=0.85, mew=0)
@@ -173,15 +174,20 @@ def _cloud(panel: Axes, table: Frame, response: str) -> None:
     front = front.drop_duplicates("cost")
     right = 1.08 * float(table["cost"].max())
     panel.step([*front["cost"], right], [*front["value"], *front["value"].tail(1)], where="post", color=GREY, lw=1.2)
-    for cost, value, name in zip(front["cost"], front["value"], front["sensors"], strict=True):
-        panel.annotate(str(name), (cost, value), (4, 5), textcoords="offset points", fontsize=8, color=BLACK)
-    panel.set(xlabel="cost class of the sensor set", ylabel=response, xlim=(0.0, 1.25 * right))
+    for number, (cost, value) in enumerate(zip(front["cost"], front["value"], strict=True), 1):
+        panel.annotate(str(number), (cost, value), (4, 4), textcoords="offset points", fontsize=9, color=BLACK)
+    names = "\n".join(f"{number}  {name}" for number, name in enumerate(front["sensors"], 1))
+    panel.text(0.0, -0.2, names, transform=panel.transAxes, va="top", fontsize=8, color=BLACK)
+    panel.set(xlabel="cost class of the sensor set", ylabel=response, xlim=(0.0, 1.05 * right))
     _scale(panel, table["value"].to_numpy())
     if panel.get_yscale() == "linear" and float(table["value"].min()) >= 0.0:
-        panel.set_ylim(0.0, 1.12 * float(table["value"].max()))
+        panel.set_ylim(0.0, 1.2 * max(float(table["value"].max()), 1e-12))
     _tidy(panel)
-    columns = min(3, table["estimator"].nunique())
-    panel.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns)
+    columns = 2 if table["estimator"].nunique() > 2 else 3
+    panel.legend(
+        frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, title=title or None,
+        title_fontproperties={"weight": "bold", "size": 9}, alignment="left", handletextpad=0.3, borderaxespad=0.1,
+    )  # fmt: skip
 
 
 def _scale(panel: Axes, values: np.ndarray) -> None:

@@ -10,18 +10,21 @@ from typing import Any
 import numpy as np
 
 from experiments.sweep.design import column_values
-from experiments.sweep.settings import Sweep, Variant
+from experiments.sweep.settings import SensorSet, Sweep, Variant
 from experiments.sweep.task import FAILED, PointTask, Row, Task, restrict, track_text, why_unfit
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.recording import software_versions
 from railsim.scenario import Scenario, digest_of, load_scenario
 from railsim.simulation import about_recording, load_engine, run_digest
+from railsim.track.survey import TrackErrors, survey
 from railsim.truth import TIME
 
 ESTIMATORS = "estimators."
 _SHAPING = ("railsim", "estimators", "experiments")
 _APART = ("commands", "figures", "sweep", "studies")
+Suite = tuple[Measurements, tuple[SensorSet, ...]]
+"""A recording without contents, and the sensor sets that stand there."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,8 @@ class Plan:
     tasks : in the order of their first points.
     bad : for points that cannot be simulated, why not.
     runs : digest of the simulated run by point; none for bad ones.
+    sets : places of the sensor sets that stand at each point.
+    unserved : by label, why an estimator fits no sensor set at any point.
     """
 
     sweep: Sweep
@@ -42,17 +47,13 @@ class Plan:
     tasks: tuple[Task, ...]
     bad: dict[int, str]
     runs: dict[int, str]
+    sets: dict[int, tuple[int, ...]]
+    unserved: dict[str, str]
 
     @property
     def points(self) -> int:
         """Number of design points."""
         return len(self.bad) + len(self.runs)
-
-    @property
-    def runs_of_estimators(self) -> int:
-        """Rows at least: points times sensor sets, variants and seeds."""
-        sweep = self.sweep
-        return self.points * len(sweep.sets) * len(sweep.variants) * len(sweep.seeds)
 
     def digest(self) -> str:
         """SHA-256 over all that shapes the table."""
@@ -65,7 +66,7 @@ class Plan:
         return [
             [number, at, which, seed, None, None, None, None, FAILED, message]
             for number, message in self.bad.items()
-            for at in range(len(sweep.sets))
+            for at in self.sets[number]
             for which in range(len(sweep.variants))
             for seed in sweep.seeds
         ]
@@ -86,17 +87,20 @@ def make_plan(sweep: Sweep, tick: Callable[[int, int], None] = lambda done, tota
     """
     load_engine(sweep.engine)
     rows = sweep.design.rows()
-    seen: dict[str, Measurements] = {}
+    seen: dict[str, Suite] = {}
+    sets: dict[int, tuple[int, ...]] = {}
     points: dict[str, list[PointTask]] = {}
     bad: dict[int, str] = {}
     runs: dict[int, str] = {}
     tracks: dict[str, tuple[str, str] | None] = {}
     checked: set[str] = set()
     for number, levels in enumerate(rows):
-        changes = {key: value for _, level in levels for key, value in level.items()}
+        labels = {factor.name: label for factor, (label, _) in zip(sweep.design.factors, levels, strict=True)}
+        sets[number] = tuple(place for place, one in enumerate(sweep.sets) if one.at.has(labels))
+        changes = sweep.fixed | {key: value for _, level in levels for key, value in level.items()}
         settings = _estimator_settings(sweep, changes, checked)
         try:
-            values = sweep.fixed | {key: value for key, value in changes.items() if not key.startswith(ESTIMATORS)}
+            values = {key: value for key, value in changes.items() if not key.startswith(ESTIMATORS)}
             scenario = load_scenario(sweep.source, values)
             run = run_digest(scenario, sweep.engine)
             silent = _silent(scenario)
@@ -106,19 +110,20 @@ def make_plan(sweep: Sweep, tick: Callable[[int, int], None] = lambda done, tota
             runs[number] = run
             if run not in tracks:
                 tracks[run] = track_text(scenario)
-            seen.setdefault(digest_of(silent.channels), silent)
-            points.setdefault(run, []).append(PointTask(number, scenario.values(), settings))
+            kind = [silent.channels, silent.vehicle.get("name"), list(() if silent.track is None else silent.track)]
+            seen.setdefault(digest_of([kind, sets[number]]), (silent, tuple(sweep.sets[at] for at in sets[number])))
+            points.setdefault(run, []).append(PointTask(number, scenario.values(), settings, sets[number]))
         tick(number + 1, len(rows))
     if not runs:
         raise InputError(f"no point of the design can be simulated; the first says: {bad[0]}")
-    _check_fit(sweep, seen)
+    unserved = _check_fit(sweep, list(seen.values()))
     tasks = tuple(
         Task(number, run, sweep.engine, tuple(of_run), sweep.variants, sweep.sets, sweep.seeds, tracks[run])
         for number, (run, of_run) in enumerate(points.items())
     )
     names = [factor.name for factor in sweep.design.factors]
     columns = {name: column_values([levels[place][0] for levels in rows]) for place, name in enumerate(names)}
-    return Plan(sweep, columns, tasks, bad, runs)
+    return Plan(sweep, columns, tasks, bad, runs, sets, unserved)
 
 
 def program_digest() -> str:
@@ -142,7 +147,8 @@ def _estimator_settings(sweep: Sweep, changes: dict[str, Any], checked: set[str]
             label, _, field = key.removeprefix(ESTIMATORS).partition(".")
             if label not in [variant.label for variant in sweep.variants] or not field:
                 known = ", ".join(variant.label for variant in sweep.variants)
-                raise InputError(f"design.keys.{key}: write estimators.LABEL.SETTING; labels are: {known}")
+                where = f"set.{key}" if key in sweep.fixed else f"design.keys.{key}"
+                raise InputError(f"{where}: write estimators.LABEL.SETTING; labels are: {known}")
             found.setdefault(label, {})[field] = value
     for variant in sweep.variants:
         given = digest_of([variant.label, found.get(variant.label, {})])
@@ -152,24 +158,29 @@ def _estimator_settings(sweep: Sweep, changes: dict[str, Any], checked: set[str]
     return found
 
 
-def _check_fit(sweep: Sweep, seen: dict[str, Measurements]) -> None:
-    """Raise where a named estimator fits no sensor set of any suite of sensors, or a pattern no channel of any."""
+def _check_fit(sweep: Sweep, seen: list[Suite]) -> dict[str, str]:
+    """Why estimators fit no sensor set of any suite; raises where one of them was named, or a pattern fits nothing."""
     for wanted in sweep.sets:
-        for pattern in wanted.patterns:
-            if not any(type(wanted)(wanted.name, (pattern,)).has(name) for one in seen.values() for name in one):
-                known = ", ".join(name.rpartition(" [")[0] for name in next(iter(seen.values())))
+        suites = [measured for measured, sets in seen if wanted in sets]
+        for pattern in wanted.patterns if suites else ():
+            if not any(SensorSet(wanted.name, (pattern,)).has(name) for one in suites for name in one):
+                known = ", ".join(name.rpartition(" [")[0] for name in suites[0])
                 raise InputError(f"sensors.{wanted.name}: no channel fits '{pattern}'; the scenario has {known}")
-    for variant in sweep.variants if sweep.explicit else ():
-        reasons = [_unfit(variant, measured, sweep) for measured in seen.values()]
+    unserved: dict[str, str] = {}
+    for variant in sweep.variants:
+        reasons = [_unfit(variant, *suite) for suite in seen]
         if all(reasons):
-            raise InputError(f"estimators.{variant.label}: {reasons[0]}; it fits no point of the sweep")
+            unserved[variant.label] = reasons[0]
+    for label in unserved if sweep.explicit else ():
+        raise InputError(f"estimators.{label}: {unserved[label]}; it fits no point of the sweep")
+    return unserved
 
 
-def _unfit(variant: Variant, measured: Measurements, sweep: Sweep) -> str:
+def _unfit(variant: Variant, measured: Measurements, sets: tuple[SensorSet, ...]) -> str:
     """Why an estimator fits none of the sensor sets; nothing where it fits one."""
     estimator = variant.build({})
     reason = ""
-    for wanted in sweep.sets:
+    for wanted in sets:
         try:
             part = restrict(measured, wanted)
         except InputError:
@@ -181,9 +192,10 @@ def _unfit(variant: Variant, measured: Measurements, sweep: Sweep) -> str:
 
 
 def _silent(scenario: Scenario) -> Measurements:
-    """A recording of the scenario's sensors with two lost samples."""
+    """A recording of the scenario's sensors with two lost samples, and the track's columns where it is measured."""
     tables: dict[float, dict[str, np.ndarray]] = {}
     for sensor in scenario.sensors:
         table = tables.setdefault(sensor.rate, {TIME: np.arange(2) / sensor.rate})
         table.update({name: np.full(2, np.nan) for name in sensor.channels()})
-    return Measurements(about_recording(scenario), tables)
+    track = survey(scenario.geometry, TrackErrors(), np.random.default_rng(0)) if scenario.track_measured else None
+    return Measurements(about_recording(scenario), tables, track)

@@ -152,25 +152,38 @@ def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, found: 
         return
     page.heading("Sets of sensors")
     sets = [
-        {"set": name, "cost class": one["cost"], "channels": ", ".join(one["channels"])}
+        {"set": name, "cost class": one["cost"], "channels": ", ".join(one["channels"])} | _places(one.get("at", {}))
         for name, one in settings["sensors"].items()
     ]
     page.table(pd.DataFrame(sets))
-    main = analysis.main_responses(found)
+    panels = settings.get("panels") or _own_panels(found)
     tables = {
-        name: analysis.by_set(found[found["estimator"].isin([k for k, v in main.items() if v == name])], name, costs)
-        for name in dict.fromkeys(main.values())
+        title: (one["score"], analysis.by_set(analysis.chosen_points(found, one["at"]), one["score"], costs))
+        for title, one in panels.items()
     }
-    tables = {name: table for name, table in tables.items() if len(table)}
+    tables = {title: one for title, one in tables.items() if len(one[1])}
     if tables:
         page.picture("pareto", pictures.pareto(tables))
-    page.line("By estimator: the cheapest set that serves it, and the cheapest with a score within 10 % of its best.")
-    smallest = analysis.smallest_sets(frame, found, costs)
-    page.table(smallest)
-    for name, table in tables.items():
-        page.line(name)
-        wide = table.pivot(index="sensors", columns="estimator", values="value").reindex(list(costs)).reset_index()
-        page.table(wide)
+    page.line(
+        "By quantity and estimator: the cheapest set that serves it, and the cheapest with a score within 10 % of its "
+        "best. Values are means over points and seeds, of errors the mean size."
+    )
+    page.table(analysis.smallest_sets(frame, found, costs, panels))
+    for title, (score, table) in tables.items():
+        places = "; ".join(_places(panels[title]["at"]).values())
+        page.line(f"{title}: {score}{f' ({places})' if places else ''}")
+        wide = table.pivot(index="sensors", columns="estimator", values="value")
+        page.table(wide.reindex([name for name in costs if name in wide.index]).reset_index())
+
+
+def _own_panels(found: Frame) -> dict[str, dict[str, Any]]:
+    """A panel a score that stands for an estimator."""
+    return {name: {"score": name, "at": {}} for name in dict.fromkeys(analysis.main_responses(found).values())}
+
+
+def _places(at: Mapping[str, Any]) -> dict[str, str]:
+    """Where a set or a panel counts, in words; empty for everywhere."""
+    return {"at": "; ".join(f"{name} {', '.join(map(str, one))}" for name, one in at.items())} if at else {}
 
 
 def _failures(page: _Page, frame: Frame) -> None:

@@ -12,6 +12,7 @@ import yaml
 import estimators
 from estimators.interface import Estimator
 from experiments.sweep.design import Design, read_design
+from experiments.sweep.selection import Selection, read_selection
 from railsim.errors import InputError
 from railsim.registry import discover, pick
 from railsim.simulation import engine_names
@@ -25,11 +26,14 @@ EVERYTHING = "all"
 
 @dataclass(frozen=True)
 class SensorSet:
-    """A subset of the scenario's channels: patterns for `sensor.quantity` without unit, and a class of cost."""
+    """A subset of the scenario's channels: patterns for `sensor.quantity` without unit, a class of cost, and the points
+    at which it stands.
+    """
 
     name: str
     patterns: tuple[str, ...]
     cost: float | None = None
+    at: Selection = Selection()
 
     def has(self, channel: str) -> bool:
         """Whether a channel of that full name belongs to the set."""
@@ -52,6 +56,15 @@ class Variant:
 
 
 @dataclass(frozen=True)
+class Panel:
+    """A quantity for which sets of sensors are compared: its score `"score [unit]"` and the points that count."""
+
+    title: str
+    score: str
+    at: Selection = Selection()
+
+
+@dataclass(frozen=True)
 class Sweep:
     """A sweep as it was asked for.
 
@@ -61,6 +74,7 @@ class Sweep:
     fixed : values by dotted key, the same for all points.
     explicit : whether the estimators were named one by one.
     responses : scores `"score [unit]"` that the report draws; empty leaves the choice to it.
+    panels : what sets of sensors are compared by; empty leaves the choice to the report.
     """
 
     name: str
@@ -74,6 +88,7 @@ class Sweep:
     seeds: tuple[int, ...]
     sets: tuple[SensorSet, ...]
     responses: tuple[str, ...]
+    panels: tuple[Panel, ...] = ()
 
 
 def shipped_studies() -> dict[str, str]:
@@ -104,6 +119,7 @@ def read_sweep(source: str | Path) -> Sweep:
     design = read_design(values["design"])
     _check_names(design)
     given = values.get("estimators", EVERYTHING)
+    report = values.get("report", {})
     return Sweep(
         name=path.stem,
         description=str(values.get("description", "")),
@@ -114,8 +130,9 @@ def read_sweep(source: str | Path) -> Sweep:
         variants=_variants(given),
         explicit=given != EVERYTHING,
         seeds=_seeds(values.get("seeds", [1])),
-        sets=_sets(values.get("sensors", {})),
-        responses=_responses(values.get("report", {})),
+        sets=_sets(values.get("sensors", {}), design),
+        responses=_responses(report),
+        panels=_panels(report.get("panels", {}), design),
     )
 
 
@@ -212,30 +229,49 @@ def _seeds(given: Any) -> tuple[int, ...]:
     return tuple(given)
 
 
-def _sets(given: Any) -> tuple[SensorSet, ...]:
+def _sets(given: Any, design: Design) -> tuple[SensorSet, ...]:
     if not isinstance(given, Mapping):
         raise InputError("sensors: give names with patterns of channels, for example {gyro: [bogie.rate_pitch]}")
     if not given:
         return (SensorSet(EVERYTHING, ("*",)),)
-    return tuple(_set(str(name), one) for name, one in given.items())
+    return tuple(_set(str(name), one, design) for name, one in given.items())
 
 
-def _set(name: str, given: Any) -> SensorSet:
+def _set(name: str, given: Any, design: Design) -> SensorSet:
     values = {"channels": given} if isinstance(given, list) else given
-    if not isinstance(values, Mapping) or not {"channels"} <= set(values) <= {"channels", "cost"}:
-        raise InputError(f"sensors.{name}: give a list of channels, or channels and cost")
+    if not isinstance(values, Mapping) or not {"channels"} <= set(values) <= {"channels", "cost", "at"}:
+        raise InputError(f"sensors.{name}: give a list of channels, or channels, cost and at")
     patterns, cost = values["channels"], values.get("cost")
     if not isinstance(patterns, list) or not patterns or not all(isinstance(one, str) for one in patterns):
         raise InputError(f"sensors.{name}.channels: give a list of patterns, for example [bogie.rate_pitch, 'body.*']")
     if cost is not None and (isinstance(cost, bool) or not isinstance(cost, int | float) or not 0 <= cost < 1e9):
         raise InputError(f"sensors.{name}.cost: give a number from 0 (got {cost!r})")
-    return SensorSet(name, tuple(patterns), None if cost is None else float(cost))
+    at = read_selection(values.get("at"), f"sensors.{name}.at", design)
+    return SensorSet(name, tuple(patterns), None if cost is None else float(cost), at)
 
 
 def _responses(given: Any) -> tuple[str, ...]:
-    if not isinstance(given, Mapping) or not set(given) <= {"scores"}:
-        raise InputError("report: knows the key 'scores' only; give for example {scores: ['rms error [km/h]']}")
+    if not isinstance(given, Mapping) or not set(given) <= {"scores", "panels"}:
+        raise InputError("report: knows scores and panels; give for example {scores: ['rms error [km/h]']}")
     scores = given.get("scores", [])
     if not isinstance(scores, list) or not all(isinstance(one, str) for one in scores):
         raise InputError("report.scores: give a list of scores with their units")
     return tuple(scores)
+
+
+def _panels(given: Any, design: Design) -> tuple[Panel, ...]:
+    if not isinstance(given, Mapping):
+        raise InputError(
+            "report.panels: give names, each with score and at, for example {speed: {score: 'rms error [km/h]'}}"
+        )
+    made = []
+    for title, one in given.items():
+        where = f"report.panels.{title}"
+        if (
+            not isinstance(one, Mapping)
+            or not {"score"} <= set(one) <= {"score", "at"}
+            or not isinstance(one["score"], str)
+        ):
+            raise InputError(f"{where}: give the score with its unit, and optionally the points as at")
+        made.append(Panel(str(title), one["score"], read_selection(one.get("at"), f"{where}.at", design)))
+    return tuple(made)

@@ -140,8 +140,11 @@ def _about(plan: Plan) -> dict[str, Any]:
         "factors": {name: kind for name, (kind, _) in plan.columns.items()},
         "estimators": [variant.label for variant in sweep.variants],
         "seeds": list(sweep.seeds),
-        "sensors": {one.name: {"channels": list(one.patterns), "cost": one.cost} for one in sweep.sets},
+        "sensors": {
+            one.name: {"channels": list(one.patterns), "cost": one.cost, "at": one.at.plain()} for one in sweep.sets
+        },
         "responses": list(sweep.responses),
+        "panels": {one.title: {"score": one.score, "at": one.at.plain()} for one in sweep.panels},
         "tasks": len(plan.tasks),
         "software": software_versions(),
         "begun": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),

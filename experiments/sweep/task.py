@@ -32,11 +32,14 @@ Row = list[Any]
 
 @dataclass(frozen=True)
 class PointTask:
-    """A design point: the scenario as plain values and the settings that it changes, by label of estimator."""
+    """A design point: the scenario as plain values, the settings that it changes by label of estimator, and the places
+    of the sensor sets that stand there.
+    """
 
     number: int
     scenario: dict[str, Any]
     changes: dict[str, dict[str, Any]]
+    sets: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ class Task:
 
     def digest(self) -> str:
         """SHA-256 over everything that shapes the result."""
-        points = [[point.number, point.scenario, point.changes] for point in self.points]
+        points = [[point.number, point.scenario, point.changes, point.sets] for point in self.points]
         variants = [[one.label, one.name, one.settings] for one in self.variants]
         sets = [[one.name, one.patterns, one.cost] for one in self.sets]
         return digest_of([self.run, self.engine, points, variants, sets, self.seeds, self.track])
@@ -107,7 +110,7 @@ def failed_rows(task: Task, message: str) -> list[Row]:
     return [
         [point.number, at, which, seed, None, None, None, None, FAILED, message]
         for point in task.points
-        for at in range(len(task.sets))
+        for at in point.sets
         for which in range(len(task.variants))
         for seed in task.seeds
     ]
@@ -191,12 +194,12 @@ class _Maker:
         try:
             whole = measure(self._truth, scenario, seed).measurements
         except FAILURES as error:
-            for at in range(len(self._task.sets)):
+            for at in point.sets:
                 yield from (((at, which), [_failed(None, error)]) for which in range(count))
             return
-        for at, wanted in enumerate(self._task.sets):
+        for at in point.sets:
             try:
-                measured = restrict(whole, wanted)
+                measured = restrict(whole, self._task.sets[at])
             except InputError as error:
                 yield from (((at, which), [_failed(None, error, UNFIT)]) for which in range(count))
                 continue

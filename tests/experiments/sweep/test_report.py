@@ -61,14 +61,29 @@ def test_front_and_smallest_sets(values: dict[str, float], front: list[str], nea
     found = frame_of(values)
     table = by_set(found, ERROR, COSTS)
     assert list(table.loc[table["front"], "sensors"]) == front
-    row = smallest_sets(found, found, COSTS).iloc[0]
+    row = smallest_sets(found, found, COSTS, {}).iloc[0]
     assert row["cheapest"] == next(iter(values))
     assert row["cheapest near best"] == near
 
 
+def test_errors_with_a_sign_count_by_their_size():
+    found = pd.concat([frame_of({"cheap": -3.0, "good": 1.0}), frame_of({"cheap": 3.0, "good": 1.0})])
+    table = by_set(found, ERROR, COSTS).set_index("sensors")
+    assert table["value"].to_dict() == {"cheap": 3.0, "good": 1.0}
+    assert list(table["front"]) == [True, True]
+
+
+def test_a_panel_compares_the_points_that_it_names():
+    here, there = frame_of({"cheap": 3.0, "dear": 1.0}), frame_of({"cheap": 9.0, "dear": 1.0})
+    found = pd.concat([here.assign(place="here"), there.assign(place="there")], ignore_index=True)
+    panels = {"it all": {"score": ERROR, "at": {"place": ["here"]}}}
+    rows = smallest_sets(found, found, COSTS, panels)
+    assert rows[["quantity", "cheapest", "value", "best value"]].to_numpy().tolist() == [["it all", "cheap", 3.0, 1.0]]
+
+
 def test_estimator_that_nothing_serves_has_a_row():
     bad = pd.DataFrame([{"estimator": "it", "sensors": "cheap", "status": "does not fit", "message": "needs more"}])
-    row = smallest_sets(bad, frame_of({}).reindex(columns=["estimator", RESPONSE, "value"]), COSTS).iloc[0]
+    row = smallest_sets(bad, frame_of({}).reindex(columns=["estimator", RESPONSE, "value"]), COSTS, {}).iloc[0]
     assert (row["estimator"], row["score"]) == ("it", "none: needs more")
 
 

@@ -4,9 +4,12 @@ from pathlib import Path
 
 import pytest
 
+import estimators
+from estimators.interface import Estimator
 from experiments.sweep.plan import make_plan
 from experiments.sweep.settings import read_sweep, shipped_studies
 from railsim.errors import InputError
+from railsim.registry import discover
 from tests.experiments.sweep.conftest import POINTS, RUNS, SWEEP
 
 
@@ -32,7 +35,13 @@ from tests.experiments.sweep.conftest import POINTS, RUNS, SWEEP
         ("gyro: [bogie.rate_pitch]", "gyro: [bogie.rate_bitch]", "sensors.gyro: no channel fits 'bogie.rate_bitch'"),
         ("gyro: [bogie.rate_pitch]", "gyro: {channels: ['*'], cost: -1}", "sensors.gyro.cost: give a number from 0"),
         ("  both: [bogie.*]\n  all: [\"*\"]\n", "", "estimators.plain: speed_plain needs channel 'bogie.accel"),
-        ("seeds: [3, 1]", "seeds: [3, 1]\nreport: {score: x}", "report: knows the key 'scores' only"),
+        ("seeds: [3, 1]", "seeds: [3, 1]\nreport: {score: x}", "report: knows scores and panels"),
+        ("set:\n", "set:\n  estimators.nix.window: 1\n", "set.estimators.nix.window: write estimators.LABEL.SETTING"),
+        ("both: [bogie.*]", "both: {channels: [bogie.*], at: [25]}", "sensors.both.at: give a factor of the design"),
+        ("both: [bogie.*]", "both: {channels: [bogie.*], at: {speed: 25}}", "sensors.both.at.speed: no factor of the"),
+        ("both: [bogie.*]", "both: {channels: [bogie.*], at: {speed.speed: 26}}", "does not take 26; it takes 25, 3"),
+        ("seeds: [3, 1]", "seeds: [3, 1]\nreport: {panels: {a: b}}", "report.panels.a: give the score with its unit"),
+        ("seeds: [3, 1]", "seeds: [3, 1]\nreport: {panels: {a: {score: s, at: {x: 1}}}}", "report.panels.a.at.x: no "),
         ("set:\n", "set:\n  seed: 3\n", "set.seed: noise seeds are given by the sweep's own key 'seeds'"),
         ("design:", "design: [", "is not YAML"),
     ],
@@ -62,8 +71,23 @@ def test_a_point_that_cannot_be_built_is_known_before(sweep_file: Path):
 
 
 def test_unknown_study_names_those_there_are():
-    with pytest.raises(InputError, match="no sweep 'nix'; shipped ones are: sampling_rate, sensor_sets, speed_error"):
+    with pytest.raises(
+        InputError, match="no sweep 'nix'; shipped ones are: sampling_rate, sensor_sets, speed_error, suspension_f"
+    ):
         read_sweep("nix")
+
+
+def test_a_sensor_set_stands_at_the_points_that_it_names_only(sweep_file: Path):
+    sweep_file.write_text(SWEEP.replace("gyro: [bogie.rate_pitch]", "gyro: {channels: ['*'], at: {speed.speed: [30]}}"))
+    plan = make_plan(read_sweep(sweep_file))
+    assert [plan.sets[number] for number in range(POINTS)] == [(0, 1)] * 4 + [(0, 1, 2)] * 4 + [(0, 1)] * 4
+
+
+def test_settings_of_an_estimator_can_be_fixed(sweep_file: Path):
+    sweep_file.write_text(SWEEP.replace("set:\n", "set:\n  estimators.plain.low: 1.5\n"))
+    plan = make_plan(read_sweep(sweep_file))
+    changes = [point.changes["plain"] for task in plan.tasks for point in task.points]
+    assert changes == [{"low": 1.5, "window": 0.8}, {"low": 1.5, "window": 1.0}] * RUNS
 
 
 @pytest.mark.parametrize("name", list(shipped_studies()))
@@ -71,3 +95,6 @@ def test_shipped_study_can_be_planned(name: str):
     plan = make_plan(read_sweep(name))
     assert plan.bad == {}
     assert plan.sweep.description
+    if name == "sensor_sets":
+        assert plan.unserved == {}, "an estimator has no row: give `sensor_sets` the sensors or the place that it needs"
+        assert {variant.name for variant in plan.sweep.variants} == set(discover(estimators, Estimator))
