@@ -110,7 +110,7 @@ class ContactEstimator(Estimator, frozen=True):
         settings = Settings(
             speeds, speed_table(model, speeds), 1.0 / rate, np.array([*ERRI, self.gauge_pole]),
             self.drive(),
-            np.array([self.model_lateral, self.model_yaw]), nodes, walks, 1.0 / model.l, readings,
+            np.array([self.model_lateral, self.model_yaw]), nodes, walks, 1.0 / model.numbers.l, readings,
         )  # fmt: skip
         return Run(settings, self._memory(model, nodes, about), (self.model_error, self.model_floor))
 

@@ -17,28 +17,12 @@ from typing import NamedTuple
 import numpy as np
 
 from railsim.compiled import allocating
+from railsim.wheelset.parameters import Coefficients
 
 PSI, ROLL_RATE, CONSTANT = range(3)
 LATERAL, TURNING = range(2)
 GAUGE_SCALE = 1e-3  # m
 SCALE = (1e-3, 1e-2)  # rad, rad/s: typical psi and phi', so that a prior covariance can be stated once
-
-
-class Known(NamedTuple):
-    """Numbers under the article's symbols that (5) to (8) take as known, SI units."""
-
-    m: float
-    I: float  # noqa: E741
-    I_wy: float
-    r0: float
-    l: float  # noqa: E741
-    W: float
-    f11: float
-    f22: float
-    f23: float
-    f33: float
-    k_psi: float
-    f_psi: float
 
 
 class Signals(NamedTuple):
@@ -64,7 +48,8 @@ class Sections(NamedTuple):
 
     Attributes
     ----------
-    number : section of each sample, (n,). centres : m, (sections,). samples : number of each, (sections,).
+    number : section of each sample, (n,). centres, gauges : of y - d and of the gauge deviation, m, (sections,), the
+    latter zero where sections are of y - d alone. samples : number of each, (sections,).
     history : coefficients of psi, of phi' and of the rest of the sample's section after it, (2, n, 3), the last at the
     sample's own place and gauge. spread : their standard deviations, (2, n, 3).
     coefficients, covariance : at the end, (2, sections, k) and (2, sections, k, k).
@@ -73,6 +58,7 @@ class Sections(NamedTuple):
 
     number: np.ndarray
     centres: np.ndarray
+    gauges: np.ndarray
     samples: np.ndarray
     history: np.ndarray
     spread: np.ndarray
@@ -90,7 +76,7 @@ class Geometry(NamedTuple):
     difference_of_angles: np.ndarray
 
 
-def known_parts(signals: Signals, known: Known) -> tuple[np.ndarray, np.ndarray]:
+def known_parts(signals: Signals, known: Coefficients) -> tuple[np.ndarray, np.ndarray]:
     """y'' - Omega_1 and psi'' - Omega_2, (5) and (7), shapes (n,)."""
     c, x = known, signals
     first = (x.force - 2 * c.f22 / x.speed * x.y_rate - 2 * c.f23 / x.speed * x.yaw_rate - c.W * x.roll) / c.m
@@ -99,7 +85,14 @@ def known_parts(signals: Signals, known: Known) -> tuple[np.ndarray, np.ndarray]
 
 
 def regress(
-    signals: Signals, known: Known, width: float, degree: int, gauge: bool, prior: float = 1e6, forgetting: float = 1.0
+    signals: Signals,
+    known: Coefficients,
+    width: float,
+    degree: int,
+    gauge: bool,
+    prior: float = 1e6,
+    forgetting: float = 1.0,
+    gauge_width: float | None = None,
 ) -> Sections:
     """Run the recursion through all samples.
 
@@ -107,17 +100,16 @@ def regress(
     ----------
     width : of a section of y - d, m. degree : of the polynomial within a section. gauge : deviation as a regressor.
     prior : variance at the start of every parameter, of regressors scaled to about one, by the output's variance.
-    forgetting : factor a sample of the section.
+    forgetting : factor a sample of the section. gauge_width : of a section of the gauge deviation too, m, so that a
+    section is a stretch of y - d at a stretch of gauge; None: sections of y - d alone.
     """
-    number = np.round(signals.shift / width).astype(np.int64)
-    lowest = int(number.min())
-    place = (signals.shift - number * width) / width
-    deviation = signals.gauge / GAUGE_SCALE
+    number, centres, gauges = numbered(signals, width, gauge_width)
+    count = len(centres)
+    place = (signals.shift - centres[number]) / width
+    deviation = (signals.gauge - gauges[number]) / (gauge_width or GAUGE_SCALE)
     columns = [signals.yaw / SCALE[0], signals.roll_rate / SCALE[1]]
     columns += [place**power * deviation**more for power, more in powers(degree, gauge)]
     regressors = np.stack(columns, axis=1)
-    number -= lowest
-    count = int(number.max()) + 1
     parts = [
         recursion(regressors, output / np.std(output), number, count, prior, forgetting)
         for output in known_parts(signals, known)
@@ -131,9 +123,21 @@ def regress(
     )
     covariance *= np.array(scales)[:, None, None, None] * unit[:, None]
     return Sections(
-        number, (np.arange(count) + lowest) * width, np.bincount(number, minlength=count), history, spread, end,
-        covariance, conditions(regressors, number, count),
+        number, centres, gauges, np.bincount(number, minlength=count), history, spread, end, covariance,
+        conditions(regressors, number, count),
     )  # fmt: skip
+
+
+def numbered(signals: Signals, width: float, gauge_width: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Section of each sample (n,), and the sections' centres of y - d and of the gauge, m, (sections,)."""
+    cell = np.round(signals.shift / width).astype(np.int64)
+    if gauge_width is None:
+        lowest = int(cell.min())
+        centres = np.arange(lowest, int(cell.max()) + 1) * width
+        return cell - lowest, centres, np.zeros(len(centres))
+    pairs = np.stack([cell, np.round(signals.gauge / gauge_width).astype(np.int64)], axis=1)
+    found, number = np.unique(pairs, axis=0, return_inverse=True)
+    return number.ravel().astype(np.int64), found[:, 0] * width, found[:, 1] * gauge_width
 
 
 def powers(degree: int, gauge: bool) -> list[tuple[int, int]]:
@@ -142,7 +146,7 @@ def powers(degree: int, gauge: bool) -> list[tuple[int, int]]:
     return [(i, j) for total in range(degree + 1) for j in range(min(total, most) + 1) for i in (total - j,)]
 
 
-def geometry(coefficients: np.ndarray, known: Known) -> Geometry:
+def geometry(coefficients: np.ndarray, known: Coefficients) -> Geometry:
     """Radii and angles from the coefficients of both equations, (2, ..., k): R from psi in (11), which is far better
     conditioned than R from phi'.
     """
@@ -155,7 +159,7 @@ def geometry(coefficients: np.ndarray, known: Known) -> Geometry:
     return Geometry(2 * half, radii, total, angles)
 
 
-def geometry_spread(spread: np.ndarray, known: Known) -> Geometry:
+def geometry_spread(spread: np.ndarray, known: Coefficients) -> Geometry:
     """Standard deviations of `geometry` from those of the coefficients, (2, ..., k)."""
     c = known
     lateral, turning = spread

@@ -21,6 +21,7 @@ import numpy as np
 
 from railsim.contact.linear import creep_coefficients
 from railsim.errors import InputError
+from railsim.wheelset.parameters import Coefficients
 
 GRAVITY = 9.81
 Y, Y_RATE, YAW, YAW_RATE, MASS_Y, MASS_Y_RATE = range(6)
@@ -30,30 +31,15 @@ DRY = 0.7
 
 
 class WheelsetModel(NamedTuple):
-    """Nominal parameters of one wheelset under the symbols of the article's Appendix 1, SI units.
+    """Nominal parameters of one wheelset, and what real profiles have besides the article's numbers.
 
-    m, I, I_wy : mass, yaw and spin inertia. r0, l : rolling radius, half distance of the contacts.
-    W : load of both wheels. f11, f22, f23 : creep coefficients of one wheel.
-    s : contact angle at rest (rad). e : its change by the shift (rad/m).
-    k_y, c_y, k_psi, c_psi : suspension. m_m : suspended mass. conicity : of the new profiles.
+    numbers : by the symbols of the article's Appendix 1, SI units; f33 is zero, as nothing here needs it.
+    s : contact angle at rest (rad). e : its change by the shift (rad/m). conicity : of the new profiles.
     """
 
-    m: float
-    I: float  # noqa: E741
-    I_wy: float
-    r0: float
-    l: float  # noqa: E741
-    W: float
-    f11: float
-    f22: float
-    f23: float
+    numbers: Coefficients
     s: float
     e: float
-    k_y: float
-    c_y: float
-    k_psi: float
-    c_psi: float
-    m_m: float
     conicity: float
 
 
@@ -101,7 +87,7 @@ def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetMo
             )
     v = {name: float(vehicle[name]) for name in _NEEDED}
     kalker = creep_coefficients(1.0 / v["wheel_radius"], v["design_contact_curvature"], v["design_wheel_load"])
-    return WheelsetModel(
+    numbers = Coefficients(
         m=v["wheelset_mass"],
         I=v["wheelset_yaw_inertia"],
         I_wy=v["wheelset_spin_inertia"],
@@ -111,15 +97,14 @@ def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetMo
         f11=creep * kalker.f11,
         f22=creep * kalker.f22,
         f23=kalker.f23,
-        s=v["design_contact_angle"],
-        e=v["design_contact_angle_rate"],
+        f33=0.0,
         k_y=v["lateral_stiffness"],
-        c_y=v["lateral_damping"],
+        f_y=v["lateral_damping"],
         k_psi=v["yaw_stiffness"],
-        c_psi=v["yaw_damping"],
+        f_psi=v["yaw_damping"],
         m_m=v["suspended_mass"],
-        conicity=v["design_conicity"],
     )
+    return WheelsetModel(numbers, v["design_contact_angle"], v["design_contact_angle_rate"], v["design_conicity"])
 
 
 def linear(p: WheelsetModel, conicity: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
@@ -146,20 +131,21 @@ def coefficients(p: WheelsetModel, speed: float) -> tuple[np.ndarray, np.ndarray
     """The equations' coefficients at a speed: accelerations y'' and psi'' by x, by x' and by D, each (2,); by the
     state, rows y'', psi'', y_m'', (3, 6).
     """
-    slip = 2.0 * p.f22 / speed
-    spin = 2.0 * p.f23 / speed
-    turn = p.r0 * p.s / p.l  # r0 phi' by x'
-    shift = np.array([-p.W * p.s / p.l, 0.0])
-    shift_rate = np.array([-slip * turn, -p.I_wy * speed / p.r0 * p.s / p.l + spin * turn])
-    of_radii = np.array([-(p.W - 2.0 * p.f23 / p.r0) * p.e / p.conicity, -2.0 * p.l * p.f11 / p.r0])
+    c = p.numbers
+    slip = 2.0 * c.f22 / speed
+    spin = 2.0 * c.f23 / speed
+    turn = c.r0 * p.s / c.l  # r0 phi' by x'
+    shift = np.array([-c.W * p.s / c.l, 0.0])
+    shift_rate = np.array([-slip * turn, -c.I_wy * speed / c.r0 * p.s / c.l + spin * turn])
+    of_radii = np.array([-(c.W - 2.0 * c.f23 / c.r0) * p.e / p.conicity, -2.0 * c.l * c.f11 / c.r0])
     state = np.zeros((3, STATES))
-    state[0] = [-p.k_y, -p.c_y - slip, slip * speed, -spin, p.k_y, p.c_y]
+    state[0] = [-c.k_y, -c.f_y - slip, slip * speed, -spin, c.k_y, c.f_y]
     state[1] = [
-        0.0, spin, -p.k_psi - spin * speed + p.l * p.W * p.s, -p.c_psi - 2.0 * p.l**2 * p.f11 / speed, 0.0, 0.0,
+        0.0, spin, -c.k_psi - spin * speed + c.l * c.W * p.s, -c.f_psi - 2.0 * c.l**2 * c.f11 / speed, 0.0, 0.0,
     ]  # fmt: skip
-    state[2] = [p.k_y, p.c_y, 0.0, 0.0, -p.k_y, -p.c_y]
-    inertia = np.array([p.m, p.I])
-    return shift / inertia, shift_rate / inertia, of_radii / inertia, state / np.array([[p.m], [p.I], [p.m_m]])
+    state[2] = [c.k_y, c.f_y, 0.0, 0.0, -c.k_y, -c.f_y]
+    inertia = np.array([c.m, c.I])
+    return shift / inertia, shift_rate / inertia, of_radii / inertia, state / np.array([[c.m], [c.I], [c.m_m]])
 
 
 def rates(

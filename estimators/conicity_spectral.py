@@ -174,7 +174,8 @@ def response(vehicle: Mapping[str, Any], channel: str) -> Response:
     nominal = _wheelset_model.wheelset_model(vehicle, 1.0)
 
     def wheelset(conicity: float, creep: float, speed: float, k: np.ndarray) -> np.ndarray:
-        model = nominal._replace(f11=creep * nominal.f11, f22=creep * nominal.f22)
+        own = nominal.numbers
+        model = nominal._replace(numbers=own._replace(f11=creep * own.f11, f22=creep * own.f22))
         a, b = _wheelset_model.linear(model, conicity, speed)
         s = 1j * k * speed
         dynamic = s[:, None, None] * np.eye(len(a)) - a

@@ -8,7 +8,6 @@ import pandas as pd
 from estimators._known_rails import Survey, centre_fit
 from estimators._section_rls import (
     Geometry,
-    Known,
     Sections,
     Signals,
     geometry,
@@ -21,6 +20,7 @@ from estimators._wheelset_motion import BODY, ROLL, YAW, WheelsetMotion, filled,
 from estimators.interface import Estimate, Estimator
 from railsim.measurements import Measurements
 from railsim.spec import quantity
+from railsim.wheelset.parameters import Coefficients
 
 COLUMNS = {
     "sum_of_radii": "m",
@@ -91,13 +91,13 @@ class RollingRadiiRls(Estimator, frozen=True):
         series["wheelset1.lateral_shift [m]"] = signals.shift
         return Estimate(self.name, series, self.model_dump(mode="json") | self._table(sections, known))
 
-    def _known(self, measurements: Measurements) -> tuple[Known, float]:
+    def _known(self, measurements: Measurements) -> tuple[Coefficients, float]:
         """Nominal numbers, and the contact angle of new profiles at rest (rad)."""
         p = wheelset_model(measurements.vehicle, self.creep)
-        return Known(p.m, p.I, p.I_wy, p.r0, p.l, p.W, p.f11, p.f22, p.f23, 0.0, p.k_psi, p.c_psi), p.s
+        return p.numbers, p.s
 
     def _joined(
-        self, found: Geometry, spread: Geometry, known: Known, angle: float
+        self, found: Geometry, spread: Geometry, known: Coefficients, angle: float
     ) -> list[tuple[str, np.ndarray, np.ndarray]]:
         """Each quantity with its prior: mean weighted by the variances, of which the parameters' errors are a part.
 
@@ -121,7 +121,7 @@ class RollingRadiiRls(Estimator, frozen=True):
             out.append((name, middle + weight * (value - middle), wide * np.sqrt(1.0 - weight)))
         return out
 
-    def _table(self, sections: Sections, known: Known) -> dict[str, Any]:
+    def _table(self, sections: Sections, known: Coefficients) -> dict[str, Any]:
         """Sections at the end of the run, as they come from the regression alone."""
         end = geometry(sections.coefficients, known)
         variance = np.maximum(np.einsum("asii->asi", sections.covariance), 0.0)

@@ -4,12 +4,13 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
-from estimators._section_rls import Geometry, Known, Signals
+from estimators._section_rls import Geometry, Signals
 from railsim.contact.linear import creep_coefficients
 from railsim.profiles.pair import ProfilePair
 from railsim.track import Track, featured
 from railsim.wheelset import RollingTable, WheelsetParameters, rolling_table, simulate_wheelset
 from railsim.wheelset.equations import wheel_at
+from railsim.wheelset.parameters import Coefficients
 
 SPEED, RATE, START = 30.0, 1024.0, 25.0
 SETTLED = 1.0  # s left out at the start
@@ -40,14 +41,14 @@ def track(seed: int, gauge: bool) -> Track:
     return made if gauge else Track(made.s, {"lateral": made.columns()["lateral"]}, made.name, [])
 
 
-def run(wheels: RollingTable, seed: int, gauge: bool, duration: float) -> tuple[Signals, Known]:
+def run(wheels: RollingTable, seed: int, gauge: bool, duration: float) -> tuple[Signals, Coefficients]:
     """Signals of an ideal sensor set, as section 4.3.1 assumes, and the numbers that it takes as known."""
     known = parameters()
     table = simulate_wheelset(known, wheels, track(seed, gauge), SPEED, duration, rate=RATE, start=START)
     return ideal_signals(known, table, SPEED)
 
 
-def ideal_signals(parameters: WheelsetParameters, run: pd.DataFrame, speed: float) -> tuple[Signals, Known]:
+def ideal_signals(parameters: WheelsetParameters, run: pd.DataFrame, speed: float) -> tuple[Signals, Coefficients]:
     """The article's measured quantities without error from a run of `simulate_wheelset`."""
     c = parameters.coefficients()
     time = run["time [s]"].to_numpy()
@@ -72,8 +73,7 @@ def ideal_signals(parameters: WheelsetParameters, run: pd.DataFrame, speed: floa
         np.full(len(time), speed),
     )
     settled = time >= SETTLED
-    known = Known(c.m, c.I, c.I_wy, c.r0, c.l, c.W, c.f11, c.f22, c.f23, c.f33, c.k_psi, c.f_psi)
-    return Signals(*(values[settled] for values in signals)), known
+    return Signals(*(values[settled] for values in signals)), c
 
 
 def true_geometry(wheels: RollingTable, shift: np.ndarray, gauge: np.ndarray) -> Geometry:

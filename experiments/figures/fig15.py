@@ -4,12 +4,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from estimators._section_rls import Geometry, Known, Signals, geometry, regress
+from estimators._section_rls import Geometry, Signals, geometry, regress
 from experiments.figures._section_runs import FEWEST, WIDTH, contact, run, true_geometry
 from experiments.figures._speed_runs import rows_where
 from experiments.figures.interface import Claim, Figure
 from experiments.plots import BLACK, BLUE, GREEN, ORANGE, RED
 from railsim.wheelset import RollingTable
+from railsim.wheelset.parameters import Coefficients
 
 SEED, DURATION, FAST_DURATION = 15, 120.0, 40.0
 DEGREES = {0: "as printed (constant)", 1: "local linear", 2: "local parabola", 3: "local cubic"}
@@ -64,7 +65,9 @@ class Fig15(Figure):
         ]
 
 
-def sections(signals: Signals, known: Known, wheels: RollingTable, degree: int, gauge: bool = False) -> pd.DataFrame:
+def sections(
+    signals: Signals, known: Coefficients, wheels: RollingTable, degree: int, gauge: bool = False
+) -> pd.DataFrame:
     """Estimates at the end of the run and true values (at nominal gauge), each section that was visited enough."""
     found = regress(signals, known, WIDTH, degree, gauge)
     enough = found.samples >= FEWEST * len(signals.shift)

@@ -4,11 +4,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from estimators._section_rls import Known, Signals, known_parts, regress
+from estimators._section_rls import Signals, known_parts, regress
 from experiments.figures._section_runs import FEWEST, WIDTH, contact, run
 from experiments.figures._speed_runs import rows_where
 from experiments.figures.fig15 import draw, sections, worst
 from experiments.figures.interface import Claim, Figure
+from railsim.wheelset.parameters import Coefficients
 
 SEED, DURATION, FAST_DURATION = 15, 120.0, 40.0
 UNKNOWN, REGRESSOR, STEADY = "gauge not in the regression", "known gauge in the regression", "no gauge variation"
@@ -75,7 +76,7 @@ def typical(rows: pd.DataFrame, name: str) -> float:
     return float(np.sqrt(np.mean((rows[name] - true) ** 2)) / np.ptp(true))
 
 
-def conditioning(signals: Signals, known: Known, used: bool) -> dict[str, float]:
+def conditioning(signals: Signals, known: Coefficients, used: bool) -> dict[str, float]:
     """How large the term of (delta_L + delta_R) in (12) is beside what the regression leaves, and what follows.
 
     "angle_signal [-]": standard deviation of l W S psi / 2 for a change of S by 0.05 rad over that of the residual.

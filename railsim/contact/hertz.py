@@ -10,6 +10,9 @@ STEEL_YOUNG = 210e9  # Pa
 STEEL_POISSON = 0.28
 STEEL_SHEAR = STEEL_YOUNG / (2.0 * (1.0 + STEEL_POISSON))  # Pa; 82 GPa, as in Polach (2005)
 
+TOLERANCES = {"xatol": 1e-12, "xrtol": 0.0}
+"""Of the axis ratio's logarithm: above its rounding errors, in which the search divides noise by noise and warns."""
+
 
 @dataclass(frozen=True)
 class HertzEllipse:
@@ -67,5 +70,5 @@ def _axis_ratio(curvature_ratio: np.ndarray) -> np.ndarray:
 
     round_one = curvature_ratio < 1.0 + 1e-9
     wanted = np.where(round_one, 2.0, curvature_ratio)
-    found = elementwise.find_root(mismatch, (1e-6, 12.0), args=(wanted,))
+    found = elementwise.find_root(mismatch, (1e-6, 12.0), args=(wanted,), tolerances=TOLERANCES)
     return np.where(round_one, 1.0 + 1e-12, np.exp(found.x))

@@ -1,5 +1,7 @@
 """Hertzian contact against closed forms and published values."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -45,3 +47,12 @@ def test_axes_follow_the_curvatures() -> None:
 def test_conformal_pair_is_refused() -> None:
     with pytest.raises(ValueError, match="positive"):
         hertz_ellipse(2.0, 0.0)
+
+
+def test_axis_ratio_is_found_without_dividing_rounding_errors():
+    """Ratios at which the search's default tolerance, below the mismatch's rounding, made it warn."""
+    for ratio in (1.0059497747290904, 1.1105946616582418, 1.2065568902354566, 1.221405728771448, 1.2489311112033876):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            ellipse = hertz_ellipse(1.0, ratio)
+        assert ellipse.longitudinal > ellipse.lateral

@@ -99,7 +99,8 @@ def test_step_in_time_is_that_of_the_linear_equations() -> None:
     model = wheelset.wheelset_model(vehicle)
     a, _ = wheelset.linear(model, model.conicity, 30.0)
     start = np.array([1e-3, 30.0 * 5e-4, 5e-4, 0.0, 2e-3, 0.0])
-    start[3] = -2.0 * model.l * model.f11 / model.r0 * model.conicity * 1e-3 / (2.0 * model.l**2 * model.f11 / 30.0)
+    c = model.numbers
+    start[3] = -2.0 * c.l * c.f11 / c.r0 * model.conicity * 1e-3 / (2.0 * c.l**2 * c.f11 / 30.0)
     run.memory.mean[:6] = start
     for _ in range(256):
         kernels.predict(run.settings, run.memory, 30.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimators._section_rls import Known, geometry, known_parts, powers, recursion, regress
+from estimators._section_rls import geometry, known_parts, powers, recursion, regress
 from estimators.rolling_radii_rls import RollingRadiiRls
 from experiments.figures._section_runs import ideal_signals
 from railsim.wheelset import WheelsetParameters, conical, simulate_wheelset
@@ -64,7 +64,7 @@ def test_cone_is_found_in_every_section(cone: tuple):
 
 def test_wrong_creep_coefficient_spoils_the_sum_of_radii_and_hardly_the_difference(cone: tuple):
     signals, known = cone
-    wrong = Known(*known)._replace(f22=1.03 * known.f22)
+    wrong = known._replace(f22=1.03 * known.f22)
     found = geometry(regress(signals, wrong, 5e-4, 1, False).coefficients, wrong)
     assert np.abs(found.sum_of_radii - 2 * R0).max() > 5e-3
     assert np.abs(np.nanmedian(found.difference_of_angles)) < 0.05

@@ -12,12 +12,7 @@ from railsim.wheelset import WheelsetParameters, full_linear
 def paper(conicity: float) -> tuple[wheelset.WheelsetModel, WheelsetParameters]:
     """A cone as the paper has it: one number for radii and contact angle, and no change of the angle."""
     p = WheelsetParameters(spin_creep=0.0)
-    c = p.coefficients()
-    model = wheelset.WheelsetModel(
-        m=c.m, I=c.I, I_wy=c.I_wy, r0=c.r0, l=c.l, W=c.W, f11=c.f11, f22=c.f22, f23=c.f23, s=conicity, e=0.0,
-        k_y=c.k_y, c_y=c.f_y, k_psi=c.k_psi, c_psi=c.f_psi, m_m=c.m_m, conicity=conicity,
-    )  # fmt: skip
-    return model, p
+    return wheelset.WheelsetModel(p.coefficients(), s=conicity, e=0.0, conicity=conicity), p
 
 
 @pytest.mark.parametrize("conicity", [0.05, 0.2])
