@@ -115,17 +115,18 @@ class ConicitySmoother(Estimator, frozen=True):
 
     def likelihood(self, measurements: Measurements, record: Record) -> Likelihood:
         """What is maximised: for Fisher information and tests."""
-        p = wheelset_model(measurements.vehicle, self.creep)
+        model = wheelset_model(measurements.vehicle, self.creep)
+        c = model.numbers
         density = float(_sheet(measurements, YAW).get("noise_density", 0.0))
         white = max(density**2 / (2.0 * record.step), 1e-8)
         numbers = Numbers(
-            p.I, p.l, p.r0, p.k_psi, p.c_psi, p.f11, self.corner, self.slow_corner, self.rail, self.slip_corner,
+            c.I, c.l, c.r0, c.k_psi, c.f_psi, c.f11, self.corner, self.slow_corner, self.rail, self.slip_corner,
             self.slip, self.moment, self.line, self.line_corner, self.noise * white, self.least**2,
             max(float(_sheet(measurements, BODY).get("noise_density", 0.0)), 1e-4),
         )  # fmt: skip
-        logs = np.log([p.f11, self.rail, self.slip, self.line])
+        logs = np.log([c.f11, self.rail, self.slip, self.line])
         prior = Prior(
-            p.conicity, self.conicity_spread, self.roughness, logs, np.array([self.creep_spread, 1.5, 1.0, 1.5])
+            model.conicity, self.conicity_spread, self.roughness, logs, np.array([self.creep_spread, 1.5, 1.0, 1.5])
         )
         return Likelihood(record, numbers, prior, self.reach, self.pieces)
 
