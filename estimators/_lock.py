@@ -16,6 +16,8 @@ SLOW = 3.0  # s; a measured longitudinal acceleration that has stayed that long 
 SHORT = 0.5  # s; averaging that takes the bogie's own shaking out of it
 QUIET = 0.05  # m/s2; change of it above what shaking leaves, below that of any manoeuvre
 COARSE = 2e-3  # s; error of the coarse travel time, a quarter of its usual grid
+STILL = 1.4  # mean power over that of the sensors' noise, below which no lock is begun; noise alone stays 2 sigma below
+BURST = 4.0  # more than so many times the noise's power counts as so much: a jerk is no movement
 
 
 class Limits(NamedTuple):
@@ -39,6 +41,7 @@ class Limits(NamedTuple):
     pull: np.ndarray  # see `_noise`, shape (lags, 7)
     late: int  # `delay` in samples
     first_acceleration: float  # m/s2; standard deviation at the first lock
+    noise: float  # (m/s2)^2; power of the sensors' noise in each wheelset's signal
     cruise: float  # (m/s2)^2 s; how well a cruising train keeps its speed; 0: nothing to be told from
 
 
@@ -57,6 +60,7 @@ class Lock(NamedTuple):
     x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8); the second unknown is the
         acceleration less the measured one.
     level : averages: mismatch squared, the same without outbursts, power of the signals; shape (3,).
+    still : mean power, bursts cut off, in (m/s2)^2; 1 at standstill; shape (2,).
     push : last longitudinal acceleration, its integral, its slow average (NaN: none so far), shape (3,).
     counts : samples so far, measurements so far, locked, good samples in a row, shape (4,).
     """
@@ -73,6 +77,7 @@ class Lock(NamedTuple):
     x: np.ndarray
     P: np.ndarray
     level: np.ndarray
+    still: np.ndarray
     push: np.ndarray
     counts: np.ndarray
 
@@ -96,6 +101,7 @@ class Lock(NamedTuple):
             np.zeros(UNKNOWNS),
             np.zeros((UNKNOWNS, UNKNOWNS)),
             np.zeros(3),
+            np.array([BURST * limits.noise, 0.0]),
             np.array([0.0, 0.0, np.nan]),
             np.zeros(4, dtype=np.int64),
         )
@@ -115,11 +121,30 @@ def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.n
             s.signals[row, p] = s.signals[row, p + size] = out[row] if good else 0.0
         s.good[p] = s.good[p + size] = s.counts[3]
         _push(s, c, p, u[i])
+        if good:
+            _stand(s, c, out)
         if s.counts[0] % c.stride == 0:
             _measure(s, c, p + size, out, good)
         _report(s, c, p + size, rows[i])
         s.counts[0] += 1
     return rows
+
+
+@kernel
+def _stand(s: Lock, c: Limits, out: np.ndarray) -> None:
+    """Whether the wheelsets move no more than the sensors' noise. The search then forgets, so that what was before a
+    stop (and the jerk that ends it) is not taken for a travel time; a lock that holds stays.
+    """
+    power = min(out[0] * out[0] + out[1] * out[1], BURST * c.noise)
+    s.still[0] += (power - s.still[0]) * c.forget / c.stride
+    if s.still[0] > STILL * c.noise:
+        s.still[1] = 0.0
+    elif s.still[1] == 0.0:
+        s.still[1] = 1.0
+        s.search[:] = 0.0
+        s.covered[:] = 0.0
+        s.sums[:] = 0.0
+        s.power[:] = 0.0
 
 
 @kernel
@@ -137,8 +162,10 @@ def _push(s: Lock, c: Limits, p: int, u: float) -> None:
 
 @njit(cache=True, nogil=True)
 def _measure(s: Lock, c: Limits, newest: int, out: np.ndarray, good: bool) -> None:
-    """Search with the newest sample, follow the lock, gain or drop it."""
-    correlation, lag = _search(s, c, out[0] + out[1] if good else 0.0, out[0] - out[1] if good else 0.0, good)
+    """Search with the newest sample (not at standstill), follow the lock, gain or drop it."""
+    correlation, lag = 0.0, 0.0
+    if s.still[1] == 0.0:
+        correlation, lag = _search(s, c, out[0] + out[1] if good else 0.0, out[0] - out[1] if good else 0.0, good)
     if s.counts[2]:
         _follow(s, c, newest - REACH)
         if not _holds(s, c, correlation):

@@ -50,3 +50,10 @@ def pull(filters: Chain, rate: float, longest: float, densities: tuple[float, fl
         for a, q in slopes
     ]
     return np.ascontiguousarray(np.stack(columns, axis=1))
+
+
+def power(filters: Chain, rate: float, densities: tuple[float, float]) -> float:
+    """Power of the sensors' noise in each wheelset's signal, (m/s2)^2; arguments as of `pull`."""
+    frequency = np.linspace(0, rate / 2, 4001)[1:]
+    seen = [np.abs(signal.sosfreqz(one, frequency, fs=rate)[1]) ** 2 for one in filters.sections[:2]]
+    return float(sum(density**2 * np.trapezoid(one, frequency) for density, one in zip(densities, seen, strict=True)))

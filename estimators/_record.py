@@ -1,5 +1,6 @@
 """What the speed estimators read from a recording: channels on one uniform grid, the accelerometer's place."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -77,6 +78,16 @@ def accelerometer_offset(about: Mapping[str, Any]) -> float:
         if ACCELERATION in sheet.get("channels", ()):
             return float(sheet.get("position", (0.0,))[0])
     return 0.0
+
+
+def noise_density(about: Mapping[str, Any], channel: str) -> float | None:
+    """Of a channel by its data sheet, rounding included, per square root of Hz; None where it is not stated."""
+    for sheet in about.get("sensors", []):
+        errors = sheet.get("errors") or {}
+        if channel in sheet.get("channels", ()) and "noise_density" in errors and sheet.get("rate"):
+            rounding = float(errors.get("resolution", 0.0)) / math.sqrt(6.0 * float(sheet["rate"]))
+            return math.hypot(float(errors["noise_density"]), rounding)
+    return None
 
 
 def _real_rate(steps: np.ndarray, stated: float) -> float:

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import gaussian_filter1d
 from scipy.signal import resample_poly
 
 from estimators._bands import settled, stretches
@@ -30,6 +31,11 @@ FLEETING = 1.0
 """A refined speed that is known for less than this, s, is not used."""
 DISAGREE = 0.2
 """Share of the tachometer's speed by which the refined one may differ (slip, flats, a sensor that is wrong)."""
+SURE = 0.01
+"""Relative standard deviation of the refined speed up to which it is used beside a tachometer."""
+STEADY = 3.0
+"""Standard deviation of the weights over time, s, by which the ratio of refined speed and tachometer is smoothed: it is
+the wheel's radius; after a standstill the refined speed swings by 4 % for three seconds."""
 SpeedSource = Literal["tachometer", "refined"]
 
 
@@ -220,17 +226,28 @@ def _tachometer(measurements: Measurements) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _refined(measurements: Measurements) -> tuple[np.ndarray, np.ndarray]:
+    """The refined speed; with a tachometer, that one times how much the refined speed is of it.
+
+    Where the refined speed is not sure (around a standstill), the ratio goes on from one sure place to the next, so
+    that nothing jumps there: a jump would be read as an acceleration, which pitches the bogie.
+    """
     series = SpeedRefined().estimate(measurements).series
     time = series["time [s]"].to_numpy()
     speed = np.where(series["valid [-]"].to_numpy() > 0.5, series["speed [m/s]"].to_numpy(), np.nan)
     speed = _lasting(time, speed)
-    if _tachometer_channel(measurements) is not None:
-        wheel = np.interp(time, *_tachometer(measurements))
-        both = np.isfinite(speed) & (wheel > 3.0)
-        scale = float(np.median(speed[both] / wheel[both])) if both.any() else 1.0
-        agree = np.abs(speed - scale * wheel) <= DISAGREE * np.maximum(scale * wheel, 1.0)
-        speed = np.where(agree, speed, scale * wheel)
-    return time, speed
+    if _tachometer_channel(measurements) is None:
+        return time, speed
+    wheel = np.interp(time, *_tachometer(measurements))
+    sure = np.isfinite(speed) & (wheel > 3.0) & (series["speed_std [m/s]"].to_numpy() < SURE * speed)
+    if not sure.any():
+        return time, wheel
+    ratio = np.divide(speed, wheel, out=np.ones(len(time)), where=sure)
+    scale = float(np.median(ratio[sure]))
+    sure &= np.abs(ratio - scale) <= DISAGREE * scale
+    weight = np.divide(speed, series["speed_std [m/s]"].to_numpy(), out=np.zeros(len(time)), where=sure) ** 2
+    reach = STEADY * (len(time) - 1) / (time[-1] - time[0])
+    mean = gaussian_filter1d(weight * ratio, reach)[sure] / gaussian_filter1d(weight, reach)[sure]
+    return time, wheel * np.interp(time, time[sure], mean)
 
 
 def _lasting(time: np.ndarray, speed: np.ndarray) -> np.ndarray:

@@ -6,17 +6,18 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from estimators._bounce import ACCELERATION, PITCH_RATE, chain, pitch_frequency
+from estimators._bounce import ACCELERATION, PITCH_RATE, Chain, chain, pitch_frequency
 from estimators._front import front
 from estimators._lock import COLUMNS, Limits, Lock, run
 from estimators._motion import Motion, bank
-from estimators._noise import pull
-from estimators._record import Stepper, accelerometer_offset, read, together
+from estimators._noise import power, pull
+from estimators._record import Stepper, accelerometer_offset, noise_density, read, together
 from estimators.interface import Estimate, Estimator
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
+LEAST = 0.1  # of `floor`; what a sensor without any noise is taken to have
 TRIAL = "trial on tests/estimators/bogie_rig.py"
 
 
@@ -28,6 +29,7 @@ class SpeedRefined(Estimator, frozen=True):
     and the motion allows. Errors of the vehicle's parameters that let one wheelset leak into the other are
     estimated too. Where the bogie's longitudinal acceleration is recorded at the same rate, it drives the motion model,
     and what is estimated is its bias (sensor, mounting, gradient): manoeuvres are then followed without delay.
+    While the signals are no more than the sensors' noise, as at standstill, no travel time is looked for.
     """
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
@@ -127,11 +129,19 @@ class SpeedRefined(Estimator, frozen=True):
             pull=pull(filters, rate, filters.wheelbase / self.slowest, densities),
             late=round(filters.delay * rate),
             first_acceleration=self.forward_bias if driven else self.first_acceleration,
+            noise=self._still(about, filters, rate),
             cruise=self.cruise**2 if driven else 0.0,
         )
         bank = self._driven_bank(stride / rate) if driven else self._bank(stride / rate)
         lock = Lock.new(front(filters, rate, self.low), bank, limits, self.window)
         return Stepper(COLUMNS, rate, lambda a, q, u: run(lock, limits, a, q, u))
+
+    def _still(self, about: Mapping[str, Any], filters: Chain, rate: float) -> float:
+        """Power of the wheelsets' signals at standstill, (m/s2)^2: by the data sheets, or else `floor` squared."""
+        vertical, pitch = (noise_density(about, name) for name in (ACCELERATION, PITCH_RATE))
+        if vertical is None or pitch is None:
+            return self.floor**2
+        return max(power(filters, rate, (vertical, pitch)), (LEAST * self.floor) ** 2)
 
     def _spread(self) -> np.ndarray:
         return (

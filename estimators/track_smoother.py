@@ -106,7 +106,7 @@ class TrackSmoother(Estimator, frozen=True):
         out = find_way(measurements, self.speed_source, self.slowest)
         way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / out.spacing))
         moved = attitude(measurements, way)
-        plane = self._vertical(measurements, way, moved)
+        plane = self.vertical_plane(measurements, way, moved)
         found = {"vertical": fuse(plane, way, [bands_of("vertical")], self.distance_error)[0]}
         found["vertical"] = found["vertical"].raised(*self._settling(vehicle, way, moved), CURVE_SHARES)
         if _across.fits(measurements):
@@ -126,7 +126,8 @@ class TrackSmoother(Estimator, frozen=True):
             about |= {f"{name}_{band}_bound [m]": bound for band, bound in found[name].bounds.items()}
         return Estimate(self.name, series, about)
 
-    def _vertical(self, measurements: Measurements, way: Way, moved: Attitude | None) -> Plane:
+    def vertical_plane(self, measurements: Measurements, way: Way, moved: Attitude | None) -> Plane:
+        """The vertical plane with all that is read of it; `moved` : what `attitude` gives for the grid."""
         rate, force, across, side, roll_std = None, None, None, None, 0.0
         if moved is not None:
             rate = moved.roll * moved.turn

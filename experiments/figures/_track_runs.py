@@ -48,6 +48,21 @@ def place_name(x: float) -> str:
     return f"bogie_{'m' if x < 0 else 'p'}{round(100 * abs(x)):03d}"
 
 
+def gyro_at(x: float, recording: Measurements) -> Measurements:
+    """The recording with the gyro at that place in the role of the bogie's."""
+    wanted, given = "bogie.rate_pitch [rad/s]", f"{place_name(x)}.rate_pitch [rad/s]"
+    tables: dict[float, dict[str, np.ndarray]] = {}
+    for name in (wanted, "wheelset1.speed [m/s]"):
+        source = given if name == wanted else name
+        table = tables.setdefault(recording.rate(source), {"time [s]": recording.time(source)})
+        table[name] = recording[source]
+    about = dict(recording.about)
+    about["sensors"] = [
+        dict(sheet) | {"channels": [wanted]} for sheet in about["sensors"] if given in sheet["channels"]
+    ]
+    return Measurements(about, tables)
+
+
 def run(speed: float, fast: bool, length: float, grades: Iterable[str]) -> tuple[Truth, dict[str, list[Measurements]]]:
     """One run and what sensors of each grade give of it, three specimens each (random seeds)."""
     values = {

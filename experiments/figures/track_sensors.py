@@ -12,10 +12,9 @@ from estimators.alignment_displacement import AlignmentDisplacement
 from estimators.alignment_lateral import AlignmentLateral
 from estimators.alignment_vertical import AlignmentVertical
 from estimators.axlebox_profile import AxleboxProfile
-from experiments.figures._track_runs import PLACES, errors, noise_limit, place_name, run
+from experiments.figures._track_runs import PLACES, errors, gyro_at, noise_limit, place_name, run
 from experiments.figures.interface import Claim, Figure
 from experiments.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
-from railsim.measurements import Measurements
 from railsim.sensors.accelerometer import AXLEBOX
 from railsim.sensors.accelerometer import MEMS as MEMS_ACCELEROMETER
 from railsim.sensors.gyro import MEMS as MEMS_GYRO
@@ -48,7 +47,7 @@ class TrackSensors(Figure):
             for x in PLACES if speed == MIDDLE else ():
                 accelerometer = AlignmentAccelerometer(sensor=place_name(x))
                 found.append(errors(accelerometer, mems, truth, ACCELEROMETER).assign(**{"place [m]": x}))
-                moved = [_gyro_at(x, one) for one in mems]
+                moved = [gyro_at(x, one) for one in mems]
                 found.append(errors(AlignmentVertical(compensate=True), moved, truth, GYRO).assign(**{"place [m]": x}))
             parts.append(pd.concat(found).assign(**{"speed [m/s]": speed}))
         table = pd.concat(parts, ignore_index=True)
@@ -137,21 +136,6 @@ class TrackSensors(Figure):
             what = f"axleboxes, {3.6 * speed:.0f} km/h: D1 of the worse rail (noise alone allows {limit:.2f} mm)"
             claims.append(Claim(what, worst, f"<= {APART} mm rms", worst <= APART))
         return claims
-
-
-def _gyro_at(x: float, recording: Measurements) -> Measurements:
-    """The recording with the gyro at that place in the role of the bogie's."""
-    wanted, given = "bogie.rate_pitch [rad/s]", f"{place_name(x)}.rate_pitch [rad/s]"
-    tables: dict[float, dict[str, np.ndarray]] = {}
-    for name in (wanted, "wheelset1.speed [m/s]"):
-        source = given if name == wanted else name
-        table = tables.setdefault(recording.rate(source), {"time [s]": recording.time(source)})
-        table[name] = recording[source]
-    about = dict(recording.about)
-    about["sensors"] = [
-        dict(sheet) | {"channels": [wanted]} for sheet in about["sensors"] if given in sheet["channels"]
-    ]
-    return Measurements(about, tables)
 
 
 def _rows(table: pd.DataFrame, name: str, quantity: str, band: str, speed: float, placed: bool = False) -> pd.DataFrame:

@@ -5,8 +5,10 @@ import pytest
 
 import estimators
 from estimators._geometry import TrackEstimator
+from estimators._space import SpeedSource
 from estimators.dipped_joints import DippedJoints
 from estimators.interface import Estimator
+from estimators.speed_refined import SpeedRefined
 from estimators.switches import Switches
 from estimators.track_smoother import TrackSmoother
 from experiments.figures._track_runs import sensors
@@ -67,9 +69,10 @@ def test_stop_is_marked_and_nothing_is_made_up(run, name: str, source: str) -> N
     assert valid[(true < stop - 50.0) & (true > true[0] + 45.0)].all() or "lateral" in name or "cross" in name
 
 
-def test_fused_estimate_goes_through_a_stop(run) -> None:
+@pytest.mark.parametrize("source", ["tachometer", "refined"])
+def test_fused_estimate_goes_through_a_stop(run, source: SpeedSource) -> None:
     truth, measured = run
-    estimate = TrackSmoother().estimate(measured)
+    estimate = TrackSmoother(speed_source=source).estimate(measured)
     series = estimate.series
     true = np.interp(series["time [s]"], truth.time, truth["s [m]"])
     still = np.abs(true - float(np.interp(24.0, truth.time, truth["s [m]"]))) < 0.1
@@ -79,3 +82,14 @@ def test_fused_estimate_goes_through_a_stop(run) -> None:
     assert found["vertical D1 rms error [mm]"] < 0.2
     assert found["vertical D1 within 2 std [-]"] > 0.9
     assert found["vertical D2 rms error [mm]"] < 0.5 * found["vertical D2 true rms [mm]"]
+
+
+def test_refined_speed_knows_a_standstill(run) -> None:
+    """Before, noise and the jerk of stopping were taken for 58 m/s in this record."""
+    truth, measured = run
+    series = SpeedRefined().estimate(measured).series
+    true = np.interp(series["time [s]"], truth.time, truth["speed [m/s]"])
+    valid = series["valid [-]"].to_numpy() > 0.5
+    assert not valid[true < 0.5].any()
+    assert np.mean(valid[true > 10.0]) > 0.6  # found again after the stop
+    assert np.abs(series["speed [m/s]"].to_numpy() - true)[valid & (true > 10.0)].max() < 1.5
