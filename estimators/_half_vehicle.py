@@ -2,7 +2,8 @@
 
 `_plan_view` gives wheelsets, bogie and body sideways and in yaw (Wickens 2003; Ward et al. 2011, (16) and (17)); here
 bogie and body roll too, because their suspensions stand above and below their centres of gravity, and an accelerometer
-shows g times the roll. The wheelsets roll as the rails do. With x = [q, q'] and the track's input w,
+shows g times the roll. A wheelset that stands aside by u on wheels of contact angle delta rolls by delta u / l more
+than the rails (Wickens 2003). With x = [q, q'] and the track's input w,
 
     x' = A x + B w,   y = C x + D w,   A = A0 + C_sy A1 + C_spsi A2 + conicity A3, B, C and D alike:
 
@@ -16,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from estimators._plan_view import BOGIE, BOGIE_YAW, NEEDED, ROLL, Y1, Y2, YAW1, YAW2, matrices
-from railsim.contact.linear import creep_coefficients
+from estimators._plan_view import BOGIE, BOGIE_YAW, NEEDED, ROLL, Y1, Y2, YAW1, YAW2, Shares, matrices, slopes
 from railsim.errors import InputError
 
 GRAVITY = 9.81
@@ -26,8 +26,9 @@ DEGREES = 9
 STATES = 2 * DEGREES
 MORE = ("body_height", "bogie_height", "secondary_height", "wheelset_spin_inertia")
 PARAMETERS = ("secondary_lateral_damping [N s/m]", "secondary_yaw_damping [N m s/rad]", "conicity [-]")
-INPUTS = ("lateral 1", "lateral 2", "roll 1", "roll 2", "roll rate 1", "roll rate 2")
-"""Rails under the leading (1) and trailing wheelset: position to the left, m; roll to the left side up, rad, rad/s."""
+INPUTS = ("lateral 1", "lateral 2", "roll 1", "roll 2", "roll rate 1", "roll rate 2", "side rate 1", "side rate 2")
+"""Rails under the leading (1) and trailing wheelset: position to the left, m; roll to the left side up, rad, rad/s;
+speed of the first, m/s."""
 
 FULL = (
     "wheelset1.acceleration_y [m/s2]",
@@ -41,6 +42,7 @@ FULL = (
 """The paper's full set: lateral acceleration and yaw rate of all that moves sideways."""
 WITHOUT_WHEELSETS = FULL[4:]
 """The reduced set: bogie and body."""
+PLACES = {"wheelset1": (Y1, YAW1), "wheelset2": (Y2, YAW2), "bogie": (BOGIE, BOGIE_YAW), "body": (BODY, BODY)}
 
 
 @dataclass(frozen=True)
@@ -49,8 +51,9 @@ class HalfVehicle:
 
     Attributes
     ----------
-    A, B, C, D : shapes (4, 18, 18), (4, 18, 6), (4, m, 18), (4, m, 6).
+    A, B, C, D : shapes (4, 18, 18), (4, 18, 8), (4, m, 18), (4, m, 8).
     force : accelerations that unit forces and moments on the nine degrees of freedom give, shape (18, 9).
+    felt : the same in the readings, shape (m, 9).
     """
 
     A: np.ndarray
@@ -58,6 +61,7 @@ class HalfVehicle:
     C: np.ndarray
     D: np.ndarray
     force: np.ndarray
+    felt: np.ndarray
 
     def at(self, parameters: Sequence[float] | np.ndarray) -> tuple[np.ndarray, ...]:
         """A, B, C, D for given parameters, in the order of `PARAMETERS`."""
@@ -76,7 +80,7 @@ def nominal(vehicle: Mapping[str, Any]) -> np.ndarray:
     return np.array([2.0 * float(vehicle["secondary_lateral_damping"]), turn, float(vehicle["design_conicity"])])
 
 
-def half_vehicle(vehicle: Mapping[str, Any], speed: float, channels: Sequence[str], creep: float) -> HalfVehicle:
+def half_vehicle(vehicle: Mapping[str, Any], speed: float, channels: Sequence[str], creep: Shares) -> HalfVehicle:
     """Build the matrices.
 
     Parameters
@@ -84,7 +88,7 @@ def half_vehicle(vehicle: Mapping[str, Any], speed: float, channels: Sequence[st
     vehicle : nominal parameters by field name, SI units.
     speed : m/s.
     channels : what is measured, names out of `FULL`.
-    creep : share of Kalker's coefficients.
+    creep : share of Kalker's coefficients, or one each of f11, f22 and f23.
 
     Raises
     ------
@@ -116,7 +120,12 @@ def half_vehicle(vehicle: Mapping[str, Any], speed: float, channels: Sequence[st
             mass @ inputs,
         )
     C, D = _outputs(A, B, channels)
-    return HalfVehicle(A, B, C, D, np.vstack([np.zeros((DEGREES, DEGREES)), mass]))
+    _rolled(A, B, p)
+    _rolled(C, D, p)
+    felt = np.array(
+        [np.zeros(DEGREES) if "rate_yaw" in name else mass[PLACES[name.partition(".")[0]][0]] for name in channels]
+    )
+    return HalfVehicle(A, B, C, D, np.vstack([np.zeros((DEGREES, DEGREES)), mass]), felt)
 
 
 def _mass(p: Mapping[str, float]) -> np.ndarray:
@@ -128,10 +137,14 @@ def _mass(p: Mapping[str, float]) -> np.ndarray:
     )
 
 
-def _mechanics(p: Mapping[str, float], speed: float, creep: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Damping, stiffness (9, 9) and forces of the inputs (9, 6)."""
+def _mechanics(p: Mapping[str, float], speed: float, creep: Shares) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Damping, stiffness (9, 9) and forces of the inputs (9, 8), the roll being that of the wheelsets."""
     _, flat_damping, flat_stiffness, rail, roll, roll_rate = matrices(p, speed, creep)
-    damping, stiffness, inputs = np.zeros((DEGREES, DEGREES)), np.zeros((DEGREES, DEGREES)), np.zeros((DEGREES, 6))
+    damping, stiffness, inputs = (
+        np.zeros((DEGREES, DEGREES)),
+        np.zeros((DEGREES, DEGREES)),
+        np.zeros((DEGREES, len(INPUTS))),
+    )
     damping[:7, :7], stiffness[:7, :7] = flat_damping, flat_stiffness
     inputs[:7, 0:2], inputs[:7, 2:4], inputs[:7, 4:6] = rail, roll, roll_rate
     _spin(p, creep, stiffness, inputs)
@@ -150,13 +163,12 @@ def _mechanics(p: Mapping[str, float], speed: float, creep: float) -> tuple[np.n
     return damping, stiffness, inputs
 
 
-def _spin(p: Mapping[str, float], creep: float, stiffness: np.ndarray, inputs: np.ndarray) -> None:
+def _spin(p: Mapping[str, float], creep: Shares, stiffness: np.ndarray, inputs: np.ndarray) -> None:
     """Lateral creep force of the spin that a wheel has by its contact angle: it takes off most of what gravity gives.
 
     A wheel of contact angle delta spins by -delta / r more (Wickens 2003): 2 f23 e u / r, u as in `_plan_view`.
     """
-    numbers = 1.0 / p["wheel_radius"], p["design_contact_curvature"], p["design_wheel_load"]
-    pull = 2.0 * creep_coefficients(*numbers, creep).f23 * p["design_contact_angle_rate"] / p["wheel_radius"]
+    pull = 2.0 * slopes(p, creep).f23 * p["design_contact_angle_rate"] / p["wheel_radius"]
     for number, y in enumerate((Y1, Y2)):
         stiffness[y, y] -= pull
         inputs[y, number] -= pull
@@ -212,14 +224,25 @@ def _preloads(p: Mapping[str, float], stiffness: np.ndarray, inputs: np.ndarray)
         stiffness[BOGIE_ROLL, BOGIE_ROLL] += weight * (axle - bogie)
 
 
+def _rolled(states: np.ndarray, inputs: np.ndarray, p: Mapping[str, float]) -> None:
+    """Roll of the wheelsets put by that of the rails: phi + s (y + r phi - d), s = (delta / l) / (1 - r delta / l)."""
+    slope = p.get("design_contact_angle", p["design_conicity"]) / p["half_gauge"]
+    slope /= 1.0 - p["wheel_radius"] * slope
+    for number, y in enumerate((Y1, Y2)):
+        for first, place, side in ((2, y, number), (4, DEGREES + y, 6 + number)):
+            roll = inputs[..., first + number].copy()
+            states[..., place] += slope * roll
+            inputs[..., first + number] += slope * p["wheel_radius"] * roll
+            inputs[..., side] -= slope * roll
+
+
 def _outputs(A: np.ndarray, B: np.ndarray, channels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Specific force (acceleration and g times the roll) or yaw rate of each channel."""
-    places = {"wheelset1": (Y1, YAW1), "wheelset2": (Y2, YAW2), "bogie": (BOGIE, BOGIE_YAW), "body": (BODY, BODY)}
     rolls = {"bogie": BOGIE_ROLL, "body": BODY_ROLL}
     C, D = np.zeros((4, len(channels), STATES)), np.zeros((4, len(channels), len(INPUTS)))
     for row, name in enumerate(channels):
         body, _, what = name.partition(".")
-        y, yaw = places[body]
+        y, yaw = PLACES[body]
         if what.startswith("rate_yaw"):
             C[0, row, DEGREES + yaw] = 1.0
             continue

@@ -53,6 +53,8 @@ ROLL = (
     "roll_bar_stiffness",
 )
 Y1, YAW1, Y2, YAW2, BOGIE, BOGIE_YAW, BODY = range(7)
+Shares = float | tuple[float, float, float]
+"""Share of Kalker's creep coefficients, or one each of f11, f22 and f23."""
 
 
 def fits(vehicle: Mapping[str, Any]) -> bool:
@@ -110,7 +112,7 @@ def roll_response(vehicle: Mapping[str, Any], speed: float, wave_number: np.ndar
     return np.cos(np.asarray(wave_number) * p["semi_wheelbase"]) * follows
 
 
-def matrices(p: Mapping[str, float], speed: float, creep: float) -> tuple[np.ndarray, ...]:
+def matrices(p: Mapping[str, float], speed: float, creep: Shares) -> tuple[np.ndarray, ...]:
     """Mass, damping, stiffness (7, 7); forces per metre of the rails under each wheelset, per radian of its roll, and
     per radian a second (7, 2).
     """
@@ -129,7 +131,7 @@ def matrices(p: Mapping[str, float], speed: float, creep: float) -> tuple[np.nda
     damping = _suspension(p, "damping")
     rail, roll, roll_rate = np.zeros((3, 7, 2))
     radius = p["wheel_radius"]
-    f11, f22, f23 = _creep(1.0 / p["wheel_radius"], p["design_contact_curvature"], p["design_wheel_load"], creep)
+    f11, f22, f23 = slopes(p, creep)
     load, arm, conicity = p["design_wheel_load"], p["half_gauge"], p["design_conicity"]
     lateral = 2.0 * load * p["design_contact_angle_rate"]
     steering = 2.0 * f11 * arm * conicity / radius
@@ -148,9 +150,16 @@ def matrices(p: Mapping[str, float], speed: float, creep: float) -> tuple[np.nda
     return mass, damping, stiffness, rail, roll, roll_rate
 
 
+def slopes(p: Mapping[str, float], creep: Shares) -> CreepCoefficients:
+    """Creep coefficients of one wheel under its nominal load; `creep`: share of Kalker's, or three of them."""
+    kalker = _kalker(1.0 / p["wheel_radius"], p["design_contact_curvature"], p["design_wheel_load"])
+    shares = creep if isinstance(creep, tuple) else (creep, creep, creep)
+    return CreepCoefficients(*(share * one for share, one in zip(shares, kalker, strict=True)))
+
+
 @lru_cache(maxsize=8)
-def _creep(along: float, across: float, load: float, share: float) -> CreepCoefficients:
-    return creep_coefficients(along, across, load, share)
+def _kalker(along: float, across: float, load: float) -> CreepCoefficients:
+    return creep_coefficients(along, across, load)
 
 
 def _suspension(p: Mapping[str, float], kind: str) -> np.ndarray:

@@ -16,8 +16,8 @@ from estimators._half_vehicle import (
     nominal,
 )
 from estimators._shaping import Prior
-from estimators._suspension_bank import Gains, exact, gains, run_bank
-from estimators._suspension_model import Layout, Unknowns, layout
+from estimators._suspension_bank import Gains, exact, gains, run_bank, sizes, unpacked
+from estimators._suspension_model import Layout, Unknowns, layout, shaped
 from estimators._suspension_record import Record, can_place, can_read, read
 from estimators.interface import Estimator
 from railsim.measurements import Measurements
@@ -58,6 +58,7 @@ class Problem:
     high: np.ndarray
     nominal: np.ndarray
     _tables: dict[Situation, Gains] = field(default_factory=dict)
+    _shaped: dict[Situation, np.ndarray] = field(default_factory=dict)
     _systems: dict[tuple[Situation, int], System] = field(default_factory=dict)
 
     @property
@@ -92,7 +93,7 @@ class Problem:
         speed, used = float(np.exp(situation[0] * SPEED_BIN)), list(situation[1])
         one, names = self.settings, [self.record.channels[j] for j in used]
         unknowns = one.unknowns(self.vehicle, names, self.record.noise[used], self.record.rate)
-        plan = layout(2.0 * self.vehicle["semi_wheelbase"], speed, rate, unknowns.track)
+        plan = layout(2.0 * self.vehicle["semi_wheelbase"], speed, rate, unknowns)
         return half_vehicle(self.vehicle, speed, names, one.creep), speed, unknowns, plan
 
     def table(self, situation: Situation) -> Gains:
@@ -103,10 +104,17 @@ class Problem:
             self._tables[situation] = gains(vehicle, speed, self.record.rate, unknowns, plan, *box)
         return self._tables[situation]
 
+    def shaped(self, situation: Situation) -> np.ndarray:
+        """Transition of the shaped noise, kept."""
+        if situation not in self._shaped:
+            _, speed, unknowns, plan = self.system(situation)
+            self._shaped[situation] = shaped(speed, self.record.rate, unknowns, plan)
+        return self._shaped[situation]
+
     def samples(self, first: int, last: int, used: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Known track, its means from sample to sample, and the readings of a stretch."""
+        """Known track, the same a sample later, and the readings of a stretch."""
         record, part = self.record, slice(first, last)
-        return record.inputs[part], record.means[part], np.ascontiguousarray(record.readings[part][:, list(used)])
+        return record.inputs[part], record.later[part], np.ascontiguousarray(record.readings[part][:, list(used)])
 
     def likelihood(self, parameters: np.ndarray, interpolated: bool = True) -> np.ndarray:
         """Logarithm of the whole record's likelihood of some constant parameters (p, 3), shape (p,)."""
@@ -159,16 +167,18 @@ class Bank:
             same = min(plan.size, self.state.shape[1])
             state[:, :same] = self.state[:, :same]
             self.state = state
-        inputs, means, readings = self._problem.samples(first, last, situation[1])
-        found, work = np.zeros(self._count), np.zeros((3, plan.size + readings.shape[1] + len(plan.columns)))
+        inputs, later, readings = self._problem.samples(first, last, situation[1])
+        count, known = readings.shape[1], inputs.shape[1]
+        found, work = np.zeros(self._count), np.zeros((3, max(sizes(plan, known, count))))
         run_bank(
             self.state,
-            np.ascontiguousarray(packed),
+            *unpacked(packed, plan, known, count),
             plan.columns,
-            plan.head,
+            np.array(plan.sources, dtype=np.int64),
             plan.length,
+            self._problem.shaped(situation),
             inputs,
-            means,
+            later,
             readings,
             found,
             work,
@@ -184,12 +194,11 @@ class SuspensionEstimator(Estimator, frozen=True):
         "exact", unit="exact, uncertain or unknown", source="how well the rails' place is known: by track.csv, or not"
     )
     wheelset_sensors: bool = quantity(True, unit="-", source="Ward et al. 2011, section 4.1: with and without")
-    creep: float = quantity(
-        0.6,
-        unit="- of Kalker's slope",
-        source="0.7 dry by (kA + kS) / 2 of Polach (2005), less for spin",
-        gt=0.0,
-        le=1.0,
+    creep: tuple[float, float, float] = quantity(
+        (0.64, 0.79, 1.0),
+        unit="- of Kalker's f11, f22, f23",
+        source="Polach's law (2005), dry, rolling on a contact angle of 0.06 rad with creepages of 2e-4 to 8e-4: "
+        "statistical linearisation (docs/suspension.md); spin is not reduced by kA and kS",
     )
     start: float | None = quantity(None, unit="m, distance at the first sample; else by GNSS", source="recording")
     high_pass: float = quantity(0.15, unit="Hz", source="a fifth of the body's lateral mode", gt=0.0)
@@ -199,14 +208,16 @@ class SuspensionEstimator(Estimator, frozen=True):
         0.05, unit="- power of the error of track.csv over ERRI B176 low", source=ILLUSTRATIVE, gt=0.0
     )
     track_level: float = quantity(1.0, unit="- of ERRI B176 low", source="assumed where the track is unknown", gt=0.0)
-    wheelset_force: float = quantity(20.0, unit="N/sqrt(Hz)", source="tuned on suspension.yaml, fig07's track", ge=0.0)
-    wheelset_moment: float = quantity(50.0, unit="N m/sqrt(Hz)", source="tuned likewise", ge=0.0)
-    bogie_force: float = quantity(10.0, unit="N/sqrt(Hz)", source="tuned likewise", ge=0.0)
-    body_force: float = quantity(5.0, unit="N/sqrt(Hz)", source="tuned likewise", ge=0.0)
-    wheelset_error: float = quantity(0.03, unit="m/s2, each sample", source="the same", gt=0.0)
+    wheelset_force: float = quantity(
+        40.0, unit="N/sqrt(Hz)", source="what this model leaves of the forces of suspension.yaml's run", ge=0.0
+    )
+    wheelset_moment: float = quantity(70.0, unit="N m/sqrt(Hz)", source="likewise", ge=0.0)
+    bogie_force: float = quantity(3.0, unit="N/sqrt(Hz)", source="likewise, 2 to 8 N in the band", ge=0.0)
+    body_force: float = quantity(2.0, unit="N/sqrt(Hz)", source="likewise", ge=0.0)
+    wheelset_error: float = quantity(0.1, unit="m/s2, each sample", source="chosen on suspension.yaml", gt=0.0)
     bogie_error: float = quantity(0.01, unit="m/s2, each sample", source="the same", gt=0.0)
     body_error: float = quantity(0.003, unit="m/s2, each sample", source="the same", gt=0.0)
-    rate_error: float = quantity(1e-4, unit="rad/s, each sample", source="the same", gt=0.0)
+    rate_error: float = quantity(5e-4, unit="rad/s, each sample", source="the same", gt=0.0)
     largest: float = quantity(1.6, unit="- of the nominal damping", source=ILLUSTRATIVE, gt=1.0)
     largest_conicity: float = quantity(0.45, unit="-", source="beyond it wheels are turned", gt=0.0)
 
@@ -254,4 +265,6 @@ class SuspensionEstimator(Estimator, frozen=True):
             "uncertain": (LATERAL.scaled(LATERAL.level * self.track_error), ROLL.scaled(ROLL.level * self.track_error)),
             "unknown": (LATERAL.scaled(LATERAL.level * self.track_level), ROLL.scaled(ROLL.level * self.track_level)),
         }
-        return Unknowns((force + LEAST_FORCE) ** 2, noise**2 + np.square(model) * rate / TUNED, tracks[self.track])
+        return Unknowns(
+            (force + LEAST_FORCE) ** 2, noise**2 + np.square(model) * rate / TUNED, tracks[self.track], self.low_pass
+        )

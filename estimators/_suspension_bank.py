@@ -13,6 +13,7 @@ from estimators._half_vehicle import STATES, HalfVehicle
 from estimators._suspension_model import Layout, Unknowns, discrete, steady
 from railsim.compiled import kernel
 
+UNROLLED = 8  # columns that the kernel takes at once; its matrices are filled up to a multiple
 POINTS = (4, 5, 8)
 """Chebyshev points along each parameter."""
 
@@ -82,74 +83,122 @@ def exact(
     F, G, C, D, Q, R = (np.stack(parts) for parts in zip(*systems, strict=True))
     K, S = steady(F, C, Q, R)
     whitening = np.linalg.inv(np.linalg.cholesky(S))
-    n, columns = plan.head, np.concatenate([np.arange(plan.head), plan.columns])
-    now, later = np.concatenate([0.0 * G[:, :n], D], axis=1), np.concatenate([G[:, :n], 0.0 * D], axis=1)
-    moved = np.concatenate([F[:, :n][:, :, columns], C[:, :, columns]], axis=1)
-    parts = [np.swapaxes(part, 1, 2) for part in (moved, now, later, K)]
-    return np.concatenate([part.reshape(len(parameters), -1) for part in (*parts, whitening)], axis=1)
+    known, head, columns = D.shape[2], plan.head, plan.columns
+    tall, wide = sizes(plan, known, C.shape[1])
+    M = np.zeros((len(parameters), wide, tall))
+    for rows, part in ((slice(0, STATES), F[:, :STATES]), (slice(STATES, STATES + C.shape[1]), C)):
+        M[:, :head, rows] = np.swapaxes(part[:, :, :head], 1, 2)
+        M[:, head : head + len(columns), rows] = np.swapaxes(part[:, :, columns], 1, 2)
+    first = head + len(columns)
+    M[:, first : first + 2 * known, :STATES] = np.swapaxes(G[:, :STATES], 1, 2)
+    M[:, first : first + known, STATES : STATES + C.shape[1]] = np.swapaxes(D, 1, 2)
+    parts = (M, np.swapaxes(K, 1, 2), whitening)
+    return np.concatenate([part.reshape(len(parameters), -1) for part in parts], axis=1)
+
+
+def sizes(plan: Layout, known: int, readings: int) -> tuple[int, int]:
+    """Rows and columns of a packed step: vehicle and readings, by all they depend on, filled up for the kernel."""
+    return _filled(STATES + readings), _filled(plan.head + len(plan.columns) + 2 * known)
+
+
+def _filled(count: int) -> int:
+    return (count + UNROLLED - 1) // UNROLLED * UNROLLED
 
 
 def lagrange(nodes: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Values at `place` (p,) of the polynomials that are one at a node and zero at the others, shape (p, nodes)."""
-    values = np.ones((len(place), len(nodes)))
-    for i, node in enumerate(nodes):
-        for other in np.delete(nodes, i):
-            values[:, i] *= (place - other) / (node - other)
-    return values
+    others = ~np.eye(len(nodes), dtype=bool)
+    below = np.where(others, nodes[:, None] - nodes, 1.0).prod(axis=1)
+    return np.where(others, (place[:, None] - nodes)[:, None, :], 1.0).prod(axis=2) / below
+
+
+def unpacked(packed: np.ndarray, plan: Layout, known: int, readings: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What `run_bank` takes of packed matrices (p, length): steps (p, wide / 4, 4, tall), K (p, m, n), L (p, m, m)."""
+    tall, wide = sizes(plan, known, readings)
+    p, at_K = len(packed), tall * wide
+    at_L = at_K + plan.size * readings
+    step, gain, whitening = packed[:, :at_K], packed[:, at_K:at_L], packed[:, at_L:]
+    return (
+        step.reshape(p, wide // UNROLLED, UNROLLED, tall),
+        gain.reshape(p, readings, plan.size),
+        whitening.reshape(p, readings, readings),
+    )
 
 
 @kernel
-def run_bank(state, packed, columns, head, length, inputs, means, readings, likelihood, work):
+def run_bank(state, step, gain, whitening, columns, sources, length, shaped, inputs, later, readings, likelihood, work):
     """Run every filter over a stretch of samples.
 
     Parameters
     ----------
-    state : (p, n), is moved on. packed : (p, length) as `Gains.at` gives. columns : `Layout.columns`.
-    head, length : of `Layout`. inputs, means : known track at samples and from each to the next, (t, 6).
-    readings : (t, m). likelihood : (p,), the logarithm of the stretch's likelihood is added.
-    work : (3, at least n + m and the number of columns of the step), overwritten.
+    state : (p, n), is moved on. step, gain, whitening : of `unpacked`. columns, sources, length : of `Layout`.
+    shaped : transition of the shaped noise, the same for all, (head - 18, head - 18).
+    inputs, later : known track at samples and a sample later, (t, k). readings : (t, m).
+    likelihood : (p,), the logarithm of the stretch's likelihood is added.
+    work : (3, at least the rows and columns of a packed step), overwritten.
+
+    Notes
+    -----
+    Indices are loop counters or constants: with others the compiler must look out for negative ones in every turn,
+    and does not use vector instructions.
     """
     p, n = state.shape
-    m, taps = readings.shape[1], columns.size
-    high, wide = head + m, head + taps
-    at_K = high * (wide + 12)
-    at_L = at_K + n * m
-    lines = (n - head) // length if length > 0 else 0
+    m, known, noises = readings.shape[1], inputs.shape[1], shaped.shape[0]
+    head, parts, tall = STATES + noises, step.shape[1], step.shape[3]
+    first = head + columns.size
     z, new, error = work[0], work[1], work[2]
+    for c in range(first + 2 * known, UNROLLED * parts):
+        z[c] = 0.0
     for i in range(p):
-        row, x = packed[i], state[i]
+        M, K, L, x = step[i], gain[i], whitening[i], state[i]
+        noise = x[STATES:head]
         for j in range(m):
-            likelihood[i] += readings.shape[0] * np.log(row[at_L + j * m + j])
+            likelihood[i] += readings.shape[0] * np.log(L[j, j])
         for t in range(readings.shape[0]):
-            for c in range(taps):
-                z[c] = x[columns[c]]
-            for r in range(high):
-                new[r] = 0.0
             for c in range(head):
-                for r in range(high):
-                    new[r] += row[c * high + r] * x[c]
-            for c in range(taps):
-                for r in range(high):
-                    new[r] += row[(head + c) * high + r] * z[c]
-            for c in range(6):
-                for r in range(high):
-                    new[r] += row[(wide + c) * high + r] * inputs[t, c]
-                for r in range(high):
-                    new[r] += row[(wide + 6 + c) * high + r] * means[t, c]
-            for j in range(m):
-                error[j] = readings[t, j] - new[head + j]
-            for j in range(m):
-                total = 0.0
-                for c in range(j + 1):
-                    total += row[at_L + j * m + c] * error[c]
-                likelihood[i] -= 0.5 * total * total
-            for line in range(lines):
+                z[c] = x[c]
+            for c in range(columns.size):
+                z[head + c] = x[columns[c]]
+            for c in range(known):
+                z[first + c] = inputs[t, c]
+                z[first + known + c] = later[t, c]
+            for r in range(tall):
+                new[r] = 0.0
+            for c in range(parts):
+                z0, z1, z2, z3 = z[8 * c], z[8 * c + 1], z[8 * c + 2], z[8 * c + 3]
+                z4, z5, z6, z7 = z[8 * c + 4], z[8 * c + 5], z[8 * c + 6], z[8 * c + 7]
+                N = M[c]
+                for r in range(tall):
+                    new[r] += (
+                        N[0, r] * z0
+                        + N[1, r] * z1
+                        + N[2, r] * z2
+                        + N[3, r] * z3
+                        + N[4, r] * z4
+                        + N[5, r] * z5
+                        + N[6, r] * z6
+                        + N[7, r] * z7
+                    )
+            for line in range(sources.size):
                 start = head + line * length
                 for r in range(start + length - 1, start, -1):
                     x[r] = x[r - 1]
-                x[start] = x[STATES + 2 * line]
-            for r in range(head):
+                x[start] = x[sources[line]]
+            for r in range(STATES):
                 x[r] = new[r]
+            for r in range(noises):
+                total = 0.0
+                for c in range(noises):
+                    total += shaped[r, c] * z[STATES + c]
+                noise[r] = total
             for j in range(m):
+                error[j] = readings[t, j] - new[STATES + j]
+            for j in range(m):
+                total = 0.0
+                for c in range(j + 1):
+                    total += L[j, c] * error[c]
+                likelihood[i] -= 0.5 * total * total
+            for j in range(m):
+                e = error[j]
                 for r in range(n):
-                    x[r] += row[at_K + j * n + r] * error[j]
+                    x[r] += K[j, r] * e

@@ -41,7 +41,7 @@ class Matrices:
 
     Attributes
     ----------
-    table : packed matrices at the Chebyshev points, shape (64, n (n + 6) + m (n + 6)).
+    table : packed matrices at the Chebyshev points, shape (64, n (n + 16) + m (n + 8)).
     Q, R : shapes (n, n), (m, m).
     """
 
@@ -50,15 +50,15 @@ class Matrices:
     R: np.ndarray
 
     def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """[F G] and [C D] at places (p, 3) of the unit cube, shapes (p, n, n + 6) and (p, m, n + 6)."""
+        """[F G] and [C D] at places (p, 3) of the unit cube, shapes (p, n, n + 16) and (p, m, n + 8)."""
         n, m, nodes = len(self.Q), len(self.R), chebyshev(POINTS)
         first, second, third = (lagrange(nodes, 2.0 * place[:, i] - 1.0) for i in range(3))
         packed = np.einsum("pi,pj,pk->pijk", first, second, third).reshape(len(place), -1) @ self.table
-        wide = n + len(INPUTS)
-        return packed[:, : n * wide].reshape(-1, n, wide), packed[:, n * wide :].reshape(-1, m, wide)
+        wide, last = n + 2 * len(INPUTS), n + len(INPUTS)
+        return packed[:, : n * wide].reshape(-1, n, wide), packed[:, n * wide :].reshape(-1, m, last)
 
     def slopes(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Change of [F G] and [C D] with each parameter, shapes (3, n, n + 6) and (3, m, n + 6)."""
+        """Change of [F G] and [C D] with each parameter, shapes (3, n, n + 16) and (3, m, n + 8)."""
         steps = 1e-3 * np.eye(3)
         moved, seen = self.at(np.concatenate([place + steps, place - steps]))
         return (moved[:3] - moved[3:]) / 2e-3, (seen[:3] - seen[3:]) / 2e-3
@@ -83,8 +83,8 @@ class Joint(Protocol):
     x: np.ndarray
     P: np.ndarray
 
-    def move(self, now: Matrices, mean: np.ndarray, inputs: np.ndarray, readings: np.ndarray) -> None:
-        """A step, with the mean of the known track over it, and the known track and the readings at its end."""
+    def move(self, now: Matrices, known: np.ndarray, inputs: np.ndarray, readings: np.ndarray) -> None:
+        """A step, with the known track before and after it, and the known track and the readings at its end."""
         ...
 
 
@@ -113,10 +113,10 @@ def run(
                 P = np.zeros((n + 3, n + 3))
                 P[:n, :n], P[n:, n:] = START_STATE**2 * np.eye(n), spread
                 current = begin(now, np.concatenate([np.zeros(n), place]), P)
-            inputs, means, readings = problem.samples(first, last, situation[1])
+            inputs, _, readings = problem.samples(first, last, situation[1])
             for k in range(0, last - first - every + 1, every):
-                mean = means[max(k - 1, 0) : k + every - 1 + (k == 0)].mean(axis=0)
-                current.move(now, mean, inputs[k + every - 1], readings[k + every - 1])
+                before, after = record.inputs[max(first + k - 1, 0)], inputs[k + every - 1]
+                current.move(now, np.concatenate([before, after]), after, readings[k + every - 1])
                 current.x[n:] = np.clip(current.x[n:], 0.001, 0.999)
             place, spread = _parameters(current)
         std = np.sqrt(np.maximum(np.diag(spread), 0.0)) * size

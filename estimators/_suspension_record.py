@@ -12,6 +12,7 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
+from estimators._half_vehicle import INPUTS
 from estimators._health import Health, channel_health, errors_of
 from estimators._space import Way, delay, find_way, has_speed
 from railsim.errors import InputError
@@ -33,8 +34,8 @@ class Record:
     readings : after the band-pass, shape (n, m). good : which of them may be used, shape (n, m).
     noise : standard deviation of a sample by its data sheet, shape (m,).
     speed : m/s, NaN where it is not known, shape (n,).
-    inputs : known track as `_half_vehicle.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 6).
-    means : the same, mean from each sample to the next, shape (n, 6).
+    inputs : known track as `_half_vehicle.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 8).
+    later : the same, a sample later, shape (n, 8).
     health : what was left out, and why.
     """
 
@@ -46,7 +47,7 @@ class Record:
     noise: np.ndarray
     speed: np.ndarray
     inputs: np.ndarray
-    means: np.ndarray
+    later: np.ndarray
     health: Health
 
 
@@ -90,7 +91,7 @@ def read(
         raw[rows, column] = measurements[name]
     late = float(np.mean([delay(measurements, name) for name in used]))
     way = find_way(measurements)
-    inputs = np.zeros((len(time), 6))
+    inputs = np.zeros((len(time), len(INPUTS)))
     if known_track:
         inputs = _rails(measurements, _place(measurements, way, time - late, start), rate)
     sections = np.asarray(butter(2, band, btype="bandpass", fs=rate, output="sos"))
@@ -99,12 +100,11 @@ def read(
     inputs = np.column_stack([_filtered(sections, one, np.ones(len(time), dtype=bool)) for one in inputs.T])
     trusted = np.interp(time, way.knots, way.trusted.astype(float)) > 0.99
     speed = np.where(trusted, np.interp(time, way.knots, way.speed_at_knots), np.nan)
-    fine = (inputs + np.concatenate([inputs[1:], inputs[-1:]])) / 2.0
     whole = len(time) // every * every
-    means = fine[:whole].reshape(-1, every, 6).mean(axis=1)
-    good = np.asarray(good[:whole].reshape(len(means), every, -1).all(axis=1))
+    good = np.asarray(good[:whole].reshape(whole // every, every, -1).all(axis=1))
     time, filtered, speed, inputs = (one[:whole:every] for one in (time, filtered, speed, inputs))
-    return Record(time, rate / every, used, filtered, good, noise / np.sqrt(every), speed, inputs, means, health)
+    later = np.concatenate([inputs[1:], inputs[-1:]])
+    return Record(time, rate / every, used, filtered, good, noise / np.sqrt(every), speed, inputs, later, health)
 
 
 def can_read(measurements: Measurements, channels: Sequence[str]) -> bool:
@@ -142,7 +142,7 @@ def _place(measurements: Measurements, way: Way, time: np.ndarray, start: float 
 
 
 def _rails(measurements: Measurements, place: np.ndarray, rate: float) -> np.ndarray:
-    """The known track under both wheelsets, shape (n, 6)."""
+    """The known track under both wheelsets, shape (n, 8)."""
     track = measurements.track
     if track is None:
         raise InputError("the recording has no measured track; set track to 'unknown'")
@@ -154,12 +154,14 @@ def _rails(measurements: Measurements, place: np.ndarray, rate: float) -> np.nda
         (_column(track, "", "left_vertical", "right_vertical", 1.0, -1.0) - _column(track, "cross_level"))
         / (2.0 * half),
     )
-    rolling = roll.derivative()
+    rates = roll.derivative(), side.derivative()
     pace = np.gradient(place) * rate
     ends = [np.clip(place + one, s[0], s[-1]) for one in (arm, -arm)]
-    return np.column_stack(
-        [side(ends[0]), side(ends[1]), roll(ends[0]), roll(ends[1]), pace * rolling(ends[0]), pace * rolling(ends[1])]
+    places, paces = (
+        [one(end) for one in (side, roll) for end in ends],
+        [pace * one(end) for one in rates for end in ends],
     )
+    return np.column_stack([*places, *paces])
 
 
 def _column(

@@ -24,13 +24,13 @@ class _Filter(ExtendedKalmanFilter):
         self.x, self.P = mean, covariance
         self._walk = walk
 
-    def move(self, now: Matrices, mean: np.ndarray, inputs: np.ndarray, readings: np.ndarray) -> None:
+    def move(self, now: Matrices, known: np.ndarray, inputs: np.ndarray, readings: np.ndarray) -> None:
         """Linearise about the mean, then filterpy's equations."""
         n = len(now.Q)
         place = self.x[n:]
         moved, _ = now.at(place[None, :])
         slopes, _ = now.slopes(place)
-        before = np.concatenate([self.x[:n], mean])
+        before = np.concatenate([self.x[:n], known])
         self.F = np.eye(n + 3)
         self.F[:n, :n] = moved[0, :, :n]
         self.F[:n, n:] = (slopes @ before).T

@@ -27,7 +27,7 @@ class _Filter(UnscentedKalmanFilter):
         self.x, self.P = mean, covariance
         self._walk = walk
 
-    def move(self, now: Matrices, mean: np.ndarray, inputs: np.ndarray, readings: np.ndarray) -> None:
+    def move(self, now: Matrices, known: np.ndarray, inputs: np.ndarray, readings: np.ndarray) -> None:
         """Every sigma point by the matrices of its own parameters, then filterpy's equations."""
         n = len(now.Q)
         self.Q = np.zeros((n + 3, n + 3))
@@ -36,7 +36,7 @@ class _Filter(UnscentedKalmanFilter):
         def move(z: np.ndarray, dt: float) -> np.ndarray:
             del dt
             moved, _ = now.at(np.clip(z[None, n:], 0.0, 1.0))
-            return np.concatenate([moved[0] @ np.concatenate([z[:n], mean]), z[n:]])
+            return np.concatenate([moved[0] @ np.concatenate([z[:n], known]), z[n:]])
 
         def read(z: np.ndarray) -> np.ndarray:
             _, seen = now.at(np.clip(z[None, n:], 0.0, 1.0))

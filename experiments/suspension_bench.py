@@ -55,7 +55,7 @@ def objects_speed(problem: Problem) -> float:
     assert situation is not None
     vehicle, speed, unknowns, plan = problem.system(situation)
     one = discrete(vehicle, problem.nominal, speed, problem.record.rate, unknowns, plan)
-    inputs, means, readings = problem.samples(first, last, situation[1])
+    inputs, later, readings = problem.samples(first, last, situation[1])
     filters = []
     for _ in range(OBJECTS):
         found = KalmanFilter(dim_x=plan.size, dim_z=len(one.R))
@@ -68,7 +68,7 @@ def objects_speed(problem: Problem) -> float:
         for k in range(steps):
             found.update(readings[k] - one.D @ inputs[k])
             found.predict()
-            found.x = found.x + one.G @ means[k]
+            found.x = found.x + one.G @ np.concatenate([inputs[k], later[k]])
     spent = (time.process_time() - began) * PARTICLES / OBJECTS
     return steps / problem.record.rate / spent
 

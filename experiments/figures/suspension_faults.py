@@ -16,11 +16,9 @@ from matplotlib.figure import Figure as Picture
 from estimators._half_vehicle import PARAMETERS, nominal
 from estimators._verdicts import damper, std_name
 from estimators.suspension_rbpf import SuspensionRbpf
+from experiments.figures._suspension_runs import write_other
 from experiments.figures.interface import Claim, Figure
 from railsim import load_scenario, measure, simulate
-from railsim.track import spectra, synthesis
-from railsim.track.files import write_track
-from railsim.track.track import Track
 
 TIME = "time [s]"
 SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -30,8 +28,6 @@ SETTLED = 15.0  # s; before, a verdict is not asked for
 ONSET, FOLLOWED = 30.0, 30.0  # s
 CLOSE = 0.15  # of the nominal damping: a step has been followed
 MINUTES, FAST_MINUTES = 100, 1
-BAND = spectra.Band(shortest=1.0, longest=100.0)
-LENGTH, SPACING = 2000.0, 0.2  # m
 WORKERS = 2
 EVERY = 2  # samples of 256 Hz: the same accuracy at half the work
 FIRST_SEED = 7100
@@ -138,16 +134,6 @@ def last(table: Any, what: str, component: int) -> Any:
     """The last row of every run of a kind."""
     rows = table[(table["what"] == what) & (table["component"] == component)]
     return rows.sort_values(TIME).groupby("share", as_index=False).last()
-
-
-def write_other(folder: Path, seed: int) -> Path:
-    """A straight track with irregularities of its own."""
-    s = synthesis.distances(LENGTH, SPACING)
-    found = synthesis.irregularities(spectra.spectra("erri_low"), s.size, SPACING, np.random.default_rng(seed), BAND)
-    columns = {key: column * synthesis.fade_in(s, 25.0, 20.0) for key, column in found.items()}
-    path = folder / f"other_{seed}.csv"
-    write_track(Track(s, columns, path.stem, [f"Irregularities of seed {seed}."]), path)
-    return path
 
 
 def _alarms(one: Any) -> int:

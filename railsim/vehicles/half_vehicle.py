@@ -119,6 +119,7 @@ class HalfVehicle(Vehicle, frozen=True):
     derived: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType(
         {
             "design_conicity": ("-", "nominal profiles: slope of the rolling radius over +-3 mm"),
+            "design_contact_angle": ("rad", "nominal profiles: contact angle at rest"),
             "design_contact_angle_rate": ("rad/m", "nominal profiles: change of the contact angle over +-3 mm"),
             "design_contact_curvature": ("1/m", "nominal profiles: sum of the lateral curvatures at rest"),
             "design_wheel_load": ("N", "nominal masses"),
@@ -132,6 +133,7 @@ class HalfVehicle(Vehicle, frozen=True):
         angle = np.interp((-SHIFT, SHIFT), left.shift, left.contact_angle())
         return {
             "design_conicity": float(np.diff(radius)[0]) / (2.0 * SHIFT),
+            "design_contact_angle": float(np.interp(0.0, left.shift, left.contact_angle())),
             "design_contact_angle_rate": float(np.diff(angle)[0]) / (2.0 * SHIFT),
             "design_contact_curvature": float(np.interp(0.0, left.shift, left.curvature)),
             "design_wheel_load": self.wheel_load,
