@@ -17,9 +17,10 @@ SPACING = 5e-5  # m, of the table that the kernel reads
 FARTHEST = 0.012  # m
 START = (3e-3, 0.05, 5e-3, 2e-3, 0.05, 0.02, 0.1, 3e-3, 3e-3, 2e-3, 0.03, 0.0)  # std of the states (illustrative)
 DELTAS = (1e-3, 1e-2)  # steps of the differences: conicity (-), logarithms
+SCALES = (0.3, 0.45, 0.65, 0.8, 1.0, 1.25, 1.5, 2.0)  # of the nominal conicity: cones among which starts are chosen
 LONGEST_STEP = 0.3  # of any parameter
-ENOUGH = 0.05  # gain in log posterior below which the search ends
-ATTEMPTS = 6  # with growing damping
+ENOUGH, ROUGHLY = 0.05, 20.0  # gain in log posterior below which the search ends, and that from one of several starts
+ATTEMPTS = 10  # with growing damping
 DAMPED = 0.1  # share of the precision's diagonal
 LOGS = ("f11", "rail", "slip", "line")
 
@@ -80,9 +81,24 @@ class Likelihood:
         value = 0.5 * float(np.sum(error**2 / variance + np.log(variance)) + apart @ self.prior_precision @ apart)
         return value if np.isfinite(value) else np.inf
 
-    def fit(self, iterations: int = 20) -> Posterior:
+    def fit(self, starts: int = 3) -> Posterior:
+        """Best of the maxima of the posterior that are found from the cones which explain the record best.
+
+        The contact of worn wheels bends so sharply that the posterior has several maxima; the search from one start
+        ended at a wrong one in a third of the runs with a hollow of 0.2 mm and more.
+        """
+        cones = []
+        for scale in SCALES:
+            start = self.mean.copy()
+            start[: self.count] *= scale
+            cones.append((self.objective(start), scale, start))
+        cones.sort(key=lambda cone: cone[:2])
+        found = [self._climb(start, ROUGHLY) for _, _, start in cones[:starts]]
+        return self._climb(min(found, key=lambda one: one.objective).parameters, ENOUGH)
+
+    def _climb(self, start: np.ndarray, enough: float, iterations: int = 40) -> Posterior:
         """Maximum of the posterior by Fisher scoring with a step that shrinks where it does not gain."""
-        parameters, damping = self.mean.copy(), 0.0
+        parameters, damping = start, 0.0
         best = self.objective(parameters)
         gradient, information = self._derivatives(parameters)
         for _ in range(iterations):
@@ -94,7 +110,7 @@ class Likelihood:
             gained = best - value
             parameters, best, damping = moved, value, stiff / 4.0 if stiff > DAMPED else 0.0
             gradient, information = self._derivatives(parameters)
-            if gained < ENOUGH:
+            if gained < enough:
                 break
         return Posterior(parameters, information, information + self.prior_precision, best)
 
@@ -104,7 +120,7 @@ class Likelihood:
         """A step that gains: parameters, objective and the damping that it took; None where none does."""
         for _ in range(ATTEMPTS):
             change = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), gradient)
-            moved = parameters + np.clip(change, -LONGEST_STEP, LONGEST_STEP)
+            moved = parameters + change * min(1.0, LONGEST_STEP / max(float(np.abs(change).max()), 1e-300))
             value = self.objective(moved)
             if value < best:
                 return moved, value, damping

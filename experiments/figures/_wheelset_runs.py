@@ -30,9 +30,9 @@ SPREAD = 0.03  # standard deviation of the true parameters about the nominal one
 
 
 def record(
-    wear: float, speed: float, duration: float, seed: int, gauge: bool, ideal: bool = False
+    wear: float, speed: float, duration: float, seed: int, gauge: bool, ideal: bool = False, engine: str = "compiled"
 ) -> tuple[ContactTruth, Measurements]:
-    """One run of the compiled engine over a track of its own seed.
+    """One run over a track of its own seed.
 
     Parameters
     ----------
@@ -57,6 +57,6 @@ def record(
         nominal = Scenario.build(base)
         rng = np.random.default_rng([seed, 6])
         hidden = {name: getattr(nominal.vehicle, name) * (1 + SPREAD * rng.standard_normal()) for name in HIDDEN}
-        truth = simulate(Scenario.build({**base, "vehicle": vehicle | hidden}), "compiled", f"{folder}/truth")
+        truth = simulate(Scenario.build({**base, "vehicle": vehicle | hidden}), engine, f"{folder}/truth")
         measured = measure(truth, nominal).measurements
         return contact_truth(truth), measured

@@ -13,6 +13,7 @@ from estimators.conicity_smoother import ConicitySmoother
 from experiments.contact_score import function_errors
 from experiments.figures._speed_runs import rows_where
 from experiments.figures._wheelset_runs import record
+from experiments.figures.fig13 import true_conicity
 from experiments.figures.interface import Claim, Figure
 from experiments.plots import BLACK, BLUE, GREEN, ORANGE, RED
 
@@ -30,7 +31,10 @@ CASES: dict[str, tuple[float, bool]] = {
 COLOURS = (BLUE, GREEN, ORANGE, RED)
 WEAR = np.linspace(0.0, 0.135, 10)
 """Severities of ten runs from new to worn; a hollow of 0.27 mm at the last."""
-FIRST_SEED, WEAR_SEED = 300, 400
+FIRST_SEED, WEAR_SEED = 1300, 1400
+"""Seeds on which nothing was tuned."""
+AMPLITUDE = 2e-3
+"""m: twice the usual standard deviation of the shift; the 3 mm of EN 15302 are reached in some runs only."""
 CORNER_STEP = 0.01
 BOUNDS = ("bound [-]", "bound, corner free [-]", "by corner [-]")
 BOUNDED, BOUNDED_CASE = 3, "worn 0.1, gauge constant"
@@ -49,9 +53,11 @@ class ConicityBlind(Figure):
             for name, (wear, gauge) in CASES.items()
             for seed, speed in enumerate(speeds)
         ]
+        engine = "compiled" if fast else "exudyn"
         runs = WEAR[:: len(WEAR) // 3] if fast else WEAR
         rows += [
-            one(float(wear), 30.0, duration, WEAR_SEED + number, False, known=True) | {"part": "wear", "case": "wear"}
+            one(float(wear), 30.0, duration, WEAR_SEED + number, False, known=True, engine=engine)
+            | {"part": "wear", "case": "wear"}
             for number, wear in enumerate(runs)
         ]
         return pd.DataFrame(rows)
@@ -61,7 +67,7 @@ class ConicityBlind(Figure):
         left, right = picture.subplots(1, 2)
         for (name, rows), colour in zip(_cases(table), COLOURS, strict=True):
             left.errorbar(
-                rows["true [-]"],
+                rows["at nominal gauge [-]"],
                 rows["estimate [-]"],
                 2 * rows["std [-]"],
                 fmt="o",
@@ -71,15 +77,21 @@ class ConicityBlind(Figure):
                 label=name,
             )
         _diagonal(left, table)
-        left.set(xlabel="true conicity (best cone)", ylabel="estimate; bars: 2 std", title="other tracks and vehicles")
+        left.set(
+            xlabel="true conicity at nominal gauge (best cone)",
+            ylabel="estimate; bars: 2 std",
+            title="other tracks and vehicles",
+        )
         left.legend(fontsize=8)
         wear = rows_where(table, table["part"] == "wear")
-        right.plot(wear["wear [-]"], wear["true [-]"], "o-", color=BLACK, label="true")
-        right.errorbar(
-            wear["wear [-]"], wear["estimate [-]"], 2 * wear["std [-]"], fmt="s-", color=BLUE, label="estimate"
-        )
-        right.plot(wear["wear [-]"], wear["least squares [-]"], "^--", color=GREEN, label="least squares, track known")
-        right.set(xlabel="severity of wear", ylabel="conicity (best cone)", title="ten runs on ten tracks, 30 m/s")
+        right.plot(wear["wear [-]"], wear["true at 2 mm [-]"], "o-", color=BLACK, label="true, at 2 mm")
+        spread = 2 * wear["std [-]"]
+        right.errorbar(wear["wear [-]"], wear["at 2 mm [-]"], spread, fmt="s-", color=BLUE, label="estimate, at 2 mm")
+        known = wear["least squares at 2 mm [-]"]
+        right.plot(wear["wear [-]"], known, "^--", color=GREEN, label="least squares, track known, at 2 mm")
+        right.plot(wear["wear [-]"], wear["true [-]"], "o:", color=BLACK, ms=3, lw=0.8, label="true, best cone")
+        right.plot(wear["wear [-]"], wear["estimate [-]"], "s:", color=BLUE, ms=3, lw=0.8, label="estimate, best cone")
+        right.set(xlabel="severity of wear", ylabel="conicity", title="ten runs on ten tracks, 30 m/s")
         right.legend()
         picture.suptitle("Conicity without a known track")
         return picture
@@ -87,23 +99,34 @@ class ConicityBlind(Figure):
     def check(self, table: pd.DataFrame) -> list[Claim]:
         claims = []
         for name, rows in _cases(table):
-            error = (rows["estimate [-]"] - rows["true [-]"]).to_numpy()
+            error = (rows["estimate [-]"] - rows["at nominal gauge [-]"]).to_numpy()
             share, rms = float(np.mean(np.abs(error) <= WITHIN)), float(np.sqrt(np.mean(error**2)))
             shape = float(np.sqrt(np.mean(rows["function rms [-]"] ** 2)))
             inside = float(np.mean(np.abs(error) <= 2 * rows["std [-]"]))
             claims += [
-                Claim(f"{name}: rms error over the seeds", rms, f"<= {WITHIN}", rms <= WITHIN),
+                Claim(
+                    f"{name}: rms error over the seeds, profiles at nominal gauge", rms, f"<= {WITHIN}", rms <= WITHIN
+                ),
                 Claim(f"{name}: share of seeds within 0.03", share, ">= 0.95", share >= 0.95),
                 Claim(f"{name}: function over the inner shifts, rms", shape, f"<= {WITHIN}", shape <= WITHIN),
                 Claim(f"{name}: within 2 std", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97),
             ]
+            if CASES[name][1]:
+                cone = (rows["estimate [-]"] - rows["true [-]"]).to_numpy()
+                share = float(np.mean(np.abs(cone) <= WITHIN))
+                claims.append(
+                    Claim(f"{name}: share within 0.03 of the run's own best cone", share, ">= 0.95", share >= 0.95)
+                )
         seeds = rows_where(table, table["part"] == "seed")
-        error = np.abs((seeds["estimate [-]"] - seeds["true [-]"]).to_numpy())
+        error = np.abs((seeds["estimate [-]"] - seeds["at nominal gauge [-]"]).to_numpy())
         inside = float(np.mean(error <= 2 * seeds["std [-]"].to_numpy()))
         claims.append(Claim("all four cases: within 2 std", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97))
         wear = rows_where(table, table["part"] == "wear")
-        for column, how in (("estimate [-]", "without track"), ("least squares [-]", "least squares, track known")):
-            right, correlation = order(wear["true [-]"].to_numpy(), wear[column].to_numpy())
+        for column, how in (
+            ("at 2 mm [-]", "without track"),
+            ("least squares at 2 mm [-]", "least squares, track known"),
+        ):
+            right, correlation = order(wear["wear [-]"].to_numpy(), wear[column].to_numpy())
             claims.append(Claim(f"wear, {how}: runs in their right place", right, "1", right == 1.0))
             claims.append(Claim(f"wear, {how}: rank correlation", correlation, ">= 0.9", correlation >= 0.9))
         worn = rows_where(table, table["case"] == BOUNDED_CASE).dropna(subset=["bound [-]"])
@@ -128,30 +151,46 @@ class ConicityBlind(Figure):
 
 
 def one(
-    wear: float, speed: float, duration: float, seed: int, gauge: bool, bounded: bool = False, known: bool = False
+    wear: float,
+    speed: float,
+    duration: float,
+    seed: int,
+    gauge: bool,
+    bounded: bool = False,
+    known: bool = False,
+    engine: str = "compiled",
 ) -> dict[str, Any]:
     """True and estimated conicity of one run; Cramer-Rao bounds at the estimate; least squares with the known track."""
-    true, measured = record(wear, speed, duration, seed, gauge)
-    smoother = ConicitySmoother()
+    true, measured = record(wear, speed, duration, seed, gauge, engine=engine)
+    smoother = ConicitySmoother() if gauge else ConicitySmoother(gauge=0.0)
     estimate = smoother.estimate(measured)
-    errors = function_errors(estimate.about["conicity_function"], true)
+    function = estimate.about["conicity_function"]
+    errors = function_errors(function, true)
+    at_nominal_gauge = true_conicity(wear, true.shift)
     inner = rows_where(errors, errors["inner [-]"] > 0.5)
     found = float(estimate.about["effective_conicity [-]"])
     row: dict[str, Any] = {
         "wear [-]": wear,
         "speed [m/s]": speed,
         "true [-]": float(true.half_difference @ true.shift / (true.shift @ true.shift)),
+        "at nominal gauge [-]": float(at_nominal_gauge @ true.shift**2 / (true.shift @ true.shift)),
         "estimate [-]": found,
+        "true at 2 mm [-]": float(true_conicity(wear, np.array([AMPLITUDE]))[0]),
+        "at 2 mm [-]": at_shift(function["shift [m]"], function["conicity [-]"]),
         "std [-]": float(estimate.about["effective_conicity_std [-]"]),
         "function rms [-]": float(np.sqrt(np.nanmean((inner["estimate [-]"] - inner["true [-]"]) ** 2))),
     }
     if bounded:
         row |= bounds(smoother, measured, estimate.series["wheelset1.lateral_shift [m]"].to_numpy())
     if known:
-        series = ConicityLeastSquares(pieces=(16,)).estimate(measured).series.dropna()
-        weight = series["wheelset1.lateral_shift [m]"] ** 2
-        row["least squares [-]"] = float(np.average(series["conicity [-]"], weights=weight))
+        known_track = ConicityLeastSquares(pieces=(16,)).estimate(measured).about["conicity_function"]
+        row["least squares at 2 mm [-]"] = at_shift(known_track["shift [m]"], known_track["at_nominal_gauge [-]"])
     return row
+
+
+def at_shift(shift: Any, conicity: Any) -> float:
+    """Conicity at `AMPLITUDE`, mean of both sides."""
+    return float(np.mean(np.interp([-AMPLITUDE, AMPLITUDE], shift, conicity)))
 
 
 def bounds(smoother: ConicitySmoother, measured: Any, shift: np.ndarray) -> dict[str, float]:
@@ -195,7 +234,7 @@ def _cases(table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 
 
 def _diagonal(axes: Axes, table: pd.DataFrame) -> None:
-    true = table["true [-]"].to_numpy()
+    true = table["at nominal gauge [-]"].to_numpy()
     ends = (0.9 * float(true.min()), 1.1 * float(true.max()))
     axes.plot(ends, ends, color=BLACK, lw=0.8)
     axes.fill_between(ends, np.subtract(ends, WITHIN), np.add(ends, WITHIN), color=BLACK, alpha=0.08, lw=0)

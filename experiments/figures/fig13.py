@@ -1,5 +1,6 @@
 """Figure 13: conicity over the lateral shift by least squares with piecewise cubic polynomials."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from experiments.figures._speed_runs import rows_where
 from experiments.figures._wheelset_runs import record
 from experiments.figures.interface import Claim, Figure
 from experiments.plots import BLACK, BLUE, ORANGE
+from railsim.contact.functions import ContactFunctions
 from railsim.profiles.pair import ProfilePair
 
 SPEED, DURATION, FAST_DURATION = 30.0, 100.0, 30.0
@@ -42,10 +44,11 @@ class Fig13(Figure):
 
     def compute(self, fast: bool) -> pd.DataFrame:
         duration = FAST_DURATION if fast else DURATION
-        tables = [function(case, duration, 13).assign(case=name) for name, case in CASES.items()]
+        engine = "compiled" if fast else "exudyn"
+        tables = [function(case, duration, 13, engine=engine).assign(case=name) for name, case in CASES.items()]
         speeds = np.linspace(20.0, 45.0, FAST_SEEDS if fast else SEEDS)
         for seed, speed in enumerate(speeds):
-            one = function(CASES["new, real sensors, gauge 2 mm"], duration * 0.8, 200 + seed, float(speed))
+            one = function(CASES["new, real sensors, gauge 2 mm"], duration * 0.8, 200 + seed, float(speed), engine)
             tables.append(one.assign(case=f"{SEEDED} {seed}"))
         return pd.concat(tables, ignore_index=True)
 
@@ -94,9 +97,9 @@ def inner_errors(rows: pd.DataFrame) -> np.ndarray:
     return error[np.abs(shift - middle) <= INNER * half]
 
 
-def function(case: Case, duration: float, seed: int, speed: float = SPEED) -> pd.DataFrame:
+def function(case: Case, duration: float, seed: int, speed: float = SPEED, engine: str = "compiled") -> pd.DataFrame:
     """Estimated and true conicity on rails of nominal gauge over the visited shifts, and how often each was visited."""
-    _, measured = record(case.wear, speed, duration, seed, case.gauge, case.ideal)
+    _, measured = record(case.wear, speed, duration, seed, case.gauge, case.ideal, engine)
     estimate = ConicityLeastSquares().estimate(measured)
     found = estimate.about["conicity_function"]
     shift = np.array(found["shift [m]"])
@@ -113,7 +116,12 @@ def function(case: Case, duration: float, seed: int, speed: float = SPEED) -> pd
 
 def true_conicity(wear: float, shift: np.ndarray) -> np.ndarray:
     """(r_L - r_R) / (2 u) of the profiles on rails of nominal gauge."""
-    left, _ = ProfilePair.build(PAIR | {"wear": wear}).sides(0.45, 0.75)
+    left = _side(wear)
     far = np.where(np.abs(shift) < CENTRE, CENTRE, shift)
     radius = [np.interp(sign * far, left.shift, left.radius) for sign in (1.0, -1.0)]
     return (radius[0] - radius[1]) / (2.0 * far)
+
+
+@lru_cache(maxsize=16)
+def _side(wear: float) -> ContactFunctions:
+    return ProfilePair.build(PAIR | {"wear": wear}).sides(0.45, 0.75)[0]

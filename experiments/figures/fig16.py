@@ -7,13 +7,17 @@ from matplotlib.figure import Figure as Picture
 from estimators._section_rls import Signals, known_parts, regress
 from experiments.figures._section_runs import FEWEST, WIDTH, contact, run
 from experiments.figures._speed_runs import rows_where
-from experiments.figures.fig15 import draw, sections, worst
+from experiments.figures.fig15 import NAMES, draw, sections, worst
 from experiments.figures.interface import Claim, Figure
+from experiments.plots import SKY
 from railsim.wheelset.parameters import Coefficients
 
 SEED, DURATION, FAST_DURATION = 15, 120.0, 40.0
 UNKNOWN, REGRESSOR, STEADY = "gauge not in the regression", "known gauge in the regression", "no gauge variation"
 CASES = {STEADY: (False, False), UNKNOWN: (True, False), REGRESSOR: (True, True)}
+SQUARES = "known gauge: sections of shift and gauge"
+SIDE = 2e-4  # m of shift and of gauge of such a section
+AT_ONE_SHIFT = 5  # sections of one shift that its spread needs
 
 
 class Fig16(Figure):
@@ -26,10 +30,18 @@ class Fig16(Figure):
             signals, known = run(wheels, SEED, varies, FAST_DURATION if fast else DURATION)
             one = sections(signals, known, wheels, 2, used)
             tables.append(one.assign(case=name, **conditioning(signals, known, used)))
-        return pd.concat(tables, ignore_index=True)
+        signals, known = run(wheels, SEED, True, FAST_DURATION if fast else DURATION)
+        squares = sections(signals, known, wheels, 1, True, SIDE, SIDE)
+        return pd.concat([*tables, squares.assign(case=SQUARES)], ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        return draw(table, "Recursive least squares with 2 mm of gauge variation", (UNKNOWN, REGRESSOR, STEADY))
+        squares = rows_where(table, table["case"] == SQUARES)
+        rest = rows_where(table, table["case"] != SQUARES)
+        picture = draw(rest, "Recursive least squares with 2 mm of gauge variation", (UNKNOWN, REGRESSOR, STEADY))
+        for axes, name in zip(picture.axes, NAMES, strict=True):
+            axes.plot(1e3 * squares["shift [m]"], 1e3 * squares[name], ".", color=SKY, ms=2, zorder=0, label=SQUARES)
+        picture.axes[1].legend(handles=picture.axes[1].lines[-1:], markerscale=4, loc="upper left")
+        return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         by_case = {name: rows_where(table, table["case"] == name) for name in CASES}
@@ -41,12 +53,22 @@ class Fig16(Figure):
         extent = float(np.ptp(by_case[UNKNOWN]["true sum_of_angles"]))
         condition = float(np.max(by_case[UNKNOWN]["condition [-]"].to_numpy()))
         spread = radii[UNKNOWN] / max(radii[STEADY], 1e-12)
+        squares = rows_where(table, table["case"] == SQUARES)
+        extent_of_radii = float(np.ptp(by_case[STEADY]["true sum_of_radii"]))
+        scatter = at_one_shift(squares, "sum_of_radii") / extent_of_radii
+        square = {name: typical(squares, name) for name in ("sum_of_radii", "sum_of_angles")}
         return [
             Claim("(r_L + r_R): rms error by gauge variation over that without", spread, "> 2", spread > 2.0),
             Claim("(r_L + r_R), gauge left out: rms error over the range ('some spreading' in the article)",
                   radii[UNKNOWN], "<= 1", radii[UNKNOWN] <= 1.0),
             Claim("(r_L + r_R), gauge known and in the regression: rms error over the range",
                   radii[REGRESSOR], "<= 1", radii[REGRESSOR] <= 1.0),
+            Claim("(r_L + r_R), sections of shift and gauge: rms error over the range",
+                  square["sum_of_radii"], "<= 0.05", square["sum_of_radii"] <= 0.05),
+            Claim("(r_L + r_R), the same: spread of the estimates at one shift over the range without gauge ('some"
+                  " spreading')", scatter, "0.1 to 1", 0.1 <= scatter <= 1.0),
+            Claim("(d_L + d_R), sections of shift and gauge: rms error over the range: it was the gauge",
+                  square["sum_of_angles"], "<= 0.5", square["sum_of_angles"] <= 0.5),
             Claim("(d_L + d_R), gauge left out: rms error over the range: fails to converge",
                   angles[UNKNOWN], "> 1", angles[UNKNOWN] > 1.0),
             Claim("(d_L + d_R), gauge known: rms error over the range: still fails",
@@ -74,6 +96,14 @@ def typical(rows: pd.DataFrame, name: str) -> float:
     """Root mean square error over the range of the true values."""
     true = rows[f"true {name}"]
     return float(np.sqrt(np.mean((rows[name] - true) ** 2)) / np.ptp(true))
+
+
+def at_one_shift(rows: pd.DataFrame, name: str) -> float:
+    """Root mean square, over shifts, of the standard deviation of the estimates at different gauges."""
+    at = np.round(rows["shift [m]"].to_numpy() / SIDE).astype(int)
+    values = rows[name].to_numpy()
+    found = [np.var(values[at == one]) for one in np.unique(at) if np.sum(at == one) >= AT_ONE_SHIFT]
+    return float(np.sqrt(np.mean(found)))
 
 
 def conditioning(signals: Signals, known: Coefficients, used: bool) -> dict[str, float]:

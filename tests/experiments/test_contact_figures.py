@@ -9,7 +9,8 @@ from experiments.figures.conicity_blind import BOUNDED_CASE, BOUNDS, CASES, Coni
 from experiments.figures.fig13 import CASES as KNOWN_CASES
 from experiments.figures.fig13 import Fig13, true_conicity
 from experiments.figures.fig14 import spread_at_shift
-from experiments.figures.fig15 import NAMES, Fig15, sections, worst
+from experiments.figures.fig15 import LINEAR, NAMES, Fig15, sections, worst
+from experiments.figures.fig16 import typical
 
 
 def test_conicity_of_new_profiles_is_even_and_falls_with_the_shift():
@@ -63,7 +64,15 @@ def test_claims_of_figure_13(error: float, held: bool):
 def test_claims_of_figure_15(share: float, held: bool):
     shift = np.linspace(-2e-3, 2e-3, 9)
     tables = []
-    for case in ("as printed (constant)", "local linear", "local parabola", "local cubic", "creep 3 % wrong"):
+    for case in (
+        "as printed (constant)",
+        "local linear",
+        "local parabola",
+        "local cubic",
+        LINEAR,
+        "as printed, narrow",
+        "creep 3 % wrong",
+    ):
         table = pd.DataFrame({"shift [m]": shift, "case": case})
         for name in NAMES:
             table[f"true {name}"], table[name] = shift, shift + share * np.ptp(shift)
@@ -73,12 +82,20 @@ def test_claims_of_figure_15(share: float, held: bool):
 
 @pytest.mark.parametrize(("error", "held"), [(0.004, True), (0.08, False)])
 def test_claims_without_a_track(error: float, held: bool):
-    common = {"true [-]": 0.2, "estimate [-]": 0.2 + error, "std [-]": 0.02, "function rms [-]": error, "wear [-]": 0.0}
+    common = {
+        "true [-]": 0.2,
+        "at nominal gauge [-]": 0.2,
+        "estimate [-]": 0.2 + error,
+        "std [-]": 0.02,
+        "function rms [-]": error,
+        "wear [-]": 0.0,
+    }
     rows = [common | {"part": "seed", "case": name} for name in CASES]
     rows += [row | dict.fromkeys(BOUNDS, 0.01) for row in rows if row["case"] == BOUNDED_CASE]
     rows += [
         {"part": "wear", "case": "wear", "wear [-]": w, "true [-]": w, "std [-]": 0.02}
-        | {"estimate [-]": w if held else -w, "least squares [-]": w if held else -w}
+        | {"at 2 mm [-]": w if held else -w, "least squares at 2 mm [-]": w if held else -w}
+        | {"estimate [-]": w, "at nominal gauge [-]": w}
         for w in (0.1, 0.2, 0.3)
     ]
     claims = [claim for claim in ConicityBlind().check(pd.DataFrame(rows)) if "bound" not in claim.claim]
@@ -87,3 +104,13 @@ def test_claims_without_a_track(error: float, held: bool):
 
 def test_order_counts_runs_in_their_place():
     assert order(np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.3, 0.2])) == (pytest.approx(1 / 3), pytest.approx(0.5))
+
+
+def test_sections_of_shift_and_gauge_find_what_the_gauge_does_to_the_radii():
+    wheels = contact()
+    signals, known = run(wheels, 15, True, 25.0)
+    table = sections(signals, known, wheels, 1, True, 4e-4, 4e-4)
+    error = (table["sum_of_radii"] - table["true sum_of_radii"]).abs()
+    assert np.median(error) < 0.05 * np.ptp(table["true sum_of_radii"])
+    assert typical(table, "difference_of_radii") < 0.01
+    assert np.ptp(table["gauge [m]"]) > 2e-3
