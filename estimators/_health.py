@@ -19,6 +19,7 @@ COARSE = 8.0  # times longer where the resolution hides the noise (illustrative)
 CLOSE = 0.999  # of the range by the data sheet
 GUARD = 0.02  # s around saturated samples, in which the sensor's filter still shows them (illustrative)
 WORST = 0.2  # share of bad samples within a second around, above which all are bad (illustrative)
+GAP = 2.5  # steps between two samples, above which some are missing
 DEAD = 0.1  # share of good samples below which a channel counts as absent (illustrative)
 
 
@@ -29,7 +30,7 @@ class Health:
     Attributes
     ----------
     good : by channel, one flag for each of its samples; the channels that count as absent are not in it.
-    left_out : what was left out, for `about["left_out"]`: "channel", "reason", "start [s]", "end [s]".
+    left_out : what was left out or is missing, for `about["left_out"]`: "channel", "reason", "start [s]", "end [s]".
     """
 
     good: dict[str, np.ndarray]
@@ -66,6 +67,7 @@ def channel_health(measurements: Measurements, names: Iterable[str]) -> Health:
             left_out.append(_span(name, reason, time, 0, len(time)))
             continue
         good[name] = flags
+        left_out += _gaps(name, time, rate)
         for reason, marks in faults.items():
             left_out += [_span(name, reason, time, first, last) for first, last in runs(marks)]
     return Health(good, left_out)
@@ -138,6 +140,20 @@ def _crowded(bad: np.ndarray, width: int) -> np.ndarray:
     at = np.arange(len(bad))
     first, last = np.maximum(at - width, 0), np.minimum(at + ahead + 1, len(bad))
     return (total[last] - total[first]) > WORST * (last - first)
+
+
+def _gaps(name: str, time: np.ndarray, rate: float) -> list[dict[str, Any]]:
+    """Times without any sample, which no flag can mark."""
+    found = np.flatnonzero(np.diff(time) * rate > GAP)
+    return [
+        {
+            "channel": name,
+            "reason": "missing",
+            "start [s]": round(float(time[at]) + 1.0 / rate, 6),
+            "end [s]": round(float(time[at + 1]), 6),
+        }
+        for at in found
+    ]
 
 
 def _span(name: str, reason: str, time: np.ndarray, first: int, last: int) -> dict[str, Any]:

@@ -13,13 +13,15 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from estimators._half_vehicle import INPUTS
-from estimators._health import Health, channel_health, errors_of
+from estimators._health import Health, channel_health, errors_of, runs
 from estimators._space import Way, delay, find_way, has_speed
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
 EAST = "gnss.position_east [m]"
 PLACE_ERROR = 0.2  # m; with a larger one the known track stands wrong under the wheels
+LONGEST_BRIDGE = 0.03  # s of bad samples that leave nothing behind in the band-pass (illustrative)
+AFTER = 2.0  # s after a longer one in which a channel is left out (chosen on suspension.yaml with gaps)
 LONGEST_GAP = 30.0  # s; a longer gap counts as this long: the filters have forgotten everything by then
 
 
@@ -96,12 +98,14 @@ def read(
         inputs = _rails(measurements, _place(measurements, way, time - late, start), rate)
     sections = np.asarray(butter(2, band, btype="bandpass", fs=rate, output="sos"))
     noise = np.array([_noise(measurements, name, rate) for name in used])
+    settled = np.column_stack([_settled(one, rate) for one in good.T])
+    health = _with_settling(health, used, good & ~settled, time)
     filtered = np.column_stack([_filtered(sections, raw[:, j], good[:, j]) for j in range(len(used))])
     inputs = np.column_stack([_filtered(sections, one, np.ones(len(time), dtype=bool)) for one in inputs.T])
     trusted = np.interp(time, way.knots, way.trusted.astype(float)) > 0.99
     speed = np.where(trusted, np.interp(time, way.knots, way.speed_at_knots), np.nan)
     whole = len(time) // every * every
-    good = np.asarray(good[:whole].reshape(whole // every, every, -1).all(axis=1))
+    good = np.asarray(settled[:whole].reshape(whole // every, every, -1).all(axis=1))
     time, filtered, speed, inputs = (one[:whole:every] for one in (time, filtered, speed, inputs))
     later = np.concatenate([inputs[1:], inputs[-1:]])
     return Record(time, rate / every, used, filtered, good, noise / np.sqrt(every), speed, inputs, later, health)
@@ -175,9 +179,39 @@ def _column(
 
 
 def _filtered(sections: np.ndarray, values: np.ndarray, good: np.ndarray) -> np.ndarray:
-    """Band-pass, at rest at the first good value; bad samples hold the last good one."""
+    """Band-pass, at rest at the first good value; a straight line takes the place of bad samples."""
     if not good.any():
         return np.zeros(len(values))
-    last = np.maximum.accumulate(np.where(good, np.arange(len(values)), int(np.argmax(good))))
-    held = values[last]
-    return sosfilt(sections, held, zi=sosfilt_zi(sections) * held[0])[0]
+    at = np.arange(len(values))
+    bridged = np.interp(at, at[good], values[good])
+    return sosfilt(sections, bridged, zi=sosfilt_zi(sections) * bridged[0])[0]
+
+
+def _settled(good: np.ndarray, rate: float) -> np.ndarray:
+    """Samples that are good and were for a while: for so long the band-pass shows what a bridge of bad ones was not."""
+    long = np.zeros(len(good), dtype=bool)
+    for first, end in runs(~good):
+        long[first:end] = end - first > LONGEST_BRIDGE * rate and first > 0
+    return good & ~_spread_after(long, round(AFTER * rate))
+
+
+def _with_settling(health: Health, used: Sequence[str], marks: np.ndarray, time: np.ndarray) -> Health:
+    """What else was left out while the band-pass settled, said like the rest."""
+    found = [
+        {
+            "channel": name,
+            "reason": "settling after that",
+            "start [s]": round(float(time[first]), 6),
+            "end [s]": round(float(time[end - 1] + time[1] - time[0]), 6),
+        }
+        for column, name in enumerate(used)
+        for first, end in runs(marks[:, column])
+    ]
+    return Health(health.good, [*health.left_out, *found])
+
+
+def _spread_after(marks: np.ndarray, count: int) -> np.ndarray:
+    """Flags that are true for `count` samples after a true one."""
+    at = np.arange(len(marks))
+    last = np.maximum.accumulate(np.where(marks, at, -count - 1))
+    return at - last <= count
