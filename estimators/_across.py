@@ -13,7 +13,8 @@ import numpy as np
 
 from estimators import _lateral_plane as plane_of
 from estimators._bands import Band, band_pass, transform
-from estimators._fused import Plane
+from estimators._bump_stop import STIFFNESS, slope, steps
+from estimators._fused import Kind, Plane
 from estimators._pairs import WHEELSETS, axleboxes, displacements, place_of, singles
 from estimators._planes import CANT_BASE, Output
 from estimators._readings import Attitude, Reading, channels_of, reading
@@ -75,14 +76,15 @@ def across(
     measurements: Measurements,
     way: Way,
     unknown: dict[str, float],
-    curve: np.ndarray,
+    kinds: tuple[Kind, ...],
+    kind: np.ndarray,
     lift: Callable[[Output], tuple[np.ndarray, float]],
 ) -> Plane:
     """The lateral plane with all readings.
 
     Parameters
     ----------
-    curve : where the track is curved, shape (n,).
+    kinds, kind : of places, see `Plane`.
     lift : what the vertical estimate says of a sensor at a wheelset, see `singles`.
     """
     readings = [
@@ -107,8 +109,34 @@ def across(
         2 * plane_of.MOVES,
         tuple(tuple(plane_of.MOVES + one for one in group) for group in DISTURBED),
         start,
-        curve,
+        kinds,
+        kind,
     )
+
+
+def places(
+    vehicle: Mapping[str, Any], curve: np.ndarray, unbalanced: np.ndarray
+) -> tuple[tuple[Kind, ...], np.ndarray]:
+    """Kinds of places: straight track, curves, and curves in which the body leans on its bump stop, more or less.
+
+    Parameters
+    ----------
+    vehicle : nominal parameters. curve : where the track is curved, shape (n,). unbalanced : see `slope`, m/s2.
+    """
+    mean, spread = slope(vehicle, unbalanced)
+    step = np.where(curve, 1 + steps(vehicle, unbalanced), 0)
+    numbers = [0, *(int(one) for one in np.unique(step) if one > 0)]
+    usual = max(numbers[1:], key=lambda one: np.count_nonzero(step == one), default=0)
+    found = []
+    for one in numbers:
+        here = step == one
+        sized_as = numbers.index(usual) if one else 0
+        if one < 2:
+            found.append(Kind(sized_as=sized_as))
+        else:
+            stiff = float(mean[here].mean())
+            found.append(Kind({STIFFNESS: stiff}, {STIFFNESS: float(spread[here].mean()) / stiff}, sized_as))
+    return tuple(found), np.searchsorted(numbers, step)
 
 
 def start(height: np.ndarray, slope: np.ndarray, speed: float) -> np.ndarray:

@@ -1,8 +1,9 @@
 """One plane of the fused estimate: levels of the track's spectra, filter and smoother, uncertainty of every band."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,21 @@ UNIT_LENGTH = 0.25  # m; a disturbance of size 1 has the acceleration's variance
 BEYOND = 1.5  # variance over the stationary one from which on a place counts as badly seen
 
 
+class Kind(NamedTuple):
+    """A kind of place, where the vehicle or what disturbs it is another.
+
+    Attributes
+    ----------
+    changes : parameters that differ there.
+    unknown : relative standard deviations of parameters beside those of the plane.
+    sized_as : number of the kind whose disturbances are fitted for both together.
+    """
+
+    changes: Mapping[str, float] = MappingProxyType({})
+    unknown: Mapping[str, float] = MappingProxyType({})
+    sized_as: int = 0
+
+
 @dataclass(frozen=True)
 class Plane:
     """A plane of the vehicle with what is read of it.
@@ -39,7 +55,7 @@ class Plane:
     priors : shapes of the spectra of the track's quantities; their levels are fitted.
     states : how many the vehicle has.
     disturbed : groups of states (rates) that forces push which are not in the model; their sizes are fitted.
-    curve : where the track is curved, shape (n,): there disturbances have sizes of their own.
+    kinds, kind : what kinds of places there are, and the number of each place's, shape (n,).
     structure : of what a sensor shows: standard deviation of what the model leaves out, coherent with the track.
     start : standard deviation of each state for heights (m) and slopes (rad) of the quantities, at a speed.
     """
@@ -52,7 +68,8 @@ class Plane:
     states: int
     disturbed: tuple[tuple[int, ...], ...]
     start: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
-    curve: np.ndarray | None = None
+    kinds: tuple[Kind, ...] = (Kind(),)
+    kind: np.ndarray | None = None
     structure: float = STRUCTURE
 
     @cached_property
@@ -64,6 +81,18 @@ class Plane:
     def _powers(self) -> dict[float, np.ndarray]:
         """What `usual` has computed already, by speed."""
         return {}
+
+    @cached_property
+    def _at(self) -> dict[int, "Plane"]:
+        return {}
+
+    def at(self, number: int) -> "Plane":
+        """The same as it is at one kind of place."""
+        if number not in self._at:
+            one = self.kinds[number]
+            vehicle, unknown = self.vehicle | dict(one.changes), self.unknown | dict(one.unknown)
+            self._at[number] = replace(self, vehicle=vehicle, unknown=unknown) if one.changes or one.unknown else self
+        return self._at[number]
 
     @property
     def wheelbase(self) -> float:
@@ -190,7 +219,7 @@ class Fused(NamedTuple):
 
 def fuse(plane: Plane, way: Way, bands: Sequence[dict[str, Band]], distance_error: float) -> list[Fused]:
     """Smooth one plane over the whole record; one result for each quantity, with its bands."""
-    kind = np.zeros(len(way.s), dtype=int) if plane.curve is None else plane.curve.astype(int)
+    kind = np.zeros(len(way.s), dtype=int) if plane.kind is None else plane.kind
     levels, sizes = fit_levels(plane, way, kind, distance_error)
     priors = [prior.scaled(float(level)) for prior, level in zip(plane.priors, levels, strict=True)]
     low, high = float(way.speed.min()), float(way.speed.max())
@@ -198,7 +227,8 @@ def fuse(plane: Plane, way: Way, bands: Sequence[dict[str, Band]], distance_erro
     speeds = np.geomspace(low, high, count) if high > low * LEAST_SPREAD else np.array([_usual_speed(way)])
     over = Over(speeds, way.speed, kind)
     known = [
-        [plane.information(float(one), way.spacing, distance_error, priors, size) for one in speeds] for size in sizes
+        [plane.at(number).information(float(one), way.spacing, distance_error, priors, size) for one in speeds]
+        for number, size in enumerate(sizes)
     ]
     noise = _per_step(plane, way, over, known)
     made = _passage(plane, way, priors, sizes, speeds)
@@ -271,12 +301,17 @@ def _passage(
     height = np.sqrt([float(prior.stationary()[0, 0]) for prior in priors])
     slope = np.sqrt([_slope_variance(prior) for prior in priors])
 
-    def drive_of(size: np.ndarray) -> Callable[[float], np.ndarray]:
-        table = np.stack([plane.drive(float(one), priors, size) for one in speeds])
+    def drive_of(own: Plane, size: np.ndarray) -> Callable[[float], np.ndarray]:
+        table = np.stack([own.drive(float(one), priors, size) for one in speeds])
         return lambda speed: np.array([np.interp(np.log(speed), np.log(speeds), column) for column in table.T])
 
+    def system_of(own: Plane) -> Callable[[float], System]:
+        return lambda speed: own.system(own.vehicle, speed)
+
+    kinds = [plane.at(number) for number in range(len(sizes))]
     return passage(
-        lambda speed: plane.system(plane.vehicle, speed), priors, plane.noise(), [drive_of(size) for size in sizes],
+        [system_of(own) for own in kinds], priors, plane.noise(),
+        [drive_of(own, size) for own, size in zip(kinds, sizes, strict=True)],
         way.speed, way.spacing, round(plane.wheelbase / way.spacing),
         plane.start(height, slope, float(np.median(way.speed))),
     )  # fmt: skip
@@ -298,6 +333,18 @@ def smooth(
 def fit_levels(plane: Plane, way: Way, kind: np.ndarray, distance_error: float) -> tuple[np.ndarray, list[np.ndarray]]:
     """Levels of the track's spectra, and sizes of the disturbances at each kind of place, by Whittle's likelihood."""
     speed = _usual_speed(way)
+    levels, fitted = np.array([prior.level for prior in plane.priors]), dict[int, np.ndarray]()
+    groups = np.array([one.sized_as for one in plane.kinds])
+    for number in dict.fromkeys(sorted(groups)):
+        where = groups[kind] == number
+        fixed = bool(fitted) and bool((groups[kind] == 0).any())
+        model, disturbances = _fit_model(plane.at(number), way, speed, distance_error)
+        levels, fitted[number] = fit(plane.readings, way, speed, model, disturbances, list(levels), where, fixed)
+    return levels, [fitted[number] for number in groups]
+
+
+def _fit_model(plane: Plane, way: Way, speed: float, distance_error: float) -> tuple[Information, np.ndarray]:
+    """Spectra for tracks of level 1, and those of the readings by each disturbance."""
     units = [prior.scaled(1.0) for prior in plane.priors]
     system = plane.system(plane.vehicle, speed)
     model = plane.information(speed, way.spacing, distance_error, units, None)
@@ -308,13 +355,7 @@ def fit_levels(plane: Plane, way: Way, kind: np.ndarray, distance_error: float) 
         if usual.size
         else np.zeros((0, *model.noise.shape))
     )
-    disturbances = disturbances.reshape(len(units), len(plane.disturbed), *model.noise.shape)
-    levels, sizes = np.array([prior.level for prior in plane.priors]), []
-    for number in range(int(kind.max()) + 1):
-        fixed = number > 0 and bool((kind == 0).any())
-        levels, size = fit(plane.readings, way, speed, model, disturbances, list(levels), kind == number, fixed)
-        sizes.append(size)
-    return levels, sizes
+    return model, disturbances.reshape(len(units), len(plane.disturbed), *model.noise.shape)
 
 
 def _usual_speed(way: Way) -> float:

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from estimators._bump_stop import STIFFNESS as STOP
 from estimators._planes import GRAVITY, Output, System
 from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
@@ -169,7 +170,8 @@ def _shears(p: Mapping[str, float]) -> tuple[list[np.ndarray], np.ndarray]:
 def _suspension(p: Mapping[str, float], kind: str) -> np.ndarray:
     """Springs or dampers, (13, 13)."""
     primary, secondary = _shears(p)
-    total = 2.0 * p[f"secondary_lateral_{kind}"] * np.outer(secondary, secondary)
+    across = 2.0 * p[f"secondary_lateral_{kind}"] + (p.get(STOP, 0.0) if kind == "stiffness" else 0.0)
+    total = across * np.outer(secondary, secondary)
     turn = 2.0 * p.get(f"secondary_longitudinal_{kind}", 0.0) * p["secondary_half_spacing"] ** 2
     if kind == "damping":
         turn += 2.0 * p.get("yaw_damper_damping", 0.0) * p.get("yaw_damper_half_spacing", 0.0) ** 2

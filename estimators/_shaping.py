@@ -162,7 +162,7 @@ class Track(NamedTuple):
 
 
 def passage(
-    system: Callable[[float], System],
+    systems: Sequence[Callable[[float], System]],
     priors: Sequence[Prior],
     noise: Noise,
     drives: Sequence[Callable[[float], np.ndarray]],
@@ -175,23 +175,22 @@ def passage(
 
     Parameters
     ----------
-    system : the plane at a speed (m/s).
+    systems : the plane at a speed (m/s), for each kind of place.
     priors : of the quantities of the track, in the order of the plane's inputs.
-    drives : variance per second that enters each state, by the speed, for each kind of place.
+    drives : variance per second that enters each state, by the speed, likewise.
     speed : speeds that occur, m/s.
     spacing, count : step of the grid, m, and steps in a wheelbase.
     start : standard deviations of the vehicle's states at the start, shape (n,).
     """
     low, high = float(np.min(speed)), float(np.max(speed))
     speeds = np.geomspace(low, high * (1 + 1e-9), max(2, int(np.ceil(np.log(high / low) / SPEED_STEP)) + 1))
-    twice = system(low).J
+    twice = systems[0](low).J
     kept = count + (twice is not None)  # second differences reach one place farther back
     track = Track.of(priors, spacing, kept)
-    moves = _moves(system, speeds, spacing, track.lines)
     tables = [
         _step(move, track, noise._replace(drive=drive(float(one))), len(start), spacing / float(one), twice)
-        for drive in drives
-        for move, one in zip(moves, speeds, strict=True)
+        for system, drive in zip(systems, drives, strict=True)
+        for move, one in zip(_moves(system, speeds, spacing, track.lines), speeds, strict=True)
     ]
     m, n, p = len(noise.density), len(start), len(track.new)
     present = noise.tilt > 0

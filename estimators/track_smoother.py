@@ -27,9 +27,6 @@ from railsim.spec import quantity
 ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
 LEVEL = 4.032e-7 * 0.8246**2  # m rad; vertical irregularity of ERRI B176 (1989) "low", where none can be fitted
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
-FLANGE_SHARES = {"d1": 0.65, "d2": 0.7, "d3": 0.3}  # the same of what a flange lifts; tuned likewise
-STEERED = 0.3  # m/s2; a wheelset on its flange is lifted as by this much even where cant balances (crossover)
-TREAD = 0.005  # m; illustrative: farther out the flange touches
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
 CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
@@ -70,12 +67,6 @@ class TrackSmoother(Estimator, frozen=True):
         ge=0.0,
     )
 
-    flange_error: float = quantity(
-        2.5e-3,
-        unit="m per m/s2 of unbalanced lateral acceleration (standard deviation of cross level in tight curves)",
-        source="tuned on curve_r400: wheelset lifted by its flange",
-        ge=0.0,
-    )
     creep_error: float = quantity(
         0.08, unit="- (standard deviation of the creep coefficients)", source="illustrative: dry rail", ge=0.0
     )
@@ -165,7 +156,10 @@ class TrackSmoother(Estimator, frozen=True):
         moved = attitude(measurements, way)
         curve = np.zeros(len(way.s), dtype=bool) if moved is None else curved(moved, way)
         curve = maximum_filter1d(curve, max(1, round(CURVE_REACH / way.spacing)))
-        plane = _across.across(measurements, way, self._unknown_sideways(), curve, lambda output: lift(output, way))
+        unbalanced = np.zeros(len(way.s)) if moved is None else self._unbalanced(way, moved)
+        kinds, kind = _across.places(measurements.vehicle, curve, unbalanced)
+        unknown = self._unknown_sideways()
+        plane = _across.across(measurements, way, unknown, kinds, kind, lambda output: lift(output, way))
         names = ("lateral", "cross_level")
         found = fuse(plane, way, [bands_of(name) for name in names], self.distance_error)
         own = _across.long_waves(measurements.vehicle, way, moved)
@@ -173,18 +167,12 @@ class TrackSmoother(Estimator, frozen=True):
         if curve.any():  # the path's long waves reach far into the bands where the record ends
             ends = np.minimum(way.s, way.s[-1] - way.s) < _across.LONGEST / 2.0
             lateral = lateral.without(np.logical_or(curve, ends))
-        lifted = (
-            np.zeros(len(way.s)) if moved is None else self.flange_error * self._unbalanced(measurements, way, moved)
-        )
-        return {"lateral": lateral, "cross_level": level.raised(np.zeros(len(way.s)), lifted, FLANGE_SHARES)}
+        return {"lateral": lateral, "cross_level": level}
 
-    def _unbalanced(self, measurements: Measurements, way: Way, moved: Attitude) -> np.ndarray:
-        """Lateral acceleration that cant does not balance, where a curve is too tight for the treads, m/s2."""
-        p, count = measurements.vehicle, max(1, round(CURVE_REACH / way.spacing))
-        bend = np.abs(uniform_filter1d(moved.turn / way.speed, count))
-        rolled = p["wheel_radius"] * p["half_gauge"] * bend / p["design_conicity"]  # shift that steers by the tread
-        side = np.abs(uniform_filter1d(beyond_straight(moved.side, curved(moved, way)), count))
-        return maximum_filter1d(np.where(rolled > TREAD, np.hypot(side, STEERED), 0.0), count)
+    def _unbalanced(self, way: Way, moved: Attitude) -> np.ndarray:
+        """Lateral acceleration that cant does not balance, m/s2."""
+        side = beyond_straight(moved.side, curved(moved, way))
+        return uniform_filter1d(side, max(1, round(CURVE_REACH / way.spacing)))
 
     def _settling(self, p: Mapping[str, Any], way: Way, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
         """How far the primary springs give under the larger force in a canted curve, m; what is unsure in curves, m."""

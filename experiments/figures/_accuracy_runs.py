@@ -10,6 +10,7 @@ import numpy as np
 import estimators
 from estimators import _across
 from estimators._bands import BANDS
+from estimators._fused import Kind
 from estimators._geometry import TrackEstimator
 from estimators._readings import attitude
 from estimators._space import find_way
@@ -40,7 +41,7 @@ PLACED = 15.0  # m/s: speed at which sensors stand at several places on the bogi
 RUNS = {  # track on which nothing was tuned: length in m, vehicle, speeds in m/s
     "unseen_erri_low": (600.0, "manchester", (10.0, 20.0, 40.0)),
     "unseen_erri_high": (600.0, "manchester", (10.0, 20.0, 40.0)),
-    "unseen_curve_r700": (800.0, "class175", (10.0, 16.0, 25.0)),
+    "unseen_curve_r550": (800.0, "class175", (9.0, 15.0, 24.0)),
 }
 SPREAD = (  # relative standard deviation of the true parameters about the nominal ones: what TrackSmoother assumes
     dict.fromkeys((*STIFF_AND_HEAVY, *LATERAL_STIFF_AND_HEAVY), 0.03) | dict.fromkeys(LATERAL_DAMPED, 0.06)
@@ -131,7 +132,7 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
     way = find_way(measurements, spacing=measurements.vehicle["semi_wheelbase"] / 5.0)
     nothing, speed = np.zeros(len(way.s)), float(np.median(way.speed))
     up = TrackSmoother().vertical_plane(measurements, way, attitude(measurements, way))
-    side = _across.across(measurements, way, {}, nothing.astype(bool), lambda _: (nothing, 0.0))
+    side = _across.across(measurements, way, {}, (Kind(),), nothing.astype(int), lambda _: (nothing, 0.0))
     by = {
         "alignment_vertical": (("bogie.rate_pitch",), ()),
         ACCELEROMETER: (("bogie.acceleration_z",), ()),
@@ -162,7 +163,7 @@ def _coverage(
 ) -> list[dict[str, Any]]:
     """Rows of the share within two standard deviations of a vehicle whose true parameters are drawn."""
     del cost
-    rng = np.random.default_rng([95, list(RUNS).index(track), round(speed), seed])
+    rng = np.random.default_rng([96, list(RUNS).index(track), round(speed), seed])
     factors = {name: float(np.exp(spread * rng.standard_normal())) for name, spread in SPREAD.items()}
     conicity = float(np.exp(CONICITY * rng.standard_normal()))
     k_slip = float(np.clip(0.4 + K_SLIP * rng.standard_normal(), 0.05, 1.0))

@@ -36,7 +36,7 @@ def _passage() -> Passage:
     start = np.array([0.01, 0.01, 0.003, 0.05, 0.05, 0.05])
     system = vertical(VEHICLE, OUTPUTS)
     return passage(
-        lambda _speed: system, [PRIOR], _noise(6), [lambda _: np.zeros(6)], np.array(SPEEDS), SPACING, COUNT, start
+        [lambda _speed: system], [PRIOR], _noise(6), [lambda _: np.zeros(6)], np.array(SPEEDS), SPACING, COUNT, start
     )
 
 

@@ -1,9 +1,12 @@
 """Fused track geometry on runs of the simulator: traction that pitches the bogie, and sensors without any error."""
 
+import numpy as np
 import pytest
 
 from estimators.track_smoother import TrackSmoother
+from experiments.figures._accuracy_runs import scenario as curved
 from experiments.score import score
+from experiments.track_score import band_errors
 from railsim import load_scenario, measure, simulate
 from railsim.scenario import Scenario
 
@@ -27,3 +30,13 @@ def test_acceleration_that_pitches_the_bogie_is_not_taken_for_track(ideal: bool)
     assert found["vertical D2 rms error [mm]"] < 0.1
     assert found["vertical D3 rms error [mm]"] < 0.25
     assert found["vertical D2 within 2 std [-]"] > 0.9
+
+
+def test_body_that_leans_on_its_bump_stop_is_not_taken_for_cross_level() -> None:
+    """8 m/s with cant for 20 m/s: with the springs alone the cross level erred by 1.7 mm in D1."""
+    run = curved("class175", 8.0, "mems", track="curve_r400", start=150.0, duration=40.0)
+    truth = simulate(run, engine="compiled")
+    rows = band_errors(TrackSmoother().estimate(measure(truth, run).measurements), truth, "cross_level", "d1")
+    error = (rows["estimated [m]"] - rows["true [m]"]).to_numpy()
+    assert np.sqrt(np.mean(error**2)) < 0.6e-3
+    assert np.mean(np.abs(error) <= 2.0 * rows["std [m]"]) > 0.65
