@@ -105,7 +105,7 @@ class TrackSmoother(Estimator, frozen=True):
             canted = self._canted(way, moved)
             level = found["cross_level"].on(way.s)
             for name, share in (("left_vertical", -0.5), ("right_vertical", 0.5)):
-                found[name] = found["vertical"].with_share(level, share).without(canted)
+                found[name] = found["vertical"].with_share(level, share).without(canted | level.hidden)
         series = pd.DataFrame({"s [m]": out.s, "time [s]": out.time})
         for name, fused in found.items():
             add(series, name, fused, out, wheelbase / 2)
@@ -167,6 +167,8 @@ class TrackSmoother(Estimator, frozen=True):
         if curve.any():  # the path's long waves reach far into the bands where the record ends
             ends = np.minimum(way.s, way.s[-1] - way.s) < _across.LONGEST / 2.0
             lateral = lateral.without(np.logical_or(curve, ends))
+        if moved is not None:  # the attitude through a gap is a guess, which stands in both
+            lateral, level = lateral.without(moved.bridged), level.without(moved.bridged)
         return {"lateral": lateral, "cross_level": level}
 
     def _unbalanced(self, way: Way, moved: Attitude) -> np.ndarray:

@@ -8,6 +8,7 @@ import pytest
 from estimators.track_smoother import TrackSmoother
 from experiments.track_score import band_errors, true_track
 from railsim import measure, simulate
+from railsim.measurements import TIME, Measurements
 from railsim.scenario import Scenario
 from railsim.truth import Truth
 
@@ -76,6 +77,33 @@ def test_accelerometer_beside_the_middle_serves_for_the_one_in_it(truth: Truth):
     """Its share of the bogie's roll is taken out: without that D1 would err by more than 0.1 mm."""
     beside = BASE[0] | {"position": [0.9, 0.8, 0.1]}
     assert _errors(truth, [], [beside, *BASE[1:]])["vertical"] < 0.06
+
+
+def _gapped(measured: Measurements, channels: list[str], first: float, last: float) -> Measurements:
+    """Without the samples of some channels between two instants (s)."""
+    frames: dict[float, dict[str, np.ndarray]] = {}
+    for name in measured:
+        time = measured.time(name)
+        lost = (time > first) & (time < last) & (name in channels)
+        frames.setdefault(measured.rate(name), {TIME: time})[name] = np.where(lost, np.nan, measured[name])
+    return Measurements(measured.about, frames, measured.track)
+
+
+@pytest.mark.parametrize(("length", "hidden"), [(0.02, False), (0.5, True)])
+def test_what_a_gap_leaves_is_as_good_as_without_it(truth: Truth, length: float, hidden: bool):
+    """Attitude through a longer gap is a guess that lateral alignment and cross level would show as track."""
+    measured = measure(truth, Scenario.build(HEAD | {"sensors": BASE}), seed=4).measurements
+    whole = TrackSmoother().estimate(measured).series
+    rows = [name for name in measured if measured.rate(name) == 256.0]
+    left = TrackSmoother().estimate(_gapped(measured, rows, 12.0, 12.0 + length)).series
+    for name in ("lateral_d1", "lateral_d2", "cross_level_d1", "cross_level_d2"):
+        off = left[f"{name} [m]"].to_numpy() - whole[f"{name} [m]"].to_numpy()
+        assert np.sqrt(np.nanmean(off**2)) < np.median(whole[f"{name}_std [m]"].to_numpy())
+    time = left["time [s]"].to_numpy()
+    inside = (time > 12.0) & (time < 12.0 + length)
+    assert np.isnan(left["lateral [m]"].to_numpy()[inside]).any() == hidden
+    stated, before = (np.isfinite(one["lateral_d1 [m]"].to_numpy()).sum() for one in (left, whole))
+    assert stated > 0.4 * before
 
 
 def test_lateral_alignment_is_nearer_than_the_path_of_the_bogie(truth: Truth):
