@@ -45,7 +45,8 @@ class Case:
     ----------
     seed : of track, vehicle and sensors. speed : m/s, or knots (time s, speed m/s). duration : s.
     wear : severity. gauge : nominal gauge of the track, m: conicity falls as it grows.
-    gauge_variation : factor of the track's 2 mm. spread : of the parameters (-). ideal : sensors without errors.
+    gauge_variation, lateral_variation : factors of the track's 2 mm. stretch : factor of its wavelengths, which moves
+    the corners of its spectrum. spread : of the parameters (-). ideal : sensors without errors.
     """
 
     seed: int
@@ -56,13 +57,15 @@ class Case:
     gauge_variation: float = 1.0
     spread: float = SPREAD
     ideal: bool = False
+    lateral_variation: float = 1.0
+    stretch: float = 1.0
 
 
 def run(case: Case, engine: str = "exudyn") -> tuple[Truth, Measurements]:
     """Simulate and measure."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "track.csv"
-        write_track(_track(case.seed, case.gauge_variation), path)
+        write_track(_track(case.seed, case.gauge_variation, case.lateral_variation, case.stretch), path)
         true, known = _scenario(case, path, True), _scenario(case, path, False)
         truth = simulate(true, engine)
         return truth, measure(truth, known, case.seed).measurements
@@ -92,12 +95,13 @@ def _scenario(case: Case, track: Path, true: bool) -> Scenario:
 
 
 @lru_cache(maxsize=64)
-def _track(seed: int, gauge_variation: float) -> Track:
+def _track(seed: int, gauge_variation: float, lateral_variation: float, stretch: float) -> Track:
     """A realisation of the shipped track's spectrum that nothing was tuned on."""
     track = main_line(f"main_line_{seed}", 643_000 + seed)
     columns = dict(track.columns())
     columns["gauge_deviation"] = gauge_variation * columns["gauge_deviation"]
-    return Track(track.s, columns, track.name, ["Another realisation of paddington_bristol_like."])
+    columns["lateral"] = lateral_variation * columns["lateral"]
+    return Track(stretch * track.s, columns, track.name, ["Another realisation of paddington_bristol_like."])
 
 
 def ensemble(count: int, wears: tuple[float, float], gauges: tuple[float, float], first: int = 1) -> list[Case]:
