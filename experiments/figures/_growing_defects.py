@@ -9,8 +9,7 @@ import pandas as pd
 
 from estimators._passes import Match, changes, laid_on, match
 from estimators._space import SPACING
-from estimators.alignment_vertical import AlignmentVertical
-from estimators.cross_level import CrossLevel
+from estimators.track_smoother import TrackSmoother
 from railsim import measure, simulate
 from railsim.scenario import Scenario
 from railsim.track.files import read_track, write_track
@@ -31,6 +30,13 @@ HALF_LENGTH = 2.5  # m; where a dip has 1/e of its depth
 RADIUS = 0.01  # largest error of a wheel's radius
 NEAR = 1.0  # m
 VERTICAL, LEVEL = "vertical_d1 [m]", "cross_level_d1 [m]"
+SERIES = {
+    VERTICAL: (1.0, 0.0),
+    LEVEL: (0.0, 1.0),
+    "left_vertical_d1 [m]": (1.0, -0.5),
+    "right_vertical_d1 [m]": (1.0, 0.5),
+}
+"""What changes are looked for in, as shares of alignment and cross level."""
 
 
 def growing_defects(fast: bool) -> pd.DataFrame:
@@ -61,16 +67,21 @@ def _reported(
     """Rows of one later pass: each defect, then each report that belongs to none.
 
     Alignment is compared with the mean of all passes; cross level, into which the body's sway comes according to speed,
-    with the pass of the same speed.
+    with the pass of the same speed; so is its half in each rail, where a defect of that rail alone has its whole size.
     """
     reference = earlier[0]
     true = np.interp(reference["time [s]"], before[SPEEDS[0]].time, before[SPEEDS[0]]["s [m]"])
     reports: list[dict[str, Any]] = []
-    for name in (VERTICAL, LEVEL):
-        on = SPACING * np.arange(len(reference))
-        laid = [laid_on(one[name].to_numpy(), SPACING, _found(reference, one), on) for one in (*earlier, later)]
-        base = laid[SPEEDS.index(LATER)] if name == LEVEL else np.mean(laid[:-1], axis=0)
-        for event in changes(base, laid[-1], SPACING):
+    on = SPACING * np.arange(len(reference))
+    laid = {
+        name: [laid_on(one[name].to_numpy(), SPACING, _found(reference, one), on) for one in (*earlier, later)]
+        for name in (VERTICAL, LEVEL)
+    }
+    height, level = np.mean(laid[VERTICAL][:-1], axis=0), laid[LEVEL][SPEEDS.index(LATER)]
+    for name, (share_of_height, share_of_level) in SERIES.items():
+        base = share_of_height * height + share_of_level * level
+        now = share_of_height * laid[VERTICAL][-1] + share_of_level * laid[LEVEL][-1]
+        for event in changes(base, now, SPACING):
             place = float(np.interp(event["s [m]"], on, true))
             reports.append({"quantity": name, "place": place, "change [mm]": 1e3 * event["change [m]"]})
     rows = []
@@ -97,21 +108,19 @@ def _ride(truth: Truth, speed: float, seed: int, rng: np.random.Generator) -> pd
     """Vertical alignment and cross level of one pass; other sensors and another wheel each time."""
     scenario = Scenario.build(_values(speed, TRACK, float(rng.uniform(-RADIUS, RADIUS))))
     measured = measure(truth, scenario, seed=int(rng.integers(1 << 30)) + seed).measurements
-    series = AlignmentVertical(compensate=True).estimate(measured).series
-    series[LEVEL] = CrossLevel(compensate=True).estimate(measured).series[LEVEL]
-    return series
+    return TrackSmoother().estimate(measured).series
 
 
 def _values(speed: float, track: str, radius_error: float) -> dict[str, Any]:
     wheel = {"kind": "tachometer", "name": "wheelset1", "body": "wheelset1", "rate": 64, "radius_error": radius_error}
-    gyro = {"kind": "gyro", "name": "bogie", "body": "bogie", "axes": ["roll", "pitch"], "rate": 256, "errors": "mems"}
+    bogie = {"name": "bogie", "body": "bogie", "rate": 256, "errors": "mems"}
     return {
         "track": track,
         "vehicle": "manchester",
         "speed": {"kind": "constant", "speed": speed},
         "start": START,
         "duration": round((LENGTH - START) / speed, 1),
-        "sensors": [gyro, wheel],
+        "sensors": [{"kind": "gyro", **bogie}, {"kind": "accelerometer", **bogie}, wheel],
     }
 
 
