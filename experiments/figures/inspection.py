@@ -1,4 +1,4 @@
-"""Verification of recordings: twelve kinds of fault put in at random, and what `railsim inspect` says of them."""
+"""Verification of recordings: fourteen kinds of fault put in at random, and what `railsim inspect` says of them."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""Twelve kinds of fault, put into a recording at random; each says what it did, where and how large it is."""
+"""Fourteen kinds of fault, put into a recording at random; each says what it did, where and how large it is."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -107,6 +107,17 @@ def offset_step(spoiler: Spoiler) -> Fault:
     return spoiler.done("offset step", (name,), part, f"{size:+.3g}")
 
 
+def gain_change(spoiler: Spoiler) -> Fault:
+    """Half to 0.8 or 1.25 to 2 times the true value, from somewhere to somewhere, or to the end."""
+    name, values, rate = spoiler.choose([*_ACCELEROMETERS, *_GYROS, *_TRANSDUCERS, _BOXES[1], _BOXES[3]])
+    part = spoiler.stretch(rate, 3.5, 15.0)
+    if spoiler.rng.uniform() < 0.5:
+        part = slice(part.start, values.size)
+    factor = spoiler.rng.uniform(1.25, 2.0) ** float(spoiler.rng.choice([-1.0, 1.0]))
+    values[part] *= factor
+    return spoiler.done("gain change", (name,), part, f"times {factor:.3g}")
+
+
 def noise(spoiler: Spoiler) -> Fault:
     """White noise of 6 to 20 times the quietest density of the channel's upper spectrum, or of the data sheet's."""
     name, values, rate = spoiler.choose(CHANNELS)
@@ -192,6 +203,17 @@ def clock(spoiler: Spoiler) -> Fault:
     return fault
 
 
+def clock_shift(spoiler: Spoiler) -> Fault:
+    """The axleboxes' logger begins 20 to 300 ms late and stamps from zero on, so that all of it comes too early."""
+    rate = spoiler.measured.rate(_BOXES[0])
+    table = spoiler.frames[rate]
+    count = round(spoiler.rng.uniform(0.02, 0.3) * rate)
+    for column in list(table):
+        table[column] = table[column][:-count] if column == TIME else table[column][count:]
+    ends = float(table[TIME][0]), float(table[TIME][-1])
+    return Fault("clock shift", (f"{TIME} at {rate:g} Hz",), *ends, f"{1e3 * count / rate:.0f} ms early")
+
+
 def swapped(spoiler: Spoiler) -> Fault:
     """Two channels exchanged."""
     one, two = SWAPS[int(spoiler.rng.integers(len(SWAPS)))]
@@ -231,6 +253,7 @@ def tachometer(spoiler: Spoiler) -> Fault:
 FAULTS: dict[str, Callable[[Spoiler], Fault]] = {
     "offset": offset,
     "offset step": offset_step,
+    "gain change": gain_change,
     "noise": noise,
     "stuck": stuck,
     "null": null,
@@ -238,6 +261,7 @@ FAULTS: dict[str, Callable[[Spoiler], Fault]] = {
     "spikes": spikes,
     "saturation": saturation,
     "clock": clock,
+    "clock shift": clock_shift,
     "swapped": swapped,
     "inverted": inverted,
     "tachometer": tachometer,

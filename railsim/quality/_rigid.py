@@ -55,7 +55,7 @@ def spectra_of(measured: Measurements) -> tuple[np.ndarray, dict[str, np.ndarray
         return np.zeros(0), {}
     length = math.floor(min(measured[n].size / measured.rate(n) for n in wanted) + 1e-9)
     at = np.arange(math.ceil(LOW * length), math.floor(HIGH * length) + 1)
-    keep = _kept(measured, wanted, length)
+    keep = window_of(measured, wanted, length)
     found = {}
     for name in wanted:
         values = filled(measured[name])[: round(length * measured.rate(name))]
@@ -64,7 +64,7 @@ def spectra_of(measured: Measurements) -> tuple[np.ndarray, dict[str, np.ndarray
     return at / max(length, 1), found
 
 
-def _kept(measured: Measurements, names: list[str], length: float) -> np.ndarray:
+def window_of(measured: Measurements, names: list[str], length: float) -> np.ndarray:
     """Window over a record of `length` s at 64 Hz: 0 at the ends and where any channel has lost samples."""
     count = round(length * _COARSE)
     keep = np.ones(count + 1)

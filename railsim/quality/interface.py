@@ -7,10 +7,11 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from railsim.measurements import Measurements
+from railsim.quality._signals import kind_of
 from railsim.spec import Spec
 
 Severity = Literal["fault", "note"]
-Repair = Literal["none", "mask", "blank", "fill", "subtract", "swap", "negate", "scale", "regrid"]
+Repair = Literal["none", "mask", "blank", "fill", "subtract", "swap", "negate", "scale", "regrid", "shift", "restore"]
 
 
 @dataclass(frozen=True)
@@ -19,16 +20,16 @@ class Finding:
 
     Attributes
     ----------
-    kind : "offset", "offset step", "noise", "stuck", "null", "drop-out", "spikes", "saturation", "clock", "swapped",
-        "inverted" or "tachometer".
+    kind : "offset", "offset step", "gain change", "noise", "stuck", "null", "drop-out", "spikes", "saturation",
+        "clock", "clock shift", "swapped", "inverted" or "tachometer".
     channel : name of the channel; "time [s] at 256 Hz" for a table's times.
     start, end : s, first and last sample that is concerned.
     extent : how large it is, in words.
     advice : what to do about it.
     severity : "note" for what belongs to service (a receiver's outage, a sliding wheel): nothing is wrong.
     repair : what `railsim.quality.repair` does about it; "mask" keeps the samples from later checks only.
-    amount : of `subtract` (unit of the channel) and `scale` (factor by which to divide).
-    other : the other channel of a swap.
+    amount : of `subtract` (unit of the channel), `scale` (factor by which to divide) and `shift` (s, to later times).
+    other : the other channel of a swap, the table beside which one is shifted.
     samples : numbers of the samples that are blanked or filled, where not all from `start` to `end` are; shape (n,).
     """
 
@@ -66,3 +67,19 @@ class Check(Spec, frozen=True):
     @abstractmethod
     def find(self, measurements: Measurements) -> list[Finding]:
         """Everything of its kinds that is wrong with a recording."""
+
+
+class ChannelCheck(Check, frozen=True):
+    """Base of checks that look at one channel at a time, at most one finding each."""
+
+    apart: ClassVar[tuple[str, ...]] = ("tachometer", "gnss")
+    """Kinds of sensor that are not looked at."""
+
+    def find(self, measurements: Measurements) -> list[Finding]:
+        """The findings of all channels."""
+        looked = (name for name in measurements if kind_of(measurements, name) not in self.apart)
+        return [one for name in looked if (one := self.channel(measurements, name)) is not None]
+
+    @abstractmethod
+    def channel(self, measured: Measurements, name: str) -> Finding | None:
+        """What is wrong with a channel; None where nothing is."""

@@ -45,7 +45,7 @@ class Orientation(Check, frozen=True):
             name: float(np.nanmean(measurements[name])) for name in spectra if np.isfinite(measurements[name]).any()
         }
         along = _along(measurements, spectra)
-        choices = _choices(measurements, related, means)
+        choices = alternatives(measurements, related, means)
         read: dict[str, tuple[str, float]] = {}
         found: list[Finding] = []
         cost = self._cost(measurements, related, spectra, means, read, along)
@@ -121,7 +121,7 @@ def _calm(measured: Measurements, speed: str) -> np.ndarray:
     return np.asarray(uniform_filter1d(filled(measured[speed]), size, mode="nearest"))
 
 
-def _choices(measured: Measurements, related: list[Relation], means: Mapping[str, float]) -> list[_Reading]:
+def alternatives(measured: Measurements, related: list[Relation], means: Mapping[str, float]) -> list[_Reading]:
     """Every change of sign of a channel and every exchange of two of one kind and rate that a relation can tell."""
     seen = {name for relation in related for name in relation.weights}
     seen |= {name for name in means if kind_of(measured, name) == "accelerometer" and axis_of(name) in "xz"}

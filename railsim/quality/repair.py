@@ -7,14 +7,17 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.interpolate import CubicSpline
 
 from railsim.measurements import TIME, Measurements
+from railsim.quality._restore import restored
 from railsim.quality._signals import filled
 from railsim.quality.clock import gridded, numbers
 from railsim.quality.interface import Finding
 from railsim.recording import Recording, write_recording
 
 _Columns = dict[str, np.ndarray]
+WHOLE = 0.15  # steps by which a shift may miss a whole number of samples and is still taken as that
 
 
 def repaired(measured: Measurements, findings: Sequence[Finding]) -> Measurements:
@@ -22,9 +25,11 @@ def repaired(measured: Measurements, findings: Sequence[Finding]) -> Measurement
     faults = [one for one in findings if one.severity == "fault" and one.repair != "none"]
     if not faults:
         return measured
-    frames = _frames(measured)
-    for one in (fault for fault in faults if fault.repair != "regrid"):
+    frames = tables_of(measured)
+    for one in (fault for fault in faults if fault.repair not in ("regrid", "shift")):
         _change(frames[_rate(measured, one)], one)
+    for one in (fault for fault in faults if fault.repair == "shift"):
+        frames[_rate(measured, one)] = _shifted(frames[_rate(measured, one)], one.amount)
     for rate in {_rate(measured, one) for one in faults if one.repair == "regrid"}:
         frames[rate] = _regrid(frames[rate], rate)
     return Measurements(measured.about, frames, measured.track)
@@ -47,7 +52,7 @@ def write_repaired(
     """
     log = [one.stated() | {"done": _done(one)} for one in findings]
     about: dict[str, Any] = {**measured.about, "inspection": {"of": recording.folder.name, "findings": log}}
-    frames = {rate: pd.DataFrame(columns) for rate, columns in _frames(measured).items()}
+    frames = {rate: pd.DataFrame(columns) for rate, columns in tables_of(measured).items()}
     written = write_recording(
         folder,
         frames,
@@ -69,16 +74,19 @@ def _done(one: Finding) -> str:
         "mask": "nothing",
         "blank": "samples left out",
         "fill": "samples interpolated",
+        "restore": "samples put back by the channel's autoregressive model, long runs left out",
         "subtract": f"{one.amount:.6g} subtracted",
         "swap": f"exchanged with {one.other}",
         "negate": "sign turned round",
         "scale": f"divided by {one.amount:.6g}",
+        "shift": f"moved by {one.amount:+.6g} s",
         "regrid": "even times, missing rows left empty",
     }
     return words[one.repair]
 
 
-def _frames(measured: Measurements) -> dict[float, _Columns]:
+def tables_of(measured: Measurements) -> dict[float, _Columns]:
+    """A recording's tables by sample rate, to be changed."""
     frames: dict[float, _Columns] = {}
     for name in measured:
         table = frames.setdefault(measured.rate(name), {TIME: measured.time(name).copy()})
@@ -103,12 +111,14 @@ def _change(table: _Columns, one: Finding) -> None:
             values[at] = np.nan
             if one.repair == "fill":
                 table[name] = np.where(lost, np.nan, filled(values))
+        elif one.repair == "restore":
+            table[name] = restored(values, at, 0.5 / half)
         elif one.repair == "subtract":
             values[at] -= one.amount
         elif one.repair == "negate":
             values *= -1.0
         elif one.repair == "scale":
-            values /= one.amount
+            values[at] /= one.amount
     if one.repair == "swap" and one.other is not None:
         table[one.channel], table[one.other] = table[one.other], table[one.channel]
 
@@ -120,6 +130,26 @@ def _together(table: _Columns, name: str) -> list[str]:
         if name.endswith(ending) and twin in table:
             return [name, twin]
     return [name]
+
+
+def _shifted(table: _Columns, amount: float) -> _Columns:
+    """Values moved to stamps that are `amount` s later, on the times as they are; by whole samples where it is nearly
+    that many, else by cubic splines. Ends and neighbours of lost samples are empty.
+    """
+    time = table[TIME]
+    steps = amount / float(np.median(np.diff(time)))
+    near = np.arange(time.size) - round(steps)
+    inside = (near >= 0) & (near < time.size)
+    whole = abs(steps - round(steps)) < WHOLE
+    new: _Columns = {TIME: time}
+    for name in list(table)[1:]:
+        values = table[name]
+        source = np.where(inside, values[near.clip(0, time.size - 1)], math.nan)
+        if not whole:
+            between = CubicSpline(time, filled(values))(np.clip(time - amount, time[0], time[-1]))
+            source = np.where(np.isnan(source), math.nan, between)
+        new[name] = source
+    return new
 
 
 def _regrid(table: _Columns, rate: float) -> _Columns:

@@ -7,13 +7,13 @@ import numpy as np
 
 from railsim.measurements import Measurements
 from railsim.quality._signals import kind_of, limit, runs
-from railsim.quality.interface import Check, Finding
+from railsim.quality.interface import ChannelCheck, Finding
 from railsim.spec import quantity
 
 _STUCK = 0.25  # s; one run that is longer is a sensor that is stuck, or a vehicle at rest
 
 
-class Saturation(Check, frozen=True):
+class Saturation(ChannelCheck, frozen=True):
     """An unlimited signal takes its extreme value about once; a limited one takes it often."""
 
     fewest: int = quantity(6, unit="samples at the extreme value", source="illustrative", ge=3)
@@ -24,13 +24,8 @@ class Saturation(Check, frozen=True):
 
     stage: ClassVar[int] = 3
 
-    def find(self, measurements: Measurements) -> list[Finding]:
+    def channel(self, measured: Measurements, name: str) -> Finding | None:
         """One finding for a channel: from the first to the last sample at an end."""
-        return [one for name in measurements if (one := self._channel(measurements, name)) is not None]
-
-    def _channel(self, measured: Measurements, name: str) -> Finding | None:
-        if kind_of(measured, name) in ("tachometer", "gnss"):
-            return None
         values = measured[name]
         good = values[np.isfinite(values)]
         top = limit(measured, name, "range")
@@ -54,7 +49,7 @@ class Saturation(Check, frozen=True):
             float(time[at[0]]),
             float(time[at[-1]]),
             f"{at.size} samples ({100 * ended.mean():.2g} %) at the end of the range, {values[at[0]]:.4g}",
-            "use a larger range; what lies beyond is lost, the samples are left out",
-            repair="blank",
+            "use a larger range; what lies beyond is lost, the samples are left out (short runs of a gyro estimated)",
+            repair="restore" if kind_of(measured, name) == "gyro" else "blank",
             samples=at,
         )

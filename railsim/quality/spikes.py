@@ -6,8 +6,8 @@ import numpy as np
 
 from railsim.measurements import Measurements
 from railsim.quality._outliers import fitted, peaks, significance, step_pattern
-from railsim.quality._signals import NORMAL, Whitened, chance, kind_of, whitened
-from railsim.quality.interface import Check, Finding
+from railsim.quality._signals import NORMAL, Whitened, chance, whitened
+from railsim.quality.interface import ChannelCheck, Finding
 from railsim.spec import quantity
 
 _MOST = 10  # outliers that are fitted together
@@ -15,7 +15,7 @@ _MOST = 10  # outliers that are fitted together
 _APART = 16  # samples: more than two outliers in that many are a transient, which is real
 
 
-class Spikes(Check, frozen=True):
+class Spikes(ChannelCheck, frozen=True):
     """Additive outliers of the autoregressive model that are large beside the channel's own movement."""
 
     size: float = quantity(5.0, unit="robust standard deviations", source="illustrative", gt=0)
@@ -25,13 +25,8 @@ class Spikes(Check, frozen=True):
 
     stage: ClassVar[int] = 4
 
-    def find(self, measurements: Measurements) -> list[Finding]:
+    def channel(self, measured: Measurements, name: str) -> Finding | None:
         """One finding for a channel with all its spikes."""
-        return [one for name in measurements if (one := self._channel(measurements, name)) is not None]
-
-    def _channel(self, measured: Measurements, name: str) -> Finding | None:
-        if kind_of(measured, name) in ("tachometer", "gnss"):
-            return None
         values, time = measured[name], measured.time(name)
         white = whitened(values, measured.rate(name))
         if white is None:

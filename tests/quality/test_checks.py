@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.signal import lfilter
+from scipy.signal import lfilter, resample
 
 from railsim.measurements import TIME, Measurements
 from railsim.quality.inspection import checks, inspect
@@ -115,6 +115,7 @@ ALL, LATER = slice(None), slice(2560, None)
 CASES = {
     "offset": (SIDE, _put(SIDE, ALL, lambda v: v + 2.0), 0.0, LENGTH),
     "offset step": (LEAD_Z, _put(LEAD_Z, LATER, lambda v: v + 0.5), 10.0, LENGTH),
+    "gain change": (LEAD_Z, _put(LEAD_Z, slice(1280, 2560), lambda v: 0.7 * v), 5.0, 10.0),
     "noise": (SIDE, _put(SIDE, slice(1280, 2560), _noise), 5.0, 10.0),
     "stuck": (LEAD_Z, _put(LEAD_Z, slice(1280, 1536), lambda v: v[0]), 5.0, 6.0),
     "null": (PITCH, _put(PITCH, slice(1280, 1536), lambda _: 0.0), 5.0, 6.0),
@@ -166,9 +167,26 @@ def test_repair_brings_the_true_samples_back(kind: str):
         if kind == "noise":
             continue  # reported, not taken out
         allowed = 0.25 if kind in ("offset", "offset step", "spikes") else 1e-9
+        if kind == "gain change" and name == LEAD_Z:
+            edge = np.abs(clean.time(name)[:, None] - (5.0, 10.0)).min(axis=1) < 0.3
+            off, allowed = np.where(edge, 0.0, off), 0.8  # 2 % of gravity is 0.4 standard deviations
         allowed = 0.02 * 20 if kind == "tachometer" and name == TACHOMETER else allowed * spread
         assert np.nanmax(np.abs(off)) <= allowed, name
         assert np.isfinite(mended[name]).mean() > 0.7
+
+
+def test_limited_samples_of_a_gyro_come_back_nearly_as_they_were():
+    """Movement up to 15 Hz sampled at 256 Hz is known from its neighbours: within a quarter of what was cut off."""
+    about, frames = _bogie(1)
+    clean = frames[RATE][PITCH].copy()
+    limit = float(np.quantile(clean, 0.98))
+    frames[RATE][PITCH] = np.minimum(clean, limit)
+    done = inspect(_measured(about, frames))
+    assert [one.kind for one in done.faults] == ["saturation"]
+    cut = clean > limit
+    off, lost = (done.cleaned[PITCH] - clean)[cut], clean[cut] - limit
+    assert np.isfinite(off).mean() > 0.9
+    assert np.sqrt(np.nanmean(off**2)) < 0.25 * np.sqrt(np.mean(lost**2))
 
 
 def test_missing_rows_come_back_as_a_gap():
@@ -179,6 +197,37 @@ def test_missing_rows_come_back_as_a_gap():
     assert [(one.kind, one.channel) for one in done.faults] == [("drop-out", "time [s] at 256 Hz")]
     np.testing.assert_allclose(done.cleaned.time(PITCH), whole, atol=1e-9)
     assert np.flatnonzero(np.isnan(done.cleaned[PITCH])).tolist() == list(range(1000, 1300))
+
+
+def _two_tables(shift: int) -> Measurements:
+    """The second accelerometer in a table of 512 Hz that begins `shift` samples late and stamps from zero on."""
+    about, frames = _bogie(7)
+    names = [name for name in frames[RATE] if name.startswith("bogie_lead")]
+    fast = {name: np.asarray(resample(frames[RATE].pop(name), round(2 * RATE * LENGTH)), float) for name in names}
+    count = round(2 * RATE * LENGTH) - shift
+    frames[2 * RATE] = {TIME: np.arange(count) / (2 * RATE)} | {name: fast[name][shift:] for name in names}
+    return _measured(about, frames)
+
+
+def test_a_table_that_runs_early_is_found_and_moved():
+    clean, done = _two_tables(0), inspect(_two_tables(64))
+    assert inspect(clean).faults == []
+    assert [(one.kind, one.channel, one.other) for one in done.faults] == [
+        ("clock shift", "time [s] at 512 Hz", "time [s] at 256 Hz")
+    ]
+    assert done.faults[0].amount == pytest.approx(64 / 512, abs=5e-4)
+    np.testing.assert_array_equal(done.cleaned[LEAD_Z][64:], clean[LEAD_Z][64 : done.cleaned[LEAD_Z].size])
+    assert np.isnan(done.cleaned[LEAD_Z][:64]).all()
+
+
+def test_a_sensor_of_another_gain_throughout_is_named_too():
+    about, frames = _bogie(1)
+    frames[RATE][PITCH] *= 1.25
+    found = inspect(_measured(about, frames)).faults
+    assert [(one.kind, one.channel, one.start, one.end) for one in found] == [
+        ("gain change", PITCH, 0.0, frames[RATE][TIME][-1])
+    ]
+    assert found[0].amount == pytest.approx(1.25, rel=0.03)
 
 
 def test_a_step_that_two_sensors_feel_is_real():
@@ -210,7 +259,7 @@ def test_a_sliding_wheel_is_a_note_and_missing_pulses_are_a_fault():
 
 
 def test_every_finding_says_what_to_do():
-    assert len(checks()) == 10
+    assert len(checks()) == 12
     for kind in CASES:
         for one in inspect(_spoilt(kind)).findings:
             assert one.advice
