@@ -1,7 +1,7 @@
 """Weak secondary dampers: estimated health over the true one, a damper that fails on the way, and false alarms.
 
-The sweep and the steps are on `straight_erri_low`; every healthy minute is on other irregularities of ERRI B176 low than
-those that the model's noise was chosen on. Bogie and body sensors only.
+The sweep and the steps are on `straight_erri_low`; every healthy minute is on other irregularities of ERRI B176 low
+than those that the model's noise was chosen on. Bogie and body sensors only.
 """
 
 import tempfile
@@ -27,6 +27,7 @@ NAMES = ("lateral dampers", "yaw dampers")
 SETTLED = 15.0  # s; before, a verdict is not asked for
 ONSET, FOLLOWED = 30.0, 30.0  # s
 CLOSE = 0.15  # of the nominal damping: a step has been followed
+LENGTH = 2400.0  # m: more than a vehicle runs in that minute and before
 MINUTES, FAST_MINUTES = 100, 1
 WORKERS = 2
 EVERY = 4  # samples of 256 Hz: enough for verdicts (C_spsi comes out a few per cent smaller), at a quarter of the work
@@ -110,7 +111,7 @@ def run(job: dict[str, Any], folder: Path) -> pd.DataFrame:
     """One run and its estimate: health of the job's component and of the other over time."""
     changes: dict[str, Any] = {"duration": SETTLED + 60.0 if job["what"] == "healthy" else 65.0}
     if "seed" in job:
-        changes["track"] = str(write_other(folder, job["seed"]))
+        changes["track"] = str(write_other(folder, job["seed"], LENGTH))
     if job["share"] < 1.0:
         onset = {"onset": ONSET} if job["what"] == "step" else {}
         changes["effects"] = [{"kind": EFFECTS[job["component"]], "factor": job["share"], **onset}]
