@@ -13,6 +13,7 @@ from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 STEP = 0.01  # of the box, for derivatives
+LEVELS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of `track_level`, between which its logarithm is sought
 REGULAR = 1e-9
 
 
@@ -23,6 +24,9 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
     the share of independent samples as in `suspension_rbpf`: the Cramer-Rao bound of the model, were it right.
     """
 
+    fit_level: bool = quantity(
+        False, unit="-", source="the level of an unknown track by likelihood too; five times the work"
+    )
     starts: int = quantity(64, unit="-", source="illustrative: random places of the box, the best begins", ge=1)
     seed: int = quantity(1, unit="-", source="random numbers of the starts", ge=0)
 
@@ -33,7 +37,30 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
         ------
         InputError : a channel, the speed, the track or a parameter of the vehicle is missing.
         """
-        problem = self.prepare(measurements)
+        if not (self.fit_level and self.track == "unknown"):
+            problem = self.prepare(measurements)
+            return self._estimate(problem, *self._fit(problem)[:2], {})
+        return self._with_level(measurements)
+
+    def _with_level(self, measurements: Measurements) -> Estimate:
+        """The largest likelihood over the level as well: a parabola through the best of `LEVELS` and its neighbours."""
+        problems = [self.but(track_level=self.track_level * one).prepare(measurements) for one in LEVELS]
+        fits = [self._fit(problem) for problem in problems]
+        best = min(max(int(np.argmin([cost for _, _, cost in fits])), 1), len(LEVELS) - 2)
+        near = range(best - 1, best + 2)
+        logs = np.log([problems[i].settings.track_level for i in near])
+        bend, slope, _ = np.polyfit(logs - logs[1], [fits[i][2] for i in near], 2)
+        at = float(np.clip(-slope / (2.0 * bend), logs[0] - logs[1], logs[2] - logs[1])) if bend > 0.0 else 0.0
+        found = self.but(track_level=float(np.exp(logs[1] + at)))
+        problem = found.prepare(measurements)
+        mean, std, _ = found._fit(problem)
+        drift = (fits[best + 1][0] - fits[best - 1][0]) / (logs[2] - logs[0])
+        level_std = 1.0 / np.sqrt(2.0 * bend) if bend > 0.0 else np.inf
+        about = {"track_level": found.track_level, "track_level_log_std": float(level_std)}
+        return self._estimate(problem, mean, np.hypot(std, drift * level_std), about)
+
+    def _fit(self, problem: Problem) -> tuple[np.ndarray, np.ndarray, float]:
+        """Parameters (3,), their standard deviations, and minus the logarithm of the likelihood there."""
         rng = np.random.default_rng(self.seed)
         places = rng.random((self.starts, 3))
         best = places[int(np.argmax(cost_of(problem, places) * -1.0))]
@@ -45,13 +72,16 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
             bounds=[(0.0, 1.0)] * 3,
         )
         size = problem.high - problem.low
-        mean, std = problem.low + found.x * size, np.sqrt(np.diag(np.abs(covariance(problem, found.x)))) * size
-        time = problem.record.time[[0, -1]]
+        std = np.sqrt(np.diag(np.abs(covariance(problem, found.x)))) * size
+        return problem.low + found.x * size, std, float(found.fun)
+
+    def _estimate(self, problem: Problem, mean: np.ndarray, std: np.ndarray, about: dict[str, float]) -> Estimate:
+        """The same values at the first and last sample."""
         row = [value for pair in zip(mean, std, strict=True) for value in pair]
         names = [name for pair in ((one, std_name(one)) for one in PARAMETERS) for name in pair]
-        rows = [[at, *row, 1.0, 0.0, 1.0] for at in time]
+        rows = [[at, *row, 1.0, 0.0, 1.0] for at in problem.record.time[[0, -1]]]
         series = pd.DataFrame(rows, columns=pd.Index(["time [s]", *names, *COLUMNS]))
-        return Estimate(self.name, series, report(self, problem, series, []))
+        return Estimate(self.name, series, {**report(self, problem, series, []), **about})
 
 
 def cost_of(problem: Problem, places: np.ndarray) -> np.ndarray:

@@ -9,7 +9,8 @@ from scipy.stats import qmc
 from estimators._half_vehicle import DEGREES, FULL, INPUTS, WITHOUT_WHEELSETS, half_vehicle, nominal
 from estimators._shaping import Prior
 from estimators._suspension_bank import exact, gains, run_bank, unpacked
-from estimators._suspension_model import Unknowns, discrete, layout, shaped, steady
+from estimators._suspension_information import fisher
+from estimators._suspension_model import Discrete, Unknowns, discrete, layout, shaped, steady
 from estimators.suspension_ml import SuspensionMl
 from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
@@ -113,6 +114,16 @@ def test_low_passed_noise_has_the_spectrum_that_white_noise_has_behind_the_filte
     F, Q = (part[first : first + 2, first : first + 2] for part in (system.F, system.Q))
     variance = solve_discrete_lyapunov(F, Q)[0, 0]
     assert variance == pytest.approx(2.0 * intensity * corner * np.pi / (2.0 * np.sqrt(2.0)), rel=1e-9)
+
+
+def test_information_on_a_level_is_half_the_number_of_samples():
+    """A signal whose whole spectrum goes with exp(p): the variance of the logarithm of a variance is 2 / n."""
+
+    def system(p: np.ndarray) -> Discrete:
+        one = np.ones((1, 1))
+        return Discrete(0.9 * one, 0.0 * one, one, 0.0 * one, np.exp(p[0]) * one, 1e-12 * one)
+
+    assert fisher(system, np.array([0.3]), 64.0, 1e-4, 100.0)[0, 0] == pytest.approx(3200.0, rel=1e-3)
 
 
 def test_creep_shares_are_those_of_polachs_law_on_dry_rails():
