@@ -5,7 +5,8 @@ For a stationary Gaussian signal of spectrum S(f), observed for T seconds (Whitt
     I_ij = T integral from 0 to half the sample rate of tr(S^-1 dS/dp_i S^-1 dS/dp_j) df,
 
 with S = H Q H* + R, H = C (z - F)^-1 of the very matrices that the estimators' filters are made of. No unbiased
-estimate has a smaller covariance than its inverse. The parameters are those of `PARAMETERS` and the logarithm of the level.
+estimate has a smaller covariance than its inverse. The parameters are those of `PARAMETERS` and the logarithm of the
+level.
 """
 
 from collections.abc import Callable

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
 from estimators._half_vehicle import PARAMETERS
@@ -55,6 +56,11 @@ class SuspensionParticles(Figure):
         axes[1].loglog(speed.index, speed, "o-", color="#d55e00", ms=4)
         axes[1].axhline(REAL_TIME, color="black", lw=0.7, ls="--")
         axes[1].set(xlabel="particles", ylabel="times real time, one core", title="speed at 256 Hz, seven channels")
+        for panel in axes:
+            panel.minorticks_off()  # their labels stand in each other
+            panel.set_xticks(counts, [f"{count:.0f}" for count in counts])
+        _ticks(axes[0], (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0))
+        _ticks(axes[1], (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0))
         return picture
 
     def check(self, table: Any) -> list[Claim]:
@@ -71,6 +77,12 @@ class SuspensionParticles(Figure):
 
     def notes(self) -> list[str]:
         return ["The speed is of processor time and falls while other work runs on the same cores."]
+
+
+def _ticks(panel: Axes, values: tuple[float, ...]) -> None:
+    low, high = panel.get_ylim()
+    inside = [value for value in values if low <= value <= high]
+    panel.set_yticks(inside, [f"{value:g}" for value in inside])
 
 
 def _spread(table: Any, name: str) -> Any:
