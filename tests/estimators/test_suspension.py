@@ -61,6 +61,16 @@ def test_maximum_likelihood_agrees_with_the_particles():
     assert (np.abs(particles - fit) < (2e3, 8e4, 0.01)).all()
 
 
+def test_level_of_an_unknown_track_comes_out_where_it_is_assumed_three_times_too_low():
+    """The run's track is ERRI B176 low: level 1."""
+    estimator = SuspensionMl(
+        keep_every=4, starts=8, wheelset_sensors=False, track="unknown", track_level=0.3, fit_level=True
+    )
+    found = estimator.estimate(recording().measurements)
+    assert found.about["track_level"] == pytest.approx(1.0, rel=0.35)
+    assert found.series[PARAMETERS[2]].to_numpy()[-1] == pytest.approx(0.15, abs=0.04)
+
+
 @pytest.mark.parametrize("value", [np.nan, 0.0, 78.5])
 def test_a_dead_channel_gives_the_bytes_of_a_recording_without_it(value: float):
     run, name = recording(12.0).measurements, FULL[0]

@@ -9,6 +9,7 @@ from estimators._verdicts import std_name
 from estimators.interface import Estimate
 from experiments.figures.fig07 import FULL, OTHER, REDUCED, UNCERTAIN, Fig07
 from experiments.figures.fig07 import NOMINAL as TRUE
+from experiments.figures.suspension_identifiability import SuspensionIdentifiability
 from experiments.score import score
 from experiments.suspension_score import true_parameters
 from railsim import load_scenario, simulate
@@ -58,3 +59,26 @@ def test_figure_7_says_when_conicity_does_converge():
 
 def test_figure_7_has_four_panels():
     assert len(Fig07().draw(table(0.18)).axes) == 4
+
+
+def information(curvature: float, estimates: tuple[float, ...]) -> pd.DataFrame:
+    """What `suspension_identifiability` would hold for some estimates of the conicity, of true 0.15."""
+    rows: list[dict[str, object]] = []
+    for found in estimates:
+        for name, true, value in zip(PARAMETERS, VALUES, (*VALUES[:2], found), strict=True):
+            rows.append({"what": f"estimate of {name}", "value": value, "true": true})
+    for level in (0.5, 1.0):
+        rows += [{"what": "profile", "level": level, "conicity": one, "value": -level} for one in (0.1, 0.15, 0.2)]
+    for known in (0.0, 1.0):
+        rows.append({"what": "bound", "known": known, "value": 0.004})
+        rows.append({"what": "curvature", "known": known, "seconds": 240.0, "value": curvature})
+    return pd.DataFrame(rows)
+
+
+def test_identifiability_says_when_curvature_and_bound_disagree():
+    """Four times as long a record has half the deviation."""
+    held = [claim.held for claim in SuspensionIdentifiability().check(information(0.002, (0.14, 0.17)))]
+    assert held == [True] * len(held)
+    wrong = SuspensionIdentifiability().check(information(0.004, (0.14, 0.19)))
+    assert [claim.held for claim in wrong] == [False, True, True, True, False, False]
+    assert len(SuspensionIdentifiability().draw(information(0.002, (0.14,))).axes) == 2
