@@ -9,9 +9,10 @@ import numpy as np
 
 import estimators
 from estimators import _across
-from estimators._bands import BANDS
+from estimators._bands import BANDS, response
 from estimators._fused import Kind
 from estimators._geometry import TrackEstimator
+from estimators._information import wavenumbers
 from estimators._readings import attitude
 from estimators._space import find_way
 from estimators.alignment_accelerometer import AlignmentAccelerometer
@@ -20,13 +21,14 @@ from estimators.alignment_vertical import AlignmentVertical
 from estimators.cross_level import CrossLevel
 from estimators.interface import Estimate, Estimator
 from estimators.track_smoother import LATERAL_DAMPED, LATERAL_STIFF_AND_HEAVY, STIFF_AND_HEAVY, TrackSmoother
-from experiments.figures._track_runs import PLACES, gyro_at, place_name, sensors
+from experiments.figures._track_runs import PLACES, SHARE, gyro_at, place_name, sensors
 from experiments.track_score import MM, band_errors, true_track
 from railsim import measure, simulate
 from railsim.contact.pairs import WheelRailPair
 from railsim.measurements import Measurements
 from railsim.registry import discover
 from railsim.scenario import Scenario
+from railsim.sensors.accelerometer import AXLEBOX
 from railsim.truth import Truth
 
 START = 25.0  # m
@@ -137,7 +139,7 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
         "alignment_vertical": (("bogie.rate_pitch",), ()),
         ACCELEROMETER: (("bogie.acceleration_z",), ()),
         DISPLACEMENT: (("bogie.acceleration_z", "bogie.rate_pitch", "primary"), ("bogie.rate_roll", "primary")),
-        AXLEBOXES: (("axlebox1_left.acceleration_z",), ("axlebox1_left.acceleration_z",)),
+        AXLEBOXES: (("axlebox1_left.acceleration_z",), ()),
         "alignment_lateral": ((), ("bogie.rate_yaw", "bogie.rate_roll")),
         "cross_level": ((), ("bogie.rate_roll",)),
     }
@@ -155,7 +157,25 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
         for band in BANDS if all(kinds) else ():
             rail = float(np.hypot(found[estimator, "vertical", band], found[estimator, "cross_level", band] / 2.0))
             found |= {(estimator, f"{name}_vertical", band): rail for name in ("left", "right")}
+    heights = up.priors[0].density(wavenumbers()) + side.priors[1].density(wavenumbers()) / 4.0
+    for band, value in _rail(heights, AXLEBOX.noise_density, speed).items():
+        found |= {(AXLEBOXES, f"{name}_vertical", band): value for name in ("left", "right")}
     return found
+
+
+def _rail(heights: np.ndarray, density: float, speed: float) -> dict[str, float]:
+    """The bound of one rail's height by both axleboxes of a wheelset that is rigid, m, by band.
+
+    Parameters
+    ----------
+    heights : the rail's prior spectrum at `wavenumbers`, m^2/(rad/m). density : noise of one axlebox, m/s2/sqrt(Hz).
+    """
+    k = wavenumbers()
+    noise = (SHARE * density) ** 2 * speed / (2.0 * np.pi) / (speed * k) ** 4
+    left = 1.0 / (1.0 / heights + 1.0 / noise)
+    return {
+        name: float(np.sqrt(np.trapezoid(left * response(k, band) ** 2 * k, np.log(k)))) for name, band in BANDS.items()
+    }
 
 
 def _coverage(

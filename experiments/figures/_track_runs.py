@@ -17,6 +17,7 @@ from railsim.truth import Truth
 TRACK = "straight_erri_low"
 LONGEST = 240.0  # s of a run
 RADIUS_ERROR = 0.005
+SHARE = np.hypot(0.875, 0.125)  # noise of a rail's height over that of one axlebox: 0.75 m against 1 m from the middle
 PLACES = (-1.28, -0.64, 0.0, 0.64, 1.28)  # m before the bogie's centre; the outer ones are above the wheelsets
 
 

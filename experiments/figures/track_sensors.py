@@ -12,7 +12,7 @@ from estimators.alignment_displacement import AlignmentDisplacement
 from estimators.alignment_lateral import AlignmentLateral
 from estimators.alignment_vertical import AlignmentVertical
 from estimators.axlebox_profile import AxleboxProfile
-from experiments.figures._track_runs import PLACES, errors, gyro_at, noise_limit, place_name, run
+from experiments.figures._track_runs import PLACES, SHARE, errors, gyro_at, noise_limit, place_name, run
 from experiments.figures.interface import Claim, Figure
 from experiments.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from railsim.sensors.accelerometer import AXLEBOX
@@ -24,7 +24,6 @@ SLOW, MIDDLE, FAST = SPEEDS[0], 20.0, 45.0  # m/s; 15 km/h is the paper's lowest
 GYRO, ACCELEROMETER, DISPLACEMENT, AXLEBOXES = "pitch gyro", "accelerometer", "with displacement", "axleboxes"
 PLAIN, COMPENSATED = "yaw gyro", "yaw gyro, compensated"
 COLOURS = {GYRO: BLUE, ACCELEROMETER: RED, DISPLACEMENT: GREEN, AXLEBOXES: ORANGE, PLAIN: GREY, COMPENSATED: PURPLE}
-SHARE = np.hypot(0.875, 0.125)  # noise of a rail's height over that of one axlebox: 0.75 m against 1 m from the middle
 APART = 0.3  # mm rms
 
 
