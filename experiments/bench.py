@@ -25,7 +25,8 @@ from railsim.simulation import build_run, load_engine, measure, simulate
 
 UNIT = "s/s"
 SCENARIO = "straight_erri_low"
-WHEELSET = "wheelset_new"
+WHEELSET, RECURSIVE = "wheelset_new", "rolling_radii_rls"
+"""Scenario of the online conicity filters, and the estimator whose recursion alone is online."""
 REPEATS = 3  # the median is reported
 FAST_DURATION = 8.0  # s
 ANALYTIC = "engine compiled"
@@ -58,6 +59,7 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     variants = {name: load_scenario(SCENARIO, {**shorter, **changes}) for name, changes in VARIANTS.items()}
     dense = joint_rows(repeats, FAST_DURATION if fast else None)
     wheelset = estimator_rows(load_scenario(WHEELSET, shorter), repeats, kind=OnlineEstimator)
+    wheelset += estimator_rows(load_scenario(WHEELSET, shorter), repeats, RECURSIVE)
     plain = load_scenario(ADHESION, {"duration": 2.0 * FAST_DURATION} if fast else {})
     adhesion = estimator_rows(plain, repeats, ADHESION_ESTIMATORS)
     known = [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense, *wheelset]

@@ -95,6 +95,7 @@ def test_claims_without_a_track(error: float, held: bool):
     rows += [
         {"part": "wear", "case": "wear", "wear [-]": w, "true [-]": w, "std [-]": 0.02}
         | {"at 2 mm [-]": w if held else -w, "least squares at 2 mm [-]": w if held else -w}
+        | {"true [-]": w, "least squares [-]": w if held else -w}
         | {"estimate [-]": w, "at nominal gauge [-]": w}
         for w in (0.1, 0.2, 0.3)
     ]
