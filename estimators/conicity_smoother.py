@@ -53,7 +53,7 @@ class ConicitySmoother(Estimator, frozen=True):
         2e-3, unit="m (std) that the gauge is expected to vary by", source="Ward et al. 2011", ge=0.0
     )
     gauge_error: float = quantity(
-        9.0, unit="1/m: std of conicity by that", source="tuned on 6 runs, 7500 to 7505", ge=0.0
+        20.0, unit="1/m: std of conicity by that", source="tuned on conicity_blind, worn", ge=0.0
     )
     window: float = quantity(4.0, unit="s, of the conicity over time", source="illustrative", gt=0.0)
 
