@@ -252,7 +252,8 @@ def fuse(plane: Plane, way: Way, bands: Sequence[dict[str, Band]], distance_erro
         excess = np.maximum(variance[:, number] - BEYOND * stationary, 0.0)
         band_std = {}
         for name, band in own.items():
-            near = np.where(_near_gap(seen, way.spacing, band.longest), excess, 0.0)
+            unknown = of(lambda one: one.tracks, band)  # of the band without any reading: no more can be unsure
+            near = np.where(_near_gap(seen, way.spacing, band.longest), np.minimum(excess, unknown), 0.0)
             band_std[name] = np.sqrt(of(lambda one: one.bound, band) + local[band][:, number] + near)
         std = np.sqrt(variance[:, number] + wrong)
         found.append(

@@ -18,6 +18,7 @@ from estimators._readings import Reading
 from estimators._space import Way
 
 FITTED = (2.5, 60.0)  # m; wavelengths that are looked at
+SLOWER = 0.6  # of the usual speed; slower, readings are scaled up by so much that their noise looks like track
 SHORTEST = 256  # steps of the grid
 BINS = 120  # equal in the logarithm of the wavenumber
 LEVELS = (-22.0, -9.0)  # natural logarithm of the level in m rad: 3e-10 to 1e-4; ERRI's lie at -15
@@ -96,6 +97,7 @@ def spectra(readings: Sequence[Reading], way: Way, speed: float, where: np.ndarr
     """Of the longest stretch that all readings have; None where that is too short. They are scaled to `speed`."""
     values = np.stack([one.values for one in readings], axis=1)
     known = where & np.isfinite(values).all(axis=1)
+    known &= way.speed > SLOWER * speed
     ends = max(stretches(known), key=lambda ends: ends[1] - ends[0], default=(0, 0))
     if ends[1] - ends[0] < SHORTEST:
         return None
