@@ -71,9 +71,13 @@ class SuspensionIdentifiability(Figure):
         axes[0].plot(best.index, best - top, "k--", lw=1.6, label="best of these levels")
         axes[0].axvline(0.15, color="black", lw=0.7)
         axes[0].set(
-            xlabel="conicity", ylabel="logarithm of the likelihood", title="bogie, body; track unknown", ylim=(-400, 20)
+            xlabel="conicity",
+            ylabel="logarithm of the likelihood",
+            title="bogie, body; track unknown",
+            ylim=(-1300, 40),
         )
-        axes[0].legend(fontsize=7)
+        axes[0].set_xticks([0.05, 0.1, 0.15, 0.2, 0.25])
+        axes[0].legend(fontsize=7, loc="lower center")
         bounds = table[table[WHAT] == "bound"]
         for known, label, colour in ((1.0, "level known", "#0072b2"), (0.0, "level unknown", "#d55e00")):
             std = float(bounds.loc[bounds["known"] == known, VALUE].iloc[0])
@@ -107,7 +111,9 @@ class SuspensionIdentifiability(Figure):
         claims.append(Claim(text, bound, "<= 0.01", bound <= 0.01))
         for known, text in ((1.0, "known"), (0.0, "unknown")):
             row = table[(table[WHAT] == "curvature") & (table["known"] == known)].iloc[0]
-            expected = float(bounds.loc[bounds["known"] == known, VALUE].iloc[0]) * np.sqrt(60.0 / row["seconds"])
+            expected = float(bounds.loc[bounds["known"] == known, VALUE].iloc[0]) * float(
+                np.sqrt(60.0 / row["seconds"])
+            )
             ratio = float(row[VALUE]) / expected
             name = f"deviation by the curvature of the likelihood over the bound, data of the model, level {text}"
             claims.append(Claim(name, ratio, "0.85 to 1.18", 0.85 <= ratio <= 1.18))

@@ -79,6 +79,7 @@ def test_identifiability_says_when_curvature_and_bound_disagree():
     """Four times as long a record has half the deviation."""
     held = [claim.held for claim in SuspensionIdentifiability().check(information(0.002, (0.14, 0.17)))]
     assert held == [True] * len(held)
+    assert {type(one) for one in held} == {bool}  # what JSON takes
     wrong = SuspensionIdentifiability().check(information(0.004, (0.14, 0.19)))
     assert [claim.held for claim in wrong] == [False, True, True, True, False, False]
     assert len(SuspensionIdentifiability().draw(information(0.002, (0.14,))).axes) == 2
