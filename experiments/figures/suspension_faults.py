@@ -92,8 +92,9 @@ class SuspensionFaults(Figure):
             steps = table[(table["what"] == "step") & (table["component"] == component)]
             for share, one in steps.groupby("share"):
                 error = np.abs(one["health"].to_numpy() - float(str(share)))
-                late = one[TIME].to_numpy()[error > CLOSE]
-                took = float(late.max() - ONSET) if len(late) else 0.0
+                time, far = one[TIME].to_numpy(), np.flatnonzero(error > CLOSE)
+                first = int(far[-1]) + 1 if len(far) else 0  # of the rows that stay close
+                took = float(time[first] - ONSET) if first < len(time) else float("inf")
                 text = f"{name}: step to {100 * float(str(share)):.0f} % followed to 15 % of new after, s"
                 claims.append(Claim(text, took, f"<= {FOLLOWED:g} s", took <= FOLLOWED))
         healthy = table[(table["what"] == "healthy") & (table[TIME] >= SETTLED)]
