@@ -110,7 +110,7 @@ def run_digest(scenario: Scenario, engine: str) -> str:
     run["effects"] = [effect.settings() for effect in scenario.effects if effect.acts_on != "sensor"]
     run |= {"track": scenario.geometry.digest(), "features": _features(scenario), "substeps": scenario.steps_a_row}
     versions = {name: version for name, version in software_versions().items() if name in _NUMERICS}
-    return digest_of([engine, run, versions, _code_digest()])
+    return digest_of([engine, run, versions, code_digest()])
 
 
 def measure(truth: Truth, scenario: Scenario, seed: int | None = None, folder: Path | str | None = None) -> Recording:
@@ -216,7 +216,7 @@ def _measured_track(scenario: Scenario, seed: int) -> pd.DataFrame | None:
     return survey(scenario.geometry, scenario.track_errors, rng)
 
 
-def _code_digest() -> str:
+def code_digest() -> str:
     """SHA-256 over the source of everything that shapes a run."""
     root = Path(str(engines.__file__)).parents[1]
     wanted = [

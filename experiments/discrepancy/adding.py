@@ -36,8 +36,8 @@ def gaps(findings: Findings, after: np.ndarray) -> tuple[Gaps, dict[str, Gaps]]:
     `after`: coefficients (k, f, c) that the model with the effect predicts.
     """
     problem = findings.problem
-    nominal = problem.stacked(problem.forward.predict(np.zeros(len(findings.null.z))))
-    null = problem.stacked(findings.null.prediction)
+    nominal = problem.stacked(problem.forward.predict(np.zeros(len(findings.null.fit.z))))
+    null = findings.null.fit.stacked
     states = (nominal, null, after)
     whole = Gaps(*(_rms(problem.whitened(problem.measured - one)[problem.test]) for one in states))
     if problem.white is None:

@@ -17,6 +17,7 @@ SURE = 0.9  # share of the probability that names
 IN_SET = 0.02  # share from which an alternative is listed
 UNEXPLAINED = 0.5  # share of the held-out excess that a named effect must take where the excess is large
 LARGE = 1.3  # held-out gap (root mean square) from which that is asked for
+FURTHER = 5.0  # nats that each effect after the first must bring beyond its own evidence
 LOCAL = ("track",)  # what acts in few places may speak in few sections
 
 
@@ -57,36 +58,34 @@ def held_out_gap(problem: Problem, fit: Fit) -> float:
     return float(np.sqrt(np.mean(fit.residual[problem.test] ** 2)))
 
 
-def judge(problem: Problem, null: Fit, null_log_evidence: float, hypotheses: Sequence[Hypothesis]) -> list[Judged]:
+def judge(problem: Problem, null: Hypothesis, hypotheses: Sequence[Hypothesis]) -> list[Judged]:
     """Figures of every hypothesis, the most probable first."""
     evidence: list[float] = []
     held: list[float] = []
     for one in hypotheses:
-        plain = one.log_evidence - null_log_evidence
-        local = one.candidate.kind.acts_on in LOCAL
-        evidence.append(plain if local else robust_evidence(problem, one, null, null_log_evidence))
-        before = (WEIGHT * null.residual[problem.test]) ** 2
+        local = any(candidate.kind.acts_on in LOCAL for candidate in one.candidates)
+        plain = one.log_evidence - null.log_evidence
+        value = plain if local else robust_evidence(problem, one, null)
+        evidence.append(value - FURTHER * (len(one.candidates) - 1))
+        before = (WEIGHT * null.fit.residual[problem.test]) ** 2
         after = (WEIGHT * one.fit.residual[problem.test]) ** 2
         held.append(0.5 * float(before.sum() - after.sum()))
-    best: dict[str, float] = {}
+    best: dict[frozenset[str], float] = {}
     for one, value, outside in zip(hypotheses, evidence, held, strict=True):
-        name = one.candidate.equivalence
-        best[name] = max(best.get(name, -math.inf), value if outside > 0.0 else value - ENOUGH)
+        best[one.classes] = max(best.get(one.classes, -math.inf), value if outside > 0.0 else value - ENOUGH)
     top = max([0.0, *best.values()])
-    weights = {name: math.exp((value - top) / TEMPERATURE) for name, value in best.items()}
+    weights = {classes: math.exp((value - top) / TEMPERATURE) for classes, value in best.items()}
     total = sum(weights.values()) + math.exp(-top / TEMPERATURE)
     judged = [
-        Judged(one, value, outside, weights[one.candidate.equivalence] / total, held_out_gap(problem, one.fit))
+        Judged(one, value, outside, weights[one.classes] / total, held_out_gap(problem, one.fit))
         for one, value, outside in zip(hypotheses, evidence, held, strict=True)
     ]
     return sorted(judged, key=lambda one: (-one.probability, -one.evidence))
 
 
-def decide(
-    problem: Problem, null: Fit, located: Located, judged: Sequence[Judged], left: float | None = None
-) -> Decision:
-    """One of the four verdicts, with the reason in words; `left`: gap with all effects that were added."""
-    gap = held_out_gap(problem, null)
+def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequence[Judged]) -> Decision:
+    """One of the four verdicts, with the reason in words."""
+    gap = held_out_gap(problem, null.fit)
     accepted = [one for one in judged if one.evidence >= ENOUGH and one.held_out > 0.0]
     if not accepted:
         if located.significant:
@@ -95,12 +94,11 @@ def decide(
         text = "nothing is left that tolerances, sensors and the track file do not explain"
         return Decision("none", tuple(judged), 1.0 - (judged[0].probability if judged else 0.0), text)
     first = accepted[0]
-    left = first.gap if left is None else left
-    share = explained(gap, left)
-    if left > LARGE and share < UNEXPLAINED:
-        text = f"the best effect, {first.hypothesis.candidate.name}, explains only {share:.0%} of what is left"
+    share = explained(gap, first.gap)
+    if first.gap > LARGE and share < UNEXPLAINED:
+        text = f"the best effect, {first.hypothesis.label}, explains only {share:.0%} of what is left"
         return Decision("unknown", tuple(judged), _certain(located), text)
-    classes = {one.hypothesis.candidate.equivalence for one in accepted if one.probability >= IN_SET}
+    classes = {one.hypothesis.classes for one in accepted if one.probability >= IN_SET}
     if first.probability >= SURE or len(classes) == 1:
         return Decision("named", tuple(accepted), first.probability, "one class of effects explains it best")
     text = "several classes of effects explain it nearly as well"

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from experiments.discrepancy.candidates import Candidate, Context
-from experiments.discrepancy.fitting import Fit, Problem
-from experiments.discrepancy.hypothesis import Hypothesis, Tell, fit_candidate
+from experiments.discrepancy.decide import held_out_gap
+from experiments.discrepancy.fitting import Problem
+from experiments.discrepancy.hypothesis import Hypothesis, Tell, hypothesis
 from experiments.discrepancy.latent import LatentForce
 from railsim import effects as library
 from railsim.effects.interface import Effect
@@ -49,17 +50,17 @@ def empirical_candidate(context: Context, force: LatentForce, model: Model) -> C
 
 
 def fit_empirical(
-    problem: Problem, null: Fit, context: Context, forces: Sequence[LatentForce], tell: Tell
+    problem: Problem, null: Hypothesis, context: Context, forces: Sequence[LatentForce], tell: Tell
 ) -> Hypothesis | None:
     """The best of the places' tables, fitted with all nuisances; None where none helps."""
-    setup = problem.forward.setup(null.z, null.effects)
+    setup = problem.forward.setup(null.fit.z)
     found = []
     for force in forces:
         candidate = empirical_candidate(context, force, setup.model)
         if candidate is not None:
-            starts = [(null.z, {"scale": size}) for size in STARTS]
-            fitted = fit_candidate(problem, null, candidate, starts, tell)
-            if fitted is not None and fitted.gains[problem.test].sum() > 0.0:
+            starts = [(null.fit.z, [{"scale": size}]) for size in STARTS]
+            fitted = hypothesis(problem, null.fit, (candidate,), starts, tell)
+            if fitted is not None and held_out_gap(problem, fitted.fit) < held_out_gap(problem, null.fit):
                 found.append(fitted)
-                tell(f"empirical {force.place.label}: {fitted.gains[problem.train].sum():+.1f} nats")
+                tell(f"empirical {force.place.label}: {fitted.log_evidence - null.log_evidence:+.1f} nats")
     return max(found, key=lambda one: one.log_evidence, default=None)

@@ -19,7 +19,7 @@ VERDICT = "verdict.json"
 
 def answer(evidence: Evidence, withheld: Sequence[str] = ()) -> dict[str, Any]:
     """The verdict alone, by the compiled engine; `withheld`: classes of effects to do without."""
-    findings = investigate(evidence, lambda text: None, withheld=withheld, always=True)
+    findings = investigate(evidence, lambda text: None, withheld=withheld)
     whole, channels = gaps(findings, predicted_after(findings, "compiled"))
     return verdict(findings, whole, channels)
 
@@ -32,7 +32,6 @@ def explain(
     *,
     track: Track | None = None,
     only: Sequence[str] | None = None,
-    fast: bool = False,
     engine: str = "exudyn",
 ) -> dict[str, Any]:
     """Find, name and add what is missing; returns the verdict, which stands in the folder with model and report.
@@ -40,7 +39,7 @@ def explain(
     Parameters
     ----------
     recording : folder; only its measured part is read. scenario : nominal, its effects are taken as known.
-    track : in place of the recording's own. only : effects that are considered. fast : one linearisation fewer.
+    track : in place of the recording's own. only : effects that are considered.
     engine : of the last run, that of the gap with the effect added.
 
     Raises
@@ -49,13 +48,13 @@ def explain(
     """
     evidence = gather(recording, scenario, track)
     with write_folder_atomically(folder) as aside:
-        findings = investigate(evidence, tell, only, rounds=1 if fast else 2)
+        findings = investigate(evidence, tell, only)
         tell(f"last run by the {engine} engine")
         after = predicted_after(findings, engine)
         whole, channels = gaps(findings, after)
         found = verdict(findings, whole, channels)
         alignment = findings.problem.forward.alignment
-        write_model(aside, evidence, alignment.start, alignment.scale, findings.final.effects)
+        write_model(aside, evidence, alignment.start, alignment.scale, (*scenario.effects, *findings.final.effects))
         write_json(aside / VERDICT, found)
         write_report(aside, recording.name, findings, found, after)
     return found

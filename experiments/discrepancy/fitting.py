@@ -1,4 +1,8 @@
-"""Fit: maximum of the posterior of nuisances, and of an effect's parameters, by Gauss-Newton with re-linearisation."""
+"""Fit: maximum of the posterior of the nuisances, and of effects' numbers, by Gauss-Newton steps.
+
+Derivatives come from the bank of the nominal scenario and learn from every run of the model (Broyden 1965), so that a fit
+needs no linearisation of its own.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -6,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from experiments.discrepancy.bank import STEP, Bank
+from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.forward import Forward, Prediction
 from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
@@ -13,17 +19,21 @@ from experiments.discrepancy.noise import (
     PERTURBED,
     Whitener,
     covariance_of,
+    noise_level,
     perturbed_tracks,
     propagated_track_error,
     whitener,
 )
 from experiments.discrepancy.parallel import in_parallel
+from experiments.discrepancy.scores import Shares, bounded_step
 from railsim.effects.interface import Effect
+from railsim.errors import InputError
 
-STEP = 0.3  # standard deviations of the prior, of the differences
 SEED = 20110901  # of the perturbed tracks: the same in every run, so that evidence can be compared
 SHORTENED = (1.0, 0.4, 0.1)  # shares of a step that are tried
-TOLERATED = 3.0  # standard deviations of its prior within which a nuisance stays: more is no tolerance but an effect
+MOST_STEPS = 12
+CONVERGED = 0.3  # nats that a step must be expected to bring
+SHARE_SCALE = 0.2  # of an effect's number, beside one standard deviation of a nuisance, in the secant condition
 STRONG = 20.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
 WEIGHT = 1.0 / np.sqrt(REDUNDANCY)
 
@@ -34,7 +44,9 @@ class Problem:
 
     Attributes
     ----------
-    measured : (k, f, c). train, test : (k,) masks of frames. white : noise at the last point that it was made for.
+    measured : (k, f, c). train, test : (k,) masks of frames. bank : derivatives and signatures at the nominal scenario.
+    level : (c,) of the sensors' noise over their data sheets, in power. white : noise at the last point that it was made
+    for.
     """
 
     forward: Forward
@@ -42,6 +54,8 @@ class Problem:
     measured: np.ndarray
     train: np.ndarray
     test: np.ndarray
+    bank: Bank | None = None
+    level: np.ndarray | None = None
     white: Whitener | None = None
 
     @property
@@ -63,10 +77,6 @@ class Problem:
             raise ValueError("state the noise first")
         return self.white(coefficients)
 
-    def residual(self, prediction: Prediction) -> np.ndarray:
-        """(k, f, 2 c) whitened measured minus predicted."""
-        return self.whitened(self.measured - self.stacked(prediction))
-
     def whitened_columns(self, columns: np.ndarray) -> np.ndarray:
         """(n, k, f, 2 c) of the derivatives (n, k, f, c) of coefficients."""
         return np.stack([self.whitened(one).astype(np.float32) for one in columns])
@@ -76,137 +86,234 @@ class Problem:
         base = self.forward.predict(z, effects)
         tracks = perturbed_tracks(self.evidence, SEED, runs)
         passed = propagated_track_error(self.forward, self.frames, z, effects, base, tracks)
-        covariance = covariance_of(self.evidence, self.frames, self.stacked(base), passed)
+        return self.with_covariance(self.stacked(base), passed)
+
+    def with_level(self, stacked: np.ndarray) -> "Problem":
+        """The problem with the sensors' noise levels read from what predicted coefficients (k, f, c) leave."""
+        if self.white is None:
+            raise ValueError("state the noise first")
+        return self.but(level=noise_level(self.evidence, self.frames, self.white, self.measured - stacked))
+
+    def with_covariance(self, predicted: np.ndarray, passed: np.ndarray | None) -> "Problem":
+        """The problem with the noise of predicted coefficients (k, f, c) and a propagated track error (k, f, c, c)."""
+        covariance = covariance_of(self.evidence, self.frames, predicted, passed, self.level)
         return self.but(white=whitener(covariance, self.measured))
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A point with its residual and linearisation.
+    """A point with its residual and derivatives.
 
     Attributes
     ----------
-    z : scores of the nuisances. effects : with their fitted parameters. residual : (k, f, 2 c). columns :
-    (nuisances, k, f, c) derivatives of the predicted coefficients. jacobian : the same, whitened. prediction : by
-    channel.
+    z : scores of the nuisances. candidates : effects that are fitted beside them. shares : (m,) place of each of their
+    free numbers between its bounds. effects : the same, built. residual : (k, f, 2 c), whitened. stacked : (k, f, c)
+    predicted coefficients. columns : (nuisances + m, k, f, c) their derivatives by z and shares. jacobian : the same,
+    whitened.
     """
 
     z: np.ndarray
+    candidates: tuple[Candidate, ...]
+    shares: np.ndarray
     effects: tuple[Effect, ...]
     residual: np.ndarray
+    stacked: np.ndarray
     columns: np.ndarray
     jacobian: np.ndarray
-    prediction: Prediction
 
     def cost(self, frames: np.ndarray) -> float:
-        """Half the sum of squares over some frames, plus the nuisances' prior."""
-        return cost(self.residual, self.z, frames)
+        """Negative logarithm of the posterior over some frames, but for constants."""
+        return cost(self.residual, self.z, frames) - Shares(self.candidates).log_prior(self.shares)
+
+    def rewhitened(self, problem: Problem) -> "Fit":
+        """The same point under another statement of the noise."""
+        residual = problem.whitened(problem.measured - self.stacked)
+        return replace(self, residual=residual, jacobian=problem.whitened_columns(self.columns))
 
 
 def cost(residual: np.ndarray, z: np.ndarray, frames: np.ndarray) -> float:
-    """Negative logarithm of the posterior but for constants."""
+    """Half the sum of squares over some frames, plus the nuisances' prior."""
     return 0.5 * float(np.sum((WEIGHT * residual[frames]) ** 2)) + 0.5 * float(z @ z)
-
-
-def nuisance_jacobian(
-    problem: Problem, z: np.ndarray, effects: Sequence[Effect], old: np.ndarray | None = None
-) -> tuple[np.ndarray, Prediction]:
-    """(nuisances, k, f, c) derivative of the predicted coefficients by every nuisance, and the prediction.
-
-    Of an `old` one only the columns are made again of which the data say much.
-    """
-    forward = problem.forward
-    setup, truth = forward.run(z, effects)
-    base = forward.observe(setup, truth, z)
-    stacked = problem.stacked(base)
-
-    def column(number: int) -> np.ndarray:
-        if old is not None and np.sum((WEIGHT * problem.whitened(old[number])[problem.train]) ** 2) < STRONG:
-            return old[number]
-        step = -STEP if z[number] > 0.0 else STEP
-        moved = z.copy()
-        moved[number] += step
-        if forward.nuisances[number].of_sensor:
-            prediction = forward.observe(setup, truth, moved)
-        else:
-            prediction = forward.predict(moved, effects)
-        return ((problem.stacked(prediction) - stacked) / step).astype(np.complex64)
-
-    return np.stack(in_parallel(column, range(len(z)))), base
 
 
 def normal_equations(jacobian: np.ndarray, residual: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """J^T J and J^T r over some frames."""
-    flat = (WEIGHT * jacobian[:, frames]).reshape(len(jacobian), -1).astype(np.float64)
-    return flat @ flat.T, flat @ (WEIGHT * residual[frames]).ravel()
+    flat = (np.float32(WEIGHT) * jacobian[:, frames]).reshape(len(jacobian), -1)
+    right = flat @ (WEIGHT * residual[frames]).astype(np.float32).ravel()
+    return (flat @ flat.T).astype(np.float64), right.astype(np.float64)
 
 
-def fit_nuisances(
-    problem: Problem,
-    z: np.ndarray | None = None,
-    effects: Sequence[Effect] = (),
-    rounds: int = 2,
-    columns: np.ndarray | None = None,
-    tell: Callable[[str], None] = lambda text: None,
+def starting_fit(problem: Problem, z: np.ndarray) -> Fit:
+    """Nuisances alone at z, with the bank's derivatives.
+
+    Raises
+    ------
+    InputError : the model does not run there.
+    """
+    if problem.bank is None:
+        raise ValueError("give the problem a bank first")
+    columns = problem.bank.columns
+    return _at(problem, (), z, np.zeros(0), columns, problem.whitened_columns(columns))
+
+
+def moved_to(problem: Problem, fit: Fit) -> Fit:
+    """The same point under another statement of the noise or another creep law.
+
+    Raises
+    ------
+    InputError : the model does not run there.
+    """
+    return _at(problem, fit.candidates, fit.z, fit.shares, fit.columns, problem.whitened_columns(fit.columns))
+
+
+def restarted(problem: Problem, fit: Fit, z: np.ndarray) -> Fit:
+    """Nuisances alone at z, with the derivatives of another fit."""
+    n = len(fit.z)
+    return _at(problem, (), z, np.zeros(0), fit.columns[:n], fit.jacobian[:n])
+
+
+def with_candidates(
+    problem: Problem, start: Fit, candidates: tuple[Candidate, ...], values: Sequence[tuple[np.ndarray, np.ndarray]]
 ) -> Fit:
-    """Nuisances alone, the effects held; each round re-linearises and takes up to three steps with it.
+    """The best of some starting points (z, shares), nuisances' derivatives from another fit, the effects' own by runs.
 
-    With `columns` the first round goes without linearising.
+    Raises
+    ------
+    InputError : the model runs at none of them.
     """
-    z = np.zeros(len(problem.forward.nuisances)) if z is None else z
-    if columns is None:
-        columns, prediction = nuisance_jacobian(problem, z, effects)
-    else:
-        prediction = problem.forward.predict(z, effects)
-    jacobian = problem.whitened_columns(columns)
-    residual = problem.residual(prediction)
-    for number in range(rounds):
-        if number:
-            columns, prediction = nuisance_jacobian(problem, z, effects, columns)
-            jacobian = problem.whitened_columns(columns)
-        for _ in range(3):
-            z_new, residual_new, prediction_new = _step(problem, z, effects, residual, jacobian)
-            gain = cost(residual, z, problem.train) - cost(residual_new, z_new, problem.train)
-            if gain <= 0.0:
-                break
-            z, residual, prediction = z_new, residual_new, prediction_new
-            if gain < 0.5:
-                break
-        tell(f"nuisances, linearised {number + 1} times: cost {cost(residual, z, problem.train):.0f}")
-    return Fit(z, tuple(effects), residual, columns, jacobian, prediction)
+    n = len(start.z)
+    found: list[Fit] = []
+    reason = InputError("no starting point")
+    for z, shares in values:
+        try:
+            found.append(_at(problem, candidates, z, shares, start.columns[:n], start.jacobian[:n]))
+        except InputError as error:
+            reason = error
+    if not found:
+        raise reason
+    best = min(found, key=lambda one: one.cost(problem.train))
+    own = _effect_columns(problem, best)
+    return replace(
+        best,
+        columns=np.concatenate([best.columns, own]),
+        jacobian=np.concatenate([best.jacobian, problem.whitened_columns(own)]),
+    )
 
 
-def _step(
-    problem: Problem, z: np.ndarray, effects: Sequence[Effect], residual: np.ndarray, jacobian: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, Prediction]:
-    normal, gradient = normal_equations(jacobian, residual, problem.train)
-    now = cost(residual, z, problem.train)
-    trial = z, residual, {}
-    for share in SHORTENED:
-        at = bounded_step(normal + np.eye(len(z)), gradient - z, z, share)
-        prediction = problem.forward.predict(at, effects)
-        trial = at, problem.residual(prediction), prediction
-        if cost(trial[1], at, problem.train) < now:
+def linearised(problem: Problem, fit: Fit) -> Fit:
+    """The fit with derivatives made anew at its own point, where the data say much about a number."""
+    forward = problem.forward
+    n = len(fit.z)
+    setup, truth = forward.run(fit.z, fit.effects)
+
+    def column(number: int) -> np.ndarray:
+        if np.sum((WEIGHT * fit.jacobian[number][problem.train]) ** 2) < STRONG:
+            return fit.columns[number]
+        step = -STEP if fit.z[number] > 0.0 else STEP
+        moved = fit.z.copy()
+        moved[number] += step
+        if forward.nuisances[number].of_sensor:
+            prediction = forward.observe(setup, truth, moved)
+        else:
+            prediction = forward.predict(moved, fit.effects)
+        return ((problem.stacked(prediction) - fit.stacked) / step).astype(np.complex64)
+
+    columns = np.concatenate([np.stack(in_parallel(column, range(n))), _effect_columns(problem, fit)])
+    return replace(fit, columns=columns, jacobian=problem.whitened_columns(columns))
+
+
+def improved(problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda text: None) -> Fit:
+    """The fit's maximum of the posterior on training frames."""
+    small = 0
+    for _ in range(MOST_STEPS):
+        moved, expected = _step(problem, fit)
+        gain = fit.cost(problem.train) - moved.cost(problem.train)
+        fit = moved
+        small = small + 1 if gain < CONVERGED else 0
+        if expected < CONVERGED or small > 1:
             break
-    return trial
+    tell(f"fitted {', '.join(one.label for one in fit.candidates) or 'nuisances'}: cost {fit.cost(problem.train):.0f}")
+    return fit
 
 
-def bounded_step(matrix: np.ndarray, slope: np.ndarray, z: np.ndarray, share: float) -> np.ndarray:
-    """z after a share of a Newton step that keeps every score within `TOLERATED`; scores at their bounds stay there
-    while the step would leave them.
-    """
-    free = np.ones(len(z), bool)
-    move = np.zeros(len(z))
-    for _ in range(4):
-        move[:] = 0.0
-        move[free] = np.linalg.solve(matrix[np.ix_(free, free)], slope[free])
-        leaving = free & (np.abs(z) >= TOLERATED - 1e-9) & (z * move > 0.0)
-        if not leaving.any():
+def _step(problem: Problem, fit: Fit) -> tuple[Fit, float]:
+    """After one step (the same point where none helps, with what was learnt), and the gain that was expected."""
+    shares = Shares(fit.candidates)
+    normal, gradient = normal_equations(fit.jacobian, fit.residual, problem.train)
+    matrix, downhill, at = shares.scaled(normal, gradient, fit.z, fit.shares)
+    n = len(fit.z)
+    expected = 0.0
+    for number, share in enumerate(SHORTENED):
+        target = bounded_step(matrix, downhill, at, share)
+        step = target - at
+        if not number:
+            expected = float(downhill @ step - 0.5 * step @ matrix @ step)
+            if expected < 0.1 * CONVERGED:
+                return fit, expected
+        z, there = target[:n], shares.unscaled(target[n:])
+        try:
+            found = _at(problem, fit.candidates, z, there, fit.columns, fit.jacobian)
+        except InputError:
+            continue
+        fit = _taught(problem, fit, found)
+        found = replace(found, columns=fit.columns, jacobian=fit.jacobian)
+        if found.cost(problem.train) < fit.cost(problem.train):
+            return found, expected
+        if share < 1.0 and number and expected < 10.0 * CONVERGED:
             break
-        free &= ~leaving
-    return np.clip(z + share * move, -TOLERATED, TOLERATED)
+    return fit, expected
 
 
-def at_bound(z: np.ndarray) -> np.ndarray:
-    """Which nuisances stand at the edge of their tolerance."""
-    return np.abs(z) >= TOLERATED - 1e-9
+def _taught(problem: Problem, old: Fit, new: Fit) -> Fit:
+    """The old point with derivatives that would have predicted the new one (Broyden's good update)."""
+    move = np.concatenate([new.z - old.z, new.shares - old.shares])
+    scale = np.concatenate([np.ones(len(old.z)), np.full(len(old.shares), SHARE_SCALE)])
+    along = move / scale**2
+    length = float(along @ move)
+    if length < 1e-4:
+        return old
+    missed = new.stacked - old.stacked - np.tensordot(move.astype(np.float32), old.columns, axes=1)
+    white = problem.whitened(missed).astype(np.float32)
+    factor = (along / length).astype(np.float32)[:, None, None, None]
+    columns = old.columns + factor * missed.astype(np.complex64)
+    return replace(old, columns=columns, jacobian=old.jacobian + factor * white)
+
+
+def _at(
+    problem: Problem,
+    candidates: tuple[Candidate, ...],
+    z: np.ndarray,
+    shares: np.ndarray,
+    columns: np.ndarray,
+    jacobian: np.ndarray,
+) -> Fit:
+    effects = Shares(candidates).effects(shares)
+    stacked = problem.stacked(problem.forward.predict(z, effects))
+    residual = problem.whitened(problem.measured - stacked)
+    if not np.isfinite(residual).all():
+        raise InputError("the run leaves the rails")
+    return Fit(z, candidates, shares, effects, residual, stacked, columns, jacobian)
+
+
+def _effect_columns(problem: Problem, fit: Fit) -> np.ndarray:
+    """(m, k, f, c) derivative of the predicted coefficients by the shares."""
+    numbers = Shares(fit.candidates)
+
+    def column(number: int) -> np.ndarray:
+        size = numbers.steps[number]
+        reason = InputError("no derivative")
+        for step in (-size, size) if fit.shares[number] > 0.5 else (size, -size):
+            moved = fit.shares.copy()
+            moved[number] = np.clip(moved[number] + step, 0.0, 1.0)
+            try:
+                prediction = problem.forward.predict(fit.z, numbers.effects(moved))
+            except InputError as error:
+                reason = error
+                continue
+            return ((problem.stacked(prediction) - fit.stacked) / (moved[number] - fit.shares[number])).astype(
+                np.complex64
+            )
+        raise reason
+
+    own = in_parallel(column, range(len(fit.shares)))
+    return np.stack(own) if own else np.zeros((0, *fit.stacked.shape), np.complex64)

@@ -40,16 +40,14 @@ class Alignment:
 
 @dataclass(frozen=True)
 class Forward:
-    """Model, nuisances and alignment of a recording; `track` in place of the measured one propagates its errors.
-
-    `until`: where runs end [s], None = with the recording.
-    """
+    """Model, nuisances and alignment of a recording; `track` in place of the measured one propagates its errors, `law` in
+    place of the vehicle's creep law tells whether what is left is the law's."""
 
     evidence: Evidence
     alignment: Alignment
     track: Track
     engine: str = "compiled"
-    until: float | None = None
+    law: str = ""
 
     @cached_property
     def nuisances(self) -> tuple[Nuisance, ...]:
@@ -63,7 +61,7 @@ class Forward:
         return tuple(sensor.but(errors=ideal(sensor.errors)) for sensor in self.evidence.sensors)
 
     def but(self, **changes: Any) -> "Forward":
-        """A copy with other alignment, track, engine or end."""
+        """A copy with other alignment, track or engine."""
         return replace(self, **changes)
 
     def setup(self, z: np.ndarray, effects: Sequence[Effect] = ()) -> Setup:
@@ -72,7 +70,7 @@ class Forward:
         setup = Setup(
             self._vehicle(z), self.track, self.ideal_sensors, self._speed(z), scenario.traction, self.evidence.duration
         )
-        for effect in effects:
+        for effect in (*scenario.effects, *effects):
             setup = effect.install(setup)
         return setup
 
@@ -84,8 +82,7 @@ class Forward:
         substeps *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * substeps * setup.longest_step))))
         start = self.alignment.start + self._value(z, "start.distance", additive=True)
         tables = self._tables if setup.track is self.track else build_tables(setup.track)
-        duration = setup.duration if self.until is None else min(self.until, setup.duration)
-        run = Run(setup.model, tables, setup.speed_tables, start, duration, rate, substeps)
+        run = Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, substeps)
         rows = np.concatenate(list(load_engine(self.engine)(run)))
         about = {"vehicle": {"wheel_radius [m]": getattr(setup.vehicle, "wheel_radius", 0.5)}}
         return setup, MemoryTruth(channel_names(setup.model), rows, rate, about)
@@ -128,13 +125,15 @@ class Forward:
 
     def _vehicle(self, z: np.ndarray) -> Any:
         vehicle = self.evidence.scenario.vehicle
-        moved: dict[str, dict[str, float]] = {"vehicle": {}, "pair": {}, "adhesion": {}}
+        moved: dict[str, dict[str, Any]] = {"vehicle": {}, "pair": {}, "adhesion": {}}
         for nuisance in self.nuisances:
             if nuisance.kind in moved:
                 owner = vehicle if nuisance.kind == "vehicle" else getattr(vehicle, nuisance.kind)
                 value = getattr(owner, nuisance.name) * self._value(z, nuisance.label)
                 high = 1.0 if nuisance.kind == "adhesion" else math.inf
                 moved[nuisance.kind][nuisance.name] = min(value, high)
+        if self.law:
+            moved["adhesion"]["law"] = self.law
         parts = {name: getattr(vehicle, name).but(**moved[name]) for name in ("pair", "adhesion") if moved[name]}
         return vehicle.but(**moved["vehicle"], **parts)
 

@@ -47,7 +47,7 @@ def latent_forces(problem: Problem, fit: Fit, best: int = 3) -> list[LatentForce
     found = places(setup.model)
     evidence = problem.evidence
     gains = answers(setup.model, speed, found, setup.sensors, evidence.channels, problem.frames.frequencies)
-    residual = np.where(problem.white.good[:, None, :], problem.measured - problem.stacked(fit.prediction), 0.0)
+    residual = np.where(problem.white.good[:, None, :], problem.measured - fit.stacked, 0.0)
     white = np.matmul(problem.white.inverse, residual[..., None])[..., 0]
     ranked = []
     for number, place in enumerate(found):

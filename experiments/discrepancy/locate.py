@@ -72,7 +72,7 @@ def locate(problem: Problem, fit: Fit) -> Located:
     """Statistics of the residual over all frames, those held out included."""
     if problem.white is None:
         raise ValueError("state the noise first")
-    marginal = problem.white.marginal(problem.measured - problem.stacked(fit.prediction))
+    marginal = problem.white.marginal(problem.measured - fit.stacked)
     strip = (fit.residual**2).mean(axis=(1, 2))
     cells = _cells(problem, marginal)
     labels = [nuisance.label for nuisance in problem.forward.nuisances]

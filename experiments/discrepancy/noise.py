@@ -19,6 +19,9 @@ from railsim.track.survey import survey
 from railsim.track.track import Track
 
 MODEL_ERROR = 0.03  # of the predicted amplitude, each channel on its own; illustrative
+LEVELS = (0.5, 1.8)  # true over stated density of a sensor's noise; a third in amplitude to both sides
+DOMINANT = 0.6  # share of the stated density that is the sensor's own, from which a bin says its level
+FEWEST = 12  # bins of a frame
 PERTURBED = 6  # runs with perturbed tracks
 SPEED_WIDTH = 0.08  # relative speed over which frames share the propagated track error
 BINS = 2  # to each side, over which predicted power is averaged
@@ -73,13 +76,20 @@ def whitener(covariance: np.ndarray, measured: np.ndarray) -> Whitener:
 
 
 def covariance_of(
-    evidence: Evidence, frames: Frames, predicted: np.ndarray, propagated: np.ndarray | None
+    evidence: Evidence,
+    frames: Frames,
+    predicted: np.ndarray,
+    propagated: np.ndarray | None,
+    level: np.ndarray | None = None,
 ) -> np.ndarray:
-    """S (k, f, c, c) [channel^2/Hz] for the predicted coefficients (k, f, c)."""
+    """S (k, f, c, c) [channel^2/Hz] for the predicted coefficients (k, f, c); `level` (c,): of the sensors' own density,
+    over that of their data sheets.
+    """
     k, f = frames.shape
     diagonal = model_power(predicted) * MODEL_ERROR**2
     for place, name in enumerate(evidence.channels):
-        diagonal[:, :, place] += sensor_density(_owner(evidence.sensors, name), frames)
+        own = sensor_density(_owner(evidence.sensors, name), frames)
+        diagonal[:, :, place] += own if level is None else level[place] * own
     total = np.zeros((k, f, len(evidence.channels), len(evidence.channels)), dtype=complex)
     index = np.arange(len(evidence.channels))
     total[..., index, index] = diagonal
@@ -108,6 +118,25 @@ def sensor_density(sensor: Sensor, frames: Frames) -> np.ndarray:
     tau = sheet.bias_correlation_time
     own = 4.0 * drift * tau / (1.0 + (2.0 * np.pi * np.maximum(frames.frequencies, 0.5 / frames.length) * tau) ** 2)
     return white + leaked + own
+
+
+def noise_level(evidence: Evidence, frames: Frames, white: Whitener, residual: np.ndarray) -> np.ndarray:
+    """(c,) density of each sensor's noise over that of its data sheet, where it dominates the residual (k, f, c).
+
+    Data sheets give typical values: the level is a nuisance within `LEVELS`. One where nothing says it.
+    """
+    found = np.ones(len(evidence.channels))
+    for place, name in enumerate(evidence.channels):
+        own = sensor_density(_owner(evidence.sensors, name), frames)
+        share = own / white.deviation[:, :, place] ** 2
+        counts = (share > DOMINANT) & white.good[:, None, place]
+        power = np.where(counts, np.abs(residual[:, :, place] / white.deviation[:, :, place]) ** 2, np.nan)
+        rows = counts.sum(axis=1) >= FEWEST
+        if rows.any():
+            seen = float(np.median(np.nanmean(power[rows], axis=1)))
+            typical = float(share[counts].mean())
+            found[place] = np.clip((seen - (1.0 - typical)) / typical, *LEVELS)
+    return found
 
 
 def propagated_track_error(

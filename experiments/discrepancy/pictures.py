@@ -133,7 +133,7 @@ def candidates(judged: Sequence[Judged], enough: float) -> Figure:
     panel = figure.subplots()
     colours = [AFTER if one.evidence >= enough and one.held_out > 0.0 else "#bbbbbb" for one in shown]
     panel.barh(range(len(shown)), [one.evidence for one in shown], color=colours)
-    panel.set_yticks(range(len(shown)), [one.hypothesis.candidate.label for one in shown], fontsize=8)
+    panel.set_yticks(range(len(shown)), [one.hypothesis.label for one in shown], fontsize=8)
     panel.set_xscale("symlog", linthresh=10.0)
     panel.axvline(enough, color="#888888", linewidth=0.8, linestyle="--")
     panel.set_xlabel("evidence against nuisances alone in nats (dashed: needed; grey: not accepted)")

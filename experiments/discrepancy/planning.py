@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.discrepancy.candidates import Context, candidates
+from experiments.discrepancy.bank import open_bank
+from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.evidence import KINDS, Evidence
-from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, nuisance_jacobian
+from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
 from experiments.discrepancy.forward import Alignment, Forward, continued
 from experiments.discrepancy.frames import frames_of, held_out
 from experiments.discrepancy.hypothesis import Tell
-from experiments.discrepancy.parallel import in_parallel
-from experiments.discrepancy.screening import Projection
-from experiments.discrepancy.verdict import DETECTED
+from experiments.discrepancy.screening import Projection, screen
+from experiments.discrepancy.verdict import detectable
 from railsim.errors import InputError
 from railsim.scenario import Scenario
 from railsim.track.survey import TrackErrors
@@ -56,45 +56,45 @@ def make_plan(scenario: Scenario, tell: Tell, only: Sequence[str] | None = None)
     ------
     InputError : no sensor that is compared.
     """
-    problem, fit = _nominal(scenario)
-    projection = Projection.of(fit, problem.train)
-    base = problem.stacked(fit.prediction)
+    problem = nominal_problem(scenario, tell)
+    fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
     middle = 0.5 * problem.evidence.duration
     speed = float(np.median(problem.evidence.speed[1]))
     spot = (problem.forward.alignment.start + speed * middle, middle)
     names = tuple(name.split(" [")[0] for name in problem.evidence.channels)
     reach = (problem.forward.alignment.start, problem.forward.alignment.start + speed * problem.evidence.duration)
     context = Context(names, reach, (0.0, problem.evidence.duration), (spot,))
-    chosen = [one for one in candidates(context) if only is None or one.name in only]
+    chosen = _one_variant([one for one in candidates(context) if only is None or one.name in only])
     tell(f"signatures of {len({one.name for one in chosen})} effects")
-
-    def signature(candidate: Any) -> tuple[str, dict[str, Any], np.ndarray] | None:
-        values = next(candidate.variants_of(list(candidate.sizes())[:2][-1]))  # the smallest worth naming
-        try:
-            prediction = problem.forward.predict(fit.z, (candidate.build(values),))
-        except InputError:
-            return None
-        own = (WEIGHT * problem.whitened(problem.stacked(prediction) - base)[problem.train]).ravel()
-        cleaned = projection.cleaned(own)
-        power = float(cleaned @ own)
-        if not np.isfinite(power) or power <= 0.0:
-            return None
-        return candidate.name, _smallest(candidate, values, 0.5 * power), cleaned / np.linalg.norm(cleaned)
-
-    found = [one for one in in_parallel(signature, _one_variant(chosen)) if one is not None]
-    table = np.stack([one[2] for one in found]).astype(np.float32)
-    return Plan([one[0] for one in found], {one[0]: one[1] for one in found}, np.abs(table @ table.T))
+    screened = screen(problem, fit, chosen, tell)
+    sizes = detectable(tuple(screened))
+    projection = Projection(fit, problem.train)
+    found: dict[str, np.ndarray] = {}
+    for one in sorted(screened, key=lambda one: abs(one.size)):  # the smallest size worth naming comes first
+        if one.candidate.name in sizes and one.candidate.name not in found:
+            change = problem.stacked(problem.forward.predict(fit.z, (one.candidate.build(one.tried),))) - fit.stacked
+            cleaned = projection.cleaned((WEIGHT * problem.whitened(change)[problem.train]).ravel())
+            found[one.candidate.name] = cleaned / max(float(np.linalg.norm(cleaned)), 1e-12)
+    table = np.stack(list(found.values())).astype(np.float32)
+    return Plan(list(found), {name: _described(chosen, name, sizes[name]) for name in found}, np.abs(table @ table.T))
 
 
-def _one_variant(chosen: Sequence[Any]) -> list[Any]:
+def _described(chosen: Sequence[Candidate], name: str, size: dict[str, Any]) -> dict[str, Any]:
+    """Number, value and unit, and whether the bound is not enough."""
+    parameter = next(one for one in chosen if one.name == name).parameters[size["name"]]
+    beyond = size["size"] <= parameter.low or size["size"] >= parameter.high
+    return {"name": size["name"], "value": size["size"], "unit": parameter.unit, "beyond": bool(beyond)}
+
+
+def _one_variant(chosen: Sequence[Candidate]) -> list[Candidate]:
     """The first variant of each effect; sides and wheelsets differ little in what can be seen."""
-    first: dict[str, Any] = {}
+    first: dict[str, Candidate] = {}
     for one in chosen:
         first.setdefault(one.name, one)
     return list(first.values())
 
 
-def nominal_problem(scenario: Scenario) -> Problem:
+def nominal_problem(scenario: Scenario, tell: Tell = lambda text: None) -> Problem:
     """A problem whose measurement is the nominal model itself, as its sensors give it without errors.
 
     Raises
@@ -118,26 +118,10 @@ def nominal_problem(scenario: Scenario) -> Problem:
     train, test = held_out(frames)
     z = np.zeros(len(forward.nuisances))
     prediction = forward.predict(z)
-    blank = Problem(forward, frames, np.zeros((*frames.shape, len(channels)), complex), train, test)
-    return replace(blank, measured=blank.stacked(prediction)).with_noise(z)
-
-
-def _nominal(scenario: Scenario) -> tuple[Problem, Fit]:
-    problem = nominal_problem(scenario)
-    z = np.zeros(len(problem.forward.nuisances))
-    columns, prediction = nuisance_jacobian(problem, z, ())
-    return problem, Fit(z, (), problem.residual(prediction), columns, problem.whitened_columns(columns), prediction)
-
-
-def _smallest(candidate: Any, values: dict[str, float], gain: float) -> dict[str, Any]:
-    """First number of the effect at the detectable size, by linear scaling."""
-    for name, parameter in candidate.parameters.items():
-        if parameter.absent is not None:
-            size = parameter.absent + (values[name] - parameter.absent) * np.sqrt(DETECTED / gain)
-            beyond = not parameter.low <= size <= parameter.high
-            kept = float(np.clip(size, parameter.low, parameter.high))
-            return {"name": name, "value": kept, "unit": parameter.unit, "beyond": bool(beyond)}
-    return {"name": "", "value": 0.0, "unit": "", "beyond": True}
+    bank = open_bank(evidence, forward.alignment, frames, tell)
+    blank = Problem(forward, frames, np.zeros((*frames.shape, len(channels)), complex), train, test, bank)
+    measured = blank.stacked(prediction)
+    return replace(blank, measured=measured).with_covariance(measured, bank.propagated)
 
 
 def draw_plan(plan: Plan, path: Path) -> None:

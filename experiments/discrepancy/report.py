@@ -68,9 +68,9 @@ def in_words(verdict: dict[str, Any]) -> str:
 def states_of(findings: Findings, after: np.ndarray) -> list[tuple[str, np.ndarray]]:
     """Coefficients of the nominal model, with nuisances only, with the effect."""
     problem = findings.problem
-    nominal = problem.stacked(problem.forward.predict(np.zeros(len(findings.null.z))))
-    states = [("nominal model", nominal), ("nuisances only", problem.stacked(findings.null.prediction))]
-    return [*states, ("effect added", after)] if findings.final is not findings.null else states
+    nominal = problem.stacked(problem.forward.predict(np.zeros(len(findings.null.fit.z))))
+    states = [("nominal model", nominal), ("nuisances only", findings.null.fit.stacked)]
+    return [*states, ("effect added", after)] if findings.final is not findings.null.fit else states
 
 
 def _figures(findings: Findings, after: np.ndarray) -> dict[str, tuple[str, Figure]]:

@@ -1,4 +1,4 @@
-"""Selection: effects are added one by one until only noise is left; one that the next makes needless goes again."""
+"""Selection: every shortlisted effect is fitted with all nuisances; a second one joins where the first leaves something."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,20 +7,25 @@ import numpy as np
 
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.decide import ENOUGH, Decision, Judged, decide, held_out_gap, judge
-from experiments.discrepancy.fitting import Fit, Problem, fit_nuisances
-from experiments.discrepancy.hypothesis import Hypothesis, Tell, fit_candidate, null_evidence, polish
+from experiments.discrepancy.fitting import Problem, improved, linearised, moved_to, restarted, starting_fit
+from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
 from experiments.discrepancy.locate import Located, locate
-from experiments.discrepancy.screening import Screened, screen, shortlist
+from experiments.discrepancy.screening import Screened, best_of, screen, shortlist
+from railsim.errors import InputError
 
-MOST_EFFECTS = 2
-MOST_FITTED = 8
-MOST_POLISHED = 3
-CLOSE = 60.0  # nats behind the best within which a hypothesis is polished
+PROMISING = 4.0  # nats that a signature must gain to be fitted
 WHITE = 1.03  # held-out gap from which nothing is left to explain
 LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 HOPELESS = 0.2  # of the leader's gain
 FAIR_CHANCE = 50.0  # nats that a signature may be behind in any case
 RIVAL = 30.0  # nats between two classes below which the noise is propagated anew before they are compared
+POLISHED = 2  # classes whose best hypothesis is linearised anew where it leaves something
+ROUNDS = 3
+WORTH = 3.0  # nats that a further linearisation must have brought to go on
+LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
+LAW_REACH = 300.0  # nats behind the best within which others are fitted with another law too
+SECONDS = 4  # further effects that are fitted beside the first
+SWAPPED = 2  # other first effects that are tried beside the best second one
 
 
 @dataclass(frozen=True)
@@ -29,127 +34,175 @@ class Selection:
 
     Attributes
     ----------
-    screened, judged : of the first effect. added : in the order in which they were found; the first is the verdict's.
-    decision : on the first, with the last one's fit in mind.
+    null : nuisances alone. screened : signatures beside them. judged : all hypotheses, the most probable first.
     """
 
     problem: Problem
-    null: Fit
+    null: Hypothesis
     screened: tuple[Screened, ...]
     judged: tuple[Judged, ...]
-    added: tuple[Judged, ...]
     decision: Decision
 
 
-def select(problem: Problem, null: Fit, located: Located, found: Sequence[Candidate], tell: Tell) -> Selection:
-    """One effect after another; a second one only where the first leaves something."""
-    screened = screen(problem, null, found, tell)
-    problem, null, judged = _rounds(problem, null, screened, tell)
-    located = locate(problem, null)
-    accepted = [one for one in judged if one.evidence >= ENOUGH and one.held_out > 0.0]
-    if not accepted:
-        return Selection(problem, null, tuple(screened), tuple(judged), (), decide(problem, null, located, judged))
-    added = [accepted[0]]
-    while len(added) < MOST_EFFECTS:
-        last = added[-1].hypothesis.fit
-        left = locate(problem, last)
-        if added[-1].gap < WHITE and not any(cell.robust > LOUD for cell in left.significant):
-            break
-        tell(f"{len(left.significant)} cells still significant: looking for a further effect")
-        names = {one.hypothesis.candidate.equivalence for one in added}
-        rest = [one for one in found if one.equivalence not in names]
-        _, _, more = _rounds(problem, last, screen(problem, last, rest, tell), tell)
-        good = [one for one in more if one.evidence >= ENOUGH and one.held_out > 0.0]
-        if not good:
-            break
-        added.append(good[0])
-    added = _pruned(problem, null, added, tell)
-    decision = decide(problem, null, located, judged, added[-1].gap)
-    return Selection(problem, null, tuple(screened), tuple(judged), tuple(added), decision)
+def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence[Candidate], tell: Tell) -> Selection:
+    """One effect, or two where one leaves something; each of two goes where the other alone does as well."""
+    screened = screen(problem, null.fit, found, tell)
+    if max((one.gain for one in screened), default=0.0) < PROMISING:
+        return Selection(problem, null, tuple(screened), (), decide(problem, null, located, []))
+    fitted = _fitted(problem, null, shortlist(screened), tell)
+    null = _fair(problem, null, fitted, tell)
+    judged = judge(problem, null, fitted)
+    if judged and judged[0].evidence >= ENOUGH and _something_left(problem, judged[0]):
+        problem, null, fitted = _other_law(problem, null, judged, tell)
+        judged = judge(problem, null, fitted)
+    if _close(judged):
+        tell("two classes are close: noise propagated through the best of them")
+        best = judged[0].hypothesis.fit
+        problem = problem.with_noise(best.z, best.effects)
+        null = again(problem, null, tell)
+        near = [one.hypothesis for one in judged if one.evidence > judged[0].evidence - 2.0 * RIVAL]
+        fitted = [again(problem, one, tell) for one in near]
+        judged = judge(problem, null, fitted)
+    if judged and judged[0].evidence >= ENOUGH and _something_left(problem, judged[0]):
+        fitted += _pairs(problem, judged, found, tell)
+        judged = judge(problem, null, fitted)
+    located = locate(problem, null.fit)
+    return Selection(problem, null, tuple(screened), tuple(judged), decide(problem, null, located, judged))
 
 
-def _rounds(problem: Problem, null: Fit, screened: Sequence[Screened], tell: Tell) -> tuple[Problem, Fit, list[Judged]]:
-    """Fit the shortlist; where two classes are close, again with the noise propagated through the best."""
-    chosen = shortlist(screened)
-    null, judged = fit_all(problem, null, chosen, tell)
-    if len({one.hypothesis.candidate.equivalence for one in judged}) < 2:
-        return problem, null, judged
-    best = judged[0]
-    others = [one for one in judged if one.hypothesis.candidate.equivalence != best.hypothesis.candidate.equivalence]
-    if best.evidence < ENOUGH / 2.0 or best.evidence - max(one.evidence for one in others) > RIVAL:
-        return problem, null, judged
-    tell("two classes are close: noise propagated through the best of them")
-    renewed = problem.with_noise(best.hypothesis.fit.z, best.hypothesis.fit.effects)
-    residual = renewed.residual(null.prediction)
-    again = Fit(null.z, null.effects, residual, null.columns, renewed.whitened_columns(null.columns), null.prediction)
-    near = [one.hypothesis for one in judged if one.evidence > best.evidence - 2.0 * RIVAL][:MOST_POLISHED]
-    refitted = [_refit(renewed, again, one, tell) for one in near]
-    return renewed, again, judge(renewed, again, null_evidence(renewed, again), [one for one in refitted if one])
-
-
-def _refit(problem: Problem, null: Fit, one: Hypothesis, tell: Tell) -> Hypothesis | None:
-    found = fit_candidate(problem, null, one.candidate, [(one.fit.z, one.values)], tell)
-    return polish(problem, null, found, tell) if found else None
-
-
-def fit_all(problem: Problem, null: Fit, chosen: Sequence[Screened], tell: Tell) -> tuple[Fit, list[Judged]]:
-    """The shortlist fitted and judged; and the nuisances alone, fitted again from where the best hypothesis left them:
-    what they can do themselves is no evidence for an effect.
-    """
-    reference = null_evidence(problem, null)
+def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell: Tell) -> list[Hypothesis]:
+    """The shortlist, but for those that have no chance beside one that leaves only noise."""
     fitted: list[Hypothesis] = []
-    for one in chosen[:MOST_FITTED]:
+    for one in chosen:
         if fitted and _hopeless(one, chosen, max(fitted, key=lambda other: other.log_evidence), problem):
             continue
-        starts = [(null.z, start_of(one)), (np.zeros_like(null.z), start_of(one))]
-        found = fit_candidate(problem, null, one.candidate, starts, tell)
-        if found is not None:
-            fitted.append(found)
-            tell(f"{one.candidate.label}: {found.log_evidence - reference:+.1f} nats")
-    fitted.sort(key=lambda one: -one.log_evidence)
-    close = [one for one in fitted[:MOST_POLISHED] if one.log_evidence > max(reference, fitted[0].log_evidence - CLOSE)]
-    for number, one in enumerate(close):
-        fitted[number] = polish(problem, null, one, tell)
-        tell(f"{one.candidate.label}, linearised again: {fitted[number].log_evidence - reference:+.1f} nats")
-    null = _fair(problem, null, fitted, tell)
-    return null, judge(problem, null, null_evidence(problem, null), fitted)
+        starts = [(one.z, [one.values]), (null.fit.z, [one.values])]
+        made = hypothesis(problem, null.fit, (one.candidate,), starts, tell)
+        if made is not None:
+            fitted.append(made)
+            tell(f"{made.label}: {made.log_evidence - null.log_evidence:+.1f} nats")
+    order = sorted(fitted, key=lambda one: -one.log_evidence)
+    for one in [leader_of(order, place) for place in range(POLISHED)]:
+        if one is not None and held_out_gap(problem, one.fit) > WHITE:
+            better = polished(problem, one, tell)
+            fitted = [better if other is one else other for other in fitted]
+    return fitted
 
 
-def _fair(problem: Problem, null: Fit, fitted: Sequence[Hypothesis], tell: Tell) -> Fit:
-    """The better of two fits of the nuisances alone: the one that there is, and one from the best hypothesis."""
-    if not fitted:
-        return null
-    start = max(fitted, key=lambda one: one.log_evidence).fit.z
-    again = fit_nuisances(problem, start, null.effects, rounds=1, tell=tell)
-    return again if null_evidence(problem, again) > null_evidence(problem, null) else null
+def _other_law(
+    problem: Problem, null: Hypothesis, judged: Sequence[Judged], tell: Tell
+) -> tuple[Problem, Hypothesis, list[Hypothesis]]:
+    """With the creep law that explains what the best effect leaves, where one does: which law holds is a nuisance."""
+    fitted = [one.hypothesis for one in judged]
+    law = getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
+    for name in [name for name in LAWS if law in LAWS and name != law]:
+        other = problem.but(forward=problem.forward.but(law=name))
+        best = under(other, fitted[0], tell)
+        if best is not None and held_out_gap(other, best.fit) > WHITE:
+            best = polished(other, best, tell)
+        if best is None or best.log_evidence < fitted[0].log_evidence + ENOUGH:
+            continue
+        tell(f"creep law {name}: {best.log_evidence - fitted[0].log_evidence:+.1f} nats")
+        near = [one.hypothesis for one in judged[1:] if one.evidence > judged[0].evidence - LAW_REACH]
+        rest = [under(other, one, tell) for one in near]
+        alone = under(other, null, tell)
+        if alone is not None:
+            return other, alone, [best, *(one for one in rest if one is not None)]
+    return problem, null, fitted
+
+
+def under(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis | None:
+    """A hypothesis fitted on under another problem; None where the model does not run."""
+    try:
+        return concluded(problem, improved(problem, moved_to(problem, one.fit), tell))
+    except InputError as error:
+        tell(f"{one.label}: {error}")
+        return None
+
+
+def leader_of(order: Sequence[Hypothesis], place: int) -> Hypothesis | None:
+    """The best hypothesis of the class that is so far down."""
+    best: dict[frozenset[str], Hypothesis] = {}
+    for one in order:
+        best.setdefault(one.classes, one)
+    found = list(best.values())
+    return found[place] if place < len(found) else None
+
+
+def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
+    """With derivatives made anew at the hypothesis itself, as long as that brings something."""
+    for _ in range(ROUNDS):
+        better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))
+        gain = better.log_evidence - one.log_evidence
+        tell(f"{one.label}, linearised again: {gain:+.1f} nats")
+        one = better if gain > 0.0 else one
+        if gain < WORTH:
+            break
+    return one
 
 
 def _hopeless(one: Screened, chosen: Sequence[Screened], best: Hypothesis, problem: Problem) -> bool:
     """Whether a hypothesis that leaves only noise is there already, and this one's signature does far less."""
-    leader = max(chosen, key=lambda other: other.gain)
-    return held_out_gap(problem, best.fit) < WHITE and one.gain < HOPELESS * leader.gain - FAIR_CHANCE
+    leader = max(other.gain for other in chosen)
+    return held_out_gap(problem, best.fit) < WHITE and one.gain < HOPELESS * leader - FAIR_CHANCE
 
 
-def start_of(screened: Screened) -> dict[str, float]:
-    """Where the fit begins: the screened size, scaled."""
-    free = screened.candidate.parameters
-    values = dict(screened.values)
-    for name, parameter in free.items():
-        if parameter.absent is not None:
-            moved = parameter.absent + screened.scale * (values[name] - parameter.absent)
-            values[name] = float(np.clip(moved, parameter.low, parameter.high))
-    return values
+def _fair(problem: Problem, null: Hypothesis, fitted: Sequence[Hypothesis], tell: Tell) -> Hypothesis:
+    """The better of two fits of the nuisances alone: the one that there is, and one from the best hypothesis; what they can
+    do themselves is no evidence for an effect.
+    """
+    if not fitted:
+        return null
+    best = max(fitted, key=lambda one: one.log_evidence)
+    other = concluded(problem, improved(problem, restarted(problem, best.fit, best.fit.z), tell))
+    return other if other.log_evidence > null.log_evidence else null
 
 
-def _pruned(problem: Problem, null: Fit, added: list[Judged], tell: Tell) -> list[Judged]:
-    """Without the first of two where the second alone does as well."""
-    if len(added) < 2:
-        return added
-    first, second = added
-    alone = fit_candidate(
-        problem, null, second.hypothesis.candidate, [(second.hypothesis.fit.z, second.hypothesis.values)], tell
-    )
-    if alone is None or alone.log_evidence < second.hypothesis.log_evidence - ENOUGH:
-        return added
-    tell(f"{first.hypothesis.candidate.label} is not needed beside {second.hypothesis.candidate.label}")
-    return judge(problem, null, null_evidence(problem, null), [alone])
+def _close(judged: Sequence[Judged]) -> bool:
+    if not judged or judged[0].evidence < ENOUGH / 2.0:
+        return False
+    others = [one for one in judged if one.hypothesis.classes != judged[0].hypothesis.classes]
+    return any(judged[0].evidence - one.evidence < RIVAL for one in others)
+
+
+def _something_left(problem: Problem, best: Judged) -> bool:
+    left = locate(problem, best.hypothesis.fit)
+    return bool(left.significant) and (best.gap > WHITE or any(cell.robust > LOUD for cell in left.significant))
+
+
+def _pairs(problem: Problem, judged: Sequence[Judged], found: Sequence[Candidate], tell: Tell) -> list[Hypothesis]:
+    """The best effect with each of the most promising others, the best of these with other first effects, and alone."""
+    first = judged[0].hypothesis
+    rest = [one for one in found if one.equivalence not in first.classes]
+    tell(f"something is left beside {first.label}: looking for a further effect")
+    seconds = [one for one in best_of(screen(problem, first.fit, rest, tell)) if one.gain > PROMISING]
+    names: dict[str, Screened] = {}
+    for one in seconds:
+        names.setdefault(one.candidate.name, one)
+    made = [_paired(problem, first, one, tell) for one in list(names.values())[:SECONDS]]
+    pairs = [one for one in made if one is not None]
+    if not pairs:
+        return []
+    best = max(pairs, key=lambda one: one.log_evidence)
+    second, values = best.candidates[1], best.values[1]
+    tell(f"{best.label}: {best.log_evidence - first.log_evidence:+.1f} nats more")
+    others: list[Hypothesis] = []
+    for one in judged[1:]:
+        classes = {*best.classes, *(other.candidate.equivalence for other in others)}
+        if len(others) < SWAPPED and one.hypothesis.candidate.equivalence not in classes:
+            both = (one.hypothesis.candidate, second)
+            starts = [(one.hypothesis.fit.z, [one.hypothesis.values[0], values])]
+            swapped = hypothesis(problem, one.hypothesis.fit, both, starts, tell)
+            others += [swapped] if swapped is not None else []
+    alone = hypothesis(problem, best.fit, (second,), [(best.fit.z, [values])], tell)
+    return [*pairs, *others, *([alone] if alone is not None else [])]
+
+
+def _paired(problem: Problem, first: Hypothesis, one: Screened, tell: Tell) -> Hypothesis | None:
+    starts = [(z, [first.values[0], one.values]) for z in (one.z, first.fit.z)]
+    return hypothesis(problem, first.fit, (first.candidate, one.candidate), starts, tell)
+
+
+def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell) -> Hypothesis:
+    """The fit that all others are compared with."""
+    return concluded(problem, improved(problem, starting_fit(problem, z), tell))

@@ -32,10 +32,13 @@ def verdict(findings: Findings, whole: Gaps, channels: dict[str, Gaps]) -> dict[
         "detectable_size": {name: one["size"] for name, one in detectable(findings.screened).items()},
         "reason": decision.reason,
         "alternative_classes": [
-            one.hypothesis.candidate.equivalence for one in decision.judged if best and one.probability >= IN_SET
+            name
+            for one in decision.judged
+            if best and one.probability >= IN_SET
+            for name in sorted(one.hypothesis.classes)
         ],
         "detectable": detectable(findings.screened),
-        "further": [_further(findings, one) for one in findings.added[1:]],
+        "further": _further(findings, best) if best else [],
         "empirical": findings.empirical.effect.settings() if findings.empirical else None,
         "choices": dict(best.hypothesis.candidate.choices) if best else {},
         "located": findings.located.plain(),
@@ -63,13 +66,12 @@ def verdict(findings: Findings, whole: Gaps, channels: dict[str, Gaps]) -> dict[
 
 def alternatives(findings: Findings) -> list[str]:
     """Effects that explain the recording nearly as well, and those of the same class."""
-    decision = findings.decision
-    if decision.best is None:
+    best = findings.decision.best
+    if best is None:
         return []
-    named = decision.best.hypothesis.candidate
-    near = [one.hypothesis.candidate for one in decision.judged if one.probability >= IN_SET]
-    names = [one.name for one in near if one.name != named.name]
-    return list(dict.fromkeys(names))
+    own = {one.name for one in best.hypothesis.candidates}
+    near = [one.hypothesis.candidates for one in findings.decision.judged if one.probability >= IN_SET]
+    return list(dict.fromkeys(one.name for candidates in near for one in candidates if one.name not in own))
 
 
 def place(findings: Findings) -> str | None:
@@ -85,26 +87,46 @@ def place(findings: Findings) -> str | None:
 
 
 def detectable(screened: tuple[Screened, ...]) -> dict[str, dict[str, Any]]:
-    """Smallest size of each effect's first number that would be detected here, and where the effect is absent."""
+    """Smallest size of each effect's first number that would be detected here, and where the effect is absent.
+
+    Between two sizes that were run the gain is taken as a power of the size; below the smallest as its square.
+    """
     found: dict[str, dict[str, Any]] = {}
     for one in screened:
-        sized = [(n, p) for n, p in one.candidate.parameters.items() if p.absent is not None]
+        sized = [(name, p) for name, p in one.candidate.parameters.items() if p.absent is not None]
         if not sized or one.detect <= 0.0:
             continue
         name, parameter = sized[0]
+        alike = [
+            other
+            for other in screened
+            if other.candidate.label == one.candidate.label and other.size * one.size > 0.0 and other.detect > 0.0
+        ]
+        size = np.sign(one.size) * _needed([abs(other.size) for other in alike], [other.detect for other in alike])
         absent = parameter.absent or 0.0
-        size = absent + (one.values[name] - absent) * math.sqrt(DETECTED / one.detect)
-        size = float(np.clip(size, parameter.low, parameter.high))
+        value = float(np.clip(absent + size, parameter.low, parameter.high))
         kept = found.get(one.candidate.name)
-        if kept is None or abs(size - absent) < abs(kept["size"] - absent):
-            found[one.candidate.name] = {"name": name, "absent": absent, "size": _number(size)}
+        if kept is None or abs(value - absent) < abs(kept["size"] - absent):
+            found[one.candidate.name] = {"name": name, "absent": absent, "size": _number(value)}
     return found
+
+
+def _needed(sizes: list[float], gains: list[float]) -> float:
+    """The size at which the gain is `DETECTED`, on straight lines between logarithms."""
+    order = np.argsort(sizes)
+    x, y = np.log(np.array(sizes)[order]), np.log(np.maximum.accumulate(np.array(gains)[order]))
+    wanted = math.log(DETECTED)
+    if wanted <= y[0]:
+        return float(np.exp(x[0] + 0.5 * (wanted - y[0])))
+    if wanted >= y[-1]:
+        return float(np.exp(x[-1] + 0.5 * (wanted - y[-1])))
+    return float(np.exp(np.interp(wanted, y + 1e-9 * np.arange(len(y)), x)))
 
 
 def _row(judged: Judged) -> dict[str, Any]:
     return {
-        "effect": judged.hypothesis.candidate.label,
-        "class": judged.hypothesis.candidate.equivalence,
+        "effect": judged.hypothesis.label,
+        "class": " + ".join(sorted(judged.hypothesis.classes)),
         "evidence": _number(judged.evidence),
         "held_out": _number(judged.held_out),
         "probability": _number(judged.probability),
@@ -112,15 +134,19 @@ def _row(judged: Judged) -> dict[str, Any]:
     }
 
 
-def _further(findings: Findings, judged: Judged) -> dict[str, Any]:
+def _further(findings: Findings, judged: Judged) -> list[dict[str, Any]]:
+    """Effects beside the first."""
     one = judged.hypothesis
-    return {
-        "effect": one.candidate.name,
-        "class": one.candidate.equivalence,
-        "choices": dict(one.candidate.choices),
-        "evidence": _number(judged.evidence),
-        "parameters": intervals(findings.problem, one),
-    }
+    return [
+        {
+            "effect": candidate.name,
+            "class": candidate.equivalence,
+            "choices": dict(candidate.choices),
+            "parameters": intervals(findings.problem, one, number),
+        }
+        for number, candidate in enumerate(one.candidates)
+        if number
+    ]
 
 
 def _scores(findings: Findings) -> np.ndarray:

@@ -6,21 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.discrepancy.alignment import align
+from experiments.discrepancy.bank import open_bank
 from experiments.discrepancy.candidates import Context, candidates
 from experiments.discrepancy.decide import Decision, Judged, decide
 from experiments.discrepancy.empirical import fit_empirical
 from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.fitting import Fit, Problem, fit_nuisances
+from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.forward import Forward, continued
 from experiments.discrepancy.frames import frames_of, held_out, stack
-from experiments.discrepancy.hypothesis import Hypothesis, Tell
+from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
 from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
-from experiments.discrepancy.screening import Screened, screen
-from experiments.discrepancy.selection import select
+from experiments.discrepancy.screening import Screened
+from experiments.discrepancy.selection import nuisances_alone, select
 from railsim.errors import InputError
 
-FIRST_RUNS = 3  # on perturbed tracks, for the noise of the first fit
 SPOTS = 3  # loudest sections where local effects are tried
 
 
@@ -30,16 +30,15 @@ class Findings:
 
     Attributes
     ----------
-    null : fit of the nuisances alone. added : effects in the order in which they were found. latent : missing forces of
-    the null, or for an `unknown` of what is left. empirical : the tabulated law in place of a name.
+    null : nuisances alone. judged : all hypotheses, the most probable first. latent : missing forces of the null, or for
+    an `unknown` of what is left. empirical : the tabulated law in place of a name.
     """
 
     problem: Problem
-    null: Fit
+    null: Hypothesis
     located: Located
     screened: tuple[Screened, ...]
     judged: tuple[Judged, ...]
-    added: tuple[Judged, ...]
     latent: tuple[LatentForce, ...]
     empirical: Hypothesis | None
     decision: Decision
@@ -49,48 +48,46 @@ class Findings:
         """The fit of the model that is handed over."""
         if self.empirical is not None:
             return self.empirical.fit
-        return self.added[-1].hypothesis.fit if self.decision.best else self.null
+        best = self.decision.best
+        return best.hypothesis.fit if best else self.null.fit
 
 
 def investigate(
     evidence: Evidence,
     tell: Tell,
     only: Sequence[str] | None = None,
-    rounds: int = 2,
     withheld: Sequence[str] = (),
-    always: bool = False,
 ) -> Findings:
     """Stages 0 to 6.
 
     Parameters
     ----------
-    only : names of effects to consider; None = the whole library. rounds : linearisations of the nuisance fit.
-    withheld : classes of effects to do without. always : run the signatures, for the detectable sizes, even where
-    nothing asks for an effect; the verdict is the same.
+    only : names of effects to consider; None = the whole library. withheld : classes of effects to do without.
 
     Raises
     ------
     InputError : nothing moves, or the track file does not belong to the recording.
     """
     problem = prepare(evidence, tell)
-    null = fit_nuisances(problem, rounds=rounds, tell=tell)
-    problem = problem.with_noise(null.z)
-    null = fit_nuisances(problem, null.z, rounds=1, columns=null.columns, tell=tell)
-    located = locate(problem, null)
+    null = nuisances_alone(problem, np.zeros(len(problem.forward.nuisances)), tell)
+    problem = problem.with_level(null.fit.stacked)
+    problem = problem.with_covariance(null.fit.stacked, problem.bank.propagated if problem.bank else None)
+    null = again(problem, null, tell)
+    located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
+    if not located.worth_looking:
+        return Findings(problem, null, located, (), (), (), None, decide(problem, null, located, []))
     context = context_of(problem, located)
     chosen = [one for one in candidates(context) if only is None or one.name in only]
     chosen = [one for one in chosen if one.equivalence not in withheld]
-    if not located.worth_looking:
-        screened = tuple(screen(problem, null, chosen, tell)) if always else ()
-        return Findings(problem, null, located, screened, (), (), (), None, decide(problem, null, located, []))
     found = select(problem, null, located, chosen, tell)
-    problem, null = found.problem, found.null
-    latent = tuple(latent_forces(problem, null))
-    unknown = found.decision.status == "unknown"
-    empirical = fit_empirical(problem, null, context, latent, tell) if unknown else None
-    added = found.added if found.decision.best else ()
-    return Findings(problem, null, located, found.screened, found.judged, added, latent, empirical, found.decision)
+    problem, null, decision = found.problem, found.null, found.decision
+    latent, empirical = (), None
+    if decision.status != "none":
+        latent = tuple(latent_forces(problem, null.fit))
+    if decision.status == "unknown":
+        empirical = fit_empirical(problem, null, context, latent, tell)
+    return Findings(problem, null, located, found.screened, found.judged, latent, empirical, decision)
 
 
 def context_of(problem: Problem, located: Located) -> Context:
@@ -122,5 +119,7 @@ def prepare(evidence: Evidence, tell: Tell) -> Problem:
     measured = stack(frames, evidence.channels, evidence.samples, evidence.rates)
     if not test.any() or not np.isfinite(measured[train]).any():
         raise InputError("too few whole sections of 2 s; record longer, or mend the lost samples")
-    problem = Problem(forward, frames, measured, train, test)
-    return problem.with_noise(np.zeros(len(forward.nuisances)), runs=FIRST_RUNS)
+    bank = open_bank(evidence, alignment, frames, tell)
+    problem = Problem(forward, frames, measured, train, test, bank)
+    nominal = problem.stacked(forward.predict(np.zeros(len(forward.nuisances))))
+    return problem.with_covariance(nominal, bank.propagated)

@@ -1,0 +1,118 @@
+"""Scores: numbers of effects as shares between their bounds, beside nuisances as scores, and steps within tolerance."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import norm
+
+from experiments.discrepancy.candidates import Candidate
+from railsim.effects.interface import Effect, Parameter
+
+TOLERATED = 3.0  # standard deviations of its prior within which a nuisance stays: more is no tolerance but an effect
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Free numbers of some candidates in one vector: 0 = lower bound, 1 = upper."""
+
+    candidates: tuple[Candidate, ...]
+
+    @cached_property
+    def parameters(self) -> list[tuple[str, Parameter]]:
+        """Name and bounds of every number, candidate after candidate."""
+        return [pair for one in self.candidates for pair in one.parameters.items()]
+
+    @property
+    def steps(self) -> list[float]:
+        """Shares by which each is varied for a derivative."""
+        return [one.step(name, p) for one in self.candidates for name, p in one.parameters.items()]
+
+    def of(self, values: Sequence[dict[str, float]]) -> np.ndarray:
+        """(m,) from the values of each candidate."""
+        return np.array(
+            [
+                (given[name] - p.low) / (p.high - p.low)
+                for one, given in zip(self.candidates, values, strict=True)
+                for name, p in one.parameters.items()
+            ]
+        )
+
+    def values(self, shares: np.ndarray) -> list[dict[str, float]]:
+        """Values of each candidate's numbers."""
+        found, place = [], 0
+        for one in self.candidates:
+            here: dict[str, float] = {}
+            for name, p in one.parameters.items():
+                here[name] = float(np.clip(p.low + (p.high - p.low) * shares[place], p.low, p.high))
+                place += 1
+            found.append(here)
+        return found
+
+    def effects(self, shares: np.ndarray) -> tuple[Effect, ...]:
+        """The effects at these shares."""
+        pairs = zip(self.candidates, self.values(shares), strict=True)
+        return tuple(one.build(values) for one, values in pairs)
+
+    def log_prior(self, shares: np.ndarray) -> float:
+        """Of the shares; each prior is one in all over its range."""
+        total = 0.0
+        for share, (_, parameter) in zip(shares, self.parameters, strict=True):
+            mean, std = _scaled(parameter)
+            if math.isfinite(std):
+                mass = float(norm.cdf((1.0 - mean) / std) - norm.cdf(-mean / std))
+                total += float(norm.logpdf(share, mean, std)) - math.log(max(mass, 1e-12))
+        return total
+
+    def curvature(self) -> np.ndarray:
+        """(m,) of the negative logarithm of the prior."""
+        return np.array([1.0 / std**2 if math.isfinite(std) else 0.0 for std in self._stds()])
+
+    def scaled(
+        self, normal: np.ndarray, gradient: np.ndarray, z: np.ndarray, shares: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Matrix, right-hand side and point of a Newton step, priors in; shares as scores whose bounds are +-3."""
+        slope = [
+            (s - _scaled(p)[0]) / std**2 if math.isfinite(std) else 0.0
+            for s, std, (_, p) in zip(shares, self._stds(), self.parameters, strict=True)
+        ]
+        prior = np.concatenate([np.ones(len(z)), self.curvature() + 1e-3])
+        downhill = gradient - np.concatenate([z, slope])
+        rescale = np.concatenate([np.ones(len(z)), np.full(len(shares), 0.5 / TOLERATED)])
+        matrix = (normal + np.diag(prior)) * np.outer(rescale, rescale)
+        return matrix, downhill * rescale, np.concatenate([z, TOLERATED * (2.0 * shares - 1.0)])
+
+    def unscaled(self, edges: np.ndarray) -> np.ndarray:
+        """Shares of what `scaled` made of them."""
+        return np.clip(0.5 * (edges / TOLERATED + 1.0), 0.0, 1.0)
+
+    def _stds(self) -> list[float]:
+        return [_scaled(parameter)[1] for _, parameter in self.parameters]
+
+
+def _scaled(parameter: Parameter) -> tuple[float, float]:
+    span = parameter.high - parameter.low
+    return (parameter.prior.mean - parameter.low) / span, parameter.prior.std / span
+
+
+def bounded_step(matrix: np.ndarray, slope: np.ndarray, z: np.ndarray, share: float) -> np.ndarray:
+    """z after a share of a Newton step that keeps every score within `TOLERATED`; scores at their bounds stay there
+    while the step would leave them.
+    """
+    free = np.ones(len(z), bool)
+    move = np.zeros(len(z))
+    for _ in range(4):
+        move[:] = 0.0
+        move[free] = np.linalg.solve(matrix[np.ix_(free, free)], slope[free])
+        leaving = free & (np.abs(z) >= TOLERATED - 1e-9) & (z * move > 0.0)
+        if not leaving.any():
+            break
+        free &= ~leaving
+    return np.clip(z + share * move, -TOLERATED, TOLERATED)
+
+
+def at_bound(z: np.ndarray) -> np.ndarray:
+    """Which nuisances stand at the edge of their tolerance."""
+    return np.abs(z) >= TOLERATED - 1e-9
