@@ -169,7 +169,6 @@ def _discrepancy(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--track", metavar="FILE", help="measured track, where the recording has none of its own")
     parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
     parser.add_argument("--engine", default="exudyn", metavar="NAME", help="of the last run (default: exudyn)")
-    parser.add_argument("--fast", action="store_true", help="fewer linearisations: to try, not to be quoted")
 
 
 def _discrepancy_benchmark(parser: argparse.ArgumentParser) -> None:
@@ -178,6 +177,8 @@ def _discrepancy_benchmark(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the cases (default: 1)")
     parser.add_argument("--model", default="yaw_dampers", metavar="SCENARIO", help="nominal (default: yaw_dampers)")
     parser.add_argument("--duration", type=float, default=40.0, metavar="S", help="of each recording (default: 40)")
+    parser.add_argument("--laws", metavar="FILE", default="", help="YAML list of effects from outside the library")
+    parser.add_argument("--part", metavar="I/N", default="0/1", help="every N-th case from the I-th on (default: 0/1)")
 
 
 def _bench(parser: argparse.ArgumentParser) -> None:

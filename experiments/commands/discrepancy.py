@@ -31,7 +31,6 @@ def execute(given: argparse.Namespace) -> Outcome:
         _progress(),
         track=read_track(given.track) if given.track else None,
         only=_known(given.effects),
-        fast=given.fast,
         engine=given.engine,
     )
     return Outcome(found, _text(given.out, found))

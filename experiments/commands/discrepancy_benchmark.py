@@ -10,6 +10,13 @@ from experiments.discrepancy.benchmark_score import read_rows, score
 from railsim.errors import InputError
 
 
+def _part(text: str) -> tuple[int, int]:
+    numbers = text.split("/")
+    if len(numbers) == 2 and all(one.isdigit() for one in numbers) and int(numbers[0]) < int(numbers[1]):
+        return int(numbers[0]), int(numbers[1])
+    raise InputError(f"--part {text}: give I/N with I from 0 to N - 1, for example 0/2")
+
+
 def execute(given: argparse.Namespace) -> Outcome:
     """Go on with the cases, then score all that are answered."""
     if given.cases < 1 or given.duration < 20.0:
@@ -17,7 +24,14 @@ def execute(given: argparse.Namespace) -> Outcome:
     folder = Path(given.out)
     folder.mkdir(parents=True, exist_ok=True)
     run_benchmark(
-        given.model, folder, given.cases, given.seed, given.duration, lambda text: print(text, file=sys.stderr)
+        given.model,
+        folder,
+        given.cases,
+        given.seed,
+        given.duration,
+        lambda text: print(text, file=sys.stderr),
+        given.laws,
+        _part(given.part),
     )
     found = score(read_rows(folder))
     rows = [[name, one["value"], one["low"], one["high"], one["cases"]] for name, one in found["metrics"].items()]

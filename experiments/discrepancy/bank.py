@@ -1,8 +1,8 @@
 """Bank: derivatives and finite signatures at the nominal scenario, computed once and kept on disk by digest.
 
-A recording of that scenario was made at nearly the same places at nearly the same times: what was computed for the nominal
-run is moved to where the recording's sections are by a phase. Recordings that are not like their scenario (another
-track, another speed) get a bank of their own.
+A recording of that scenario was made at nearly the same places at nearly the same times: what was computed for the
+nominal run is moved to where the recording's sections are by a phase. Recordings that are not like their scenario
+(another track, another speed) get a bank of their own.
 """
 
 import json
@@ -46,8 +46,9 @@ class Bank:
 
     Attributes
     ----------
-    frames : sections. delay : (k,) s by which the nominal run is later at the recording's places. columns : (n, k, f, c)
-    derivatives by the nuisances. propagated : (k, f, c, c) of the track measurement's errors, None where there are none.
+    frames : sections. delay : (k,) s by which the nominal run is later at the recording's places. columns : (n, k, f,
+    c) derivatives by the nuisances. propagated : (k, f, c, c) of the track measurement's errors, None where there are
+    none.
     """
 
     reference: Forward

@@ -10,6 +10,8 @@ from typing import Any
 
 from experiments.discrepancy.evidence import gather
 from experiments.discrepancy.explain import answer
+from experiments.discrepancy.oracle import effect_of, expected_evidence
+from experiments.discrepancy.workflow import Findings
 from railsim import effects as library
 from railsim.errors import InputError
 from railsim.files import read_json, write_json
@@ -29,17 +31,28 @@ def rule_hash() -> str:
 
 
 def run_benchmark(
-    model: str, folder: Path, count: int, seed: int, duration: float, tell: Callable[[str], None]
+    model: str,
+    folder: Path,
+    count: int,
+    seed: int,
+    duration: float,
+    tell: Callable[[str], None],
+    laws: str = "",
+    part: tuple[int, int] = (0, 1),
 ) -> None:
-    """All cases that have no result of this rule yet; stop at any time, it goes on from there."""
+    """All cases that have no result of this rule yet; stop at any time, it goes on from there.
+
+    `laws`: YAML file of effects from outside the library. `part` (i, n): every n-th case from the i-th on, so that
+    several processes can share a folder.
+    """
     rule = rule_hash()
-    for number in range(count):
+    for number in range(part[0], count, part[1]):
         row = folder / "results" / f"{number:04d}.json"
         if row.is_file() and read_json(row, ROW).get("rule") == rule:
             continue
         recording = folder / "recordings" / f"{number:04d}"
         if not recording.is_dir():
-            make = [model, str(folder), str(seed), str(number), str(duration)]
+            make = [model, str(folder), str(seed), str(number), str(duration), *([laws] if laws else [])]
             command = [sys.executable, "-m", "experiments.discrepancy.blind_cases", *make]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             if done.returncode:
@@ -47,10 +60,11 @@ def run_benchmark(
                     f"case {number} could not be made: {(done.stderr.strip() or 'no reason').splitlines()[-1]}"
                 )
         begun = time.monotonic()
-        verdict = _solve(model, recording, duration, _withheld(folder, number))
+        verdict, findings = _solve(model, recording, duration, _withheld(folder, number))
         row.parent.mkdir(parents=True, exist_ok=True)
         seconds = round(time.monotonic() - begun, 1)
-        write_json(row, {"rule": rule, "case": number, "seed": seed, "seconds": seconds, "verdict": verdict})
+        found = {"rule": rule, "case": number, "seed": seed, "seconds": seconds, "verdict": verdict}
+        write_json(row, found | {"expected": _expected(folder, number, findings)})
         tell(f"case {number}: {verdict['status']} {verdict['effect'] or ''} in {seconds:.0f} s")
 
 
@@ -60,10 +74,17 @@ def _withheld(folder: Path, number: int) -> list[str]:
     return [label["classes"][0]] if label["kind"] == "withheld" else []
 
 
-def _solve(model: str, recording: Path, duration: float, withheld: list[str]) -> dict[str, Any]:
+def _expected(folder: Path, number: int, findings: Findings | None) -> list[float]:
+    """What each true effect could bring, from the label, now that the verdict stands."""
+    label = read_json(folder / "sealed" / f"{number:04d}.json", "a label")
+    effects = [effect_of(one) for one in label["effects"]]
+    return [round(one, 2) for one in expected_evidence(findings.problem, effects)] if findings and effects else []
+
+
+def _solve(model: str, recording: Path, duration: float, withheld: list[str]) -> tuple[dict[str, Any], Findings | None]:
     """The verdict, or that the recording was refused."""
     try:
         evidence = gather(recording, load_scenario(model, {"duration": duration}))
         return answer(evidence, withheld=withheld)
     except InputError as error:
-        return {"status": "refused", "effect": None, "class": None, "alternatives": [], "reason": str(error)}
+        return {"status": "refused", "effect": None, "class": None, "alternatives": [], "reason": str(error)}, None

@@ -1,7 +1,8 @@
 """Blind cases: recordings with a hidden effect, or none, made by Exudyn in a process of their own; labels are sealed.
 
-`python -m experiments.discrepancy.blind_cases MODEL FOLDER SEED NUMBER DURATION` writes FOLDER/recordings/NUMBER (no
-truth) and FOLDER/sealed/NUMBER.json, which only the scoring opens.
+`python -m experiments.discrepancy.blind_cases MODEL FOLDER SEED NUMBER DURATION [LAWS]` writes FOLDER/recordings/NUMBER
+(no truth) and FOLDER/sealed/NUMBER.json, which only the scoring opens. LAWS: a YAML file with settings of effects
+that are in nobody's library, as tables.
 """
 
 import shutil
@@ -11,19 +12,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.nuisances import Nuisance, nuisances_of
+from experiments.discrepancy.oracle import acting, effect_of
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
 from railsim.files import read_json, write_json
 from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import about_recording, measure, simulate
 
-KINDS = {"effect": 0.40, "withheld": 0.10, "null": 0.30, "decoy": 0.10, "pair": 0.10}
-"""Shares: an effect of the library; one that the workflow is then denied; nothing; nuisances at 2 to 3 standard
-deviations; two effects.
+KINDS = {"effect": 0.24, "withheld": 0.06, "foreign": 0.04, "null": 0.45, "decoy": 0.15, "pair": 0.06}
+"""Shares: an effect of the library; one that the workflow is then denied; a law from outside; nothing; nuisances at 2
+to 3 standard deviations; two effects.
 """
+DRAWN = {"effect": 1, "withheld": 1, "pair": 2}
 FASTSIM = 0.3  # of the cases with that creep law in place of Polach's
 MOST_ODD = 1.9  # standard deviations of a healthy specimen's parameters
 STATED_WRONG = (0.8, 1.25)  # true over stated sensor noise
@@ -31,13 +35,22 @@ SMALLEST = 1.0  # of the smallest size worth naming, from which sizes are drawn 
 TRIES = 20
 
 
-def make_case(model: str, folder: Path, seed: int, number: int, duration: float) -> None:
-    """Draw, simulate, measure and seal one case."""
+def make_case(model: str, folder: Path, seed: int, number: int, duration: float, laws: str = "") -> None:
+    """Draw, simulate, measure and seal one case.
+
+    Raises
+    ------
+    InputError : no draw could be run; the laws cannot be read.
+    """
     rng = np.random.default_rng([seed, number])
     nominal = load_scenario(model, {"duration": duration})
     kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
+    foreign = read_laws(laws) if laws else []
+    kind = "withheld" if kind == "foreign" and not foreign else kind
     for _ in range(TRIES):
-        effects = [_drawn_effect(nominal, rng) for _ in range({"effect": 1, "withheld": 1, "pair": 2}.get(kind, 0))]
+        effects = [_drawn_effect(nominal, rng) for _ in range(DRAWN.get(kind, 0))]
+        if kind == "foreign":
+            effects = [foreign[int(rng.integers(len(foreign)))].but(scale=float(rng.uniform(0.5, 2.0)))]
         try:
             scenario = _specimen(nominal, effects, kind == "decoy", rng)
             _record(scenario, nominal, folder / "recordings" / f"{number:04d}")
@@ -47,9 +60,24 @@ def make_case(model: str, folder: Path, seed: int, number: int, duration: float)
     else:
         raise InputError(f"case {number}: no draw could be run; take another seed")
     label: dict[str, Any] = {"kind": kind, "effects": [effect.settings() for effect in effects]}
+    label["acting"] = [acting(nominal.setup, effect) for effect in effects]
     label["classes"] = [type(effect).equivalence() for effect in effects]
     (folder / "sealed").mkdir(exist_ok=True)
     write_json(folder / "sealed" / f"{number:04d}.json", label)
+
+
+def read_laws(path: str) -> list[Effect]:
+    """Effects of a YAML list of settings.
+
+    Raises
+    ------
+    InputError : no such file, or what is in it is no list of effects.
+    """
+    try:
+        found = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        return [effect_of(settings) for settings in found]
+    except (OSError, yaml.YAMLError, KeyError, TypeError) as error:
+        raise InputError(f"--laws {path}: {error}; give a YAML list of effects' settings") from None
 
 
 def _drawn_effect(nominal: Scenario, rng: np.random.Generator) -> Effect:
@@ -133,4 +161,4 @@ def _record(scenario: Scenario, nominal: Scenario, target: Path) -> None:
 
 
 if __name__ == "__main__":
-    make_case(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]), float(sys.argv[5]))
+    make_case(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]), float(sys.argv[5]), *sys.argv[6:7])

@@ -12,9 +12,12 @@ from railsim.registry import discover
 
 MOST_VARIANTS = 8
 FAR = 0.9  # of the way to a bound
+THRESHOLDS = (0.3, 1.0, 0.05)  # of the smallest size's distance from the bound, for numbers like a velocity of blow-off
 UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no name
 ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
 DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
+SHORT = ("rail_joints", "hanging_sleepers")  # effects of a place that is short against a section
+SEARCHED = (-22.5, -7.5, 7.5, 22.5)  # m from the middle of a loud section, where short ones are tried
 TIMES = ("begin",)  # fields that are a time of the run [s]
 PHASES = ("phase", "angle")  # held fields that are found all the same [rad]
 PHASES_TRIED = 3
@@ -84,6 +87,11 @@ class Candidate:
         return any(name in self.kind.model_fields for name in (*DISTANCES, *TIMES))
 
     @property
+    def speaks_in_places(self) -> bool:
+        """Whether a few sections may say all there is to say about it."""
+        return self.local or self.kind.acts_on == "track"
+
+    @property
     def phases(self) -> list[str]:
         """Fields that turn with a wheel."""
         return [name for name in PHASES if name in self.kind.held]
@@ -119,6 +127,11 @@ class Candidate:
             last = [way[-1] if step is None else step for step, way in zip(steps, ways, strict=True)]
             yield {name: _within(one, one.default) for name, one in free.items()} | dict(zip(sized, last, strict=True))
 
+    @property
+    def short(self) -> bool:
+        """Whether it acts within a metre or so of a place, which must therefore be found to a fraction of that."""
+        return self.name in SHORT
+
     def variants_of(self, values: Mapping[str, float]) -> Iterator[dict[str, float]]:
         """The same size at the places, times and phases where it may be."""
         free = self.parameters
@@ -126,8 +139,9 @@ class Candidate:
         phases = self.phases
         spots: Sequence[tuple[float, float]] = self.context.spots if where else [(0.0, 0.0)]
         turns = [2.0 * math.pi * i / PHASES_TRIED for i in range(PHASES_TRIED)] if phases else [0.0]
-        for (distance, time), turn in itertools.product(spots, turns):
-            moved = {n: _within(free[n], distance if n in DISTANCES else time - 1.0) for n in where}
+        aside = SEARCHED if self.short else (0.0,)
+        for (distance, time), off, turn in itertools.product(spots, aside, turns):
+            moved = {n: _within(free[n], distance + off if n in DISTANCES else time - 1.0) for n in where}
             yield {**values, **moved, **{name: _within(free[name], turn) for name in phases}}
 
 
@@ -175,8 +189,13 @@ def _ladder(parameter: Parameter) -> list[float]:
 
 
 def _side(parameter: Parameter, absent: float, near: float, sign: float) -> list[float]:
-    far = FAR * abs((parameter.high if sign > 0 else parameter.low) - absent)
-    near = min(near, far)
+    bound = parameter.high if sign > 0 else parameter.low
+    far = FAR * abs(bound - absent)
+    if (
+        near >= far
+    ):  # a threshold: what is far from where it is absent is still small, and all happens close to the bound
+        left = max(abs(bound - absent) - near, 0.0)
+        return [bound - sign * share * left for share in THRESHOLDS]
     return [absent + sign * size for size in (math.sqrt(near * far), near, far)]
 
 

@@ -18,7 +18,6 @@ IN_SET = 0.02  # share from which an alternative is listed
 UNEXPLAINED = 0.5  # share of the held-out excess that a named effect must take where the excess is large
 LARGE = 1.3  # held-out gap (root mean square) from which that is asked for
 FURTHER = 5.0  # nats that each effect after the first must bring beyond its own evidence
-LOCAL = ("track",)  # what acts in few places may speak in few sections
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ def judge(problem: Problem, null: Hypothesis, hypotheses: Sequence[Hypothesis]) 
     evidence: list[float] = []
     held: list[float] = []
     for one in hypotheses:
-        local = any(candidate.kind.acts_on in LOCAL for candidate in one.candidates)
+        local = any(candidate.speaks_in_places for candidate in one.candidates)
         plain = one.log_evidence - null.log_evidence
         value = plain if local else robust_evidence(problem, one, null)
         evidence.append(value - FURTHER * (len(one.candidates) - 1))

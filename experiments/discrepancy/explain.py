@@ -9,7 +9,7 @@ from experiments.discrepancy.evidence import Evidence, gather
 from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.report import write_report
 from experiments.discrepancy.verdict import verdict
-from experiments.discrepancy.workflow import investigate
+from experiments.discrepancy.workflow import Findings, investigate
 from railsim.files import write_folder_atomically, write_json
 from railsim.scenario import Scenario
 from railsim.track.track import Track
@@ -17,11 +17,11 @@ from railsim.track.track import Track
 VERDICT = "verdict.json"
 
 
-def answer(evidence: Evidence, withheld: Sequence[str] = ()) -> dict[str, Any]:
-    """The verdict alone, by the compiled engine; `withheld`: classes of effects to do without."""
+def answer(evidence: Evidence, withheld: Sequence[str] = ()) -> tuple[dict[str, Any], Findings]:
+    """The verdict, by the compiled engine, and what it rests on; `withheld`: classes of effects to do without."""
     findings = investigate(evidence, lambda text: None, withheld=withheld)
     whole, channels = gaps(findings, predicted_after(findings, "compiled"))
-    return verdict(findings, whole, channels)
+    return verdict(findings, whole, channels), findings
 
 
 def explain(

@@ -1,7 +1,7 @@
 """Fit: maximum of the posterior of the nuisances, and of effects' numbers, by Gauss-Newton steps.
 
-Derivatives come from the bank of the nominal scenario and learn from every run of the model (Broyden 1965), so that a fit
-needs no linearisation of its own.
+Derivatives come from the bank of the nominal scenario and learn from every run of the model (Broyden 1965), so that a
+fit needs no linearisation of its own.
 """
 
 from collections.abc import Callable, Sequence
@@ -45,8 +45,8 @@ class Problem:
     Attributes
     ----------
     measured : (k, f, c). train, test : (k,) masks of frames. bank : derivatives and signatures at the nominal scenario.
-    level : (c,) of the sensors' noise over their data sheets, in power. white : noise at the last point that it was made
-    for.
+    level : (c,) of the sensors' noise over their data sheets, in power. white : noise at the last point that it was
+    made for.
     """
 
     forward: Forward

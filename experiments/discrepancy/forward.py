@@ -40,8 +40,9 @@ class Alignment:
 
 @dataclass(frozen=True)
 class Forward:
-    """Model, nuisances and alignment of a recording; `track` in place of the measured one propagates its errors, `law` in
-    place of the vehicle's creep law tells whether what is left is the law's."""
+    """Model, nuisances and alignment of a recording; `track` in place of the measured one propagates its errors,
+    `law` in place of the vehicle's creep law tells whether what is left is the law's.
+    """
 
     evidence: Evidence
     alignment: Alignment

@@ -66,7 +66,7 @@ Start = tuple[np.ndarray, Sequence[dict[str, float]]]
 def hypothesis(
     problem: Problem, null: Fit, candidates: tuple[Candidate, ...], starts: Sequence[Start], tell: Tell
 ) -> Hypothesis | None:
-    """Fitted from the best of some starts (nuisances and the numbers of each effect); None where the model runs at none."""
+    """Fitted from the best of some starts (nuisances, numbers of each effect); None where the model runs at none."""
     shares = Shares(candidates)
     try:
         begun = with_candidates(problem, null, candidates, [(z, shares.of(values)) for z, values in starts])

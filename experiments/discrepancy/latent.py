@@ -10,7 +10,7 @@ import numpy as np
 
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.frames import REDUNDANCY, Frames
-from experiments.discrepancy.linear import Place, answers, places
+from experiments.discrepancy.linear import Place, answers, places, readings
 from experiments.discrepancy.memory import MemoryTruth
 
 BINS = 16
@@ -39,14 +39,17 @@ class LatentForce:
 
 
 def latent_forces(problem: Problem, fit: Fit, best: int = 3) -> list[LatentForce]:
-    """The places that explain most, best first."""
+    """The places that explain most, best first; a channel's own reading is one."""
     if problem.white is None:
         raise ValueError("state the noise first")
     setup, truth = problem.forward.run(fit.z, fit.effects)
     speed = float(np.median(problem.evidence.speed[1]))
     found = places(setup.model)
     evidence = problem.evidence
-    gains = answers(setup.model, speed, found, setup.sensors, evidence.channels, problem.frames.frequencies)
+    frequencies = problem.frames.frequencies
+    gains = answers(setup.model, speed, found, setup.sensors, evidence.channels, frequencies)
+    shown, own = readings(evidence.channels, frequencies)
+    found, gains = [*found, *shown], np.concatenate([gains, own])
     residual = np.where(problem.white.good[:, None, :], problem.measured - fit.stacked, 0.0)
     white = np.matmul(problem.white.inverse, residual[..., None])[..., 0]
     ranked = []

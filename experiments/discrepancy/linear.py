@@ -9,12 +9,15 @@ from railsim.model import GRAVITY, Model
 from railsim.sensors.interface import Sensor
 
 DIRECTIONS = ("y", "z", "roll", "pitch", "yaw")
+READING = "reading"
 LOWEST = 0.25  # Hz; below it stiffness in place of the answer
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a force can act: along one direction between two bodies, or on one body from outside (`lower` empty)."""
+    """Where something can be missing: a force along one direction between two bodies, or on one body from outside
+    (`lower` empty); or in what a channel shows (direction "reading", `upper` its name).
+    """
 
     upper: str
     lower: str
@@ -23,6 +26,8 @@ class Place:
     @property
     def label(self) -> str:
         """In words."""
+        if self.direction == READING:
+            return f"reading of {self.upper}"
         what = "moment" if self.direction in ("roll", "pitch", "yaw") else "force"
         where = f"between {self.upper} and {self.lower}" if self.lower else f"on {self.upper} from outside"
         return f"{self.direction} {what} {where}"
@@ -30,6 +35,8 @@ class Place:
     @property
     def unit(self) -> str:
         """Of the force."""
+        if self.direction == READING:
+            return "unit of the channel"
         return "N m" if self.direction in ("roll", "pitch", "yaw") else "N"
 
 
@@ -49,6 +56,12 @@ def places(model: Model) -> list[Place]:
         for direction in DIRECTIONS
         if f"{body.name}.{direction}" in free
     ]
+
+
+def readings(channels: tuple[str, ...], f: np.ndarray) -> tuple[list[Place], np.ndarray]:
+    """Every channel as a place of its own, and its answers (channels, f, channels) to itself."""
+    own = np.repeat(np.eye(len(channels), dtype=complex)[:, None, :], len(f), axis=1)
+    return [Place(name.split(" [")[0], "", READING) for name in channels], own
 
 
 def answers(
@@ -145,4 +158,4 @@ def _filter(sensor: Sensor, omega: np.ndarray) -> np.ndarray:
     return answer * np.prod(-poles / (1j * omega[:, None] - poles), axis=1)
 
 
-__all__ = ["Linearised", "Place", "answers", "places"]
+__all__ = ["Linearised", "Place", "answers", "places", "readings"]

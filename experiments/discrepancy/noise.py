@@ -82,8 +82,8 @@ def covariance_of(
     propagated: np.ndarray | None,
     level: np.ndarray | None = None,
 ) -> np.ndarray:
-    """S (k, f, c, c) [channel^2/Hz] for the predicted coefficients (k, f, c); `level` (c,): of the sensors' own density,
-    over that of their data sheets.
+    """S (k, f, c, c) [channel^2/Hz] for the predicted coefficients (k, f, c); `level` (c,): of the sensors' own
+    density, over that of their data sheets.
     """
     k, f = frames.shape
     diagonal = model_power(predicted) * MODEL_ERROR**2

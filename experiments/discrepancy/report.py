@@ -85,7 +85,10 @@ def _figures(findings: Findings, after: np.ndarray) -> dict[str, tuple[str, Figu
     if findings.judged:
         figures["candidates"] = ("What was tried", pictures.candidates(findings.judged, ENOUGH))
     if any(len(one.curve) for one in findings.latent):
-        figures["latent"] = ("The missing force, without a name for it", pictures.latent(findings.latent))
+        figures["latent"] = (
+            "The missing force, without a name for it",
+            pictures.latent([one for one in findings.latent if len(one.curve)]),
+        )
     return figures
 
 

@@ -1,8 +1,8 @@
 """Screening: which effects, at a finite size and with the nuisances free to follow, take most of the residual away.
 
-Three statistics, whose best are taken together: the gain of a finite signature without its best sections, its whole gain,
-and the likeness of the residual's spectrum to the effect's. Signatures come from the bank; those of effects with a place
-or a time of their own are run for this recording.
+Three statistics, whose best are taken together: the gain of a finite signature without its best sections, its whole
+gain, and the likeness of the residual's spectrum to the effect's. Signatures come from the bank; those of effects
+with a place or a time of their own are run for this recording.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.discrepancy.candidates import Candidate
+from experiments.discrepancy.candidates import DISTANCES, Candidate
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, normal_equations
 from experiments.discrepancy.parallel import in_parallel
 from experiments.discrepancy.scores import TOLERATED, Shares, at_bound
@@ -18,6 +18,7 @@ from railsim.errors import InputError
 
 RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
 PHASES_TRIED = 24
+PLACES_TRIED = np.arange(-7.5, 7.6, 0.25)  # m
 DROPPED = 3  # sections whose gain does not count
 SHORTLIST = (5, 4, 2)  # effects that each statistic contributes
 
@@ -28,10 +29,10 @@ class Screened:
 
     Attributes
     ----------
-    tried : the numbers that were run. values : the same, scaled as it fits best. z : where the nuisances go with it. gain : of the
-    logarithm of the posterior on training frames [nats]. robust : without its best sections. likeness : cosine between
-    the spectra of residual and signature. size, detect : distance of the first number from absence, and the gain that is
-    expected of it there [nats].
+    tried : the numbers that were run. values : the same, scaled as it fits best. z : where the nuisances go with it.
+    gain : of the logarithm of the posterior on training frames [nats]. robust : without its best sections. likeness :
+    cosine between the spectra of residual and signature. size, detect : distance of the first number from absence,
+    and the gain that is expected of it there [nats].
     """
 
     candidate: Candidate
@@ -77,8 +78,8 @@ class Projection:
     def judge(self, signatures: np.ndarray) -> "Judgement":
         """The best of some signatures (p, n), scaled as it is best, the numbers following.
 
-        With d = J r - x / std^2, M = J J^T + 1 / std^2: gain(a) = d M^-1 d / 2 + a s (r - J^T M^-1 d) - a^2 (s s - s J^T
-        M^-1 J s) / 2; what the numbers could gain by themselves is no gain.
+        With d = J r - x / std^2, M = J J^T + 1 / std^2: gain(a) = d M^-1 d / 2 + a s (r - J^T M^-1 d) - a^2 (s s - s
+        J^T M^-1 J s) / 2; what the numbers could gain by themselves is no gain.
         """
         along = (self.flat @ signatures.T).T
         across = signatures @ self.residual
@@ -138,18 +139,26 @@ def screen(
 def _turned(
     problem: Problem, candidate: Candidate, values: dict[str, float], signature: np.ndarray
 ) -> Iterator[tuple[dict[str, float], np.ndarray]]:
-    """The signature; of what turns with a wheel at all its phases: a later angle of the wheel comes later."""
-    names = candidate.phases
-    if not names:
+    """The signature; of what turns with a wheel at all phases, of what is short at places around it."""
+    forward = problem.forward
+    speed = forward.alignment.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
+    if candidate.phases:
+        name, aside = (
+            candidate.phases[0],
+            2.0 * np.pi * np.arange(PHASES_TRIED) / PHASES_TRIED - values[candidate.phases[0]],
+        )
+        metres = float(getattr(forward.evidence.scenario.vehicle, "wheel_radius", 0.5))
+    elif candidate.short:
+        name, aside, metres = next(one for one in DISTANCES if one in values), PLACES_TRIED, 1.0
+    else:
         yield values, signature
         return
-    forward = problem.forward
-    radius = float(getattr(forward.evidence.scenario.vehicle, "wheel_radius", 0.5))
-    speed = forward.alignment.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
-    for angle in 2.0 * np.pi * np.arange(PHASES_TRIED) / PHASES_TRIED:
-        late = (angle - values[names[0]]) * radius / speed
+    free = candidate.parameters[name]
+    for change in aside:
+        late = change * metres / speed
         phase = np.exp(-2j * np.pi * problem.frames.frequencies * late[:, None])
-        yield {**values, names[0]: float(angle)}, signature * phase[..., None].astype(np.complex64)
+        at = float(np.clip(values[name] + change, free.low, free.high))
+        yield {**values, name: at}, signature * phase[..., None].astype(np.complex64)
 
 
 def _local(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Candidate]) -> list[Screened]:
@@ -162,7 +171,9 @@ def _local(problem: Problem, fit: Fit, projection: Projection, found: Sequence[C
         except InputError:
             return None
         change = problem.stacked(prediction) - fit.stacked
-        return _judge(problem, fit, projection, one, [(values, change)]) if np.isfinite(change).all() else None
+        if not np.isfinite(change).all():
+            return None
+        return _judge(problem, fit, projection, one, list(_turned(problem, one, values, change)))
 
     first = [(one, values) for one in found for values in one.variants_of(next(iter(one.sizes())))]
     judged = [one for one in in_parallel(run, first) if one is not None]
@@ -200,7 +211,7 @@ def _judge(
     left = projection.residual - found.taken
     frames = 0.5 * (projection.residual**2 - left**2).reshape(int(projection.frames.sum()), -1).sum(axis=1)
     loudest = np.sort(frames)[::-1][:DROPPED]
-    robust = found.gain - float(np.clip(loudest, 0.0, None).sum())
+    robust = found.gain - (0.0 if candidate.speaks_in_places else float(np.clip(loudest, 0.0, None).sum()))
     n = len(fit.z)
     return Screened(
         candidate,

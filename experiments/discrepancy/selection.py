@@ -1,4 +1,4 @@
-"""Selection: every shortlisted effect is fitted with all nuisances; a second one joins where the first leaves something."""
+"""Selection: shortlisted effects are fitted with all nuisances; a second one joins where the first leaves something."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -148,8 +148,8 @@ def _hopeless(one: Screened, chosen: Sequence[Screened], best: Hypothesis, probl
 
 
 def _fair(problem: Problem, null: Hypothesis, fitted: Sequence[Hypothesis], tell: Tell) -> Hypothesis:
-    """The better of two fits of the nuisances alone: the one that there is, and one from the best hypothesis; what they can
-    do themselves is no evidence for an effect.
+    """The better of two fits of the nuisances alone: the one that there is, and one from the best hypothesis; what
+    they can do themselves is no evidence for an effect.
     """
     if not fitted:
         return null

@@ -24,6 +24,7 @@ def verdict(findings: Findings, whole: Gaps, channels: dict[str, Gaps]) -> dict[
         "class": best.hypothesis.candidate.equivalence if best else None,
         "alternatives": alternatives(findings),
         "place": place(findings),
+        "place_bodies": place_bodies(findings),
         "parameters": intervals(findings.problem, best.hypothesis) if best else {},
         "evidence": _number(best.evidence if best else max((one.evidence for one in decision.judged), default=0.0)),
         "confidence": _number(decision.confidence),
@@ -84,6 +85,14 @@ def place(findings: Findings) -> str | None:
     if findings.decision.status == "unknown" and findings.latent:
         return findings.latent[0].place.label
     return None
+
+
+def place_bodies(findings: Findings) -> list[str]:
+    """Bodies (or the channel) between which an unknown effect acts; empty otherwise."""
+    if findings.decision.status != "unknown" or not findings.latent:
+        return []
+    where = findings.latent[0].place
+    return sorted(name for name in (where.upper, where.lower) if name)
 
 
 def detectable(screened: tuple[Screened, ...]) -> dict[str, dict[str, Any]]:

@@ -30,8 +30,8 @@ class Findings:
 
     Attributes
     ----------
-    null : nuisances alone. judged : all hypotheses, the most probable first. latent : missing forces of the null, or for
-    an `unknown` of what is left. empirical : the tabulated law in place of a name.
+    null : nuisances alone. judged : all hypotheses, the most probable first. latent : missing forces of the null, or
+    for an `unknown` of what is left. empirical : the tabulated law in place of a name.
     """
 
     problem: Problem

@@ -8,9 +8,9 @@ from scipy.stats import binom
 from experiments.discrepancy.benchmark_score import score, wilson
 
 
-def _row(status: str, effect: str | None, named: str | None, **more: Any) -> dict[str, Any]:
-    verdict = {"status": status, "effect": effect, "class": named, "parameters": {}, "detectable": {}, **more}
-    return {"verdict": verdict}
+def _row(status: str, effect: str | None, named: str | None, expected: Any = None, **more: Any) -> dict[str, Any]:
+    verdict = {"status": status, "effect": effect, "class": named, "parameters": {}, **more}
+    return {"verdict": verdict, "expected": expected or [100.0]}
 
 
 def _label(kind: str, *effects: dict[str, Any]) -> dict[str, Any]:
@@ -34,8 +34,7 @@ def test_right_wrong_and_missed_names():
 
 
 def test_too_small_an_effect_is_no_miss():
-    least = {"weak_yaw_damper": {"name": "factor", "absent": 1.0, "size": 0.2}}
-    found = score([(_row("none", None, None, detectable=least), _label("effect", DAMPER))])["metrics"]
+    found = score([(_row("none", None, None, expected=[12.0]), _label("effect", DAMPER))])["metrics"]
     assert "right name" not in found
     assert found["undetectable effect left alone or named right"]["value"] == 1.0
 
@@ -47,10 +46,18 @@ def test_any_accusation_of_a_healthy_vehicle_is_a_false_alarm():
 
 def test_pairs_must_be_right_in_both():
     second = {"kind": "payload", "mass": 2000.0}
-    right = _row("named", "payload", "payload", further=[{"class": "weak_yaw_damper"}])
-    half = _row("named", "payload", "payload", further=[])
+    right = _row("named", "payload", "payload", [80.0, 90.0], further=[{"class": "weak_yaw_damper"}])
+    half = _row("named", "payload", "payload", [80.0, 90.0], further=[])
     rows = [(one, _label("pair", DAMPER, second)) for one in (right, half)]
     assert score(rows)["metrics"]["pair exactly right"]["value"] == 0.5
+
+
+def test_what_the_library_has_not_is_refused_at_its_place():
+    label = _label("foreign", {"kind": "empirical_force"}) | {"acting": [[["body", "bogie"]]]}
+    rows = [(_row("unknown", None, None, place_bodies=where), label) for where in (["body", "bogie"], ["wheelset1"])]
+    found = score([*rows, (_row("named", "payload", "payload"), label)])["metrics"]
+    assert found["unknown where the law is foreign"]["value"] == 2 / 3
+    assert found["place of an unknown"]["value"] == 0.5
 
 
 def test_wilson_interval_holds_the_true_share_as_often_as_it_says():

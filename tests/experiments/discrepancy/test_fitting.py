@@ -1,22 +1,41 @@
-"""Steps of the fit keep to the tolerances and still find the best point within them."""
+"""A run of the model teaches the derivatives: they predict it afterwards, and know as much as before across it."""
 
 import numpy as np
 
-from experiments.discrepancy.fitting import TOLERATED, bounded_step
+from experiments.discrepancy.evidence import Evidence
+from experiments.discrepancy.fitting import Fit, Problem, _taught
+from experiments.discrepancy.forward import Alignment, Forward
+from experiments.discrepancy.frames import Frames
+from experiments.discrepancy.noise import whitener
+
+K, F, C = 5, 4, 2
 
 
-def test_a_free_step_is_newtons():
-    matrix = np.array([[4.0, 1.0], [1.0, 3.0]])
-    slope = np.array([1.0, -2.0])
-    assert np.allclose(bounded_step(matrix, slope, np.zeros(2), 1.0), np.linalg.solve(matrix, slope))
+def _problem() -> Problem:
+    """White noise of density 4 in two channels; no model behind it."""
+    unit = np.broadcast_to(4.0 * np.eye(C, dtype=complex), (K, F, C, C))
+    measured = np.zeros((K, F, C), complex)
+    frames = Frames(np.arange(float(K)), 2.0, np.arange(F) / 2.0)
+    nothing: Evidence = None  # type: ignore[assignment]
+    forward = Forward(nothing, Alignment(0.0), None)  # type: ignore[arg-type]
+    train = np.ones(K, bool)
+    return Problem(forward, frames, measured, train, ~train, white=whitener(unit, measured))
 
 
-def test_scores_beyond_tolerance_stop_at_it_and_the_others_follow():
-    """Minimum of a quadratic with one score at its bound: what the others do follows from their own equations."""
-    matrix = np.array([[2.0, 1.5], [1.5, 2.0]])
-    aim = np.array([10.0, 0.0])
-    z = np.zeros(2)
-    for _ in range(6):
-        z = bounded_step(matrix, matrix @ (aim - z), z, 1.0)
-    assert np.isclose(z[0], TOLERATED)
-    assert np.isclose(z[1], min(TOLERATED, 1.5 / 2.0 * (10.0 - TOLERATED)))
+def _fit(problem: Problem, z: np.ndarray, stacked: np.ndarray, columns: np.ndarray) -> Fit:
+    residual = problem.whitened(problem.measured - stacked)
+    return Fit(z, (), np.zeros(0), (), residual, stacked, columns, problem.whitened_columns(columns))
+
+
+def test_taught_derivatives_predict_the_run_that_taught_them():
+    rng = np.random.default_rng(4)
+    problem = _problem()
+    columns = (rng.standard_normal((3, K, F, C)) + 1j * rng.standard_normal((3, K, F, C))).astype(np.complex64)
+    old = _fit(problem, np.zeros(3), rng.standard_normal((K, F, C)) + 0j, columns)
+    move = np.array([0.6, -0.3, 0.2])
+    new = _fit(problem, move, old.stacked + np.tensordot(move, 1.5 * columns, axes=1) + 0.2, columns)
+    taught = _taught(problem, old, new)
+    assert np.allclose(np.tensordot(move, taught.columns, axes=1), new.stacked - old.stacked, atol=1e-4)
+    assert np.allclose(taught.jacobian, problem.whitened_columns(taught.columns), atol=1e-4)
+    across = np.array([0.3, 0.6, 0.0])  # at right angles to the move
+    assert np.allclose(np.tensordot(across, taught.columns - columns, axes=1), 0.0, atol=1e-4)

@@ -29,11 +29,12 @@ def forces() -> list[LatentForce]:
         force=((-DAMPING * FAST, DAMPING * FAST),) * 2,
     )
     z = np.zeros(len(problem.forward.nuisances))
-    base = problem.forward.predict(z)
+    base = problem.stacked(problem.forward.predict(z))
     true = problem.stacked(problem.forward.predict(z, (hidden,)))
     found: Problem = replace(problem, measured=true + _noise(problem))
     empty = np.zeros((0, *problem.measured.shape))
-    return latent_forces(found, Fit(z, (), found.residual(base), empty, empty, base))
+    residual = found.whitened(found.measured - base)
+    return latent_forces(found, Fit(z, (), np.zeros(0), (), residual, base, empty, empty))
 
 
 def _noise(problem: Problem) -> np.ndarray:

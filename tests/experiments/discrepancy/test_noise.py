@@ -1,8 +1,12 @@
 """Whitening: noise of the stated covariance becomes independent and of variance one; lost channels count nothing."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
-from experiments.discrepancy.noise import split, whitener
+from experiments.discrepancy.frames import Frames
+from experiments.discrepancy.noise import noise_level, sensor_density, split, whitener
+from railsim import load_scenario
 
 
 def _noise(covariance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -39,3 +43,22 @@ def test_zero_frequency_counts_once():
     unit[:, 0, 0] = rng.standard_normal(4000)
     unit[:, 1, 0] = (rng.standard_normal(4000) + 1j * rng.standard_normal(4000)) / np.sqrt(2.0)
     assert np.allclose(split(unit).var(axis=0), [[1.0, 0.0], [1.0, 1.0]], atol=0.08)
+
+
+def test_levels_are_read_where_the_sensor_speaks():
+    """Noise of 0.6 and 1.5 times the stated density comes out, and one where it is as stated."""
+    rng = np.random.default_rng(5)
+    scenario = load_scenario("yaw_dampers")
+    sensor = next(one for one in scenario.sensors if one.kind == "gyro")
+    names = tuple(sensor.channels())
+    frames = Frames(np.arange(40.0), 2.0, np.arange(0.0, 60.0, 0.5))
+    density = sensor_density(sensor, frames)
+    power = np.stack([density, density, 10.0 * density], axis=-1)
+    covariance = np.broadcast_to((power[..., None] * np.eye(3)).astype(complex), (40, len(density), 3, 3))
+    levels = np.array([0.6, 1.5, 1.0])
+    unit = (rng.standard_normal((40, len(density), 3)) + 1j * rng.standard_normal((40, len(density), 3))) / np.sqrt(2.0)
+    evidence = SimpleNamespace(channels=names, sensors=[sensor])
+    residual = unit * np.sqrt(power * levels)
+    found = noise_level(evidence, frames, whitener(covariance, residual), residual)  # type: ignore[arg-type]
+    assert np.allclose(found, levels, rtol=0.06)
+    assert found[2] == 1.0

@@ -3,12 +3,13 @@
 import numpy as np
 
 from experiments.discrepancy.fitting import WEIGHT, Fit
+from experiments.discrepancy.scores import TOLERATED
 from experiments.discrepancy.screening import Projection
 
 
-def _fit(jacobian: np.ndarray, residual: np.ndarray) -> Fit:
-    z = np.zeros(len(jacobian))
-    return Fit(z, (), residual, jacobian, jacobian, {})
+def _fit(jacobian: np.ndarray, residual: np.ndarray, z: np.ndarray | None = None) -> Fit:
+    z = np.zeros(len(jacobian)) if z is None else z
+    return Fit(z, (), np.zeros(0), (), residual, residual, jacobian, jacobian)
 
 
 def test_a_signature_along_a_nuisance_is_worth_no_more_than_its_prior():
@@ -16,17 +17,36 @@ def test_a_signature_along_a_nuisance_is_worth_no_more_than_its_prior():
     rng = np.random.default_rng(6)
     column = 50.0 * rng.standard_normal((1, 8, 5, 2))
     frames = np.arange(8) < 6
-    projection = Projection.of(_fit(column, column[0]), frames)
+    projection = Projection(_fit(column, 0.0 * column[0]), frames)
     own = (WEIGHT * 0.4 * column[0][frames]).ravel()
     power = float(projection.cleaned(own) @ own)
-    assert 0.95 * 0.4**2 < power <= 0.4**2
+    assert 0.95 * 0.4**2 < power <= 1.001 * 0.4**2
 
 
-def test_a_signature_across_all_nuisances_keeps_its_power():
+def test_a_signature_across_all_nuisances_keeps_its_power_and_is_worth_it():
     column = np.zeros((1, 4, 3, 2))
     column[..., 0] = 5.0
     across = np.zeros((4, 3, 2))
     across[..., 1] = 2.0
-    projection = Projection.of(_fit(column, across), np.ones(4, bool))
-    own = (WEIGHT * across).ravel()
+    projection = Projection(_fit(column, across), np.ones(4, bool))
+    own = (WEIGHT * across).astype(np.float32).ravel()
     assert np.isclose(float(projection.cleaned(own) @ own), float(own @ own))
+    found = projection.judge(np.stack([0.1 * own, 0.8 * own]))
+    assert (found.which, np.round(found.scale, 3)) == (1, 1.25)
+    assert np.isclose(found.gain, 0.5 * float(own @ own), rtol=1e-5)
+    assert np.allclose(found.taken, own, atol=1e-5)
+
+
+def test_a_nuisance_that_stood_in_for_an_effect_comes_back_from_its_bound():
+    """A nuisance at the edge of its tolerance has taken what an effect of the same direction did: the effect is worth
+    the prior that is given back and what the nuisance could not take.
+    """
+    rng = np.random.default_rng(8)
+    column = 3.0 * rng.standard_normal((1, 10, 6, 2))
+    left = column[0] * 2.0  # the truth is five standard deviations of the nuisance, three of them are taken
+    projection = Projection(_fit(column, left, np.array([TOLERATED])), np.ones(10, bool))
+    own = (WEIGHT * 4.5 * column[0]).astype(np.float32).ravel()
+    found = projection.judge(own[None])
+    taken = 0.5 * float((WEIGHT * left).ravel() @ (WEIGHT * left).ravel())
+    assert found.gain > taken + 0.9 * 0.5 * TOLERATED**2
+    assert -TOLERATED - 0.1 < found.move[0] < -0.9 * (TOLERATED - 0.5)

@@ -49,7 +49,7 @@ def _explain(recordings: dict[str, Path], name: str) -> tuple[subprocess.Complet
     truth = recordings[name] if name in recordings else recordings["folder"] / name / "truth"
     effects = ["weak_yaw_damper", "weak_lateral_damper"]
     command = ["discrepancy", str(recordings["folder"] / name), "--model", str(recordings["model"]), "--out", str(out)]
-    command += ["--effects", *effects, "--fast", "--engine", "compiled", "--json"]
+    command += ["--effects", *effects, "--engine", "compiled", "--json"]
     guarded = [sys.executable, "-c", GUARDED, str(truth), str(recordings["folder"] / "cache"), *command]
     return subprocess.run(guarded, capture_output=True, text=True, check=False), out
 

@@ -1,0 +1,72 @@
+"""Oracle of the blind benchmark: what could have been known, computed with the label open and after the verdict."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from experiments.discrepancy.candidates import DISTANCES, TIMES
+from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
+from experiments.discrepancy.screening import DROPPED, Projection
+from railsim import effects as library
+from railsim.effects.interface import Effect, Setup
+from railsim.errors import InputError
+from railsim.model import Model
+from railsim.registry import discover
+
+
+def effect_of(settings: Mapping[str, Any]) -> Effect:
+    """The effect of a label."""
+    kinds = discover(library, Effect)
+    return kinds[settings["kind"]].build({name: value for name, value in settings.items() if name != "kind"})
+
+
+def expected_evidence(problem: Problem, effects: Sequence[Effect]) -> list[float]:
+    """Gain of the logarithm of the posterior [nats] that each true effect can be expected to bring by itself, nuisances
+    free to follow, without the sections that speak loudest where the rule leaves these out; 0 where the model cannot
+    run it.
+
+    The workflow decides on this quantity with its noise on it, so an effect is detectable where it is large enough.
+    """
+    z = np.zeros(len(problem.forward.nuisances))
+    fit = starting_fit(problem, z)
+    projection = Projection(fit, problem.train)
+    found = []
+    for effect in effects:
+        try:
+            change = problem.stacked(problem.forward.predict(z, (effect,))) - fit.stacked
+        except InputError:
+            found.append(0.0)
+            continue
+        own = (WEIGHT * problem.whitened(change)[problem.train]).astype(np.float32)
+        cleaned = projection.cleaned(own.ravel())
+        frames = 0.5 * (own.ravel() ** 2 - (own.ravel() - cleaned) ** 2).reshape(len(own), -1).sum(axis=1)
+        local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
+        loudest = 0.0 if local else float(np.clip(np.sort(frames)[::-1][:DROPPED], 0.0, None).sum())
+        gain = 0.5 * float(cleaned @ own.ravel())
+        found.append(max(0.0, gain - loudest) if np.isfinite(gain) else 0.0)
+    return found
+
+
+def acting(setup: Setup, effect: Effect) -> list[list[str]]:
+    """Where an effect acts, as groups of bodies: those that an element joins, one that is changed itself; or a channel.
+
+    Raises
+    ------
+    InputError : the setup has not what the effect acts on.
+    """
+    changed = effect.install(setup)
+    if effect.acts_on == "sensor":
+        return [[str(getattr(effect, "channel", ""))]]
+    groups = {group[:-1] for group in _joined(setup.model) ^ _joined(changed.model)} | {
+        (a.name,) for a, b in zip(changed.model.bodies, setup.model.bodies, strict=False) if repr(a) != repr(b)
+    }
+    if not groups or effect.acts_on in ("track", "contact", "wheel"):
+        groups |= {(wheelset.body,) for wheelset in setup.model.wheelsets}
+    return [list(one) for one in sorted(groups)]
+
+
+def _joined(model: Model) -> set[tuple[str, ...]]:
+    """Bodies that an element or a load acts on, with all of its numbers behind them."""
+    pairs = [(tuple(sorted((one.upper, one.lower))), repr(one)) for one in (*model.elements, *model.nonlinear)]
+    return {(*bodies, numbers) for bodies, numbers in [*pairs, *(((one.body,), repr(one)) for one in model.loads)]}

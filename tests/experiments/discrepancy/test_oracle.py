@@ -1,0 +1,23 @@
+"""What a hidden effect could bring: nothing where it is absent, more where it is larger; and where it acts."""
+
+import numpy as np
+import pytest
+
+from experiments.discrepancy.oracle import acting, effect_of, expected_evidence
+from railsim import load_scenario
+
+
+def test_larger_is_easier(problem):
+    sizes = [effect_of({"kind": "weak_yaw_damper", "factor": factor}) for factor in (1.0, 0.6, 0.3, 0.1)]
+    found = expected_evidence(problem, sizes)
+    assert found[0] == pytest.approx(0.0, abs=1e-6)
+    assert np.all(np.diff(found) > 0.0)
+
+
+def test_places_of_effects():
+    setup = load_scenario("yaw_dampers").setup
+    assert acting(setup, effect_of({"kind": "weak_yaw_damper", "factor": 0.2})) == [["body", "bogie"]]
+    assert acting(setup, effect_of({"kind": "payload", "mass": 2000.0})) == [["body"]]
+    assert acting(setup, effect_of({"kind": "rail_joints"})) == [["wheelset1"], ["wheelset2"]]
+    faulty = effect_of({"kind": "sensor_gain", "channel": "bogie.rate_yaw", "factor": 1.1})
+    assert acting(setup, faulty) == [["bogie.rate_yaw"]]

@@ -1,0 +1,22 @@
+"""Steps of the fit keep to the tolerances and still find the best point within them."""
+
+import numpy as np
+
+from experiments.discrepancy.scores import TOLERATED, bounded_step
+
+
+def test_a_free_step_is_newtons():
+    matrix = np.array([[4.0, 1.0], [1.0, 3.0]])
+    slope = np.array([1.0, -2.0])
+    assert np.allclose(bounded_step(matrix, slope, np.zeros(2), 1.0), np.linalg.solve(matrix, slope))
+
+
+def test_scores_beyond_tolerance_stop_at_it_and_the_others_follow():
+    """Minimum of a quadratic with one score at its bound: what the others do follows from their own equations."""
+    matrix = np.array([[2.0, 1.5], [1.5, 2.0]])
+    aim = np.array([10.0, 0.0])
+    z = np.zeros(2)
+    for _ in range(6):
+        z = bounded_step(matrix, matrix @ (aim - z), z, 1.0)
+    assert np.isclose(z[0], TOLERATED)
+    assert np.isclose(z[1], min(TOLERATED, 1.5 / 2.0 * (10.0 - TOLERATED)))
