@@ -52,8 +52,9 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     fitted = _fitted(problem, null, shortlist(screened), tell)
     null = _fair(problem, null, fitted, tell)
     judged = judge(problem, null, fitted)
-    if judged and judged[0].evidence >= ENOUGH and _something_left(problem, judged[0]):
-        problem, null, fitted = _other_law(problem, null, judged, tell)
+    best = judged[0].hypothesis if judged and judged[0].evidence >= ENOUGH else null
+    if _something_left(problem, best):
+        problem, null, fitted = _other_law(problem, null, best, judged, tell)
         judged = judge(problem, null, fitted)
     if _close(judged):
         tell("two classes are close: noise propagated through the best of them")
@@ -63,7 +64,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         near = [one.hypothesis for one in judged if one.evidence > judged[0].evidence - 2.0 * RIVAL]
         fitted = [again(problem, one, tell) for one in near]
         judged = judge(problem, null, fitted)
-    if judged and judged[0].evidence >= ENOUGH and _something_left(problem, judged[0]):
+    if judged and judged[0].evidence >= ENOUGH and _something_left(problem, judged[0].hypothesis):
         fitted += _pairs(problem, judged, found, tell)
         judged = judge(problem, null, fitted)
     located = locate(problem, null.fit)
@@ -90,24 +91,26 @@ def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell
 
 
 def _other_law(
-    problem: Problem, null: Hypothesis, judged: Sequence[Judged], tell: Tell
+    problem: Problem, null: Hypothesis, first: Hypothesis, judged: Sequence[Judged], tell: Tell
 ) -> tuple[Problem, Hypothesis, list[Hypothesis]]:
-    """With the creep law that explains what the best effect leaves, where one does: which law holds is a nuisance."""
+    """With the creep law that explains what the best one leaves, where one does: which law holds is a nuisance."""
     fitted = [one.hypothesis for one in judged]
     law = getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
     for name in [name for name in LAWS if law in LAWS and name != law]:
         other = problem.but(forward=problem.forward.but(law=name))
-        best = under(other, fitted[0], tell)
+        best = under(other, first, tell)
         if best is not None and held_out_gap(other, best.fit) > WHITE:
             best = polished(other, best, tell)
-        if best is None or best.log_evidence < fitted[0].log_evidence + ENOUGH:
+        if best is None or best.log_evidence < first.log_evidence + ENOUGH:
             continue
-        tell(f"creep law {name}: {best.log_evidence - fitted[0].log_evidence:+.1f} nats")
-        near = [one.hypothesis for one in judged[1:] if one.evidence > judged[0].evidence - LAW_REACH]
-        rest = [under(other, one, tell) for one in near]
+        tell(f"creep law {name}: {best.log_evidence - first.log_evidence:+.1f} nats")
+        near = [one for one in fitted if one is not first and one.log_evidence > first.log_evidence - LAW_REACH]
+        rest = [one for one in (under(other, one, tell) for one in near) if one is not None]
+        if first is null:
+            return other, best, rest
         alone = under(other, null, tell)
         if alone is not None:
-            return other, alone, [best, *(one for one in rest if one is not None)]
+            return other, alone, [best, *rest]
     return problem, null, fitted
 
 
@@ -165,9 +168,9 @@ def _close(judged: Sequence[Judged]) -> bool:
     return any(judged[0].evidence - one.evidence < RIVAL for one in others)
 
 
-def _something_left(problem: Problem, best: Judged) -> bool:
-    left = locate(problem, best.hypothesis.fit)
-    return bool(left.significant) and (best.gap > WHITE or any(cell.robust > LOUD for cell in left.significant))
+def _something_left(problem: Problem, best: Hypothesis) -> bool:
+    left = locate(problem, best.fit).significant
+    return bool(left) and (held_out_gap(problem, best.fit) > WHITE or any(cell.robust > LOUD for cell in left))
 
 
 def _pairs(problem: Problem, judged: Sequence[Judged], found: Sequence[Candidate], tell: Tell) -> list[Hypothesis]:
