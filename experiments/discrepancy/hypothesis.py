@@ -8,7 +8,7 @@ import numpy as np
 
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, improved, normal_equations, with_candidates
-from experiments.discrepancy.scores import Shares
+from experiments.discrepancy.scores import Shares, value_at
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
 
@@ -113,10 +113,8 @@ def intervals(problem: Problem, one: Hypothesis, which: int = 0) -> dict[str, di
     place = sum(len(before.parameters) for before in one.candidates[:which])
     found = {}
     for name, p in one.candidates[which].parameters.items():
-        span = p.high - p.low
-        value = p.low + span * float(one.fit.shares[place])
-        reach = 2.0 * span * float(spread[place])
-        low, high = max(p.low, value - reach), min(p.high, value + reach)
+        middle, reach = float(one.fit.shares[place]), 2.0 * float(spread[place])
+        value, low, high = (value_at(name, p, share) for share in (middle, middle - reach, middle + reach))
         found[name] = {"value": value, "low": low, "high": high, "unit": p.unit}
         place += 1
     return found

@@ -8,9 +8,10 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import norm
 
-from experiments.discrepancy.candidates import Candidate
+from experiments.discrepancy.candidates import DISTANCES, TIMES, Candidate
 from railsim.effects.interface import Effect, Parameter
 
+DECADES = 100.0  # upper over lower bound
 TOLERATED = 3.0  # standard deviations of its prior within which a nuisance stays: more is no tolerance but an effect
 
 
@@ -34,7 +35,7 @@ class Shares:
         """(m,) from the values of each candidate."""
         return np.array(
             [
-                (given[name] - p.low) / (p.high - p.low)
+                share_of(name, p, given[name])
                 for one, given in zip(self.candidates, values, strict=True)
                 for name, p in one.parameters.items()
             ]
@@ -46,7 +47,7 @@ class Shares:
         for one in self.candidates:
             here: dict[str, float] = {}
             for name, p in one.parameters.items():
-                here[name] = float(np.clip(p.low + (p.high - p.low) * shares[place], p.low, p.high))
+                here[name] = value_at(name, p, float(shares[place]))
                 place += 1
             found.append(here)
         return found
@@ -59,8 +60,8 @@ class Shares:
     def log_prior(self, shares: np.ndarray) -> float:
         """Of the shares; each prior is one in all over its range."""
         total = 0.0
-        for share, (_, parameter) in zip(shares, self.parameters, strict=True):
-            mean, std = _scaled(parameter)
+        for share, (name, parameter) in zip(shares, self.parameters, strict=True):
+            mean, std = _scaled(name, parameter)
             if math.isfinite(std):
                 mass = float(norm.cdf((1.0 - mean) / std) - norm.cdf(-mean / std))
                 total += float(norm.logpdf(share, mean, std)) - math.log(max(mass, 1e-12))
@@ -75,8 +76,8 @@ class Shares:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Matrix, right-hand side and point of a Newton step, priors in; shares as scores whose bounds are +-3."""
         slope = [
-            (s - _scaled(p)[0]) / std**2 if math.isfinite(std) else 0.0
-            for s, std, (_, p) in zip(shares, self._stds(), self.parameters, strict=True)
+            (s - _scaled(name, p)[0]) / std**2 if math.isfinite(std) else 0.0
+            for s, std, (name, p) in zip(shares, self._stds(), self.parameters, strict=True)
         ]
         prior = np.concatenate([np.ones(len(z)), self.curvature() + 1e-3])
         downhill = gradient - np.concatenate([z, slope])
@@ -89,10 +90,32 @@ class Shares:
         return np.clip(0.5 * (edges / TOLERATED + 1.0), 0.0, 1.0)
 
     def _stds(self) -> list[float]:
-        return [_scaled(parameter)[1] for _, parameter in self.parameters]
+        return [_scaled(name, parameter)[1] for name, parameter in self.parameters]
 
 
-def _scaled(parameter: Parameter) -> tuple[float, float]:
+def logarithmic(name: str, parameter: Parameter) -> bool:
+    """Whether a number ranges over so many decades that its logarithm is what varies evenly (and what is uniform before
+    anything is measured); never a place or a time.
+    """
+    return name not in (*DISTANCES, *TIMES) and parameter.low > 0.0 and parameter.high > DECADES * parameter.low
+
+
+def share_of(name: str, p: Parameter, value: float) -> float:
+    """Where a value lies between the bounds."""
+    if logarithmic(name, p):
+        return math.log(value / p.low) / math.log(p.high / p.low)
+    return (value - p.low) / (p.high - p.low)
+
+
+def value_at(name: str, p: Parameter, share: float) -> float:
+    """The value at a share, within the bounds."""
+    value = p.low * (p.high / p.low) ** share if logarithmic(name, p) else p.low + (p.high - p.low) * share
+    return float(np.clip(value, p.low, p.high))
+
+
+def _scaled(name: str, parameter: Parameter) -> tuple[float, float]:
+    if logarithmic(name, parameter):
+        return 0.5, math.inf
     span = parameter.high - parameter.low
     return (parameter.prior.mean - parameter.low) / span, parameter.prior.std / span
 

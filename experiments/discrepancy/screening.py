@@ -13,7 +13,7 @@ import numpy as np
 from experiments.discrepancy.candidates import DISTANCES, Candidate
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, normal_equations
 from experiments.discrepancy.parallel import in_parallel
-from experiments.discrepancy.scores import TOLERATED, Shares, at_bound
+from experiments.discrepancy.scores import TOLERATED, Shares, at_bound, logarithmic
 from railsim.errors import InputError
 
 RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
@@ -230,7 +230,7 @@ def _scaled(candidate: Candidate, values: dict[str, float], scale: float) -> dic
     """The numbers that say how large it is, by a factor from where they say that it is absent."""
     moved = dict(values)
     for name, one in candidate.parameters.items():
-        if one.absent is not None:
+        if one.absent is not None and not logarithmic(name, one):
             moved[name] = float(np.clip(one.absent + scale * (values[name] - one.absent), one.low, one.high))
     return moved
 

@@ -77,7 +77,7 @@ def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell
     for one in chosen:
         if fitted and _hopeless(one, chosen, max(fitted, key=lambda other: other.log_evidence), problem):
             continue
-        starts = [(one.z, [one.values]), (null.fit.z, [one.values])]
+        starts = [(one.z, [one.values]), (null.fit.z, [one.values]), (one.z, [one.tried])]
         made = hypothesis(problem, null.fit, (one.candidate,), starts, tell)
         if made is not None:
             fitted.append(made)
@@ -158,7 +158,8 @@ def _fair(problem: Problem, null: Hypothesis, fitted: Sequence[Hypothesis], tell
         return null
     best = max(fitted, key=lambda one: one.log_evidence)
     other = concluded(problem, improved(problem, restarted(problem, best.fit, best.fit.z), tell))
-    return other if other.log_evidence > null.log_evidence else null
+    better = max(null, other, key=lambda one: one.log_evidence)
+    return polished(problem, better, tell) if held_out_gap(problem, better.fit) > WHITE else better
 
 
 def _close(judged: Sequence[Judged]) -> bool:

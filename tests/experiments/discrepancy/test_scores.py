@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from experiments.discrepancy.scores import TOLERATED, bounded_step
+from experiments.discrepancy.scores import TOLERATED, bounded_step, share_of, value_at
+from railsim.effects.weak_yaw_damper import WeakYawDamper
+from railsim.effects.yaw_damper_blow_off import YawDamperBlowOff
 
 
 def test_a_free_step_is_newtons():
@@ -20,3 +22,12 @@ def test_scores_beyond_tolerance_stop_at_it_and_the_others_follow():
         z = bounded_step(matrix, matrix @ (aim - z), z, 1.0)
     assert np.isclose(z[0], TOLERATED)
     assert np.isclose(z[1], min(TOLERATED, 1.5 / 2.0 * (10.0 - TOLERATED)))
+
+
+def test_shares_go_evenly_through_decades_where_there_are_decades():
+    velocity = YawDamperBlowOff.parameters()["velocity"]
+    assert np.isclose(value_at("velocity", velocity, 0.5), np.sqrt(velocity.low * velocity.high))
+    factor = WeakYawDamper.parameters()["factor"]
+    assert value_at("factor", factor, 0.5) == 0.5
+    for name, one in (("velocity", velocity), ("factor", factor)):
+        assert np.isclose(share_of(name, one, value_at(name, one, 0.3)), 0.3)
