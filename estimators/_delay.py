@@ -15,9 +15,8 @@ and no bias from its ends.
 """
 
 import numpy as np
-from numba import njit
 
-from railsim.compiled import kernel
+from railsim.compiled import as_written, kernel
 
 UNKNOWNS = 8
 REACH = 3  # samples on either side that interpolation and derivatives need
@@ -30,7 +29,7 @@ def travel_time(wheelbase: float, speed: float, acceleration: float) -> float:
     return 2 * wheelbase / (speed + np.sqrt(max(root, 0.0)))
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def mismatch(
     signals: np.ndarray, now: int, rate: float, wheelbase: float, x: np.ndarray, slopes: np.ndarray
 ) -> tuple[float, float]:
@@ -72,7 +71,7 @@ def mismatch(
     return second - first, (first * first + second * second) / 2
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _corrected(value: np.ndarray, slope: np.ndarray, x: np.ndarray) -> tuple[float, float]:
     """Halved sum and difference of the wheelsets' signals with the errors of the inverse taken out."""
     total = value[0] + x[2] * value[2] - x[6] * slope[2] + x[7] * (slope[0] - slope[2])
@@ -80,7 +79,7 @@ def _corrected(value: np.ndarray, slope: np.ndarray, x: np.ndarray) -> tuple[flo
     return total, difference
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _lagrange(fraction: float) -> tuple[np.ndarray, np.ndarray]:
     """Weights of the six samples -2 ... 3 for the value and the derivative (per sample) at `fraction` in 0 ... 1."""
     weights, slants = np.empty(6), np.empty(6)

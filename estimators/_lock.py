@@ -3,13 +3,12 @@
 from typing import NamedTuple, Self
 
 import numpy as np
-from numba import njit
 
 from estimators._correlate import recompute, runner_up, slide
 from estimators._delay import REACH, UNKNOWNS, mismatch, travel_time
 from estimators._front import Front, advance
 from estimators._motion import Motion, correct, covariance, mean, predict, start
-from railsim.compiled import kernel
+from railsim.compiled import as_written, kernel
 
 COLUMNS = ("speed [m/s]", "speed_std [m/s]", "acceleration [m/s2]", "correlation [-]", "valid [-]")
 SLOW = 3.0  # s; a measured longitudinal acceleration that has stayed that long may be gravity and bias alone
@@ -107,7 +106,7 @@ class Lock(NamedTuple):
         )
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Rows of `COLUMNS` for new samples of vertical acceleration, pitch rate, longitudinal acceleration."""
     rows = np.empty((len(a), 5))
@@ -160,7 +159,7 @@ def _push(s: Lock, c: Limits, p: int, u: float) -> None:
     s.gained[p] = s.gained[p + size] = s.push[1]
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _measure(s: Lock, c: Limits, newest: int, out: np.ndarray, good: bool) -> None:
     """Search with the newest sample (not at standstill), follow the lock, gain or drop it."""
     correlation, lag = 0.0, 0.0
@@ -174,7 +173,7 @@ def _measure(s: Lock, c: Limits, newest: int, out: np.ndarray, good: bool) -> No
         _lock(s, c, correlation, lag)
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, float]:
     """Normalised peak of the running correlation (0: none) and its lag in s."""
     n = s.counts[1]
@@ -208,7 +207,7 @@ def _alone(s: Lock, c: Limits) -> bool:
     return s.sums[k] > c.ambiguity * runner_up(s.sums, k)
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
     speed = c.wheelbase / lag
     s.x[:] = 0.0
@@ -225,7 +224,7 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
     s.counts[2] = 1
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _follow(s: Lock, c: Limits, now: int) -> None:
     """One step of the motion models and, where the signals are sound, one measurement at sample `now`."""
     predict(s.motion, c.stride / c.rate, s.gained[now - c.late] - s.gained[now - c.late - c.stride])
@@ -256,7 +255,7 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
     s.P[:] = covariance(s.motion, s.x)
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _cruise(s: Lock, c: Limits, now: int) -> None:
     """While the measured longitudinal acceleration is steady, the first model takes the speed for constant."""
     short = min(int(SHORT * c.rate), len(s.gained) // 4)
@@ -273,7 +272,7 @@ def _cruise(s: Lock, c: Limits, now: int) -> None:
     s.motion.weight[:] /= s.motion.weight.sum()
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _total(s: Lock, c: Limits, now: int, x: np.ndarray) -> np.ndarray:
     """The unknowns with the whole acceleration over the travel time instead of what the measured one leaves."""
     whole = x.copy()
@@ -283,7 +282,7 @@ def _total(s: Lock, c: Limits, now: int, x: np.ndarray) -> np.ndarray:
     return whole
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _pull(c: Limits, x: np.ndarray, out: np.ndarray) -> None:
     """Row of the table of `_noise` for the travel time at `x`, its first column turned into speed and acceleration."""
     lag = travel_time(c.wheelbase, x[0], x[1])

@@ -7,9 +7,9 @@ freely speed and acceleration may change.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from estimators._delay import UNKNOWNS
+from railsim.compiled import as_written
 
 
 class Motion(NamedTuple):
@@ -52,7 +52,7 @@ def bank(relax: np.ndarray, diffusion: np.ndarray, step: float, switch_rate: flo
     )
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def start(motion: Motion, x: np.ndarray, variance: np.ndarray) -> None:
     """Begin at `x` with independent variances, every model alike."""
     motion.weight[:] = 1 / len(motion.weight)
@@ -61,13 +61,13 @@ def start(motion: Motion, x: np.ndarray, variance: np.ndarray) -> None:
         motion.P[j] = np.diag(variance)
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def mean(motion: Motion) -> np.ndarray:
     """The models' weighted mean."""
     return motion.weight @ motion.x
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def covariance(motion: Motion, centre: np.ndarray) -> np.ndarray:
     """The mixture's covariance about its mean `centre`."""
     total = np.zeros((UNKNOWNS, UNKNOWNS))
@@ -77,7 +77,7 @@ def covariance(motion: Motion, centre: np.ndarray) -> np.ndarray:
     return total
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def predict(motion: Motion, step: float, gain: float) -> None:
     """Mix the models and move them on by one step, in which the measured acceleration adds `gain` to the speed."""
     models = len(motion.weight)
@@ -102,7 +102,7 @@ def predict(motion: Motion, step: float, gain: float) -> None:
             motion.P[j, k, k] += motion.Q[j, k]
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def correct(motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pull: np.ndarray) -> None:
     """Use each model's mismatch (shape (models,)) and its slopes (models, 8).
 

@@ -113,7 +113,7 @@ def lagrange(nodes: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 
 def unpacked(packed: np.ndarray, plan: Layout, known: int, readings: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What `run_bank` takes of packed matrices (p, length): steps (p, wide / 4, 4, tall), K (p, m, n), L (p, m, m)."""
+    """What `run_bank` takes of packed matrices (p, length): steps (p, wide / 8, 8, tall), K (p, m, n), L (p, m, m)."""
     tall, wide = sizes(plan, known, readings)
     p, at_K = len(packed), tall * wide
     at_L = at_K + plan.size * readings

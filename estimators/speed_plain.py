@@ -5,13 +5,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numba import njit
 
 from estimators._bounce import ACCELERATION, PITCH_RATE, chain, pitch_frequency
 from estimators._correlate import recompute, runner_up, slide
 from estimators._front import Front, advance, front
 from estimators._record import Stepper, accelerometer_offset, read
 from estimators.interface import Estimate, Estimator
+from railsim.compiled import as_written
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -93,7 +93,7 @@ class _State(NamedTuple):
     counts: np.ndarray  # number of samples so far, shape (1,)
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _run(state: _State, first: int, limits: np.ndarray, a: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Rows of `COLUMNS` for new samples of acceleration and pitch rate; `limits`: see `online`."""
     rows = np.empty((len(a), 4))
@@ -106,7 +106,7 @@ def _run(state: _State, first: int, limits: np.ndarray, a: np.ndarray, q: np.nda
     return rows
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _take(state: _State, first: int, x: float, y: float, good: float) -> None:
     n = state.counts[0]
     size = len(state.good) // 2
@@ -123,7 +123,7 @@ def _take(state: _State, first: int, x: float, y: float, good: float) -> None:
     state.counts[0] = n + 1
 
 
-@njit(cache=True, nogil=True)
+@as_written
 def _peak(state: _State, first: int, limits: np.ndarray, row: np.ndarray) -> None:
     """Peak of the correlation -> speed, standard deviation of the truncation, normalised peak, valid."""
     size = len(state.good) // 2

@@ -63,7 +63,7 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
         """Parameters (3,), their standard deviations, and minus the logarithm of the likelihood there."""
         rng = np.random.default_rng(self.seed)
         places = rng.random((self.starts, 3))
-        best = places[int(np.argmax(cost_of(problem, places) * -1.0))]
+        best = places[int(np.argmin(cost_of(problem, places)))]
         found = minimize(
             lambda place: float(cost_of(problem, place[None, :])[0]),
             best,
@@ -72,7 +72,9 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
             bounds=[(0.0, 1.0)] * 3,
         )
         size = problem.high - problem.low
-        std = np.sqrt(np.diag(np.abs(covariance(problem, found.x)))) * size
+        variance = np.diag(covariance(problem, found.x))
+        told = variance > 0.0  # else the cost does not bend up there: as wide as the box
+        std = np.sqrt(np.where(told, variance, 1.0)) * size
         return problem.low + found.x * size, std, float(found.fun)
 
     def _estimate(self, problem: Problem, mean: np.ndarray, std: np.ndarray, about: dict[str, float]) -> Estimate:

@@ -5,8 +5,9 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -16,8 +17,8 @@ from numba.core import config
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-PACKAGES = ("railsim", "estimators")
-_IMPORTED = re.compile(rb"^from ((?:railsim|estimators)[.\w]*) import", re.MULTILINE)
+_IMPORTED = re.compile(rb"^from ((?:railsim|estimators)\b[.\w]*) import", re.MULTILINE)
+_KERNELS = b"from railsim.compiled import"
 KEPT = 30 * 86400.0  # s; machine code of other versions of the source is removed after that
 
 # Contraction and reassociation are allowed; NaN and infinity keep their meaning, so that a run that diverges is seen.
@@ -35,52 +36,92 @@ def kernel(function: F) -> F:
 
     Division by zero gives infinity as in NumPy.
     """
-    return cast(F, _njit(_nrt=False, **_OPTIONS)(function))
+    return _compiled(function, _nrt=False)
 
 
 def inlined(function: F) -> F:
     """A kernel that is copied into its callers: for small functions whose call would cost more than what they do."""
-    return cast(F, _njit(forceinline=True, _nrt=False, **_OPTIONS)(function))
+    return _compiled(function, forceinline=True, _nrt=False)
 
 
 def allocating(function: F) -> F:
     """A kernel that may make arrays."""
-    return cast(F, _njit(**_OPTIONS)(function))
+    return _compiled(function)
 
 
-def _keep_by_source() -> None:
-    """Keep machine code in a folder named after the source of all kernels.
+def as_written(function: F) -> F:
+    """Compiled without reassociation: a record in one piece and sample by sample give the same numbers."""
+    with _kept_by_source(function):
+        return cast(F, _njit(cache=True, nogil=True)(function))
+
+
+def _compiled(function: F, **options: Any) -> F:
+    with _kept_by_source(function):
+        return cast(F, _njit(**options, **_OPTIONS)(function))
+
+
+@contextmanager
+def _kept_by_source(function: Callable[..., Any]) -> Iterator[None]:
+    """Keep machine code in a folder named after the source that it is made of.
 
     Numba notices a change in a kernel's own file only, and would go on calling the old code of kernels in other files.
     """
-    given = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    folder = Path(given) / "railsim-kernels"
+    before = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
+    own = _folder() / source_digest(Path(function.__code__.co_filename))
     try:
-        own = folder / _source_digest()
         own.mkdir(parents=True, exist_ok=True)
         os.utime(own)
     except OSError:
-        return  # no place for it: Numba's own choice, beside the source
+        yield  # no place for it: Numba's own choice, beside the source
+        return
     config.CACHE_DIR = str(own)  # pyright: ignore[reportAttributeAccessIssue]
-    for other in folder.iterdir():
-        with suppress(OSError):
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before  # pyright: ignore[reportAttributeAccessIssue]
+
+
+@cache
+def _folder() -> Path:
+    """Folder of all machine code; what nobody has used for long is removed from it."""
+    given = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    folder = Path(given) / "railsim-kernels"
+    with suppress(OSError):
+        for other in folder.iterdir():
             if time.time() - other.stat().st_mtime > KEPT:
                 shutil.rmtree(other)
+    return folder
 
 
-def _source_digest() -> str:
-    """SHA-256 over every file that defines kernels and every file of ours that such a file imports (constants)."""
-    roots = [
-        Path(root) for name in PACKAGES if (spec := find_spec(name)) for root in spec.submodule_search_locations or []
-    ]
-    texts = {path: path.read_bytes() for root in roots for path in root.rglob("*.py")}
-    wanted = {path for path, text in texts.items() if b"railsim.compiled" in text}
-    modules = {module.decode() for path in wanted for module in _IMPORTED.findall(texts[path])}
-    wanted |= {root.parent.joinpath(*module.split(".")).with_suffix(".py") for root in roots for module in modules}
+@cache
+def source_digest(file: Path) -> str:
+    """SHA-256 of Numba's version and of `sources`."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(wanted & set(texts), key=lambda path: path.as_posix()):
-        digest.update(path.name.encode() + b"\0" + texts[path])
+    for path in sorted(sources(file), key=lambda path: path.as_posix()):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-_keep_by_source()
+def sources(file: Path) -> set[Path]:
+    """A file of kernels, those whose kernels it imports (by packages too), and every file of ours that these import.
+
+    The latter hold constants and the names of arguments' fields; what they import is not followed.
+    """
+    files, ahead = {file}, [file]
+    while ahead:
+        found = {path for name in _IMPORTED.findall(ahead.pop().read_bytes()) if (path := _path(name.decode()))}
+        ahead += [path for path in found - files if path.name == "__init__.py" or _KERNELS in path.read_bytes()]
+        files |= found
+    return files
+
+
+@cache
+def _path(module: str) -> Path | None:
+    """File of a module that need not be imported yet."""
+    top, *rest = module.split(".")
+    spec = find_spec(top)
+    for root in (spec.submodule_search_locations or []) if spec else []:
+        for path in (Path(root, *rest).with_suffix(".py"), Path(root, *rest, "__init__.py")):
+            if path.is_file():
+                return path
+    return None
