@@ -62,10 +62,6 @@ class Classifier:
         """Of the levels, (n, 4); features (n, f), speed in m/s (n,)."""
         return softmax(terms(self.normal(features), speed) @ self.weights / self.temperature)
 
-    def log_odds(self, features: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        """Logarithms of the probabilities, (n, 4)."""
-        return np.log(np.maximum(self.probabilities(features, speed), 1e-12))
-
     def creep_slope(self, features: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """Initial creep slope as a share of Kalker's, (n,)."""
         return np.exp(terms(self.normal(features), speed) @ self.slope)

@@ -19,7 +19,6 @@ from railsim.measurements import Measurements
 
 RATE = 256.0  # Hz, of the grid
 WHEELSETS = ("wheelset1", "wheelset2")
-CARRIED = ("bogie", "body")
 ACCELERATION, YAW, ROLL = "acceleration_y", "rate_yaw", "rate_roll"
 ACCELERATION_ERROR = 0.01  # m/s2: what the plan view leaves out (illustrative)
 RATE_ERROR = 1e-4  # rad/s, as above

@@ -9,9 +9,8 @@ from estimators._adhesion_classifier import LEVELS
 from estimators.adhesion_level import COLUMNS
 from experiments.figures._adhesion_cases import NOMINAL, judged
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLUE, GREEN, GREY, PURPLE, RED
+from experiments.plots import BLUE, GREY, RED
 
-LEVEL_COLOURS = dict(zip(LEVELS, (GREEN, BLUE, RED, PURPLE), strict=True))
 SET_COLOURS = {"wheelsets": BLUE, "bogie": RED}
 SET_NAMES = {"wheelsets": "wheelsets, bogie, body", "bogie": "bogie and body"}
 TARGETS = {"wheelsets": 0.95, "bogie": 0.85}

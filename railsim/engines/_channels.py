@@ -24,7 +24,6 @@ WHEEL = (
     "normal_force [N]", "creep_force_x [N]", "creep_force_y [N]", "creepage_x [-]", "creepage_y [-]",
     "spin_creepage [1/m]", "contact_angle [rad]", "rolling_radius [m]", "lateral_shift [m]", "friction [-]",
 )  # fmt: skip
-WHEELSET_ROW = len(SPIN) + len(TRACK) + 2 * len(WHEEL)
 
 
 def channel_names(model: Model) -> list[str]:

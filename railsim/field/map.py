@@ -12,7 +12,6 @@ from railsim.settings import MOST_CHARACTERS, load_yaml
 from railsim.spec import Spec, quantity
 
 MAP = "map"
-FORMATS = ("csv", "parquet", "mdf4", "tdms")
 ENCODINGS = (
     "utf-8", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1250", "cp1251", "cp1252", "iso8859-15", "gb18030",
     "gbk", "big5", "shift_jis", "euc-kr", "ascii",
