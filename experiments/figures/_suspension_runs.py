@@ -54,16 +54,17 @@ def write_other(folder: Path, seed: int, length: float = LENGTH) -> Path:
 
 
 def over_seeds(
-    cases: dict[str, tuple[SuspensionRbpf, float]], seeds: int, duration: float, engine: str
+    cases: dict[str, tuple[SuspensionRbpf, float]], track_seed: int, seeds: int, duration: float, engine: str
 ) -> tuple[pd.DataFrame, np.ndarray]:
     """Estimates of every case and noise seed over time, and the true parameters; one run serves all.
 
     Parameters
     ----------
     cases : by name, the estimator and the share of the track's power that is error of track.csv.
+    track_seed : of the true track's irregularities.
     """
     with tempfile.TemporaryDirectory() as folder:
-        track = str(write_other(Path(folder), JUDGED))
+        track = str(write_other(Path(folder), track_seed))
         scenario = load_scenario("suspension", {"duration": duration, "track": track})
         truth = simulate(scenario, engine=engine)
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure as Picture
 from estimators._half_vehicle import PARAMETERS
 from estimators._verdicts import std_name
 from estimators.suspension_rbpf import SuspensionRbpf
-from experiments.figures._suspension_runs import CASE, SEED, TIME, over_seeds
+from experiments.figures._suspension_runs import CASE, JUDGED, SEED, TIME, over_seeds
 from experiments.figures.interface import Claim, Figure
 
 FULL, REDUCED = "wheelsets, bogie, body", "bogie, body"
@@ -22,7 +22,7 @@ UNCERTAIN, OTHER = "bogie, body; track uncertain", "the same, other assumption"
 SHARE = 0.05  # of the track's power is error: 0.22 of its size
 COLOURS = {FULL: "#0072b2", REDUCED: "#009e73", UNCERTAIN: "#d55e00", OTHER: "#cc79a7"}
 SEEDS, FAST_SEEDS = 20, 2
-EVERY = 2  # samples of 256 Hz: the same accuracy at half the work
+TRACK = JUDGED + 3  # of its own: every sample is taken since the figure was seen on JUDGED with every second one
 LABELS = ("$C_{sy}$ in kN s/m", "$C_{s\\psi}$ in kN m s/rad", "conicity $\\lambda$", "standard deviation / estimate")
 SCALES = (1e-3, 1e-3, 1.0)
 NOMINAL = "true {}"
@@ -30,7 +30,7 @@ NOMINAL = "true {}"
 
 def cases() -> dict[str, tuple[SuspensionRbpf, float]]:
     """Estimator and track error of each case."""
-    full = SuspensionRbpf(keep_every=EVERY)
+    full = SuspensionRbpf()
     reduced = full.but(wheelset_sensors=False)
     uncertain = reduced.but(track="uncertain", track_error=SHARE)
     return {
@@ -47,7 +47,7 @@ class Fig07(Figure):
     def compute(self, fast: bool) -> pd.DataFrame:
         """Estimates of every case and seed over time, beside the true values."""
         engine = "compiled" if fast else "exudyn"
-        table, true = over_seeds(cases(), FAST_SEEDS if fast else SEEDS, 20.0 if fast else 65.0, engine)
+        table, true = over_seeds(cases(), TRACK, FAST_SEEDS if fast else SEEDS, 20.0 if fast else 65.0, engine)
         return table.assign(**{NOMINAL.format(name): value for name, value in zip(PARAMETERS, true, strict=True)})
 
     def draw(self, table: pd.DataFrame) -> Picture:
