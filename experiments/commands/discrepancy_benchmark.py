@@ -3,10 +3,12 @@
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 from experiments.commands.interface import Outcome, table
-from experiments.discrepancy.benchmark import rule_hash, run_benchmark
+from experiments.discrepancy.benchmark import run_benchmark
 from experiments.discrepancy.benchmark_score import read_rows, score
+from experiments.discrepancy.rule import rule_hash
 from railsim.errors import InputError
 
 
@@ -34,6 +36,19 @@ def execute(given: argparse.Namespace) -> Outcome:
         _part(given.part),
     )
     found = score(read_rows(folder))
-    rows = [[name, one["value"], one["low"], one["high"], one["cases"]] for name, one in found["metrics"].items()]
-    text = f"rule {rule_hash()}\n" + table(["metric", "value", "from", "to", "cases"], rows)
-    return Outcome(found | {"rule": rule_hash()}, text)
+    return Outcome(found | {"rule": rule_hash()}, f"rule {rule_hash()}\n" + _text(found))
+
+
+def _text(found: dict[str, Any]) -> str:
+    parts = []
+    for head, rows in [("metric", found["metrics"]), ("right name by class", found["classes"])]:
+        parts.append(table([head, "value", "from", "to", "cases"], [_row(name, one) for name, one in rows.items()]))
+    for setting, rows in found["settings"].items():
+        parts.append(table([setting, "value", "from", "to", "cases"], [_row(name, one) for name, one in rows.items()]))
+    figures = [[*_row(name, one), one["least"], one["most"]] for name, one in found["figures"].items()]
+    parts.append(table(["median of", "value", "from", "to", "cases", "least", "most"], figures))
+    return "\n\n".join(parts)
+
+
+def _row(name: str, one: dict[str, Any]) -> list[Any]:
+    return [name, one["value"], one["low"], one["high"], one["cases"]]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from experiments.discrepancy.decide import rms
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.fitting import Problem
 from experiments.discrepancy.workflow import Findings
@@ -39,13 +40,14 @@ def gaps(findings: Findings, after: np.ndarray) -> tuple[Gaps, dict[str, Gaps]]:
     nominal = problem.stacked(problem.forward.predict(np.zeros(len(findings.null.fit.z))))
     null = findings.null.fit.stacked
     states = (nominal, null, after)
-    whole = Gaps(*(_rms(problem.whitened(problem.measured - one)[problem.test]) for one in states))
+    whole = Gaps(*(rms(problem, problem.whitened(problem.measured - one)) for one in states))
     if problem.white is None:
         raise ValueError("state the noise first")
     marginal = [problem.white.marginal(problem.measured - one)[problem.test] for one in states]
     channels = {
         name: Gaps(*(float(np.sqrt(np.nanmean(one[..., place]))) for one in marginal))
         for place, name in enumerate(problem.evidence.channels)
+        if np.isfinite(marginal[0][..., place]).any()
     }
     return whole, channels
 
@@ -86,7 +88,3 @@ def _native(value: object) -> object:
     if isinstance(value, list | tuple):
         return [_native(inner) for inner in value]
     return value.item() if isinstance(value, np.generic) else value
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

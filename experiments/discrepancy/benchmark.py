@@ -1,6 +1,6 @@
 """Blind benchmark: cases are made, explained by the frozen rule, and only then compared with their sealed labels."""
 
-import hashlib
+import resource
 import subprocess
 import sys
 import time
@@ -8,26 +8,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from experiments.discrepancy.blind_plan import nominal_of, setting_of
 from experiments.discrepancy.evidence import gather
 from experiments.discrepancy.explain import answer
-from experiments.discrepancy.oracle import effect_of, expected_evidence
+from experiments.discrepancy.oracle import effect_of, expected_evidence, true_gap
+from experiments.discrepancy.rule import rule_hash
 from experiments.discrepancy.workflow import Findings
-from railsim import effects as library
 from railsim.errors import InputError
 from railsim.files import read_json, write_json
-from railsim.scenario import load_scenario
+from railsim.scenario import Scenario
 
 ROW = "a result of the benchmark"
-
-
-def rule_hash() -> str:
-    """SHA-256 over the source of the workflow and of the effects: rows of other rules do not count."""
-    folders = [Path(__file__).parent, Path(str(library.__file__)).parent]
-    total = hashlib.sha256()
-    for path in sorted(path for folder in folders for path in folder.glob("*.py")):
-        if path.name not in ("benchmark.py", "benchmark_score.py", "report.py", "pictures.py"):
-            total.update(path.name.encode() + b"\0" + path.read_bytes())
-    return total.hexdigest()[:16]
 
 
 def run_benchmark(
@@ -46,6 +39,10 @@ def run_benchmark(
     several processes can share a folder.
     """
     rule = rule_hash()
+
+    def label(number: int) -> dict[str, Any]:
+        return read_json(folder / "sealed" / f"{number:04d}.json", "a label")
+
     for number in range(part[0], count, part[1]):
         row = folder / "results" / f"{number:04d}.json"
         if row.is_file() and read_json(row, ROW).get("rule") == rule:
@@ -59,32 +56,38 @@ def run_benchmark(
                 raise InputError(
                     f"case {number} could not be made: {(done.stderr.strip() or 'no reason').splitlines()[-1]}"
                 )
-        begun = time.monotonic()
-        verdict, findings = _solve(model, recording, duration, _withheld(folder, number))
+        begun, worked = time.monotonic(), time.process_time()
+        verdict, findings = _solve(nominal_of(model, setting_of(seed, number), duration), recording, label(number))
+        spent = {"seconds": round(time.monotonic() - begun, 1), "cpu": round(time.process_time() - worked, 1)}
+        found = {"rule": rule, "case": number, "seed": seed, **spent, "memory": _peak(), "verdict": verdict}
         row.parent.mkdir(parents=True, exist_ok=True)
-        seconds = round(time.monotonic() - begun, 1)
-        found = {"rule": rule, "case": number, "seed": seed, "seconds": seconds, "verdict": verdict}
-        write_json(row, found | {"expected": _expected(folder, number, findings)})
-        tell(f"case {number}: {verdict['status']} {verdict['effect'] or ''} in {seconds:.0f} s")
+        part_ = row.with_suffix(".part")
+        write_json(part_, found | _known_after(label(number), findings))
+        part_.replace(row)
+        tell(f"case {number}: {verdict['status']} {verdict['effect'] or ''} in {spent['seconds']:.0f} s")
 
 
-def _withheld(folder: Path, number: int) -> list[str]:
-    """Effects that the workflow must do without in this case; all else of the label stays sealed."""
-    label = read_json(folder / "sealed" / f"{number:04d}.json", "a label")
-    return [label["classes"][0]] if label["kind"] == "withheld" else []
-
-
-def _expected(folder: Path, number: int, findings: Findings | None) -> list[float]:
-    """What each true effect could bring, from the label, now that the verdict stands."""
-    label = read_json(folder / "sealed" / f"{number:04d}.json", "a label")
+def _known_after(label: dict[str, Any], findings: Findings | None) -> dict[str, Any]:
+    """What each true effect could bring, and the gap of the true model, from the label, now that the verdict stands."""
     effects = [effect_of(one) for one in label["effects"]]
-    return [round(one, 2) for one in expected_evidence(findings.problem, effects)] if findings and effects else []
-
-
-def _solve(model: str, recording: Path, duration: float, withheld: list[str]) -> tuple[dict[str, Any], Findings | None]:
-    """The verdict, or that the recording was refused."""
+    if findings is None or not effects:
+        return {"expected": [], "true_gap": None}
+    expected = [round(one, 2) for one in expected_evidence(findings.problem, effects)]
     try:
-        evidence = gather(recording, load_scenario(model, {"duration": duration}))
-        return answer(evidence, withheld=withheld)
-    except InputError as error:
+        return {"expected": expected, "true_gap": true_gap(findings, effects, label["law"], label["specimen"])}
+    except InputError:
+        return {"expected": expected, "true_gap": None}
+
+
+def _solve(nominal: Scenario, recording: Path, label: dict[str, Any]) -> tuple[dict[str, Any], Findings | None]:
+    """The verdict, or that the recording was refused; of the label only the withheld effect is used."""
+    withheld = label["classes"][:1] if label["kind"] == "withheld" else []
+    try:
+        return answer(gather(recording, nominal), withheld=withheld)
+    except (InputError, np.linalg.LinAlgError) as error:
         return {"status": "refused", "effect": None, "class": None, "alternatives": [], "reason": str(error)}, None
+
+
+def _peak() -> float:
+    """Most memory that this process has held so far [MiB]."""
+    return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0, 1)

@@ -5,10 +5,14 @@ from collections import Counter, defaultdict
 from pathlib import Path
 from typing import Any
 
-from experiments.discrepancy.benchmark import ROW, rule_hash
+import numpy as np
+
+from experiments.discrepancy.benchmark import ROW
+from experiments.discrepancy.rule import rule_hash
 from railsim.files import read_json
 
 COVERED = 1.96
+LEAST_CLOSED = 0.02  # of the gap, below which its share is noise
 DETECTABLE = 27.0
 """Expected evidence [nats] g from which g - 1.645 sqrt(2 g) is at least 15: the 10 that the rule asks for, and 5 for
 the numbers that are fitted.
@@ -27,18 +31,88 @@ def read_rows(folder: Path) -> list[tuple[dict[str, Any], dict[str, Any]]]:
 
 
 def score(rows: list[tuple[dict[str, Any], dict[str, Any]]]) -> dict[str, Any]:
-    """Contract shape: metrics with Wilson intervals, and verdict counts by truth."""
+    """Contract shape: metrics with Wilson intervals, figures with their spread, right names by class and outcomes by
+    setting, and verdict counts by truth.
+    """
     counts: dict[str, list[bool]] = defaultdict(list)
+    settings: dict[str, dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
+    classes: dict[str, list[bool]] = defaultdict(list)
     confusion: dict[str, Counter[str]] = defaultdict(Counter)
     for row, label in rows:
         verdict = row["verdict"]
         truth = " + ".join(effect["kind"] for effect in label["effects"]) or label["kind"]
         said = verdict["effect"] if verdict["status"] == "named" else verdict["status"]
         confusion[f"{truth} (withheld)" if label["kind"] == "withheld" else truth][str(said)] += 1
-        for name, held in _outcomes(row, label).items():
+        outcomes = _outcomes(row, label)
+        for name, held in outcomes.items():
             counts[name].append(held)
-    metrics = {name: wilson(sum(values), len(values)) for name, values in sorted(counts.items())}
-    return {"metrics": metrics, "confusion": {truth: dict(said) for truth, said in sorted(confusion.items())}}
+            if name in BY_SETTING:
+                settings[label.get("setting", "home")][name].append(held)
+        if "right name" in outcomes:
+            classes[label["classes"][0]].append(outcomes["right name"])
+    return {
+        "metrics": _shares(counts),
+        "figures": figures(rows),
+        "settings": {name: _shares(found) for name, found in sorted(settings.items())},
+        "classes": _shares(classes),
+        "confusion": {truth: dict(said) for truth, said in sorted(confusion.items())},
+    }
+
+
+BY_SETTING = ("right name", "wrong name", "truth in the stated set", "false alarm", "two-sigma interval covers")
+
+
+def _shares(counts: dict[str, list[bool]]) -> dict[str, dict[str, float | int]]:
+    return {name: wilson(sum(values), len(values)) for name, values in sorted(counts.items())}
+
+
+def figures(rows: list[tuple[dict[str, Any], dict[str, Any]]]) -> dict[str, dict[str, Any]]:
+    """Medians of what is no share, with their 95 % intervals (order statistics) and extremes."""
+    found: dict[str, list[float]] = defaultdict(list)
+    for row, label in rows:
+        status = row["verdict"]["status"]
+        group = "an empty case" if label["kind"] in ("null", "decoy") else "a case with an effect"
+        for key, text in (("seconds", "s of wall clock"), ("cpu", "s of processor time")):
+            if key in row:
+                found[f"{text}, {group}"].append(float(row[key]))
+        if "memory" in row:
+            found["MiB held at most"].append(float(row["memory"]))
+        share = closure(row)
+        if share is None or not label["effects"]:
+            continue
+        if status == "named":
+            found["share of the true model's gap closure beyond nuisances, named"].append(share)
+            if row["verdict"].get("class") in label["classes"]:
+                found["share of the true model's gap closure beyond nuisances, named right"].append(share)
+        if status == "unknown" and label["kind"] in ("withheld", "foreign") and row["verdict"].get("empirical"):
+            found["share of the true model's gap closure beyond nuisances, unknown as a table"].append(share)
+    return {name: median(values) for name, values in sorted(found.items())}
+
+
+def closure(row: dict[str, Any]) -> float | None:
+    """How much of what the true model closes of the held-out gap beyond nuisances the verdict's model closes; None
+    where nuisances alone leave nothing to close (less than `LEAST_CLOSED`).
+    """
+    gap, true = row["verdict"].get("gap"), row.get("true_gap")
+    if gap is None or true is None or gap["nuisance_only"] - true < LEAST_CLOSED:
+        return None
+    return float((gap["nuisance_only"] - gap["after"]) / (gap["nuisance_only"] - true))
+
+
+def median(values: list[float]) -> dict[str, Any]:
+    """Median with the 95 % interval of its order statistics, smallest and largest."""
+    ordered = np.sort(values)
+    reach = 0.5 * COVERED * math.sqrt(len(ordered))
+    low = int(np.clip(math.floor(0.5 * len(ordered) - reach), 0, len(ordered) - 1))
+    high = int(np.clip(math.ceil(0.5 * len(ordered) + reach), 0, len(ordered) - 1))
+    return {
+        "value": float(np.median(ordered)),
+        "low": float(ordered[low]),
+        "high": float(ordered[high]),
+        "least": float(ordered[0]),
+        "most": float(ordered[-1]),
+        "cases": len(ordered),
+    }
 
 
 def _outcomes(row: dict[str, Any], label: dict[str, Any]) -> dict[str, bool]:
@@ -46,22 +120,29 @@ def _outcomes(row: dict[str, Any], label: dict[str, Any]) -> dict[str, bool]:
     verdict = row["verdict"]
     status, named = verdict["status"], verdict.get("class")
     kind = label["kind"]
+    if status == "refused":
+        return {"refused to say anything": True}
+    found = {"refused to say anything": False}
     if kind in ("null", "decoy"):
-        return {f"false alarm on a {kind}": status in ("named", "ambiguous", "unknown")}
-    seen = detectable(row, label)
-    if not seen:
-        classes = {named, *(one["class"] for one in verdict.get("further", []))}
-        return {"undetectable effect left alone or named right": status == "none" or classes == set(label["classes"])}
+        alarm = status in ("named", "ambiguous", "unknown")
+        return found | {f"false alarm on a {kind}": alarm, "false alarm": alarm}
+    said = {named, *(one["class"] for one in verdict.get("further", []))}
+    if not detectable(row, label):
+        text = "undetectable effect left alone or named right"
+        return found | {text: status == "none" or said == set(label["classes"])}
     if kind in ("withheld", "foreign"):
         text = "unknown where its effect is withheld" if kind == "withheld" else "unknown where the law is foreign"
-        found = {text: status == "unknown", "unknown where it is outside the library": status == "unknown"}
+        found |= {text: status == "unknown", "unknown where it is outside the library": status == "unknown"}
         return found | ({"place of an unknown": _placed(verdict, label)} if status == "unknown" else {})
     if kind == "pair":
-        said = {named, *(one["class"] for one in verdict.get("further", []))}
-        return {"pair exactly right": status == "named" and said == set(label["classes"])}
+        return found | {
+            "pair exactly right": status == "named" and said == set(label["classes"]),
+            "pair at least half right": status == "named" and bool(said & set(label["classes"])),
+        }
     right = label["classes"][0]
     listed = {named, *verdict.get("alternative_classes", [])}
     return {
+        **found,
         "right name": status == "named" and named == right,
         "truth in the stated set": status in ("named", "ambiguous") and right in listed,
         "wrong name": status == "named" and named != right,

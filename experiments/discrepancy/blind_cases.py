@@ -14,19 +14,16 @@ from typing import Any
 import numpy as np
 import yaml
 
+from experiments.discrepancy.blind_plan import kind_of, name_of, nominal_of, setting_of
 from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.nuisances import Nuisance, nuisances_of
 from experiments.discrepancy.oracle import acting, effect_of
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
-from railsim.files import read_json, write_json
+from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import about_recording, measure, simulate
 
-KINDS = {"effect": 0.24, "withheld": 0.06, "foreign": 0.04, "null": 0.45, "decoy": 0.15, "pair": 0.06}
-"""Shares: an effect of the library; one that the workflow is then denied; a law from outside; nothing; nuisances at 2
-to 3 standard deviations; two effects.
-"""
 DRAWN = {"effect": 1, "withheld": 1, "pair": 2}
 FASTSIM = 0.3  # of the cases with that creep law in place of Polach's
 MOST_ODD = 1.9  # standard deviations of a healthy specimen's parameters
@@ -43,27 +40,28 @@ def make_case(model: str, folder: Path, seed: int, number: int, duration: float,
     InputError : no draw could be run; the laws cannot be read.
     """
     rng = np.random.default_rng([seed, number])
-    nominal = load_scenario(model, {"duration": duration})
-    kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
+    setting, kind = setting_of(seed, number), kind_of(seed, number)
+    nominal = nominal_of(model, setting, duration)
     foreign = read_laws(laws) if laws else []
     kind = "withheld" if kind == "foreign" and not foreign else kind
-    for _ in range(TRIES):
-        effects = [_drawn_effect(nominal, rng) for _ in range(DRAWN.get(kind, 0))]
-        if kind == "foreign":
-            effects = [foreign[int(rng.integers(len(foreign)))].but(scale=float(rng.uniform(0.5, 2.0)))]
+    target = folder / "recordings" / f"{number:04d}"
+    for attempt in range(TRIES):
+        effects = _drawn(nominal, kind, foreign, None if attempt > TRIES // 2 else (seed, number), rng)
+        scores = _scores(nominal, kind == "decoy", rng)
+        law = "fastsim" if rng.random() < FASTSIM else str(getattr(nominal.vehicle, "adhesion").law)  # noqa: B009
         try:
-            scenario = _specimen(nominal, effects, kind == "decoy", rng)
-            _record(scenario, nominal, folder / "recordings" / f"{number:04d}")
+            acted = [acting(nominal.setup, effect) for effect in effects]
+            scenario = _specimen(nominal, effects, scores, law, rng)
+            with write_folder_atomically(target) as aside:
+                _record(scenario, nominal, aside)
+                label = {"kind": kind, "setting": setting, "effects": [effect.settings() for effect in effects]}
+                label |= {"acting": acted, "classes": [type(effect).equivalence() for effect in effects]}
+                _seal(folder / "sealed" / f"{number:04d}.json", label | {"law": law, "specimen": scores})
             break
         except InputError:  # an effect that this vehicle cannot have, or a run that leaves the rails: draw again
             continue
     else:
         raise InputError(f"case {number}: no draw could be run; take another seed")
-    label: dict[str, Any] = {"kind": kind, "effects": [effect.settings() for effect in effects]}
-    label["acting"] = [acting(nominal.setup, effect) for effect in effects]
-    label["classes"] = [type(effect).equivalence() for effect in effects]
-    (folder / "sealed").mkdir(exist_ok=True)
-    write_json(folder / "sealed" / f"{number:04d}.json", label)
 
 
 def read_laws(path: str) -> list[Effect]:
@@ -80,7 +78,27 @@ def read_laws(path: str) -> list[Effect]:
         raise InputError(f"--laws {path}: {error}; give a YAML list of effects' settings") from None
 
 
-def _drawn_effect(nominal: Scenario, rng: np.random.Generator) -> Effect:
+def _seal(path: Path, label: dict[str, Any]) -> None:
+    """Whole, before the recording is there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    write_json(part, label)
+    part.replace(path)
+
+
+def _drawn(
+    nominal: Scenario, kind: str, foreign: list[Effect], case: tuple[int, int] | None, rng: np.random.Generator
+) -> list[Effect]:
+    """The hidden effects of a case; the first is dealt by the case's number where that is given."""
+    if kind == "foreign":
+        return [foreign[int(rng.integers(len(foreign)))].but(scale=float(rng.uniform(0.5, 2.0)))]
+    found: list[Effect] = []
+    for _ in range(DRAWN.get(kind, 0)):
+        found.append(_drawn_effect(nominal, None if found else case, rng))
+    return found
+
+
+def _drawn_effect(nominal: Scenario, case: tuple[int, int] | None, rng: np.random.Generator) -> Effect:
     """Each effect is as likely as any other; its variants, sizes, places and phases at random."""
     end = nominal.start + (nominal.distance or 0.0)
     names = tuple(
@@ -91,7 +109,8 @@ def _drawn_effect(nominal: Scenario, rng: np.random.Generator) -> Effect:
     )
     context = Context(names, (nominal.start + 20.0, end - 20.0), (2.0, nominal.duration - 3.0), ((0.0, 0.0),))
     found = candidates(context)
-    name = str(rng.choice(sorted({one.name for one in found})))
+    names = sorted({one.name for one in found})
+    name = str(rng.choice(names)) if case is None else name_of(*case, names)
     variants = [one for one in found if one.name == name]
     candidate: Candidate = variants[int(rng.integers(len(variants)))]
     return candidate.build(_drawn_values(candidate, rng))
@@ -111,18 +130,31 @@ def _drawn_values(candidate: Candidate, rng: np.random.Generator) -> dict[str, f
     return values
 
 
-def _specimen(nominal: Scenario, effects: list[Effect], decoy: bool, rng: np.random.Generator) -> Scenario:
-    """A vehicle as built, with its creep law, its sensors' real noise, its own start."""
-    changes: dict[str, Any] = {"effects": [effect.settings() for effect in effects]}
-    odd = [n for n in nuisances_of(nominal.vehicle, [], [], 0.01) if n.kind in ("vehicle", "pair", "adhesion")]
+def _odd(nominal: Scenario) -> list[Nuisance]:
+    """What of a build differs from specimen to specimen."""
+    found = nuisances_of(nominal.vehicle, [], [], 0.01)
+    return [one for one in found if one.kind in ("vehicle", "pair", "adhesion")]
+
+
+def _scores(nominal: Scenario, decoy: bool, rng: np.random.Generator) -> dict[str, float]:
+    """How many standard deviations each build parameter is off, by its label."""
+    odd = _odd(nominal)
     strained = set(rng.choice(len(odd), 2, replace=False).tolist()) if decoy else set()
+    found = {}
     for place, nuisance in enumerate(odd):
         z = float(np.clip(rng.standard_normal(), -MOST_ODD, MOST_ODD))
-        if place in strained:
-            z = float(rng.choice([-1.0, 1.0]) * rng.uniform(2.0, 3.0))
-        changes[_key(nuisance)] = _moved(nominal, nuisance, z)
-    if rng.random() < FASTSIM:
-        changes["vehicle.adhesion.law"] = "fastsim"
+        found[nuisance.label] = float(rng.choice([-1.0, 1.0]) * rng.uniform(2.0, 3.0)) if place in strained else z
+    return found
+
+
+def _specimen(
+    nominal: Scenario, effects: list[Effect], scores: dict[str, float], law: str, rng: np.random.Generator
+) -> Scenario:
+    """A vehicle as built, with its creep law, its sensors' real noise, its own start."""
+    changes: dict[str, Any] = {"effects": [effect.settings() for effect in effects]}
+    for nuisance in _odd(nominal):
+        changes[_key(nuisance)] = _moved(nominal, nuisance, scores[nuisance.label])
+    changes["vehicle.adhesion.law"] = law
     for place, sensor in enumerate(nominal.sensors):
         density = sensor.errors.noise_density
         if density > 0.0:
@@ -151,11 +183,12 @@ def _moved(nominal: Scenario, nuisance: Nuisance, z: float) -> float:
 
 def _record(scenario: Scenario, nominal: Scenario, target: Path) -> None:
     """Exudyn, sensors, and then only what the field would have: the nominal vehicle and the stated data sheets."""
-    target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as aside:
         truth = simulate(scenario, folder=Path(aside) / "truth")
-        measure(truth, scenario, folder=target)
-    shutil.rmtree(target / "truth")
+        measured = Path(aside) / "measured"
+        measure(truth, scenario, folder=measured)
+        shutil.rmtree(measured / "truth")
+        shutil.copytree(measured, target, dirs_exist_ok=True)
     about = read_json(target / "about.json", "a recording")
     write_json(target / "about.json", about | about_recording(nominal))
 

@@ -52,9 +52,16 @@ class Decision:
         return self.judged[0] if self.status in ("named", "ambiguous") else None
 
 
+def rms(problem: Problem, residual: np.ndarray) -> float:
+    """Root mean square of a whitened residual (k, f, 2 c) on held-out frames, lost ones not counted."""
+    if problem.white is None:
+        raise ValueError("state the noise first")
+    return float(np.sqrt(problem.white.mean_square(residual, problem.test)))
+
+
 def held_out_gap(problem: Problem, fit: Fit) -> float:
     """Root mean square of the whitened residual on held-out frames; 1 where only the stated noise is left."""
-    return float(np.sqrt(np.mean(fit.residual[problem.test] ** 2)))
+    return rms(problem, fit.residual)
 
 
 def judge(problem: Problem, null: Hypothesis, hypotheses: Sequence[Hypothesis]) -> list[Judged]:

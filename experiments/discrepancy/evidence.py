@@ -1,5 +1,6 @@
 """What the workflow may see: the recording's measured folder and the nominal scenario. Never any truth."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from experiments.discrepancy.samples import sampled
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.recording import read_measurements
@@ -20,12 +22,13 @@ from railsim.track.track import UNITS, Track
 KINDS = ("accelerometer", "gyro", "displacement")
 """Sensors whose samples are compared; others serve the alignment only."""
 
+MOST_AHEAD = 40.0  # m that a run may go beyond the measured track, which is continued there (`forward.continued`)
 SHORTEST = 12.0  # s; six sections of 2 s: less leaves nothing to hold out
 USUAL_TRACK_ERRORS = TrackErrors(
     vertical_std=2e-4, lateral_std=2e-4, cross_level_std=3e-4, gauge_std=2e-4, curvature_std=2e-6
 )
 """Where the recording does not state the track measurement's errors; illustrative."""
-MOST_GAP = 0.5  # share of lost samples beyond which a channel is left out
+TRACK_MAKERS = "track_smoother, alignment_lateral or cross_level"
 
 
 @dataclass(frozen=True)
@@ -35,9 +38,10 @@ class Evidence:
     Attributes
     ----------
     channels : names, in the order of `sensors`. samples : channel to (n,) values with NaN where lost.
-    rates : channel to Hz. sensors : as their data sheets say, without hidden errors. track : as measured.
-    track_errors : standard deviations of the track's rows. speed : (time [s], speed [m/s], relative standard deviation
-    of its scale).
+    rates : channel to Hz; all divide the model's. sensors : as their data sheets say, without hidden errors.
+    track : as measured. track_errors : standard deviations of the track's rows. speed : (time [s], speed [m/s],
+    relative standard deviation of its scale). left_out : channels that are not used, with the reason.
+    slowest : Hz, of the slowest channel as it was measured.
     """
 
     scenario: Scenario
@@ -50,6 +54,7 @@ class Evidence:
     track_errors_stated: bool
     speed: tuple[np.ndarray, np.ndarray, float]
     left_out: tuple[str, ...]
+    slowest: float = math.inf
 
     @property
     def duration(self) -> float:
@@ -65,45 +70,59 @@ def gather(recording: Path | str, scenario: Scenario, track: Track | None = None
     InputError : too short, no channel that the model can predict, no measured track, no speed, the vehicle stands.
     """
     measured = read_measurements(recording)
-    sensors, left_out = _sensors(measured)
-    channels = tuple(name for sensor in sensors for name in sensor.channels() if _kept(measured, name))
-    left_out += tuple(
-        name for sensor in sensors for name in sensor.channels() if name in measured and not _kept(measured, name)
-    )
-    if not channels:
+    sensors, unknown = _sensors(measured)
+    found = sampled(measured, sensors, scenario.output_rate)
+    if not found.values:
+        why = f" ({'; '.join(found.left_out)})" if found.left_out else ""
         raise InputError(
-            f"'{recording}' has no channel of {', '.join(KINDS)} that the model can predict; state such sensors"
+            f"'{recording}' has no channel of {', '.join(KINDS)} that can be compared with a model{why}; "
+            "add such sensors, or state them in about.json"
         )
-    duration = min(len(measured[name]) / measured.rate(name) for name in channels)
-    if duration < SHORTEST:
-        raise InputError(f"the recording is {duration:.1f} s long; {SHORTEST:g} s are the least that can be judged")
+    if found.duration < SHORTEST:
+        raise InputError(
+            f"the recording is {found.duration:.1f} s long; {SHORTEST:g} s are the least that can be judged"
+        )
     surveyed = track or _track(measured)
     stated = measured.about.get("track", {}).get("errors")
     errors = TrackErrors.build(stated, "about.json: track.errors") if stated else USUAL_TRACK_ERRORS
+    speed = measured_speed(measured, scenario, found.duration, found.begin)
+    _check_reach(surveyed, scenario, speed)
+    channels = tuple(name for sensor in sensors for name in sensor.channels() if name in found.values)
     return Evidence(
         scenario=scenario,
         channels=channels,
-        samples={name: np.array(measured[name]) for name in channels},
-        rates={name: measured.rate(name) for name in channels},
-        sensors=tuple(s for s in sensors if any(name in channels for name in s.channels())),
+        samples={name: found.values[name] for name in channels},
+        rates={name: found.rates[name] for name in channels},
+        sensors=tuple(_at_rate(s, found.rates) for s in sensors if any(name in channels for name in s.channels())),
         track=surveyed,
         track_errors=errors,
         track_errors_stated=stated is not None,
-        speed=measured_speed(measured, scenario, duration),
-        left_out=left_out,
+        speed=speed,
+        left_out=(*unknown, *found.left_out),
+        slowest=found.slowest,
     )
 
 
-def _kept(measured: Measurements, name: str) -> bool:
-    if name not in measured:
-        return False
-    values = measured[name]
-    good = np.isfinite(values)
-    return bool(good.mean() > 1.0 - MOST_GAP and np.ptp(values[good]) > 0.0)
+def _at_rate(sensor: Sensor, rates: dict[str, float]) -> Sensor:
+    """The sensor at the rate of the grid that its channels were brought on."""
+    return sensor.but(rate=next(rates[name] for name in sensor.channels() if name in rates))
+
+
+def _check_reach(track: Track, scenario: Scenario, speed: tuple[np.ndarray, np.ndarray, float]) -> None:
+    """Raise `InputError` where the measured track does not reach along the whole run."""
+    way = float(np.sum(0.5 * (speed[1][1:] + speed[1][:-1]) * np.diff(speed[0])))
+    rear, front = scenario.overhang
+    first, last = scenario.start + rear, scenario.start + way + front
+    if first < track.s[0] - MOST_AHEAD or last > track.s[-1] + MOST_AHEAD:
+        raise InputError(
+            f"the measured track holds {track.s[0]:.0f} to {track.s[-1]:.0f} m, "
+            f"the run needs {first:.0f} to {last:.0f} m; "
+            "give the track of this section, or correct 'start' of the scenario"
+        )
 
 
 def _sensors(measured: Measurements) -> tuple[list[Sensor], tuple[str, ...]]:
-    """Sensors that the model can stand for, and the names of those that it cannot."""
+    """Sensors that the model can stand for, and the names of those that it cannot, with the reason."""
     found: list[Sensor] = []
     left_out: list[str] = []
     for sheet in measured.about["sensors"]:
@@ -112,22 +131,28 @@ def _sensors(measured: Measurements) -> tuple[list[Sensor], tuple[str, ...]]:
         settings: dict[str, Any] = {key: value for key, value in sheet.items() if key != "channels"}
         try:
             found.append(build_sensor(settings, "about.json: sensors"))
-        except InputError:
-            left_out.append(sheet["name"])
+        except InputError as error:
+            left_out.append(f"{sheet['name']}: {error}")
     return found, tuple(left_out)
 
 
 def _track(measured: Measurements) -> Track:
     table = measured.track
     if table is None:
-        raise InputError("the recording has no track.csv, so nothing says what the track did; give --track FILE")
+        raise InputError(
+            "the recording has no track.csv, so nothing says what the track did; give --track FILE or --track ESTIMATE "
+            f"of another recording of this line, as the estimators {TRACK_MAKERS} make"
+        )
     names = {f"{key} [{unit}]": key for key, unit in UNITS.items()}
     columns = {names[title]: table[title].to_numpy(float) for title in table.columns if title in names}
     return Track(table[DISTANCE].to_numpy(float), columns, "measured")
 
 
-def measured_speed(measured: Measurements, scenario: Scenario, duration: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Speed over time from the tachometer or the satellite receiver; the scenario's where neither is there.
+def measured_speed(
+    measured: Measurements, scenario: Scenario, duration: float, begin: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Speed over time, from `begin` [s] of the recording on: by the tachometer or the satellite receiver, else the
+    scenario's.
 
     The scale of a tachometer (wheel wear) is taken from the satellite receiver where both are there.
 
@@ -136,10 +161,10 @@ def measured_speed(measured: Measurements, scenario: Scenario, duration: float) 
     InputError : the vehicle hardly moves.
     """
     series = {
-        kind: _series(measured, sheet["name"])
+        kind: _series(measured, sheet["name"], begin)
         for sheet in measured.about["sensors"]
         for kind in [sheet.get("kind")]
-        if kind in ("tachometer", "gnss") and f"{sheet['name']}.speed [m/s]" in measured
+        if kind in ("tachometer", "gnss") and _moves(measured, f"{sheet['name']}.speed [m/s]")
     }
     knots = np.arange(0.0, duration + KNOT, KNOT)
     if not series:
@@ -160,10 +185,15 @@ def measured_speed(measured: Measurements, scenario: Scenario, duration: float) 
 KNOT = 0.5  # s, between the speed's knots
 
 
-def _series(measured: Measurements, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _moves(measured: Measurements, channel: str) -> bool:
+    """Whether a channel is there and not dead."""
+    return channel in measured and bool(np.nanmax(np.abs(measured[channel]), initial=0.0) > 0.0)
+
+
+def _series(measured: Measurements, name: str, begin: float) -> tuple[np.ndarray, np.ndarray]:
     channel = f"{name}.speed [m/s]"
     good = np.isfinite(measured[channel])
-    return measured.time(channel)[good], measured[channel][good]
+    return measured.time(channel)[good] - begin, measured[channel][good]
 
 
 def _smooth(time: np.ndarray, speed: np.ndarray, knots: np.ndarray) -> np.ndarray:

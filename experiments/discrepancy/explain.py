@@ -7,6 +7,7 @@ from typing import Any
 from experiments.discrepancy.adding import gaps, predicted_after, write_model
 from experiments.discrepancy.evidence import Evidence, gather
 from experiments.discrepancy.hypothesis import Tell
+from experiments.discrepancy.journal import journal_of
 from experiments.discrepancy.report import write_report
 from experiments.discrepancy.verdict import verdict
 from experiments.discrepancy.workflow import Findings, investigate
@@ -48,7 +49,7 @@ def explain(
     """
     evidence = gather(recording, scenario, track)
     with write_folder_atomically(folder) as aside:
-        findings = investigate(evidence, tell, only)
+        findings = _found(evidence, tell, only)
         tell(f"last run by the {engine} engine")
         after = predicted_after(findings, engine)
         whole, channels = gaps(findings, after)
@@ -58,3 +59,12 @@ def explain(
         write_json(aside / VERDICT, found)
         write_report(aside, recording.name, findings, found, after)
     return found
+
+
+def _found(evidence: Evidence, tell: Tell, only: Sequence[str] | None) -> Findings:
+    """What the workflow finds out; a stop leaves what is done for the same command."""
+    try:
+        with journal_of(evidence, sorted(only or [])) as journal:
+            return investigate(evidence, tell, only, journal=journal)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("interrupted; what is done is kept, the same command goes on from there") from None

@@ -15,6 +15,7 @@ from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.forward import Forward, Prediction
 from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
+from experiments.discrepancy.journal import Journal, key_of
 from experiments.discrepancy.noise import (
     PERTURBED,
     Whitener,
@@ -46,7 +47,7 @@ class Problem:
     ----------
     measured : (k, f, c). train, test : (k,) masks of frames. bank : derivatives and signatures at the nominal scenario.
     level : (c,) of the sensors' noise over their data sheets, in power. white : noise at the last point that it was
-    made for.
+    made for. journal : keeps fits that are done, so that a case that was stopped goes on.
     """
 
     forward: Forward
@@ -57,6 +58,7 @@ class Problem:
     bank: Bank | None = None
     level: np.ndarray | None = None
     white: Whitener | None = None
+    journal: Journal | None = None
 
     @property
     def evidence(self) -> Evidence:
@@ -181,6 +183,13 @@ def with_candidates(
     ------
     InputError : the model runs at none of them.
     """
+    numbers = [number for pair in values for number in pair]
+    return _kept(problem, "begun", start, candidates, numbers, lambda: _begun(problem, start, candidates, values))
+
+
+def _begun(
+    problem: Problem, start: Fit, candidates: tuple[Candidate, ...], values: Sequence[tuple[np.ndarray, np.ndarray]]
+) -> Fit:
     n = len(start.z)
     found: list[Fit] = []
     reason = InputError("no starting point")
@@ -202,6 +211,10 @@ def with_candidates(
 
 def linearised(problem: Problem, fit: Fit) -> Fit:
     """The fit with derivatives made anew at its own point, where the data say much about a number."""
+    return _kept(problem, "linearised", fit, fit.candidates, (), lambda: _linearised(problem, fit))
+
+
+def _linearised(problem: Problem, fit: Fit) -> Fit:
     forward = problem.forward
     n = len(fit.z)
     setup, truth = forward.run(fit.z, fit.effects)
@@ -224,6 +237,12 @@ def linearised(problem: Problem, fit: Fit) -> Fit:
 
 def improved(problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda text: None) -> Fit:
     """The fit's maximum of the posterior on training frames."""
+    fit = _kept(problem, "improved", fit, fit.candidates, (), lambda: _improved(problem, fit))
+    tell(f"fitted {', '.join(one.label for one in fit.candidates) or 'nuisances'}: cost {fit.cost(problem.train):.0f}")
+    return fit
+
+
+def _improved(problem: Problem, fit: Fit) -> Fit:
     small = 0
     for _ in range(MOST_STEPS):
         moved, expected = _step(problem, fit)
@@ -232,8 +251,31 @@ def improved(problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda te
         small = small + 1 if gain < CONVERGED else 0
         if expected < CONVERGED or small > 1:
             break
-    tell(f"fitted {', '.join(one.label for one in fit.candidates) or 'nuisances'}: cost {fit.cost(problem.train):.0f}")
     return fit
+
+
+def _kept(
+    problem: Problem,
+    what: str,
+    start: Fit,
+    candidates: tuple[Candidate, ...],
+    numbers: Sequence[np.ndarray],
+    make: Callable[[], Fit],
+) -> Fit:
+    """A fit from the journal, or made and put there; the key holds all that it depends on within a case."""
+    if problem.journal is None or problem.white is None:
+        return make()
+    forward = problem.forward
+    labels = [one.label for one in (*start.candidates, *candidates)]
+    where = repr((what, forward.engine, forward.law, forward.alignment, labels))
+    own = (start.z, start.shares, start.residual, start.columns, start.jacobian, problem.white.inverse)
+
+    def arrays() -> dict[str, np.ndarray]:
+        fit = make()
+        return {name: getattr(fit, name) for name in ("z", "shares", "residual", "stacked", "columns", "jacobian")}
+
+    found = problem.journal.kept(key_of(where, *own, *numbers), arrays)
+    return Fit(candidates=candidates, effects=Shares(candidates).effects(found["shares"]), **found)
 
 
 def _step(problem: Problem, fit: Fit) -> tuple[Fit, float]:

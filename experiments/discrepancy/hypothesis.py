@@ -108,7 +108,7 @@ def intervals(problem: Problem, one: Hypothesis, which: int = 0) -> dict[str, di
     """Value and two standard deviations to each side of the numbers of one effect, widened where the residual is not
     white.
     """
-    misfit = float(np.mean(one.fit.residual[problem.train] ** 2))
+    misfit = problem.white.mean_square(one.fit.residual, problem.train) if problem.white else 1.0
     spread = np.sqrt(np.diag(one.covariance) * max(1.0, misfit))
     place = sum(len(before.parameters) for before in one.candidates[:which])
     found = {}

@@ -73,11 +73,12 @@ def locate(problem: Problem, fit: Fit) -> Located:
     if problem.white is None:
         raise ValueError("state the noise first")
     marginal = problem.white.marginal(problem.measured - fit.stacked)
-    strip = (fit.residual**2).mean(axis=(1, 2))
+    heard = np.maximum(problem.white.good.sum(axis=1) * 2 * fit.residual.shape[1], 1)
+    strip = (fit.residual**2).sum(axis=(1, 2)) / heard
     cells = _cells(problem, marginal)
     labels = [nuisance.label for nuisance in problem.forward.nuisances]
     surprising = {labels[i]: float(fit.z[i]) for i in np.flatnonzero(np.abs(fit.z) > SURPRISING)}
-    return Located(tuple(cells), np.nanmean(marginal, axis=1), strip, _regimes(problem, strip), surprising)
+    return Located(tuple(cells), marginal.mean(axis=1), strip, _regimes(problem, strip), surprising)
 
 
 def _cells(problem: Problem, marginal: np.ndarray) -> list[Cell]:
@@ -88,8 +89,8 @@ def _cells(problem: Problem, marginal: np.ndarray) -> list[Cell]:
             inside = (frequency >= low) & (frequency < high)
             if not inside.any():
                 continue
-            frames = np.nanmean(marginal[:, inside, place], axis=1)
-            frames = np.sort(frames[np.isfinite(frames)])
+            heard = np.isfinite(marginal[:, inside, place]).all(axis=1)
+            frames = np.sort(marginal[heard][:, inside, place].mean(axis=1))
             if len(frames) <= 2 * DROPPED:
                 continue
             calm = float(frames[:-DROPPED].mean())

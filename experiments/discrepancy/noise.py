@@ -54,6 +54,11 @@ class Whitener:
         power = np.abs(scaled) ** 2
         return np.where(self.good[:, None, :], power, np.nan)
 
+    def mean_square(self, residual: np.ndarray, frames: np.ndarray) -> float:
+        """Mean square of a whitened residual (k, f, 2 c) over some frames, lost ones not counted; NaN of none."""
+        counted = self.good[frames].sum() * 2 * residual.shape[1]
+        return float(np.sum(residual[frames] ** 2) / counted) if counted else float("nan")
+
 
 def split(white: np.ndarray) -> np.ndarray:
     """Complex coefficients of unit mean square as real ones of unit variance."""

@@ -1,13 +1,17 @@
 """Oracle of the blind benchmark: what could have been known, computed with the label open and after the verdict."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from experiments.discrepancy.candidates import DISTANCES, TIMES
-from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
+from experiments.discrepancy.decide import held_out_gap
+from experiments.discrepancy.fitting import WEIGHT, Problem, improved, starting_fit
 from experiments.discrepancy.screening import DROPPED, Projection
+from experiments.discrepancy.workflow import Findings
 from railsim import effects as library
 from railsim.effects.interface import Effect, Setup
 from railsim.errors import InputError
@@ -46,6 +50,30 @@ def expected_evidence(problem: Problem, effects: Sequence[Effect]) -> list[float
         gain = 0.5 * float(cleaned @ own.ravel())
         found.append(max(0.0, gain - loudest) if np.isfinite(gain) else 0.0)
     return found
+
+
+def true_gap(findings: Findings, effects: Sequence[Effect], law: str, specimen: Mapping[str, float]) -> float:
+    """Held-out gap of the true model: the true effects at their true sizes and the true creep law, with the nuisances
+    fitted from the true build, from where the verdict's model has them and from those alone; the best of these.
+
+    Raises
+    ------
+    InputError : the compiled engine cannot run the true model at all.
+    """
+    problem = findings.problem
+    evidence = problem.evidence
+    scenario = evidence.scenario.but(effects=(*evidence.scenario.effects, *effects))
+    nominal = getattr(getattr(scenario.vehicle, "adhesion", None), "law", "")
+    forward = problem.forward.but(evidence=replace(evidence, scenario=scenario), law="" if law == nominal else law)
+    true = problem.but(forward=forward)
+    built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
+    found = []
+    for z in (built, findings.final.z, findings.null.fit.z):
+        with suppress(InputError):
+            found.append(improved(true, starting_fit(true, z)))
+    if not found:
+        raise InputError("the true model does not run in the compiled engine")
+    return held_out_gap(true, min(found, key=lambda one: one.cost(true.train)))
 
 
 def acting(setup: Setup, effect: Effect) -> list[list[str]]:

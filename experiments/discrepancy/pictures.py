@@ -67,10 +67,14 @@ def along_track(problem: Problem, track: Track, s: np.ndarray, states: Sequence[
     figure = Figure(figsize=(9.5, 4.2), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     step = float(np.median(np.diff(s))) if len(s) > 1 else 1.0
+    good = np.isfinite(problem.measured).all(axis=1).sum(axis=1).astype(float)
+    heard = np.where(good > 0.0, good, np.nan) * 2.0 * problem.frames.shape[1]
     for place in s[problem.test]:
         top.axvspan(place - step / 2, place + step / 2, color="#eeeeee", zorder=0, linewidth=0)
     for (title, residual), colour in zip(states, (BEFORE, NUISANCE, AFTER), strict=False):
-        top.plot(s, np.sqrt((residual**2).mean(axis=(1, 2))), color=colour, label=title, marker="o", markersize=2.5)
+        top.plot(
+            s, np.sqrt((residual**2).sum(axis=(1, 2)) / heard), color=colour, label=title, marker="o", markersize=2.5
+        )
     top.axhline(1.0, color="#888888", linewidth=0.8, linestyle="--")
     top.set_yscale("log")
     top.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

@@ -62,6 +62,7 @@ def verdict(findings: Findings, whole: Gaps, channels: dict[str, Gaps]) -> dict[
         },
         "track_errors_stated": findings.problem.evidence.track_errors_stated,
         "left_out": list(findings.problem.evidence.left_out),
+        "lost_sections": lost(findings),
     }
 
 
@@ -93,6 +94,13 @@ def place_bodies(findings: Findings) -> list[str]:
         return []
     where = findings.latent[0].place
     return sorted(name for name in (where.upper, where.lower) if name)
+
+
+def lost(findings: Findings) -> dict[str, float]:
+    """Share of the sections in which a channel has lost samples, of those that have."""
+    missing = np.isnan(findings.problem.measured).any(axis=1).mean(axis=0)
+    channels = findings.problem.evidence.channels
+    return {name: round(float(share), 3) for name, share in zip(channels, missing, strict=True) if share > 0.0}
 
 
 def detectable(screened: tuple[Screened, ...]) -> dict[str, dict[str, Any]]:

@@ -15,6 +15,7 @@ from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.forward import Forward, continued
 from experiments.discrepancy.frames import frames_of, held_out, stack
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
+from experiments.discrepancy.journal import Journal
 from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.screening import Screened
@@ -57,18 +58,20 @@ def investigate(
     tell: Tell,
     only: Sequence[str] | None = None,
     withheld: Sequence[str] = (),
+    journal: Journal | None = None,
 ) -> Findings:
     """Stages 0 to 6.
 
     Parameters
     ----------
     only : names of effects to consider; None = the whole library. withheld : classes of effects to do without.
+    journal : keeps what is done.
 
     Raises
     ------
     InputError : nothing moves, or the track file does not belong to the recording.
     """
-    problem = prepare(evidence, tell)
+    problem = prepare(evidence, tell).but(journal=journal)
     null = nuisances_alone(problem, np.zeros(len(problem.forward.nuisances)), tell)
     problem = problem.with_level(null.fit.stacked)
     problem = problem.with_covariance(null.fit.stacked, problem.bank.propagated if problem.bank else None)
@@ -114,10 +117,10 @@ def prepare(evidence: Evidence, tell: Tell) -> Problem:
     alignment = align(evidence)
     tell(f"aligned: start at {alignment.start:.2f} m, speed scale {alignment.scale:.4f}")
     forward = Forward(evidence, alignment, continued(evidence.track))
-    frames = frames_of(evidence.duration, min(evidence.rates.values()))
+    frames = frames_of(evidence.duration, min(evidence.slowest, *evidence.rates.values()))
     train, test = held_out(frames)
     measured = stack(frames, evidence.channels, evidence.samples, evidence.rates)
-    if not test.any() or not np.isfinite(measured[train]).any():
+    if not np.isfinite(measured[test]).any() or not np.isfinite(measured[train]).any():
         raise InputError("too few whole sections of 2 s; record longer, or mend the lost samples")
     bank = open_bank(evidence, alignment, frames, tell)
     problem = Problem(forward, frames, measured, train, test, bank)

@@ -67,3 +67,23 @@ def test_wilson_interval_holds_the_true_share_as_often_as_it_says():
     shares = np.linspace(0.02, 0.98, 97)
     covered = [sum(float(binom.pmf(k, cases, p)) for k, (a, b) in enumerate(ranges) if a <= p <= b) for p in shares]
     assert abs(np.mean(covered) - 0.95) < 0.01
+
+
+def test_closure_is_a_share_of_what_the_true_model_closes():
+    """Nuisances leave 2.0, the true model 1.0, the verdict's 1.2: 0.8; nothing to close counts for nothing."""
+    gap = {"before": 3.0, "nuisance_only": 2.0, "after": 1.2}
+    row = _row("named", "weak_yaw_damper", "weak_yaw_damper", gap=gap, **SURE)
+    closed = {**row, "true_gap": 1.0, "seconds": 30.0, "cpu": 50.0, "memory": 700.0}
+    nothing = {**row, "true_gap": 1.99}
+    found = score([(closed, _label("effect", DAMPER)), (nothing, _label("effect", DAMPER))])["figures"]
+    share = found["share of the true model's gap closure beyond nuisances, named right"]
+    assert np.isclose(share["value"], 0.8) and share["cases"] == 1
+    assert found["s of wall clock, a case with an effect"]["value"] == 30.0
+
+
+def test_a_refusal_is_neither_right_nor_an_alarm():
+    found = score([(_row("refused", None, None), _label("null")), (_row("none", None, None), _label("null"))])[
+        "metrics"
+    ]
+    assert found["false alarm"]["cases"] == 1
+    assert found["refused to say anything"]["value"] == 0.5
