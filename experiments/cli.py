@@ -166,7 +166,11 @@ def _discrepancy(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plan", action="store_true", help="without a recording: what one could show and tell apart")
     parser.add_argument("--model", metavar="SCENARIO", required=True, help="nominal scenario: a name or a YAML file")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of verdict.json, model.yaml, report.html")
-    parser.add_argument("--track", metavar="FILE", help="measured track, where the recording has none of its own")
+    parser.add_argument(
+        "--track",
+        metavar="FILE",
+        help="measured track in place of the recording's: a CSV\nfile, or the folder of an estimate of it",
+    )
     parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
     parser.add_argument("--engine", default="exudyn", metavar="NAME", help="of the last run (default: exudyn)")
 

@@ -15,7 +15,6 @@ from experiments.discrepancy.report import in_words
 from railsim.errors import InputError
 from railsim.files import write_json
 from railsim.scenario import load_scenario
-from railsim.track.files import read_track
 
 
 def execute(given: argparse.Namespace) -> Outcome:
@@ -29,7 +28,7 @@ def execute(given: argparse.Namespace) -> Outcome:
         load_scenario(given.model),
         Path(given.out),
         _progress(),
-        track=read_track(given.track) if given.track else None,
+        track=given.track,
         only=_known(given.effects),
         engine=given.engine,
     )

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from experiments.discrepancy.answer import answer
 from experiments.discrepancy.blind_plan import nominal_of, setting_of
 from experiments.discrepancy.evidence import gather
-from experiments.discrepancy.explain import answer
 from experiments.discrepancy.oracle import effect_of, expected_evidence, true_gap
 from experiments.discrepancy.rule import rule_hash
 from experiments.discrepancy.workflow import Findings

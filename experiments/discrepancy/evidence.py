@@ -62,8 +62,10 @@ class Evidence:
         return min(len(self.samples[name]) / self.rates[name] for name in self.channels)
 
 
-def gather(recording: Path | str, scenario: Scenario, track: Track | None = None) -> Evidence:
-    """Read the measured part of a recording.
+def gather(
+    recording: Path | str, scenario: Scenario, track: Track | None = None, track_errors: TrackErrors | None = None
+) -> Evidence:
+    """Read the measured part of a recording; a track and its errors in place of the recording's own.
 
     Raises
     ------
@@ -84,7 +86,9 @@ def gather(recording: Path | str, scenario: Scenario, track: Track | None = None
         )
     surveyed = track or _track(measured)
     stated = measured.about.get("track", {}).get("errors")
-    errors = TrackErrors.build(stated, "about.json: track.errors") if stated else USUAL_TRACK_ERRORS
+    errors = track_errors or USUAL_TRACK_ERRORS
+    if stated and track_errors is None:
+        errors = TrackErrors.build(stated, "about.json: track.errors")
     speed = measured_speed(measured, scenario, found.duration, found.begin)
     _check_reach(surveyed, scenario, speed)
     channels = tuple(name for sensor in sensors for name in sensor.channels() if name in found.values)
@@ -96,7 +100,7 @@ def gather(recording: Path | str, scenario: Scenario, track: Track | None = None
         sensors=tuple(_at_rate(s, found.rates) for s in sensors if any(name in channels for name in s.channels())),
         track=surveyed,
         track_errors=errors,
-        track_errors_stated=stated is not None,
+        track_errors_stated=stated is not None or track_errors is not None,
         speed=speed,
         left_out=(*unknown, *found.left_out),
         slowest=found.slowest,

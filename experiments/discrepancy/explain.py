@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.discrepancy.adding import gaps, predicted_after, write_model
+from experiments.discrepancy.estimated_track import given_track
 from experiments.discrepancy.evidence import Evidence, gather
 from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.journal import journal_of
@@ -13,16 +14,8 @@ from experiments.discrepancy.verdict import verdict
 from experiments.discrepancy.workflow import Findings, investigate
 from railsim.files import write_folder_atomically, write_json
 from railsim.scenario import Scenario
-from railsim.track.track import Track
 
 VERDICT = "verdict.json"
-
-
-def answer(evidence: Evidence, withheld: Sequence[str] = ()) -> tuple[dict[str, Any], Findings]:
-    """The verdict, by the compiled engine, and what it rests on; `withheld`: classes of effects to do without."""
-    findings = investigate(evidence, lambda text: None, withheld=withheld)
-    whole, channels = gaps(findings, predicted_after(findings, "compiled"))
-    return verdict(findings, whole, channels), findings
 
 
 def explain(
@@ -31,7 +24,7 @@ def explain(
     folder: Path,
     tell: Tell,
     *,
-    track: Track | None = None,
+    track: str | None = None,
     only: Sequence[str] | None = None,
     engine: str = "exudyn",
 ) -> dict[str, Any]:
@@ -40,14 +33,15 @@ def explain(
     Parameters
     ----------
     recording : folder; only its measured part is read. scenario : nominal, its effects are taken as known.
-    track : in place of the recording's own. only : effects that are considered.
+    track : file, or folder of an estimate, in place of the recording's own. only : effects that are considered.
     engine : of the last run, that of the gap with the effect added.
 
     Raises
     ------
     InputError : the recording cannot say anything; one line that says why.
     """
-    evidence = gather(recording, scenario, track)
+    measured, errors = given_track(track) if track else (None, None)
+    evidence = gather(recording, scenario, measured, errors)
     with write_folder_atomically(folder) as aside:
         findings = _found(evidence, tell, only)
         tell(f"last run by the {engine} engine")

@@ -10,6 +10,7 @@ OUTSIDE = (
     "benchmark_score.py",
     "countdown.py",
     "elsewhere.py",
+    "explain.py",
     "pictures.py",
     "planning.py",
     "report.py",
