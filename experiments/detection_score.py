@@ -29,9 +29,10 @@ def score_detection(estimate: Estimate, truth: Truth) -> dict[str, float]:
     Returns
     -------
     "detected [-]" and, where it is 1, "detection delay [s]" after the onset, for a run with a fault; where two dampers
-    are weak the later one counts. "false alarms [-]": dampers (0 to 2) called degraded or failed while they were not
-    weakened, at whatever instant; "time under false alarm [s]". Empty where the record ends before verdicts are asked
-    for, or the estimate states no deviations.
+    are weak the later one counts. What was called so before the onset already is not detected by that: a verdict has to
+    be raised after it. "false alarms [-]": dampers (0 to 2) called degraded or failed while they were not weakened, at
+    whatever instant; "time under false alarm [s]", until the onset. Empty where the record ends before verdicts are
+    asked for, or the estimate states no deviations.
     """
     series = estimate.series
     needed = [*PARAMETERS[:2], *map(std_name, PARAMETERS[:2])]
@@ -50,13 +51,27 @@ def score_detection(estimate: Estimate, truth: Truth) -> dict[str, float]:
         alarms += bool((bad & ~weak).any())
         under += step * float((bad & ~weak).sum())
         if share[which] < 1.0:
-            first = time[bad & weak]
+            first = time[raised(bad, weak)]
             delays.append(float(first[0] - onset[which]) if len(first) else np.inf)
     found = {"false alarms [-]": float(alarms), "time under false alarm [s]": under}
     if delays:
         seen = bool(np.isfinite(delays).all())
         found |= {"detected [-]": float(seen)} | ({"detection delay [s]": max(delays)} if seen else {})
     return found
+
+
+def raised(bad: np.ndarray, weak: np.ndarray) -> np.ndarray:
+    """Where an alarm stands that began after the onset; both arguments and the result are masks of shape (samples,).
+
+    Parameters
+    ----------
+    bad : where the damper is called degraded or failed.
+    weak : where it is; one stretch, to the end.
+    """
+    before = np.flatnonzero(~weak)
+    standing = bool(len(before)) and bool(bad[before[-1]])
+    ended = np.cumsum(weak & ~bad) > 0
+    return bad & weak & (ended | (not standing))
 
 
 def truth_vehicle(truth: Truth) -> dict[str, float]:

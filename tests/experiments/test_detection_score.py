@@ -66,8 +66,24 @@ def test_healthy_dampers_called_degraded_are_false_alarms(lateral: float, yaw: f
 def test_a_verdict_before_the_onset_or_on_the_other_damper_is_a_false_alarm():
     run = truth({"kind": "weak_lateral_damper", "factor": 0.5, "onset": 40.0})
     early = score_detection(estimate(lateral=np.where(TIME < 30.0, 1.0, 0.5)), run)
-    assert (early["false alarms [-]"], early["time under false alarm [s]"], early["detection delay [s]"]) == (1, 10, 0)
+    assert (early["false alarms [-]"], early["time under false alarm [s]"]) == (1, 10)
     assert score_detection(estimate(yaw=0.5), run)["false alarms [-]"] == 1.0
+
+
+def test_an_alarm_that_stood_before_the_onset_detects_nothing_until_it_is_raised_again():
+    run = truth({"kind": "weak_lateral_damper", "factor": 0.5, "onset": 40.0})
+    standing = score_detection(estimate(lateral=np.where(TIME < 30.0, 1.0, 0.5)), run)
+    assert standing["detected [-]"] == 0.0
+    assert "detection delay [s]" not in standing
+    again = score_detection(estimate(lateral=np.where((TIME < 30.0) | ((TIME >= 41.0) & (TIME < 43.0)), 1.0, 0.5)), run)
+    assert (again["detected [-]"], again["detection delay [s]"], again["false alarms [-]"]) == (1, 3, 1)
+    ended = score_detection(estimate(lateral=np.where((TIME >= 30.0) & (TIME < 39.0), 0.5, 1.0)), run)
+    assert (ended["detected [-]"], ended["false alarms [-]"]) == (0, 1)
+
+
+def test_a_damper_weak_from_the_beginning_is_detected_from_when_verdicts_are_asked_for():
+    found = score_detection(estimate(yaw=0.5), truth({"kind": "weak_yaw_damper", "factor": 0.5}))
+    assert (found["detected [-]"], found["detection delay [s]"]) == (1, 15)
 
 
 def test_a_wide_deviation_says_nothing():
