@@ -16,6 +16,9 @@ SHORT = 0.5  # s; averaging that takes the bogie's own shaking out of it
 QUIET = 0.05  # m/s2; change of it above what shaking leaves, below that of any manoeuvre
 COARSE = 2e-3  # s; error of the coarse travel time, a quarter of its usual grid
 STILL = 1.4  # mean power over that of the sensors' noise, below which no lock is begun; noise alone stays 2 sigma below
+FAST = 8.0  # so much sooner than `memory` is a sudden noise seen
+LEAST = 0.02  # share of the slopes that is taken for signal, however large the noise
+ONE_WAY = 0.5  # correlation in the wrong direction over that in the right one, above which there is no direction
 BURST = 4.0  # more than so many times the noise's power counts as so much: a jerk is no movement
 
 
@@ -34,10 +37,11 @@ class Limits(NamedTuple):
     lost: float
     model_error: float  # share of the signals' power
     forget: float  # share of the averages that a new value takes
+    recall: float  # the same of averages as long as the search's window
     repeat: float  # measurements that tell as much as one independent one
     first: int  # smallest lag of the search, in strides
     spread: np.ndarray  # variances of the inverse's errors, shape (6,)
-    pull: np.ndarray  # see `_noise`, shape (lags, 7)
+    pull: np.ndarray  # see `_noise`, shape (lags, 8)
     late: int  # `delay` in samples
     first_acceleration: float  # m/s2; standard deviation at the first lock
     noise: float  # (m/s2)^2; power of the sensors' noise in each wheelset's signal
@@ -52,13 +56,14 @@ class Lock(NamedTuple):
     signals : last C samples of S, D, P, Q, each twice, shape (4, 2 C).
     good : number of usable samples in a row up to each, shape (2 C,).
     gained : integral of the measured longitudinal acceleration (m/s), shape (2 C,).
-    search : every `stride`-th sample of both wheelsets over the window, each twice, shape (2, 2 N).
+    search : every `stride`-th sample of both wheelsets over the window, each twice, and of `gained`, shape (3, 2 N).
     covered : 1 where these can be used, shape (N,).
     sums : running correlation of the search by lag.
     power : sums of the search's squares and of `covered`, shape (3,).
     x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8); the second unknown is the
         acceleration less the measured one.
-    level : averages: mismatch squared, the same without outbursts, power of the signals; shape (3,).
+    level : averages: mismatch squared, the same without outbursts, power of the signals, slope squared, mismatch
+        squared and power over the search's window, weight of the slope's average, mismatch squared of late; shape (8,).
     still : mean power, bursts cut off, in (m/s2)^2; 1 at standstill; shape (2,).
     push : last longitudinal acceleration, its integral, its slow average (NaN: none so far), shape (3,).
     counts : samples so far, measurements so far, locked, good samples in a row, shape (4,).
@@ -93,13 +98,13 @@ class Lock(NamedTuple):
             np.zeros((4, 2 * capacity)),
             np.zeros(2 * capacity),
             np.zeros(2 * capacity),
-            np.zeros((2, 2 * size)),
+            np.zeros((3, 2 * size)),
             np.zeros(size),
             np.zeros(last - limits.first + 2),
             np.zeros(3),
             np.zeros(UNKNOWNS),
             np.zeros((UNKNOWNS, UNKNOWNS)),
-            np.zeros(3),
+            np.zeros(8),
             np.array([BURST * limits.noise, 0.0]),
             np.array([0.0, 0.0, np.nan]),
             np.zeros(4, dtype=np.int64),
@@ -164,7 +169,11 @@ def _measure(s: Lock, c: Limits, newest: int, out: np.ndarray, good: bool) -> No
     """Search with the newest sample (not at standstill), follow the lock, gain or drop it."""
     correlation, lag = 0.0, 0.0
     if s.still[1] == 0.0:
+        at = s.counts[1] % len(s.covered)
+        s.search[2, at] = s.gained[newest - c.late]
         correlation, lag = _search(s, c, out[0] + out[1] if good else 0.0, out[0] - out[1] if good else 0.0, good)
+        if correlation > c.threshold and not _follows(s, c, lag, correlation):
+            correlation = 0.0
     if s.counts[2]:
         _follow(s, c, newest - REACH)
         if not _holds(s, c, correlation):
@@ -208,12 +217,47 @@ def _alone(s: Lock, c: Limits) -> bool:
 
 
 @as_written
+def _follows(s: Lock, c: Limits, lag: float, correlation: float) -> bool:
+    """Whether the trailing wheelset follows the leading one, and not as much the other way round.
+
+    Noise of one of the two sensors alone is in both wheelsets' signals at once: it correlates in both directions alike.
+    """
+    size = len(s.covered)
+    start = s.counts[1] % size
+    delay = round(lag * c.rate / c.stride)
+    total = 0.0
+    for i in range(start, start + size - delay):
+        total += s.search[1, i] * s.search[0, i + delay]
+    power = np.sqrt(max(s.power[0] * s.power[1], 1e-300))
+    return total / power / max(1 - delay / s.power[2], 0.2) < ONE_WAY * correlation
+
+
+@as_written
+def _since(s: Lock, c: Limits) -> tuple[float, float]:
+    """Mean age (s) of the signals in the search, by their power, and what speed the accelerometer measured since."""
+    size = len(s.covered)
+    total, age, gain = 1e-300, 0.0, 0.0
+    last = s.search[2, (s.counts[1] - 1) % size]
+    for i in range(size):
+        weight = s.search[0, i] ** 2 + s.search[1, i] ** 2
+        total += weight
+        age += weight * ((s.counts[1] - 1 - i) % size)
+        gain += weight * (last - s.search[2, i])
+    return age / total * c.stride / c.rate, gain / total
+
+
+@as_written
 def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
-    speed = c.wheelbase / lag
+    speed, bias, doubt = c.wheelbase / lag, 0.0, 0.0
+    if c.cruise > 0 and s.P[1, 1] > 0:
+        age, gain = _since(s, c)
+        bias = min(max(s.x[1], -2 * c.first_acceleration), 2 * c.first_acceleration)
+        doubt = min(np.sqrt(s.P[1, 1]), c.first_acceleration) * age
+        speed = max(speed + gain + bias * age, c.slowest)
     s.x[:] = 0.0
-    s.x[0] = speed
+    s.x[0], s.x[1] = speed, bias
     variance = np.zeros(UNKNOWNS)
-    variance[0] = (speed * max(0.02, COARSE / lag)) ** 2
+    variance[0] = (speed * max(0.02, COARSE / lag)) ** 2 + min(doubt, speed * c.lost / 2) ** 2
     variance[1] = c.first_acceleration**2
     variance[2:] = c.spread
     s.P[:] = np.diag(variance)
@@ -221,6 +265,8 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
     s.level[2] = np.sqrt(s.power[0] * s.power[1]) / s.power[2]
     s.level[1] = 1e-3 * s.level[2]
     s.level[0] = 2 * max(1 - correlation, 0.02) * s.level[2]
+    s.level[3] = s.level[6] = s.level[7] = 0.0
+    s.level[4], s.level[5] = s.level[0], s.level[2]
     s.counts[2] = 1
 
 
@@ -230,7 +276,7 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
     predict(s.motion, c.stride / c.rate, s.gained[now - c.late] - s.gained[now - c.late - c.stride])
     models = len(s.motion.weight)
     errors, slopes, pull = np.zeros(models), np.zeros((models, UNKNOWNS)), np.zeros((models, UNKNOWNS))
-    power, error = 0.0, 0.0
+    power, error, steep, blind = 0.0, 0.0, 0.0, 0.0
     usable = s.good[now + REACH] > 2 * REACH
     for j in range(models):
         x = _total(s, c, now, s.motion.x[j])
@@ -240,7 +286,8 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
             break
         usable = s.good[int(back) + REACH + 1] > 2 * REACH + 1
         errors[j], strength = mismatch(s.signals, now, c.rate, c.wheelbase, x, slopes[j])
-        _pull(c, x, pull[j])
+        blind += s.motion.weight[j] * _pull(c, x, pull[j])
+        steep += s.motion.weight[j] * slopes[j, 0] ** 2
         power += s.motion.weight[j] * strength
         error += s.motion.weight[j] * errors[j]
     _cruise(s, c, now)
@@ -249,8 +296,14 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
         if s.level[2] > 0.01 * c.floor:
             s.level[0] += c.forget * (error * error - s.level[0])
             s.level[1] += c.forget * (min(error * error, 4 * s.level[1]) - s.level[1])
-            noise = max(s.level[1], s.level[0] / 3, c.model_error * s.level[2])
-            correct(s.motion, errors, slopes, noise * c.repeat, pull * s.level[1])
+            s.level[3] += c.forget * (steep - s.level[3])
+            s.level[6] += c.forget * (1 - s.level[6])
+            s.level[4] += c.recall * (error * error - s.level[4])
+            s.level[5] += c.recall * (power - s.level[5])
+            s.level[7] += min(FAST * c.forget, 1.0) * (error * error - s.level[7])
+            noise = max(s.level[1], s.level[0] / 3, s.level[7] / 3, c.model_error * s.level[2])
+            real = min(max(1 - blind * s.level[1] * s.level[6] / max(s.level[3], 1e-300), LEAST), 1.0)
+            correct(s.motion, errors, slopes, noise * c.repeat, pull * s.level[1], real)
     s.x[:] = mean(s.motion)
     s.P[:] = covariance(s.motion, s.x)
 
@@ -283,8 +336,10 @@ def _total(s: Lock, c: Limits, now: int, x: np.ndarray) -> np.ndarray:
 
 
 @as_written
-def _pull(c: Limits, x: np.ndarray, out: np.ndarray) -> None:
-    """Row of the table of `_noise` for the travel time at `x`, its first column turned into speed and acceleration."""
+def _pull(c: Limits, x: np.ndarray, out: np.ndarray) -> float:
+    """Row of the table of `_noise` for the travel time at `x`, its first column turned into speed and acceleration;
+    returns the slope in speed, squared, that noise alone gives for a mismatch of power 1.
+    """
     lag = travel_time(c.wheelbase, x[0], x[1])
     place = min(lag * c.rate, len(c.pull) - 2.0)
     k = int(place)
@@ -292,13 +347,16 @@ def _pull(c: Limits, x: np.ndarray, out: np.ndarray) -> None:
     ahead = max(x[0] - x[1] * lag, 0.1)
     out[0] = -row[0] * lag / ahead
     out[1] = row[0] * lag * lag / (2 * ahead)
-    out[2:] = row[1:]
+    out[2:] = row[1:7]
+    return row[7] * (lag / ahead) ** 2
 
 
 @kernel
 def _holds(s: Lock, c: Limits, correlation: float) -> bool:
-    """Whether the lock is sound: in range, certain, and explaining as much as the best lag of the search."""
-    quality = 1 - s.level[0] / (2 * s.level[2] + 1e-300)
+    """Whether the lock is sound: in range, certain, and explaining as much as the best lag of the search, both over the
+    search's window: of noise that has just begun the search would else remember better times.
+    """
+    quality = 1 - s.level[4] / (2 * s.level[5] + 1e-300)
     in_range = c.slowest < s.x[0] < c.fastest
     certain = s.P[0, 0] < (c.lost * s.x[0]) ** 2
     return in_range and certain and quality > c.threshold / 2 and quality > correlation - 0.2

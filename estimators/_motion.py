@@ -103,19 +103,21 @@ def predict(motion: Motion, step: float, gain: float) -> None:
 
 
 @as_written
-def correct(motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pull: np.ndarray) -> None:
+def correct(motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pull: np.ndarray, real: float) -> None:
     """Use each model's mismatch (shape (models,)) and its slopes (models, 8).
 
-    R is the variance of the mismatch's noise, `pull` (models, 8) what noise alone gives for slope times mismatch.
+    R is the variance of the mismatch's noise, `pull` (models, 8) what noise alone gives for slope times mismatch,
+    `real` the share of the slopes' power that is not noise (reliability ratio of errors in variables, Fuller 1987): the
+    noise counts as R / real, and that share of the knowledge is kept which the noisy slopes would then seem to give.
     """
     log_weight = np.empty(len(errors))
     for j in range(len(errors)):
         gain = motion.P[j] @ slopes[j]
-        S = slopes[j] @ gain + R
+        S = slopes[j] @ gain + R / real
         limit = 4 * np.sqrt(S)
         error = min(max(errors[j], -limit), limit)
         motion.x[j] -= (gain * error - motion.P[j] @ pull[j]) / S
-        motion.P[j] -= np.outer(gain, gain) / S
+        motion.P[j] -= np.outer(gain, gain) * (real / S)
         motion.P[j] = (motion.P[j] + motion.P[j].T) / 2
         log_weight[j] = np.log(motion.weight[j]) - error * error / (2 * S) - np.log(S) / 2
     weight = np.exp(log_weight - log_weight.max())

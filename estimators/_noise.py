@@ -12,7 +12,7 @@ from estimators._bounce import Chain
 
 
 def pull(filters: Chain, rate: float, longest: float, densities: tuple[float, float]) -> np.ndarray:
-    """E[slope * mismatch] / E[mismatch^2] from noise alone by travel time.
+    """E[slope * mismatch] / E[mismatch^2] from noise alone by travel time, and E[slope^2] / E[mismatch^2].
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ def pull(filters: Chain, rate: float, longest: float, densities: tuple[float, fl
 
     Returns
     -------
-    Shape (lags, 7), row = travel time in samples. First column: slope in the travel time itself (1/s), then the errors
-    of the inverse in the order of `_delay`.
+    Shape (lags, 8), row = travel time in samples. First column: slope in the travel time itself (1/s), then the errors
+    of the inverse in the order of `_delay`; last E[slope^2] / E[mismatch^2] of the travel time (1/s^2).
     """
     frequency = np.linspace(0, min(rate / 2, 100.0), 1001)[1:]
     s = 2j * np.pi * frequency
@@ -44,11 +44,9 @@ def pull(filters: Chain, rate: float, longest: float, densities: tuple[float, fl
         (-s * minus * share, s * plus * pitch_share),
         (s * minus * (total - share), none),
     ]
-    power = np.sum(np.abs(by_acceleration) ** 2 + np.abs(by_rate) ** 2, axis=1)
-    columns = [
-        np.sum((by_acceleration.conj() * a + by_rate.conj() * q).real, axis=1) / np.maximum(power, 1e-300)
-        for a, q in slopes
-    ]
+    power = np.maximum(np.sum(np.abs(by_acceleration) ** 2 + np.abs(by_rate) ** 2, axis=1), 1e-300)
+    columns = [np.sum((by_acceleration.conj() * a + by_rate.conj() * q).real, axis=1) / power for a, q in slopes]
+    columns.append(np.sum(np.abs(slopes[0][0]) ** 2 + np.abs(slopes[0][1]) ** 2, axis=1) / power)
     return np.ascontiguousarray(np.stack(columns, axis=1))
 
 

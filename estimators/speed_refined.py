@@ -29,7 +29,10 @@ class SpeedRefined(Estimator, frozen=True):
     and the motion allows. Errors of the vehicle's parameters that let one wheelset leak into the other are
     estimated too. Where the bogie's longitudinal acceleration is recorded at the same rate, it drives the motion model,
     and what is estimated is its bias (sensor, mounting, gradient): manoeuvres are then followed without delay.
-    While the signals are no more than the sensors' noise, as at standstill, no travel time is looked for.
+    While the signals are no more than the sensors' noise, as at standstill, no travel time is looked for; a peak that
+    stands in both directions alike is noise of one sensor. Noise that comes up on the way is seen in the mismatch: it
+    takes weight from what is measured, and what of the slopes is noise is not counted as knowledge. After a lock was
+    lost, the speed of the search's window is carried on with the longitudinal acceleration less its known bias.
     """
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
@@ -123,6 +126,7 @@ class SpeedRefined(Estimator, frozen=True):
             lost=self.lost,
             model_error=self.model_error,
             forget=stride / (self.memory * rate),
+            recall=2 * stride / (self.window * rate),
             repeat=max(1.0, rate / stride / (2 * filters.bandwidth)),
             first=max(1, int(filters.wheelbase / self.fastest * rate / stride) - 1),
             spread=self._spread(),

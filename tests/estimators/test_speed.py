@@ -129,6 +129,32 @@ def test_longitudinal_accelerometer_shows_the_onset() -> None:
     assert largest(off) < 0.3 * largest(errors(SpeedRefined(), plain, true))
 
 
+def test_noisy_gyro_while_speeding_up_loses_neither_the_speed_nor_the_honesty() -> None:
+    """The search looks back 2 s and remembers better times: a lock that follows must not be given up for it."""
+    rng = np.random.default_rng(21)
+    speed = speeding_up(8, 6)
+    plain, true = ride(speed, rng, noise=MEMS)
+    time, loud = plain.time(A), plain[Q].copy()
+    part = (time > 9) & (time < 16)
+    loud[part] += rng.normal(scale=0.05, size=int(part.sum()))  # more than the bogie pitches; 25 times its data sheet
+    recording = with_forward(measurements(time, plain[A], loud, 1000.0), speed, rng)
+    series = SpeedRefined().estimate(recording).series
+    off = np.abs(series["speed [m/s]"].to_numpy() - true)[SETTLED:]
+    assert np.isfinite(off).all()
+    assert np.sqrt(np.mean(off**2)) < 0.5
+    assert np.mean(off < 2 * series["speed_std [m/s]"].to_numpy()[SETTLED:]) > 0.9
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_noise_of_one_sensor_is_no_travel_time(seed: int) -> None:
+    """It is in both wheelsets' signals, and correlates in both directions; seeds with which a peak of it stands out."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(30_000) / 1000
+    a, q = 9.81 + rng.normal(scale=1e-3, size=time.size), rng.normal(scale=0.5, size=time.size)
+    series = SpeedRefined(reach=0.8).estimate(measurements(time, a, q, 1000.0)).series
+    assert not series["valid [-]"].any()
+
+
 def test_online_with_longitudinal_accelerometer_gives_the_same_numbers() -> None:
     rng = np.random.default_rng(18)
     speed = speeding_up(8, 2)
