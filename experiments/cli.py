@@ -171,6 +171,9 @@ def _discrepancy(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="measured track in place of the recording's: a CSV\nfile, or the folder of an estimate of it",
     )
+    parser.add_argument(
+        "--held-out", nargs="+", default=[], metavar="REC", help="recordings that take no part: the gap there too"
+    )
     parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
     parser.add_argument("--engine", default="exudyn", metavar="NAME", help="of the last run (default: exudyn)")
 

@@ -31,6 +31,7 @@ def execute(given: argparse.Namespace) -> Outcome:
         track=given.track,
         only=_known(given.effects),
         engine=given.engine,
+        further=given.held_out,
     )
     return Outcome(found, _text(given.out, found))
 
@@ -73,12 +74,15 @@ def _text(folder: str, found: dict[str, Any]) -> str:
         [name, one["before"], one["nuisance_only"], one["after"]]
         for name, one in {"all channels together": found["gap"], **found["channels"]}.items()
     ]
-    return "\n".join(
-        [
-            f"{found['status'].upper()}: {in_words(found)}",
-            "",
-            table(["gap on held-out sections", "before", "nuisances only", "after"], rows, decimals=2),
-            "",
-            f"{folder}/report.html, {folder}/model.yaml, {folder}/verdict.json",
-        ]
-    )
+    rows += [
+        [f"{one['recording']} ({one['speed']:.1f} m/s), took no part", *one["gap"].values()]
+        for one in found["held_out_recordings"]
+    ]
+    parts = [
+        f"{found['status'].upper()}: {in_words(found)}",
+        table(["gap on held-out sections", "before", "nuisances only", "after"], rows, decimals=2),
+    ]
+    if found["separated_by"]:
+        separated = [[one["with"], one["nats"], "yes" if one["separates"] else "no"] for one in found["separated_by"]]
+        parts.append(table(["would tell them apart", "nats expected", ""], separated[:8], decimals=1))
+    return "\n\n".join([*parts, f"{folder}/report.html, {folder}/model.yaml, {folder}/verdict.json"])

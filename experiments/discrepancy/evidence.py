@@ -75,7 +75,7 @@ def gather(
     sensors, unknown = _sensors(measured)
     found = sampled(measured, sensors, scenario.output_rate)
     if not found.values:
-        why = f" ({'; '.join(found.left_out)})" if found.left_out else ""
+        why = f" ({found.left_out[0]}; {len(found.left_out)} such)" if found.left_out else ""
         raise InputError(
             f"'{recording}' has no channel of {', '.join(KINDS)} that can be compared with a model{why}; "
             "add such sensors, or state them in about.json"
@@ -168,30 +168,35 @@ def measured_speed(
         kind: _series(measured, sheet["name"], begin)
         for sheet in measured.about["sensors"]
         for kind in [sheet.get("kind")]
-        if kind in ("tachometer", "gnss") and _moves(measured, f"{sheet['name']}.speed [m/s]")
+        if kind in ("tachometer", "gnss") and _heard(measured, f"{sheet['name']}.speed [m/s]")
     }
     knots = np.arange(0.0, duration + KNOT, KNOT)
     if not series:
         speed = np.interp(knots, *scenario.speed.knots(duration))
         scale_std = 0.01
     else:
+        if len(series) == 2 and np.median(series["tachometer"][1]) < SLOW <= np.median(series["gnss"][1]):
+            del series["tachometer"]  # dead, or its wheel stands
         time, values = series.get("tachometer") or series["gnss"]
         speed = _smooth(time, values, knots)
         scale_std = 0.01 if "gnss" not in series else 0.002
         if len(series) == 2:
             time, receiver = series["gnss"]
             speed *= float(np.median(receiver / np.maximum(np.interp(time, knots, speed), 0.1)))
-    if float(np.median(speed)) < 2.0:
-        raise InputError("the vehicle moves slower than 2 m/s most of the time; such a recording says nothing here")
+    if float(np.median(speed)) < SLOW:
+        raise InputError(
+            f"the vehicle moves slower than {SLOW:g} m/s most of the time; such a recording says nothing here"
+        )
     return knots, np.maximum(speed, 0.2), scale_std
 
 
 KNOT = 0.5  # s, between the speed's knots
+SLOW = 2.0  # m/s, below which nothing is excited
 
 
-def _moves(measured: Measurements, channel: str) -> bool:
-    """Whether a channel is there and not dead."""
-    return channel in measured and bool(np.nanmax(np.abs(measured[channel]), initial=0.0) > 0.0)
+def _heard(measured: Measurements, channel: str) -> bool:
+    """Whether a channel is there and gives anything."""
+    return channel in measured and bool(np.isfinite(measured[channel]).any())
 
 
 def _series(measured: Measurements, name: str, begin: float) -> tuple[np.ndarray, np.ndarray]:

@@ -5,15 +5,20 @@ from pathlib import Path
 from typing import Any
 
 from experiments.discrepancy.adding import gaps, predicted_after, write_model
+from experiments.discrepancy.elsewhere import named, run_elsewhere
 from experiments.discrepancy.estimated_track import given_track
 from experiments.discrepancy.evidence import Evidence, gather
 from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.journal import journal_of
 from experiments.discrepancy.report import write_report
+from experiments.discrepancy.separating import separating
 from experiments.discrepancy.verdict import verdict
 from experiments.discrepancy.workflow import Findings, investigate
+from railsim.errors import InputError
 from railsim.files import write_folder_atomically, write_json
 from railsim.scenario import Scenario
+from railsim.track.survey import TrackErrors
+from railsim.track.track import Track
 
 VERDICT = "verdict.json"
 
@@ -27,6 +32,7 @@ def explain(
     track: str | None = None,
     only: Sequence[str] | None = None,
     engine: str = "exudyn",
+    further: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Find, name and add what is missing; returns the verdict, which stands in the folder with model and report.
 
@@ -34,7 +40,8 @@ def explain(
     ----------
     recording : folder; only its measured part is read. scenario : nominal, its effects are taken as known.
     track : file, or folder of an estimate, in place of the recording's own. only : effects that are considered.
-    engine : of the last run, that of the gap with the effect added.
+    engine : of the last run, that of the gap with the effect added. further : recordings that take no part in any fit,
+    on which the gap is stated too; each with its own track.csv, or over `track`.
 
     Raises
     ------
@@ -42,17 +49,32 @@ def explain(
     """
     measured, errors = given_track(track) if track else (None, None)
     evidence = gather(recording, scenario, measured, errors)
+    others = {name: _further(one, scenario, measured, errors) for name, one in named(further).items()}
     with write_folder_atomically(folder) as aside:
         findings = _found(evidence, tell, only)
         tell(f"last run by the {engine} engine")
         after = predicted_after(findings, engine)
         whole, channels = gaps(findings, after)
         found = verdict(findings, whole, channels)
+        found["held_out_recordings"] = [run_elsewhere(n, one, findings, tell).plain() for n, one in others.items()]
+        found["separated_by"] = _separated(findings, tell)
         alignment = findings.problem.forward.alignment
         write_model(aside, evidence, alignment.start, alignment.scale, (*scenario.effects, *findings.final.effects))
         write_json(aside / VERDICT, found)
         write_report(aside, recording.name, findings, found, after)
     return found
+
+
+def _further(recording: str, scenario: Scenario, track: Track | None, errors: TrackErrors | None) -> Evidence:
+    try:
+        return gather(recording, scenario, track, errors)
+    except InputError as error:
+        raise InputError(f"--held-out {recording}: {error}") from None
+
+
+def _separated(findings: Findings, tell: Tell) -> list[dict[str, Any]]:
+    """What would tell the classes of an ambiguous verdict apart; empty for others."""
+    return [one.plain() for one in separating(findings, tell)] if findings.decision.status == "ambiguous" else []
 
 
 def _found(evidence: Evidence, tell: Tell, only: Sequence[str] | None) -> Findings:

@@ -54,7 +54,7 @@ def expected_evidence(problem: Problem, effects: Sequence[Effect]) -> list[float
 
 def true_gap(findings: Findings, effects: Sequence[Effect], law: str, specimen: Mapping[str, float]) -> float:
     """Held-out gap of the true model: the true effects at their true sizes and the true creep law, with the nuisances
-    fitted from the true build, from where the verdict's model has them and from those alone; the best of these.
+    fitted from the true build and from where the verdict's model has them; the better of the two.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def true_gap(findings: Findings, effects: Sequence[Effect], law: str, specimen: 
     true = problem.but(forward=forward)
     built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
     found = []
-    for z in (built, findings.final.z, findings.null.fit.z):
+    for z in (built, findings.final.z):
         with suppress(InputError):
             found.append(improved(true, starting_fit(true, z)))
     if not found:

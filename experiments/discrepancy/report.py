@@ -27,7 +27,7 @@ def write_report(folder: Path, name: str, findings: Findings, verdict: dict[str,
     figures = _figures(findings, after)
     parts = [f"<h1>{html.escape(name)}: {html.escape(verdict['status'])}</h1>"]
     parts.append(f'<p class="plain">{html.escape(in_words(verdict))}</p>')
-    parts.append(_gap_table(verdict))
+    parts += [_gap_table(verdict), _elsewhere(verdict), _separated(verdict)]
     for key, (title, figure) in figures.items():
         parts.append(f"<h2>{html.escape(title)}</h2>{_picture(folder, key, figure)}")
     parts.append(_hypotheses(verdict))
@@ -44,6 +44,10 @@ def in_words(verdict: dict[str, Any]) -> str:
         f"On sections that no fit has seen, the model as it stood was off by {gap['before']:.2f} times the stated "
         f"noise, by {gap['nuisance_only']:.2f} with tolerances of vehicle and sensors used up"
     )
+    for one in verdict.get("held_out_recordings", []):
+        there = one["gap"]
+        numbers += f"; in '{one['recording']}', which took no part, {there['before']:.2f}, "
+        numbers += f"{there['nuisance_only']:.2f} and {there['after']:.2f} with what was found"
     if verdict["status"] == "none":
         return f"Nothing is missing in the model: {verdict['reason']}. {numbers}; 1 is noise alone."
     if verdict["status"] == "unknown":
@@ -61,8 +65,18 @@ def in_words(verdict: dict[str, Any]) -> str:
     found += f" With it goes a further effect: {further}." if further else ""
     others = ", ".join(name.replace("_", " ") for name in verdict["alternatives"])
     if verdict["status"] == "ambiguous":
-        return f"{found} But {others} would explain the recording nearly as well; other sensors or speeds may tell."
+        return f"{found} But {others} would explain the recording nearly as well.{_advice(verdict)}"
     return found + (f" Nearly as good: {others}." if others else "")
+
+
+def _advice(verdict: dict[str, Any]) -> str:
+    """What would tell them apart, where anything would."""
+    options = verdict.get("separated_by", [])[1:]
+    if not options:
+        return " Other sensors or speeds may tell."
+    if not options[0]["separates"]:
+        return " No sensor of the library and no other speed that was tried would tell them apart."
+    return f" They would come apart with: {'; or '.join(one['with'] for one in options[:3] if one['separates'])}."
 
 
 def states_of(findings: Findings, after: np.ndarray) -> list[tuple[str, np.ndarray]]:
@@ -113,6 +127,27 @@ def _gap_table(verdict: dict[str, Any]) -> str:
         ["", "nominal model", "nuisances only", "effect added"],
         [[name, *(f"{one[key]:.2f}" for key in ("before", "nuisance_only", "after"))] for name, one in rows.items()],
     )
+
+
+def _elsewhere(verdict: dict[str, Any]) -> str:
+    rows = [
+        [one["recording"], f"{one['speed']:.1f}", *(f"{value:.2f}" for value in one["gap"].values())]
+        for one in verdict.get("held_out_recordings", [])
+    ]
+    if not rows:
+        return ""
+    header = ["", "m/s", "nominal model", "nuisances only", "effect added"]
+    return "<h2>Recordings that took no part (held-out sections)</h2>" + _table(header, rows)
+
+
+def _separated(verdict: dict[str, Any]) -> str:
+    rows = [
+        [one["with"], f"{one['nats']:.1f}", "yes" if one["separates"] else "no"]
+        for one in verdict.get("separated_by", [])
+    ]
+    if not rows:
+        return ""
+    return "<h2>What would tell them apart</h2>" + _table(["the same run with", "nats expected", "enough"], rows)
 
 
 def _hypotheses(verdict: dict[str, Any]) -> str:

@@ -1,15 +1,24 @@
 """The whole workflow on recordings that Exudyn made, in a process that cannot open the truth."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
+from estimators.interface import Estimate
+from experiments.cli import main
+from experiments.discrepancy.estimated_track import given_track
 from railsim import load_scenario, measure, simulate
+from railsim.errors import InputError
+from railsim.parquet import write_frame
 
 # Refuses to open anything of the truth or of the cache of runs: reading one byte of it ends the process.
 GUARDED = """
@@ -41,7 +50,28 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         scenario = load_scenario("yaw_dampers", {**SHORT, **BUILD, "start": 25.2, "seed": 11, "effects": effects})
         measure(simulate(scenario, folder=folder / f"{name}_run"), scenario, folder=folder / name)
         shutil.rmtree(folder / f"{name}_run")
+        _edit(folder / name, lambda table, at=3.0 if effects else None: _dead(table, at))
     return found
+
+
+def _edit(recording: Path, change: Callable[[pd.DataFrame], pd.DataFrame]) -> None:
+    """Every table of a recording changed, and its description with it."""
+    about = json.loads((recording / "about.json").read_text())
+    for path in (recording / "measured").glob("*.parquet"):
+        table = change(pd.read_parquet(path))
+        write_frame(path, table)
+        about["measured"][path.name]["rows"] = len(table)
+    (recording / "about.json").write_text(json.dumps(about))
+
+
+def _dead(table: pd.DataFrame, dropped: float | None) -> pd.DataFrame:
+    """A transducer that always gives the same value, and a gyro that fails for 1.5 s."""
+    for name in table.columns:
+        if name.startswith("primary1_right"):
+            table[name] = 0.001
+        if dropped and name.endswith("rate_roll [rad/s]"):
+            table.loc[table["time [s]"].between(dropped, dropped + 1.5), name] = np.nan
+    return table
 
 
 def _explain(recordings: dict[str, Path], name: str) -> tuple[subprocess.CompletedProcess, Path]:
@@ -63,6 +93,9 @@ def test_failed_yaw_dampers_are_found_named_and_added(recordings: dict[str, Path
     gap = verdict["gap"]
     assert gap["before"] > gap["nuisance_only"] > gap["after"]
     assert gap["after"] < 1.15
+    assert verdict["left_out"] == ["primary1_right.displacement [m]: it always gives the same value"]
+    assert 0.0 < verdict["lost_sections"]["bogie.rate_roll [rad/s]"] < 0.5
+    assert len(verdict["lost_sections"]) == 1
     model = yaml.safe_load((out / "model.yaml").read_text())
     assert [effect["kind"] for effect in model["effects"]] == ["weak_yaw_damper"]
     assert load_scenario(out / "model.yaml").effects[0].kind == "weak_yaw_damper"
@@ -80,11 +113,64 @@ def test_a_healthy_vehicle_is_not_accused(recordings: dict[str, Path]):
     assert load_scenario(out / "model.yaml").effects == ()
 
 
-def test_refusals_are_one_line_that_says_why(recordings: dict[str, Path], tmp_path: Path):
-    from experiments.cli import main
+def _short(table: pd.DataFrame) -> pd.DataFrame:
+    return table.loc[: int(np.searchsorted(table["time [s]"].to_numpy(), 8.0)) - 1]
 
-    blind = tmp_path / "no_track"
-    shutil.copytree(recordings["folder"] / "healthy", blind, ignore=shutil.ignore_patterns("truth", "track.csv"))
+
+def _standing(table: pd.DataFrame) -> pd.DataFrame:
+    rng = np.random.default_rng(3)
+    for name in table.columns[1:]:
+        table[name] = 0.0 if "speed" in name else 1e-4 * rng.standard_normal(len(table))
+    return table
+
+
+def _noise(table: pd.DataFrame) -> pd.DataFrame:
+    return table if "wheelset1.speed [m/s]" in table else _standing(table)
+
+
+def _nothing(table: pd.DataFrame) -> pd.DataFrame:
+    for name in table.columns[1:]:
+        table[name] = table[name] if "speed" in name else 0.5
+    return table
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (_short, "8.0 s long; 12 s are the least"),
+        (_standing, "moves slower than 2 m/s"),
+        (_noise, "nothing in the recording follows the measured track"),
+        (_nothing, "no channel of accelerometer, gyro, displacement that can be compared"),
+        (None, "no track.csv.*--track ESTIMATE.*track_smoother"),
+    ],
+)
+def test_what_cannot_say_anything_is_refused_in_one_line(
+    recordings: dict[str, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    change: Callable[[pd.DataFrame], pd.DataFrame] | None,
+    said: str,
+):
+    blind = tmp_path / "recording"
+    left = ("truth",) if change else ("truth", "track.csv")
+    shutil.copytree(recordings["folder"] / "healthy", blind, ignore=shutil.ignore_patterns(*left))
+    if change:
+        _edit(blind, change)
     command = ["discrepancy", str(blind), "--model", str(recordings["model"]), "--out", str(tmp_path / "out")]
     assert main(command) == 2
+    line = capsys.readouterr().err.strip().splitlines()[-1]
+    assert re.search(said, line), line
     assert not (tmp_path / "out").exists()
+
+
+def test_a_track_may_come_from_an_estimate(tmp_path: Path):
+    s = np.arange(0.0, 100.0, 0.5)
+    vertical = np.where(s < 5.0, np.nan, 1e-3 * np.sin(s))
+    series = pd.DataFrame({"s [m]": s, "vertical [m]": vertical, "vertical_std [m]": np.full(s.size, 2e-4)})
+    Estimate("track_smoother", series).save(tmp_path / "estimate")
+    track, errors = given_track(str(tmp_path / "estimate"))
+    assert errors is not None and np.isclose(errors.vertical_std, 2e-4) and errors.lateral_std == 0.0
+    assert np.allclose(np.interp(s[20:], track.s, track.vertical), vertical[20:], atol=5e-5)
+    Estimate("speed_plain", pd.DataFrame({"time [s]": s, "speed [m/s]": s})).save(tmp_path / "other")
+    with pytest.raises(InputError, match="none of vertical, lateral, cross_level"):
+        given_track(str(tmp_path / "other"))
