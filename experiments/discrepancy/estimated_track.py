@@ -34,7 +34,7 @@ def given_track(source: str) -> tuple[Track, TrackErrors | None]:
             "give one of track_smoother, alignment_lateral, alignment_vertical or cross_level"
         )
     s = series[DISTANCE].to_numpy(float)
-    grid = np.arange(s[0], s[-1], SPACING)
+    grid = np.arange(s[0], s[-1] + 1e-9, SPACING)
     columns, spread = {}, {}
     for name in names:
         values = series[f"{name} [m]"].to_numpy(float)

@@ -48,6 +48,7 @@ def in_words(verdict: dict[str, Any]) -> str:
         there = one["gap"]
         numbers += f"; in '{one['recording']}', which took no part, {there['before']:.2f}, "
         numbers += f"{there['nuisance_only']:.2f} and {there['after']:.2f} with what was found"
+    numbers += _missing(verdict)
     if verdict["status"] == "none":
         return f"Nothing is missing in the model: {verdict['reason']}. {numbers}; 1 is noise alone."
     if verdict["status"] == "unknown":
@@ -67,6 +68,14 @@ def in_words(verdict: dict[str, Any]) -> str:
     if verdict["status"] == "ambiguous":
         return f"{found} But {others} would explain the recording nearly as well.{_advice(verdict)}"
     return found + (f" Nearly as good: {others}." if others else "")
+
+
+def _missing(verdict: dict[str, Any]) -> str:
+    """What of the recording could not be used."""
+    said = f"; not used: {'; '.join(verdict['left_out'])}" if verdict.get("left_out") else ""
+    lost = verdict.get("lost_sections", {})
+    shares = ", ".join(f"{name} in {share:.0%}" for name, share in lost.items())
+    return said + (f"; sections with lost samples are left out for the channel: {shares}" if lost else "")
 
 
 def _advice(verdict: dict[str, Any]) -> str:

@@ -10,6 +10,7 @@ OUTSIDE = (
     "benchmark_score.py",
     "countdown.py",
     "elsewhere.py",
+    "estimated_track.py",
     "explain.py",
     "pictures.py",
     "planning.py",
