@@ -19,6 +19,8 @@ _COARSE = 64.0  # Hz, of the relations over time
 _EDGE = 0.25  # s between the instants that are tried
 _ZONE = 0.5  # s about an edge that do not count: the edge is not known better, and a step of gravity rings there
 _BLIND = 2.0  # s at the record's ends, which the window of the spectra hides
+_OUTSIDE = 2.0  # s within and outside a stretch, from which on their gains can be compared
+_SURE = 4.0  # deviations by which a gain outside the stretch must be off to be taken for the relations' error
 _BLOCK, _FEWEST = 0.25, 8  # s of a mean, and means in a stretch
 _JUMP = 1.2  # m/s2 by which gravity's share never changes in service
 _SEEN = 0.2  # of the window, below which a place counts as lost
@@ -144,7 +146,34 @@ class GainChange(Check, frozen=True):
             return None
         best = int(np.argmax(np.where(good, likelihood, -np.inf)))
         ends = _edges(balances, name, int(tried.first[best]), int(tried.last[best]), float(share[best]))
-        return _Change(float(likelihood[best]), *ends, float(factor[best]))
+        return _Change(float(likelihood[best]), *ends, beside(balances, name, *ends) or float(factor[best]))
+
+
+def beside(balances: Sequence[Balance], name: str, first: int, last: int) -> float:
+    """Gain within a stretch over that outside, where relations that are not exact show one too for certain; else 0.
+
+    Parameters
+    ----------
+    balances : all relations that the channel `name` stands in.
+    first, last : first and one past the last sample of the stretch.
+    """
+    zone, count, block = round(_ZONE * _COARSE), balances[0].total.size, round(_COARSE)
+    above, below = np.zeros(count), np.zeros(count)
+    for one in balances:
+        part, weight = one.parts[name], one.freedom / float(one.total @ one.total)
+        above += weight * (part * one.total - one.noise[name])
+        below += weight * (part * part - one.noise[name])
+    inside, outside = np.zeros(count, dtype=bool), np.ones(count, dtype=bool)
+    inside[first + zone : last - zone] = True
+    outside[max(0, first - zone) : last + zone] = False
+    if min(inside.sum(), outside.sum()) < _OUTSIDE * _COARSE:
+        return 0.0
+    share = float(above[outside].sum() / below[outside].sum())
+    rest = above[outside] - share * below[outside]
+    size = rest.size // block * block
+    scatter = math.sqrt(float(np.sum(rest[:size].reshape(-1, block).sum(axis=1) ** 2))) / float(below[outside].sum())
+    left = 1.0 - float(above[inside].sum() / below[inside].sum())
+    return (1.0 - share) / left if left > 0.0 and _SURE * scatter < abs(share) < _ALIKE else 0.0
 
 
 def _edges(balances: Sequence[Balance], name: str, first: int, last: int, share: float) -> tuple[int, int]:

@@ -8,6 +8,7 @@ import pytest
 from scipy.signal import lfilter, resample
 
 from railsim.measurements import TIME, Measurements
+from railsim.quality.gain_change import Balance, beside
 from railsim.quality.inspection import checks, inspect
 from railsim.quality.offset_step import sized
 
@@ -265,3 +266,13 @@ def test_every_finding_says_what_to_do():
             assert one.advice
             assert one.extent
             assert one.text().startswith(one.channel)
+
+
+@pytest.mark.parametrize(("error", "expected"), [(1.05, 1.8), (1.0, 0.0)])
+def test_gain_is_relative_to_the_rest_where_a_relation_is_off_throughout(error: float, expected: float):
+    """The others say `error` times what the channel reads when it is sound; from 10 s on it reads 1.8 times that."""
+    rng = np.random.default_rng(9)
+    true, rest = rng.standard_normal(64 * 20), 0.02 * rng.standard_normal(64 * 20)
+    part = np.where(np.arange(true.size) < 640, 1.0, 1.8) * true
+    one = Balance({"it": part}, part - error * true + rest, {"it": np.zeros(true.size)}, 0.0, 500)
+    assert beside([one], "it", 640, true.size) == pytest.approx(expected, rel=0.01)
