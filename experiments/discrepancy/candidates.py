@@ -3,8 +3,10 @@
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args, get_origin
+
+import numpy as np
 
 from railsim import effects as library
 from railsim.effects.interface import Effect, Parameter, Prior
@@ -17,10 +19,14 @@ UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no nam
 ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
 DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
 SHORT = ("rail_joints", "hanging_sleepers")  # effects of a place that is short against a section
-SEARCHED = (-22.5, -7.5, 7.5, 22.5)  # m from the middle of a loud section, where short ones are tried
+STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place on over a length
 TIMES = ("begin",)  # fields that are a time of the run [s]
+TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
+GRID = {"frequency": 6, "period": 8}  # values between the bounds that the bank holds; wavelengths come from tones
+NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
+SHORTEST_PERIOD = 1.0 / 60.0  # s; resonances beyond the frames' highest frequency show by their foot only
+LENGTHS = {"hanging_sleepers": ("length", (3.0, 8.0, 20.0)), "wind_gust": ("duration", (3.0, 12.0, 30.0))}
 PHASES = ("phase", "angle")  # held fields that are found all the same [rad]
-PHASES_TRIED = 3
 
 
 @dataclass(frozen=True)
@@ -30,13 +36,21 @@ class Context:
     Attributes
     ----------
     channels : compared, without units. distance, time : from and to [m], [s]. spots : (distance, time) of the loudest
-    sections, where something local may be.
+    sections, where something local may be. tones : (frequency [Hz], wavelength [m]) of the residual's
+    strongest ones. wheel_radius : [m].
     """
 
     channels: tuple[str, ...]
     distance: tuple[float, float]
     time: tuple[float, float]
     spots: tuple[tuple[float, float], ...]
+    tones: tuple[tuple[float, float], ...] = ()
+    wheel_radius: float = 0.5
+
+    @property
+    def length(self) -> float:
+        """Of the run [m]."""
+        return max(self.distance[1] - self.distance[0], 1.0)
 
     def range(self, name: str, parameter: Parameter) -> Parameter:
         """The parameter with the bounds that the run leaves it, uniform between them; others as they are."""
@@ -103,18 +117,22 @@ class Candidate:
         free = {name: one for name, one in self.kind.parameters().items() if name not in fixed}
         return {name: self.context.range(name, one) for name, one in free.items()}
 
-    def step(self, name: str, parameter: Parameter) -> float:
-        """Share of a parameter's range by which it is varied for a derivative."""
+    def step(self, name: str, parameter: Parameter, value: float) -> float:
+        """How far a parameter is varied for a derivative, in its own unit: a place by a part of a short dip, a wave or
+        a spacing so that it moves by no more than that at the end of the run.
+        """
         span = parameter.high - parameter.low
-        return 0.3 / span if name in DISTANCES else 0.05 / span if name in TIMES else 0.03
+        if name == "wavelength":
+            return min(0.05 * value**2 / self.context.length, 0.03 * span)
+        if name == "spacing":
+            return min(0.3 * value / self.context.length, 0.03 * span)
+        if name == "length" and self.local:
+            return min(0.5, 0.03 * span)
+        return 0.3 if name in DISTANCES else 0.05 if name in TIMES else 0.03 * span
 
     def build(self, values: Mapping[str, float]) -> Effect:
         """The effect with these numbers."""
-        whole = {name: round(value) if self._whole(name) else value for name, value in values.items()}
-        return self.kind.build({**dict(self.choices), **whole})
-
-    def _whole(self, name: str) -> bool:
-        return self.kind.model_fields[name].annotation is int
+        return self.kind.build({**dict(self.choices), **values})
 
     def sizes(self) -> Iterator[dict[str, float]]:
         """Values of the free numbers to screen with: the middle size first, then smaller and larger ones, to both
@@ -125,7 +143,34 @@ class Candidate:
         ways = [_ladder(free[name]) for name in sized]
         for steps in itertools.zip_longest(*ways) if ways else [()]:
             last = [way[-1] if step is None else step for step, way in zip(steps, ways, strict=True)]
-            yield {name: _within(one, one.default) for name, one in free.items()} | dict(zip(sized, last, strict=True))
+            middle = {name: _within(one, one.default) for name, one in free.items()}
+            yield middle | dict(zip(sized, last, strict=True))
+
+    def banked(self) -> Iterator[dict[str, float]]:
+        """All sizes, at several frequencies where it has one of its own and no place in the spectrum is usual."""
+        free = self.parameters
+        for values in self.sizes():
+            yield values
+            for name in GRID:
+                if name in free and free[name].absent is None:
+                    for value in np.geomspace(free[name].low, free[name].high, GRID[name]):
+                        yield {**values, name: float(value)}
+        for name in GRID:
+            if name in free and free[name].absent is not None:  # the number itself is the size
+                for value in np.geomspace(SHORTEST_PERIOD, free[name].high, GRID[name]):
+                    yield {**next(iter(self.sizes())), name: float(value)}
+
+    def at_tones(self) -> Iterator[dict[str, float]]:
+        """The middle and the largest size where the residual has its tones, where it can be tuned."""
+        free = self.parameters
+        name = next((one for one in TUNED if one in free), None)
+        sizes = list(self.sizes())
+        for frequency, wavelength in self.context.tones if name else ():
+            value = {"wavelength": wavelength, "period": 1.0 / frequency, "frequency": frequency}.get(str(name))
+            if value is None or not free[str(name)].low <= value <= free[str(name)].high:
+                continue
+            for values in (sizes[0], sizes[-1]) if free[str(name)].absent is None else sizes[:1]:
+                yield {**values, str(name): value}
 
     @property
     def short(self) -> bool:
@@ -133,16 +178,32 @@ class Candidate:
         return self.name in SHORT
 
     def variants_of(self, values: Mapping[str, float]) -> Iterator[dict[str, float]]:
-        """The same size at the places, times and phases where it may be."""
+        """The same size at the places and times where it may be, and at some lengths."""
         free = self.parameters
         where = [name for name in free if name in (*DISTANCES, *TIMES)]
-        phases = self.phases
-        spots: Sequence[tuple[float, float]] = self.context.spots if where else [(0.0, 0.0)]
-        turns = [2.0 * math.pi * i / PHASES_TRIED for i in range(PHASES_TRIED)] if phases else [0.0]
-        aside = SEARCHED if self.short else (0.0,)
-        for (distance, time), off, turn in itertools.product(spots, aside, turns):
-            moved = {n: _within(free[n], distance + off if n in DISTANCES else time - 1.0) for n in where}
-            yield {**values, **moved, **{name: _within(free[name], turn) for name in phases}}
+        name, lengths = LENGTHS.get(self.name, ("", (0.0,)))
+        spots = self.context.spots if where else ((0.0, 0.0),)
+        for number, length in enumerate(lengths):
+            for distance, time in spots[: max(1, len(spots) - number)]:  # what is long has less choice
+                begin = time - max(1.0, 0.5 * length)
+                moved = {n: _within(free[n], distance if n in DISTANCES else begin) for n in where}
+                yield {**values, **moved, **({name: _within(free[name], length)} if name in free else {})}
+
+
+def in_tune(found: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates, those with waves a turn (`order`) also at those of the residual's tones; a gust over a distance is
+    one over a time at the speed of the run.
+    """
+    tuned: list[Candidate] = []
+    for one in found:
+        if ("over", "distance") in one.choices:
+            continue
+        tuned.append(one)
+        if "order" in one.kind.model_fields:
+            turns = [2.0 * math.pi * one.context.wheel_radius / wavelength for _, wavelength in one.context.tones]
+            near = {round(turn) for turn in turns if abs(turn - round(turn)) < NEAR * turn and turn > 1.5}
+            tuned += [replace(one, choices=(*one.choices, ("order", number))) for number in sorted(near)]
+    return tuned
 
 
 def candidates(context: Context) -> list[Candidate]:

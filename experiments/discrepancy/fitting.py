@@ -340,9 +340,10 @@ def _at(
 def _effect_columns(problem: Problem, fit: Fit) -> np.ndarray:
     """(m, k, f, c) derivative of the predicted coefficients by the shares."""
     numbers = Shares(fit.candidates)
+    steps = numbers.steps(fit.shares)
 
     def column(number: int) -> np.ndarray:
-        size = numbers.steps[number]
+        size = steps[number]
         reason = InputError("no derivative")
         for step in (-size, size) if fit.shares[number] > 0.5 else (size, -size):
             moved = fit.shares.copy()

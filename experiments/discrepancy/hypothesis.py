@@ -80,8 +80,7 @@ def concluded(problem: Problem, fit: Fit) -> Hypothesis:
     """A fit with its evidence: Laplace's approximation on training frames."""
     normal, _ = normal_equations(fit.jacobian, fit.residual, problem.train)
     n, m = len(fit.z), len(fit.shares)
-    curvature = Shares(fit.candidates).curvature()
-    whole = normal + np.diag(np.concatenate([np.ones(n), curvature + 1e-9]))
+    whole = normal + np.diag(np.concatenate([np.ones(n), Shares(fit.candidates).width()]))
     covariance = np.linalg.inv(whole)[n:, n:]
     own = 0.0
     if m:

@@ -44,9 +44,12 @@ class Whitener:
 
     def __call__(self, coefficients: np.ndarray) -> np.ndarray:
         """(k, f, 2 c): real and imaginary parts of L^-1 c, each of unit variance; 0 Hz has real parts only."""
+        return split(self.complex(coefficients))
+
+    def complex(self, coefficients: np.ndarray) -> np.ndarray:
+        """(k, f, c) L^-1 c before it is split."""
         clean = np.where(self.good[:, None, :], coefficients, 0.0)
-        white = np.matmul(self.inverse, clean[..., None])[..., 0]
-        return split(white)
+        return np.matmul(self.inverse, clean[..., None])[..., 0]
 
     def marginal(self, coefficients: np.ndarray) -> np.ndarray:
         """(k, f, c) mean square of each channel's coefficient over its own stated noise; NaN where lost."""

@@ -26,10 +26,17 @@ class Shares:
         """Name and bounds of every number, candidate after candidate."""
         return [pair for one in self.candidates for pair in one.parameters.items()]
 
-    @property
-    def steps(self) -> list[float]:
-        """Shares by which each is varied for a derivative."""
-        return [one.step(name, p) for one in self.candidates for name, p in one.parameters.items()]
+    def steps(self, shares: np.ndarray) -> list[float]:
+        """Shares by which each is varied for a derivative there."""
+        owners = [(one, name, p) for one in self.candidates for name, p in one.parameters.items()]
+        found = []
+        for (one, name, p), share in zip(owners, shares, strict=True):
+            value = value_at(name, p, float(share))
+            step = one.step(name, p, value)
+            usual = step >= 0.03 * (p.high - p.low) * (1.0 - 1e-9)
+            log = logarithmic(name, p)
+            found.append(0.03 if usual else step / value / math.log(p.high / p.low) if log else step / (p.high - p.low))
+        return found
 
     def of(self, values: Sequence[dict[str, float]]) -> np.ndarray:
         """(m,) from the values of each candidate."""
@@ -70,6 +77,10 @@ class Shares:
     def curvature(self) -> np.ndarray:
         """(m,) of the negative logarithm of the prior."""
         return np.array([1.0 / std**2 if math.isfinite(std) else 0.0 for std in self._stds()])
+
+    def width(self) -> np.ndarray:
+        """(m,) one over the prior's variance: what the data do not say is no narrower than that."""
+        return np.array([1.0 / std**2 if math.isfinite(std) else 12.0 for std in self._stds()])
 
     def scaled(
         self, normal: np.ndarray, gradient: np.ndarray, z: np.ndarray, shares: np.ndarray

@@ -5,20 +5,27 @@ gain, and the likeness of the residual's spectrum to the effect's. Signatures co
 with a place or a time of their own are run for this recording.
 """
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.candidates import DISTANCES, Candidate
+from experiments.discrepancy.candidates import DISTANCES, STRETCHES, Candidate, in_tune
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, normal_equations
+from experiments.discrepancy.noise import split
 from experiments.discrepancy.parallel import in_parallel
+from experiments.discrepancy.places import distance_at, likely_places, loudest_places, series
 from experiments.discrepancy.scores import TOLERATED, Shares, at_bound, logarithmic
 from railsim.errors import InputError
 
 RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
 PHASES_TRIED = 24
-PLACES_TRIED = np.arange(-7.5, 7.6, 0.25)  # m
+PLACES_TRIED = np.arange(-1.5, 1.6, 0.1)  # m
+TIMES_TRIED = np.arange(-1.0, 1.1, 0.1)  # s
+DETUNED = 1.0  # turns of a wave by the middle of the run
+TOGETHER = 32  # signatures that are judged at a time
 DROPPED = 3  # sections whose gain does not count
 SHORTLIST = (5, 4, 2)  # effects that each statistic contributes
 
@@ -75,13 +82,21 @@ class Projection:
         """What of a signature (n,) the numbers cannot take."""
         return signature - (self._sets[0][0] @ (self.flat @ signature)) @ self.flat
 
-    def judge(self, signatures: np.ndarray) -> "Judgement":
+    def row(self, white: np.ndarray) -> np.ndarray:
+        """(n,) of a complex whitened signature (k, f, c)."""
+        return (np.float32(WEIGHT) * split(white[self.frames])).astype(np.float32).ravel()
+
+    def along(self, signatures: np.ndarray) -> np.ndarray:
+        """(p, numbers) products of signatures (p, n) with the derivatives."""
+        return (self.flat @ signatures.T).T
+
+    def judge(self, signatures: np.ndarray, along: np.ndarray | None = None) -> "Judgement":
         """The best of some signatures (p, n), scaled as it is best, the numbers following.
 
         With d = J r - x / std^2, M = J J^T + 1 / std^2: gain(a) = d M^-1 d / 2 + a s (r - J^T M^-1 d) - a^2 (s s - s
         J^T M^-1 J s) / 2; what the numbers could gain by themselves is no gain.
         """
-        along = (self.flat @ signatures.T).T
+        along = self.along(signatures) if along is None else along
         across = signatures @ self.residual
         size = np.einsum("pn,pn->p", signatures, signatures)
         best = (-np.inf, 0, 1.0, np.zeros(0), 0.0)
@@ -125,57 +140,104 @@ def screen(
     if problem.bank is None:
         raise ValueError("give the problem a bank first")
     projection = Projection(fit, problem.train)
-    banked = [(one, values) for one in found if not one.local for values in one.sizes()]
+    found = in_tune(found)
+    banked = [(one, values) for one in found if not one.local for values in one.banked()]
     problem.bank.fill(banked, tell)
-    judged = []
+    judged: list[Screened] = []
+    waiting: list[tuple[Candidate, dict[str, float], np.ndarray]] = []
     for one, values in banked:
         signature = problem.bank.signature(one, values)
-        if signature is not None:
-            turned = list(_turned(problem, one, values, signature))
-            judged.append(_judge(problem, fit, projection, one, turned))
-    return judged + _local(problem, fit, projection, [one for one in found if one.local])
+        if signature is None:
+            continue
+        turned = _turned(problem, one, values)
+        if len(turned) > 1:
+            judged.append(_judge(problem, fit, projection, one, signature, turned))
+        else:
+            waiting.append((one, values, _white(problem, signature)))
+    for first in range(0, len(waiting), TOGETHER):
+        batch = waiting[first : first + TOGETHER]
+        rows = np.stack([projection.row(white) for _, _, white in batch])
+        along = projection.along(rows)
+        for number, (one, values, white) in enumerate(batch):
+            found_here = projection.judge(rows[number : number + 1], along[number : number + 1])
+            judged.append(_screened(problem, fit, projection, one, values, split(white), found_here))
+    return judged + _here(problem, fit, projection, found)
 
 
-def _turned(
-    problem: Problem, candidate: Candidate, values: dict[str, float], signature: np.ndarray
-) -> Iterator[tuple[dict[str, float], np.ndarray]]:
-    """The signature; of what turns with a wheel at all phases, of what is short at places around it."""
-    forward = problem.forward
-    speed = forward.alignment.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
+Turned = list[tuple[dict[str, float], np.ndarray | None]]
+
+
+def _turned(problem: Problem, candidate: Candidate, values: dict[str, float]) -> Turned:
+    """Numbers and the factor (k, f) that makes their signature of that of `values`: of what turns with a wheel at all
+    phases, of what is short at places around it, of a wave at wavelengths around it.
+    """
     if candidate.phases:
-        name, aside = (
-            candidate.phases[0],
-            2.0 * np.pi * np.arange(PHASES_TRIED) / PHASES_TRIED - values[candidate.phases[0]],
-        )
-        metres = float(getattr(forward.evidence.scenario.vehicle, "wheel_radius", 0.5))
+        name = candidate.phases[0]
+        aside = 2.0 * np.pi * np.arange(PHASES_TRIED) / PHASES_TRIED - values[name]
+        metres = float(getattr(problem.evidence.scenario.vehicle, "wheel_radius", 0.5))
     elif candidate.short:
         name, aside, metres = next(one for one in DISTANCES if one in values), PLACES_TRIED, 1.0
+    elif "begin" in values:
+        name, aside, metres = "begin", TIMES_TRIED, 0.0
     else:
-        yield values, signature
+        return [(values, None), *_detuned(problem, candidate, values)]
+    free = candidate.parameters[name]
+    forward = problem.forward
+    speed = forward.alignment.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
+    found: Turned = []
+    for change in aside:
+        late = change * metres / speed if metres else np.full(len(speed), change)
+        phase = np.exp(-2j * np.pi * problem.frames.frequencies * late[:, None]).astype(np.complex64)
+        found.append(({**values, name: float(np.clip(values[name] + change, free.low, free.high))}, phase))
+    return found
+
+
+def _detuned(
+    problem: Problem, candidate: Candidate, values: dict[str, float]
+) -> Iterator[tuple[dict[str, float], Any]]:
+    """Wavelengths whose waves are up to `DETUNED` turns ahead or behind by the middle of the run."""
+    name = next((one for one in values if one == "wavelength"), None)
+    if name is None or candidate.short:
         return
     free = candidate.parameters[name]
-    for change in aside:
-        late = change * metres / speed
-        phase = np.exp(-2j * np.pi * problem.frames.frequencies * late[:, None])
-        at = float(np.clip(values[name] + change, free.low, free.high))
-        yield {**values, name: at}, signature * phase[..., None].astype(np.complex64)
+    s = distance_at(problem, problem.frames.middles)
+    for turns in np.linspace(-DETUNED, DETUNED, 2 * PHASES_TRIED + 1):
+        number = 1.0 / values[name] + turns / float(s.mean())
+        if turns and number > 0.0 and free.low <= 1.0 / number <= free.high:
+            phase = np.exp(2j * np.pi * s * (number - 1.0 / values[name]))[:, None]
+            yield {**values, name: 1.0 / number}, phase.astype(np.complex64)
 
 
-def _local(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Candidate]) -> list[Screened]:
-    """What has a place or a time: run at its middle size where the residual is loud, then there at its other sizes."""
+def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Candidate]) -> list[Screened]:
+    """What has a place, a time or a wavelength is run for this recording, first at its middle size where the residual
+    says that it may be, then there at its other sizes.
+    """
 
-    def run(job: tuple[Candidate, dict[str, float]]) -> Screened | None:
-        one, values = job
+    def change_of(one: Candidate, values: dict[str, float]) -> np.ndarray | None:
         try:
             prediction = problem.forward.predict(fit.z, (*fit.effects, one.build(values)))
         except InputError:
             return None
         change = problem.stacked(prediction) - fit.stacked
-        if not np.isfinite(change).all():
-            return None
-        return _judge(problem, fit, projection, one, list(_turned(problem, one, values, change)))
+        return change if np.isfinite(change).all() else None
 
-    first = [(one, values) for one in found for values in one.variants_of(next(iter(one.sizes())))]
+    def run(job: tuple[Candidate, dict[str, float]]) -> Screened | None:
+        change = change_of(*job)
+        return None if change is None else _judge(problem, fit, projection, job[0], change, _turned(problem, *job))
+
+    def placed(one: Candidate) -> list[dict[str, float]]:
+        middle = next(iter(one.sizes()))
+        if one.short:
+            return _matched(problem, fit, one, middle, change_of)
+        if one.name in STRETCHES:
+            return _stretches(problem, fit, projection, one, change_of)
+        if not one.local:
+            return list(one.at_tones())
+        return list(one.variants_of(middle))[: None if "begin" in one.parameters else 1]
+
+    local = [one for one in found if one.local]
+    tuned = [one for one in found if not one.local and not one.of_sensor]
+    first = [(one, values) for one in (*local, *tuned) for values in placed(one)]
     judged = [one for one in in_parallel(run, first) if one is not None]
     best = {one.candidate.label: one for one in sorted(judged, key=lambda one: one.robust)}
     more = []
@@ -185,6 +247,58 @@ def _local(problem: Problem, fit: Fit, projection: Projection, found: Sequence[C
             where = {name: value for name, value in one.tried.items() if free[name].absent is None}
             more += [(one.candidate, {**values, **where}) for values in list(one.candidate.sizes())[1:]]
     return judged + [one for one in in_parallel(run, more) if one is not None]
+
+
+ChangeOf = Callable[[Candidate, dict[str, float]], np.ndarray | None]
+
+
+def _matched(
+    problem: Problem, fit: Fit, candidate: Candidate, middle: dict[str, float], change_of: ChangeOf
+) -> list[dict[str, float]]:
+    """Places of a short dip, or first place and spacing of many, by a matched filter with one dip at the run's end."""
+    free = candidate.parameters
+    name = next(one for one in DISTANCES if one in free)
+    spacing = free.get("spacing")
+    found: list[dict[str, float]] = []
+    for alone in candidate.variants_of(middle) if spacing is None else [{**middle, "spacing": spacing.high}]:
+        at = free[name].high - min(100.0, 0.3 * (free[name].high - free[name].low))
+        if any(one.get("length") == alone.get("length") for one in found):
+            continue
+        change = change_of(candidate, {**alone, name: at})
+        if change is None:
+            continue
+        places, fits, _ = likely_places(problem, fit, change, at)
+        if spacing is None:
+            for number in loudest_places(places, fits, 1):
+                found.append({**alone, name: float(np.clip(places[number], free[name].low, free[name].high))})
+        else:
+            for first, gap in series(places, fits, (spacing.low, spacing.high)):
+                found.append({**alone, name: float(np.clip(first, free[name].low, free[name].high)), "spacing": gap})
+    return found
+
+
+def _stretches(
+    problem: Problem, fit: Fit, projection: Projection, candidate: Candidate, change_of: ChangeOf
+) -> list[dict[str, float]]:
+    """From where to where it may be: run over the whole way, and frames before and after a stretch left out."""
+    free = candidate.parameters
+    at = np.append(distance_at(problem, problem.frames.starts), free["place"].high)
+    found: list[dict[str, float]] = []
+    tried = list(candidate.at_tones()) if "wavelength" in free else [next(iter(candidate.sizes()))]
+    for values in tried:
+        whole = {**values, "place": free["place"].low, "length": free["length"].high}
+        change = change_of(candidate, whole)
+        if change is None:
+            continue
+        pieces: Turned = []
+        for first, last in itertools.combinations(range(len(at)), 2):
+            inside = np.zeros((len(at) - 1, 1), np.complex64)
+            inside[first:last] = 1.0
+            end = free["length"].high if last == len(at) - 1 else max(at[last] - at[first], free["length"].low)
+            begin = float(np.clip(at[first], free["place"].low, free["place"].high))
+            pieces.append(({**whole, "place": begin, "length": end}, inside))
+        found.append(_judge(problem, fit, projection, candidate, change, pieces).tried)
+    return found
 
 
 def best_of(screened: Sequence[Screened]) -> list[Screened]:
@@ -201,13 +315,31 @@ def _judge(
     fit: Fit,
     projection: Projection,
     candidate: Candidate,
-    turned: Sequence[tuple[dict[str, float], np.ndarray]],
+    change: np.ndarray,
+    turned: Turned,
 ) -> Screened:
-    """The best of the phases of one size."""
-    signatures = [problem.whitened(change).astype(np.float32) for _, change in turned]
-    rows = np.stack([(np.float32(WEIGHT) * one[projection.frames]).ravel() for one in signatures])
-    found = projection.judge(rows)
-    values, signature = turned[found.which][0], signatures[found.which]
+    """The best of some phases (places, wavelengths) of one size, made of one signature (k, f, c)."""
+    white = _white(problem, change)
+    signatures = [white if factor is None else white * factor[..., None] for _, factor in turned]
+    found = projection.judge(np.stack([projection.row(one) for one in signatures]))
+    return _screened(problem, fit, projection, candidate, turned[found.which][0], split(signatures[found.which]), found)
+
+
+def _white(problem: Problem, change: np.ndarray) -> np.ndarray:
+    if problem.white is None:
+        raise ValueError("state the noise first")
+    return problem.white.complex(change).astype(np.complex64)
+
+
+def _screened(
+    problem: Problem,
+    fit: Fit,
+    projection: Projection,
+    candidate: Candidate,
+    values: dict[str, float],
+    signature: np.ndarray,
+    found: Judgement,
+) -> Screened:
     left = projection.residual - found.taken
     frames = 0.5 * (projection.residual**2 - left**2).reshape(int(projection.frames.sum()), -1).sum(axis=1)
     loudest = np.sort(frames)[::-1][:DROPPED]

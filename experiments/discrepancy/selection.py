@@ -14,13 +14,18 @@ from experiments.discrepancy.screening import Screened, best_of, screen, shortli
 from railsim.errors import InputError
 
 PROMISING = 4.0  # nats that a signature must gain to be fitted
+WORTH_FITTING = 5.0  # the same without its loudest sections, where nothing in the residual is significant
 WHITE = 1.03  # held-out gap from which nothing is left to explain
 LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 HOPELESS = 0.2  # of the leader's gain
 FAIR_CHANCE = 50.0  # nats that a signature may be behind in any case
 RIVAL = 30.0  # nats between two classes below which the noise is propagated anew before they are compared
 POLISHED = 2  # classes whose best hypothesis is linearised anew where it leaves something
-ROUNDS = 3
+FAR_BEHIND = 300.0  # nats behind the best from which a class is not linearised anew,
+OUT_OF_REACH = 0.3  # or this share of what the best brings, if that is more
+ROUNDS = 2
+BUDGET = {"fit": 200.0, "linearise": 260.0, "law": 300.0, "further": 330.0, "end": 420.0}
+"""Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
 WORTH = 3.0  # nats that a further linearisation must have brought to go on
 LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
 LAW_REACH = 300.0  # nats behind the best within which others are fitted with another law too
@@ -35,6 +40,7 @@ class Selection:
     Attributes
     ----------
     null : nuisances alone. screened : signatures beside them. judged : all hypotheses, the most probable first.
+    not_tried : what there was no time for.
     """
 
     problem: Problem
@@ -42,18 +48,25 @@ class Selection:
     screened: tuple[Screened, ...]
     judged: tuple[Judged, ...]
     decision: Decision
+    not_tried: tuple[str, ...] = ()
 
 
 def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence[Candidate], tell: Tell) -> Selection:
     """One effect, or two where one leaves something; each of two goes where the other alone does as well."""
+    left_out: list[str] = []
+    tell = _noting(tell, left_out)
     screened = screen(problem, null.fit, found, tell)
-    if max((one.gain for one in screened), default=0.0) < PROMISING:
-        return Selection(problem, null, tuple(screened), (), decide(problem, null, located, []))
+    alone = decide(problem, null, located, [])
+    strongest = max((one.robust for one in screened), default=0.0)
+    if max((one.gain for one in screened), default=0.0) < PROMISING or (
+        strongest < WORTH_FITTING and not located.significant
+    ):
+        return Selection(problem, null, tuple(screened), (), alone)
     fitted = _fitted(problem, null, shortlist(screened), tell)
     null = _fair(problem, null, fitted, tell)
     judged = judge(problem, null, fitted)
     best = judged[0].hypothesis if judged and judged[0].evidence >= ENOUGH else null
-    if _something_left(problem, best):
+    if _something_left(problem, best) and _time_for(problem, "law", "another creep law", tell):
         problem, null, fitted = _other_law(problem, null, best, judged, tell)
         judged = judge(problem, null, fitted)
     if _close(judged):
@@ -64,17 +77,47 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         near = [one.hypothesis for one in judged if one.evidence > judged[0].evidence - 2.0 * RIVAL]
         fitted = [again(problem, one, tell) for one in near]
         judged = judge(problem, null, fitted)
-    if judged and judged[0].evidence >= ENOUGH and _something_left(problem, judged[0].hypothesis):
+    if (
+        judged
+        and judged[0].evidence >= ENOUGH
+        and _something_left(problem, judged[0].hypothesis)
+        and _time_for(problem, "further", "a further effect", tell)
+    ):
         fitted += _pairs(problem, judged, found, tell)
         judged = judge(problem, null, fitted)
     located = locate(problem, null.fit)
-    return Selection(problem, null, tuple(screened), tuple(judged), decide(problem, null, located, judged))
+    decision = decide(problem, null, located, judged)
+    return Selection(problem, null, tuple(screened), tuple(judged), decision, tuple(dict.fromkeys(left_out)))
+
+
+NOT_TRIED = "no time for "
+
+
+def _noting(tell: Tell, left_out: list[str]) -> Tell:
+    """`tell` that keeps what there was no time for."""
+
+    def both(text: str) -> None:
+        if text.startswith(NOT_TRIED):
+            left_out.append(text.removeprefix(NOT_TRIED))
+        tell(text)
+
+    return both
+
+
+def _time_for(problem: Problem, stage: str, what: str, tell: Tell) -> bool:
+    """Whether the budget lets a stage begin; else says so."""
+    there = problem.forward.meter.spent < BUDGET[stage]
+    if not there:
+        tell(NOT_TRIED + what)
+    return there
 
 
 def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell: Tell) -> list[Hypothesis]:
     """The shortlist, but for those that have no chance beside one that leaves only noise."""
     fitted: list[Hypothesis] = []
     for one in chosen:
+        if one.gain < PROMISING or (fitted and not _time_for(problem, "fit", one.candidate.label, tell)):
+            continue
         if fitted and _hopeless(one, chosen, max(fitted, key=lambda other: other.log_evidence), problem):
             continue
         starts = [(one.z, [one.values]), (null.fit.z, [one.values]), (one.z, [one.tried])]
@@ -83,6 +126,8 @@ def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell
             fitted.append(made)
             tell(f"{made.label}: {made.log_evidence - null.log_evidence:+.1f} nats")
     order = sorted(fitted, key=lambda one: -one.log_evidence)
+    behind = max(FAR_BEHIND, OUT_OF_REACH * (order[0].log_evidence - null.log_evidence)) if order else 0.0
+    order = [one for one in order if one.log_evidence > order[0].log_evidence - behind]
     for one in [leader_of(order, place) for place in range(POLISHED)]:
         if one is not None and held_out_gap(problem, one.fit) > WHITE:
             better = polished(problem, one, tell)
@@ -135,6 +180,8 @@ def leader_of(order: Sequence[Hypothesis], place: int) -> Hypothesis | None:
 def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
     """With derivatives made anew at the hypothesis itself, as long as that brings something."""
     for _ in range(ROUNDS):
+        if not _time_for(problem, "linearise", f"derivatives at {one.label}", tell):
+            break
         better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))
         gain = better.log_evidence - one.log_evidence
         tell(f"{one.label}, linearised again: {gain:+.1f} nats")
@@ -183,7 +230,11 @@ def _pairs(problem: Problem, judged: Sequence[Judged], found: Sequence[Candidate
     names: dict[str, Screened] = {}
     for one in seconds:
         names.setdefault(one.candidate.name, one)
-    made = [_paired(problem, first, one, tell) for one in list(names.values())[:SECONDS]]
+    made = [
+        _paired(problem, first, one, tell)
+        for one in list(names.values())[:SECONDS]
+        if _time_for(problem, "end", f"{first.label} with {one.candidate.label}", tell)
+    ]
     pairs = [one for one in made if one is not None]
     if not pairs:
         return []
@@ -193,6 +244,8 @@ def _pairs(problem: Problem, judged: Sequence[Judged], found: Sequence[Candidate
     others: list[Hypothesis] = []
     for one in judged[1:]:
         classes = {*best.classes, *(other.candidate.equivalence for other in others)}
+        if problem.forward.meter.spent > BUDGET["end"]:
+            break
         if len(others) < SWAPPED and one.hypothesis.candidate.equivalence not in classes:
             both = (one.hypothesis.candidate, second)
             starts = [(one.hypothesis.fit.z, [one.hypothesis.values[0], values])]

@@ -60,6 +60,7 @@ def verdict(findings: Findings, whole: Gaps, channels: dict[str, Gaps]) -> dict[
             for nuisance, z in zip(findings.problem.forward.nuisances, _scores(findings), strict=True)
             if abs(z) > 1.0
         },
+        "not_tried": list(findings.not_tried),
         "track_errors_stated": findings.problem.evidence.track_errors_stated,
         "left_out": list(findings.problem.evidence.left_out),
         "lost_sections": lost(findings),

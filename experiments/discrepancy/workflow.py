@@ -1,7 +1,7 @@
 """The workflow from a recording to a decision: align, locate, screen, fit, decide, add until only noise is left."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
 from experiments.discrepancy.journal import Journal
 from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
+from experiments.discrepancy.places import tones
 from experiments.discrepancy.screening import Screened
 from experiments.discrepancy.selection import nuisances_alone, select
 from railsim.errors import InputError
@@ -32,7 +33,7 @@ class Findings:
     Attributes
     ----------
     null : nuisances alone. judged : all hypotheses, the most probable first. latent : missing forces of the null, or
-    for an `unknown` of what is left. empirical : the tabulated law in place of a name.
+    for an `unknown` of what is left. empirical : the tabulated law in place of a name. not_tried : for want of time.
     """
 
     problem: Problem
@@ -43,6 +44,7 @@ class Findings:
     latent: tuple[LatentForce, ...]
     empirical: Hypothesis | None
     decision: Decision
+    not_tried: tuple[str, ...] = ()
 
     @property
     def final(self) -> Fit:
@@ -80,7 +82,8 @@ def investigate(
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
     if not located.worth_looking:
         return Findings(problem, null, located, (), (), (), None, decide(problem, null, located, []))
-    context = context_of(problem, located)
+    context = replace(context_of(problem, located), tones=tones(problem, null.fit))
+    tell("tones: " + (", ".join(f"{one:.2f} Hz" for one, _ in context.tones) or "none"))
     chosen = [one for one in candidates(context) if only is None or one.name in only]
     chosen = [one for one in chosen if one.equivalence not in withheld]
     found = select(problem, null, located, chosen, tell)
@@ -90,7 +93,7 @@ def investigate(
         latent = tuple(latent_forces(problem, null.fit))
     if decision.status == "unknown":
         empirical = fit_empirical(problem, null, context, latent, tell)
-    return Findings(problem, null, located, found.screened, found.judged, latent, empirical, decision)
+    return Findings(problem, null, located, found.screened, found.judged, latent, empirical, decision, found.not_tried)
 
 
 def context_of(problem: Problem, located: Located) -> Context:
@@ -109,6 +112,7 @@ def context_of(problem: Problem, located: Located) -> Context:
         (float(s[0]), float(s[-1])),
         (float(middles[0]), float(middles[-1])),
         tuple((float(s[number]), float(middles[number])) for number in loudest),
+        wheel_radius=float(getattr(problem.evidence.scenario.vehicle, "wheel_radius", 0.5)),
     )
 
 

@@ -1,8 +1,11 @@
 """Candidates keep within the effects' bounds, come in sizes that are there, and know the run that they are for."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from experiments.discrepancy.candidates import Context, candidates
+from experiments.discrepancy.candidates import Context, candidates, in_tune
+from experiments.discrepancy.scores import Shares
 
 CONTEXT = Context(
     ("bogie.acceleration_y", "bogie.rate_yaw"), (50.0, 900.0), (1.0, 30.0), ((300.0, 10.0), (600.0, 20.0))
@@ -30,5 +33,22 @@ def test_places_lie_within_the_run():
 
 def test_steps_of_derivatives_are_small_against_the_range():
     for one in candidates(CONTEXT):
-        steps = [one.step(name, parameter) for name, parameter in one.parameters.items()]
-        assert np.all(np.array(steps) <= 0.05), one.label
+        shares = Shares((one,))
+        middle = np.full(len(shares.parameters), 0.5)
+        assert np.all(np.array(shares.steps(middle)) <= 0.05), one.label
+
+
+def test_a_wave_is_varied_by_less_than_a_turn_at_the_end_of_the_run():
+    soft = next(one for one in candidates(CONTEXT) if one.name == "soft_track")
+    for wavelength in (0.5, 3.0, 40.0):
+        step = soft.step("wavelength", soft.parameters["wavelength"], wavelength)
+        assert 0.005 < step / wavelength**2 * CONTEXT.distance[1] / 1.0 < 0.2
+
+
+def test_tones_say_wavelengths_frequencies_and_waves_a_turn():
+    heard = replace(CONTEXT, tones=((10.2, 2.95), (31.8, 0.943)), wheel_radius=0.45)
+    found = {one.name: one for one in in_tune(candidates(heard))}
+    assert [one["wavelength"] for one in found["soft_track"].at_tones()] == [2.95, 2.95, 0.943, 0.943]
+    assert {one["frequency"] for one in found["body_bending"].at_tones()} == {10.2}
+    orders = {dict(one.choices).get("order", 1) for one in in_tune(candidates(heard)) if one.name == "out_of_round"}
+    assert orders == {1, 3}
