@@ -271,10 +271,16 @@ def _kept(
     own = (start.z, start.shares, start.residual, start.columns, start.jacobian, problem.white.inverse)
 
     def arrays() -> dict[str, np.ndarray]:
+        before = forward.meter.spent
         fit = make()
-        return {name: getattr(fit, name) for name in ("z", "shares", "residual", "stacked", "columns", "jacobian")}
+        kept = {name: getattr(fit, name) for name in ("z", "shares", "residual", "stacked", "columns", "jacobian")}
+        return kept | {"runs": np.array(forward.meter.spent - before)}
 
+    before = forward.meter.spent
     found = problem.journal.kept(key_of(where, *own, *numbers), arrays)
+    runs = float(found.pop("runs"))
+    if forward.meter.spent == before:  # found there: it counts as if it had been made now
+        forward.meter.add(runs)
     return Fit(candidates=candidates, effects=Shares(candidates).effects(found["shares"]), **found)
 
 

@@ -18,6 +18,7 @@ WORTH_FITTING = 5.0  # the same without its loudest sections, where nothing in t
 WHITE = 1.03  # held-out gap from which nothing is left to explain
 LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 HOPELESS = 0.2  # of the leader's gain
+NEGLIGIBLE = 0.03  # of the leader's gain
 FAIR_CHANCE = 50.0  # nats that a signature may be behind in any case
 RIVAL = 30.0  # nats between two classes below which the noise is propagated anew before they are compared
 POLISHED = 2  # classes whose best hypothesis is linearised anew where it leaves something
@@ -192,8 +193,12 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
 
 
 def _hopeless(one: Screened, chosen: Sequence[Screened], best: Hypothesis, problem: Problem) -> bool:
-    """Whether a hypothesis that leaves only noise is there already, and this one's signature does far less."""
+    """Whether a hypothesis that leaves only noise is there already and this one's signature does far less, or next to
+    nothing beside one that takes much.
+    """
     leader = max(other.gain for other in chosen)
+    if one.gain < NEGLIGIBLE * leader - FAIR_CHANCE:
+        return True
     return held_out_gap(problem, best.fit) < WHITE and one.gain < HOPELESS * leader - FAIR_CHANCE
 
 
