@@ -1,14 +1,12 @@
 """`railsim discrepancy`: what is missing in a model, found from a recording, named, added."""
 
 import argparse
-import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from experiments.commands.interface import Outcome, table
 from experiments.discrepancy.candidates import effect_names
+from experiments.discrepancy.countdown import Countdown
 from experiments.discrepancy.explain import explain
 from experiments.discrepancy.planning import draw_plan, make_plan
 from experiments.discrepancy.report import in_words
@@ -23,23 +21,26 @@ def execute(given: argparse.Namespace) -> Outcome:
         return _plan(given)
     if not given.recording:
         raise InputError("give a RECORDING, or --plan to see what one could show")
+    scenario = load_scenario(given.model)
+    countdown = Countdown(scenario.duration)
     found = explain(
         Path(given.recording),
-        load_scenario(given.model),
+        scenario,
         Path(given.out),
-        _progress(),
+        countdown,
         track=given.track,
         only=_known(given.effects),
         engine=given.engine,
         further=given.held_out,
     )
+    countdown.finish()
     return Outcome(found, _text(given.out, found))
 
 
 def _plan(given: argparse.Namespace) -> Outcome:
     folder = Path(given.out)
     folder.mkdir(parents=True, exist_ok=True)
-    plan = make_plan(load_scenario(given.model), _progress(), _known(given.effects))
+    plan = make_plan(load_scenario(given.model), Countdown(), _known(given.effects))
     draw_plan(plan, folder / "confusability.png")
     pairs = [{"a": a, "b": b, "likeness": round(value, 3)} for a, b, value in plan.confusable()]
     result = {"detectable_size": plan.sizes, "confusable": pairs, "picture": f"{folder}/confusability.png"}
@@ -62,11 +63,6 @@ def _known(names: list[str] | None) -> list[str] | None:
         if name not in known:
             raise InputError(f"--effects {name}: no such effect; there are: {', '.join(known)}")
     return names
-
-
-def _progress() -> Callable[[str], None]:
-    begun = time.monotonic()
-    return lambda text: print(f"{time.monotonic() - begun:6.1f} s  {text}", file=sys.stderr)
 
 
 def _text(folder: str, found: dict[str, Any]) -> str:
