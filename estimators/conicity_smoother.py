@@ -1,12 +1,21 @@
-"""Conicity function, rails and state together, without a known track: smoother with the most likely function."""
+"""Conicity function, rails, gauge and state together, without a known track: the most likely function and a smoother.
+
+Where the gauge is constant, one Kalman filter has everything (`_conicity_likelihood`). Where it varies, the conicity
+of worn wheels changes along the line by more than its mean, which no Gaussian holds: there the Kalman smoother is left
+with what does not depend on the conicity, the wheelset's path y and half the difference of the rolling radii D, and
+particles integrate rails and gauge out (`_gauge_likelihood`).
+"""
 
 from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 
-from estimators._conicity_kernel import RAIL, Numbers, Record, Y
+from estimators._conicity_kernel import PSI, PSI_RATE, RAIL, Numbers, Record, Y
 from estimators._conicity_likelihood import Likelihood, Posterior, Prior
+from estimators._gauge_kernel import Process
+from estimators._gauge_likelihood import GaugeLikelihood, Rails
+from estimators._wheel_basis import wheel_basis
 from estimators._wheelset_model import fits, wheelset_model
 from estimators._wheelset_motion import BODY, SPEEDS, TRANSDUCER, YAW, filled, wheelset_speed
 from estimators.interface import Estimate, Estimator
@@ -17,6 +26,13 @@ from railsim.spec import quantity
 ERRI = "ERRI B176 (1989), lateral"
 POINTS = 121
 QUANTILE = 0.999  # of the visited shifts, to which the function is stated
+SETTLED = 30.0  # m at the start that the particles do not read: the Kalman smoother's own settling
+FEWEST = 1000  # steps that the particles need: 300 m, tens of waves of the gauge
+TOGETHER = 3.0  # m over which the error of the shift hangs together: the gauge's own length
+WHEEL_REACH, WHEEL_PIECES = 4e-3, 16  # m; of one wheel's slope: pieces of 0.5 mm, in which hollow wheels bend
+WHEEL_ROUGHNESS = 0.3  # second difference of the slope, hollow wheels 1
+TILT, TURN = 0.6, 1e-3  # of the slope at the start: steeper towards the flange, over m (S1002)
+LOGARITHMS = 4  # last parameters of the Kalman filter's likelihood
 BRIDGED = 0.05  # s; samples in longer gaps are left out
 
 
@@ -25,7 +41,7 @@ class ConicitySmoother(Estimator, frozen=True):
 
     The rails are a random process of which the spectrum's shape is known and the level is not. Without that shape the
     conicity cannot be found: every conicity has rails that explain the sensors exactly. What is found is the function
-    at mean gauge. Where the gauge is known to be constant, `gauge` = 0 states smaller deviations.
+    at mean gauge. Where the gauge is known to be constant, say `gauge` = 0: faster, and smaller deviations.
     """
 
     spacing: float = quantity(0.3, unit="m between the filter's steps", source="waves of ERRI end at 1 m", gt=0.0)
@@ -52,9 +68,11 @@ class ConicitySmoother(Estimator, frozen=True):
     gauge: float = quantity(
         2e-3, unit="m (std) that the gauge is expected to vary by", source="Ward et al. 2011", ge=0.0
     )
-    gauge_error: float = quantity(
-        20.0, unit="1/m: std of conicity by that", source="tuned on conicity_blind, worn", ge=0.0
-    )
+    gauge_corner: float = quantity(0.8246, unit="rad/m", source="ERRI B176 (1989), gauge", gt=0.0)
+    gauge_slow_corner: float = quantity(0.438, unit="rad/m", source="ERRI B176 (1989), gauge", gt=0.0)
+    gauge_spread: float = quantity(0.3, unit="- of the gauge's level", source="illustrative", gt=0.0)
+    particles: int = quantity(300, unit="of rails and gauge", source="runs of seeds 7600 to 7605", ge=20, le=20000)
+    seed: int = quantity(643, unit="of the particles", source="any", ge=0)
     window: float = quantity(4.0, unit="s, of the conicity over time", source="illustrative", gt=0.0)
 
     requires: ClassVar[tuple[str, ...]] = (YAW, BODY, TRANSDUCER)
@@ -74,56 +92,113 @@ class ConicitySmoother(Estimator, frozen=True):
         self.need(measurements)
         time, record = self._record(measurements)
         likelihood = self.likelihood(measurements, record)
-        posterior = likelihood.fit(self.starts)
+        posterior = likelihood.fit(1, False) if self.gauge > 0.0 else likelihood.fit(self.starts)
         conicity, spread = likelihood.conicity(posterior)
         states, deviation = likelihood.smooth(posterior)
+        if self.gauge > 0.0:
+            return self._with_gauge(time, record, likelihood.numbers, posterior, states, deviation)
         shift = states[:, Y] - states[:, RAIL]
         value = np.interp(np.abs(shift), likelihood.shift, conicity)
-        count = max(1, round(self.window / record.step))
-        running = _moving(value * shift**2, count) / np.maximum(_moving(shift**2, count), 1e-15)
-        own = np.interp(np.sqrt(_moving(shift**2, count)), likelihood.shift, spread)
+        running = self._moving(value * shift**2, record) / np.maximum(self._moving(shift**2, record), 1e-15)
+        own = np.interp(np.sqrt(self._moving(shift**2, record)), likelihood.shift, spread)
         series = pd.DataFrame({
             "time [s]": time,
             "conicity [-]": running,
-            "conicity_std [-]": np.hypot(own, self._wrong()),
+            "conicity_std [-]": np.hypot(own, self.model_error),
             "track_lateral [m]": states[:, RAIL],
             "track_lateral_std [m]": deviation[:, 0],
             "wheelset1.lateral_shift [m]": shift,
             "wheelset1.lateral_shift_std [m]": deviation[:, 1],
         })  # fmt: skip
-        table = np.linspace(-1.0, 1.0, POINTS) * float(np.quantile(np.abs(shift), QUANTILE))
-        std = np.hypot(np.interp(np.abs(table), likelihood.shift, spread), self._wrong())
+        logs = np.exp(posterior.parameters[likelihood.count :])
+        names: list[str] = ["f11 [N]", "rail_level [m]", "slip [m/s]", "line [-]"]
+        found = dict(zip(names, logs.tolist(), strict=True))
+        basis, own = likelihood.basis, posterior.covariance[: likelihood.count, : likelihood.count]
+        return self._stated(series, likelihood.shift, conicity, basis @ own @ basis.T, np.abs(shift), found)
+
+    def _with_gauge(
+        self, time: np.ndarray, record: Record, numbers: Numbers, posterior: Posterior, states: np.ndarray,
+        deviation: np.ndarray,
+    ) -> Estimate:  # fmt: skip
+        """By particles over rails and gauge; where they tell nothing, at both ends, the Kalman smoother's rails."""
+        half = half_difference(numbers, record, states)
+        along = np.concatenate([[0.0], np.cumsum(0.5 * (record.speed[1:] + record.speed[:-1]) * record.step)])
+        places = np.arange(SETTLED, along[-1], self.spacing)
+        if len(places) < FEWEST:
+            raise InputError(
+                f"{self.name}: {along[-1]:.0f} m are too short with varying gauge; give {FEWEST * self.spacing:.0f} m "
+                "or set gauge to 0 if it is constant"
+            )
+        process = Process(self.gauge_slow_corner, self.gauge_corner, self.gauge * _per_deviation(self))
+        rails = Rails(Process(self.slow_corner, self.corner, self.rail), process, (1.5, self.gauge_spread))
+        basis = wheel_basis(WHEEL_REACH, WHEEL_PIECES, TILT, TURN)
+        cone = posterior.parameters[:-LOGARITHMS].mean()
+        wheel, paths = GaugeLikelihood(
+            np.interp(places, along, half), np.interp(places, along, states[:, Y]), self.spacing, rails, basis, cone,
+            WHEEL_ROUGHNESS, self.conicity_spread, np.random.default_rng(self.seed), self.particles,
+        ).fit()  # fmt: skip
+        known = np.isfinite(paths[:, 0])
+        inside = (along >= places[known][0]) & (along <= places[known][-1])
+        shift, gauge, shift_std, gauge_std = (np.interp(along, places[known], column) for column in paths[known].T)
+        shift = np.where(inside, shift, states[:, Y] - states[:, RAIL])
+        shift_std = np.where(inside, shift_std, deviation[:, 1])
+        square = np.maximum(self._moving(shift**2 + shift_std**2, record), 1e-15)
+        count = self.window / record.step
+        hanging = max(1.0, TOGETHER / (record.step * float(np.mean(record.speed))))
+        by_shift = np.sqrt(self._moving((half * shift_std) ** 2, record) * hanging / count) / square
+        function = np.interp(np.sqrt(square), basis.shift, np.sqrt(np.diag(wheel.covariance)))
+        series = pd.DataFrame({
+            "time [s]": time,
+            "conicity [-]": self._moving(half * shift, record) / square,
+            "conicity_std [-]": np.sqrt(by_shift**2 + function**2 + self.model_error**2),
+            "track_lateral [m]": states[:, Y] - shift,
+            "track_lateral_std [m]": np.hypot(deviation[:, 0], shift_std),
+            "wheelset1.lateral_shift [m]": shift,
+            "wheelset1.lateral_shift_std [m]": shift_std,
+            "gauge_deviation [m]": np.where(inside, gauge, 0.0),
+            "gauge_deviation_std [m]": np.where(inside, gauge_std, self.gauge),
+        })  # fmt: skip
+        levels = np.exp(wheel.parameters[-2:])
+        found = {"rail_level [m]": float(levels[0]), "gauge_level [m]": float(levels[1])}
+        found["best cone over the run [-]"] = float(half @ shift / np.sum(shift**2 + shift_std**2))
+        visited = np.concatenate([np.abs(shift + one * shift_std) for one in (-1.0, 1.0)])
+        return self._stated(series, basis.shift, wheel.conicity, wheel.covariance, visited, found)
+
+    def _stated(
+        self, series: pd.DataFrame, places: np.ndarray, conicity: np.ndarray, covariance: np.ndarray,
+        visited: np.ndarray, found: dict[str, float],
+    ) -> Estimate:  # fmt: skip
+        """Function at the visited shifts, and conicity of the cone that fits best over the whole record."""
+        table = np.linspace(-1.0, 1.0, POINTS) * float(np.quantile(visited, QUANTILE))
+        spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         function = {
             "shift [m]": table.tolist(),
-            "conicity [-]": np.interp(np.abs(table), likelihood.shift, conicity).tolist(),
-            "conicity_std [-]": std.tolist(),
+            "conicity [-]": np.interp(np.abs(table), places, conicity).tolist(),
+            "conicity_std [-]": np.hypot(np.interp(np.abs(table), places, spread), self.model_error).tolist(),
             "kind": "secant",
         }
-        logs = np.exp(posterior.parameters[likelihood.count :])
-        found = dict(zip(("f11 [N]", "rail_level [m]", "slip [m/s]", "line [-]"), logs.tolist(), strict=True))
-        about = {"conicity_function": function, "found": found} | self._effective(likelihood, posterior, shift)
+        weights = np.zeros(len(places))
+        cell = np.minimum(visited / (places[1] - places[0]), len(places) - 1.001)
+        near, share = cell.astype(int), cell - np.floor(cell)
+        np.add.at(weights, near, (1.0 - share) * visited**2)
+        np.add.at(weights, near + 1, share * visited**2)
+        weights /= weights.sum()
+        own = float(weights @ covariance @ weights)
+        about = {
+            "conicity_function": function,
+            "found": found,
+            "effective_conicity [-]": float(weights @ conicity),
+            "effective_conicity_std [-]": float(np.hypot(np.sqrt(max(own, 0.0)), self.model_error)),
+        }
         return Estimate(self.name, series, self.model_dump(mode="json") | about)
-
-    def _wrong(self) -> float:
-        """Standard deviation of what the model lacks: creep, sharp contact, and the gauge where it varies."""
-        return float(np.hypot(self.model_error, self.gauge_error * self.gauge))
 
     def fitted(self, measurements: Measurements) -> tuple[Likelihood, np.ndarray]:
         """Likelihood of a record and its most likely parameters, for Fisher information."""
         likelihood = self.likelihood(measurements, self._record(measurements)[1])
         return likelihood, likelihood.fit(self.starts).parameters
 
-    def _effective(self, likelihood: Likelihood, posterior: Posterior, shift: np.ndarray) -> dict[str, float]:
-        """Conicity of the cone that fits best over the whole record, and its standard deviation."""
-        place = np.abs(shift)
-        basis = np.stack([np.interp(place, likelihood.shift, column) for column in likelihood.basis.T], axis=1)
-        weights = shift**2 @ basis / np.sum(shift**2)
-        count = likelihood.count
-        variance = float(weights @ posterior.covariance[:count, :count] @ weights)
-        return {
-            "effective_conicity [-]": float(weights @ posterior.parameters[:count]),
-            "effective_conicity_std [-]": float(np.hypot(np.sqrt(max(variance, 0.0)), self._wrong())),
-        }
+    def _moving(self, values: np.ndarray, record: Record) -> np.ndarray:
+        return _mean(values, max(1, round(self.window / record.step)))
 
     def likelihood(self, measurements: Measurements, record: Record) -> Likelihood:
         """What is maximised: for Fisher information and tests."""
@@ -166,7 +241,21 @@ def _sheet(measurements: Measurements, name: str) -> dict[str, float]:
         return {}
 
 
-def _moving(values: np.ndarray, count: int) -> np.ndarray:
-    """Mean over a window of `count` samples, shorter at the ends."""
+def half_difference(numbers: Numbers, record: Record, states: np.ndarray) -> np.ndarray:
+    """(r_L - r_R) / 2 in m from smoothed yaw (n, states), by equation (18) with the yaw suspension and inertia."""
+    c, rate = numbers, states[:, PSI_RATE]
+    damping = 2.0 * c.l**2 * c.f11 / record.speed + c.c_psi
+    moment = c.I * np.gradient(rate, record.step) + damping * rate + c.k_psi * states[:, PSI]
+    return -c.r0 / (2.0 * c.l * c.f11) * moment
+
+
+def _per_deviation(smoother: ConicitySmoother) -> float:
+    """Level of the gauge's driving noise by its standard deviation."""
+    slow, fast = smoother.gauge_slow_corner, smoother.gauge_corner
+    return float(np.sqrt(2.0 * slow * fast * (slow + fast)))
+
+
+def _mean(values: np.ndarray, count: int) -> np.ndarray:
+    """Over a window of `count` samples, shorter at the ends."""
     weights = np.ones(min(count, len(values)))
     return np.convolve(values, weights, "same") / np.convolve(np.ones(len(values)), weights, "same")

@@ -116,12 +116,13 @@ def function(case: Case, duration: float, seed: int, speed: float = SPEED, engin
 
 def true_conicity(wear: float, shift: np.ndarray) -> np.ndarray:
     """(r_L - r_R) / (2 u) of the profiles on rails of nominal gauge."""
-    left = _side(wear)
+    left = left_side(wear)
     far = np.where(np.abs(shift) < CENTRE, CENTRE, shift)
     radius = [np.interp(sign * far, left.shift, left.radius) for sign in (1.0, -1.0)]
     return (radius[0] - radius[1]) / (2.0 * far)
 
 
 @lru_cache(maxsize=16)
-def _side(wear: float) -> ContactFunctions:
+def left_side(wear: float) -> ContactFunctions:
+    """The left wheel on its rail, nominal gauge."""
     return ProfilePair.build(PAIR | {"wear": wear}).sides(0.45, 0.75)[0]

@@ -25,6 +25,11 @@ class Claim:
     target: str
     held: bool
 
+    def __post_init__(self) -> None:
+        """Plain numbers, whatever they were computed with: JSON knows no other."""
+        object.__setattr__(self, "held", bool(self.held))
+        object.__setattr__(self, "value", None if self.value is None else float(self.value))
+
 
 class Figure(ABC):
     """One figure; its name is that of the module that defines it."""

@@ -57,14 +57,14 @@ def test_another_conicity_has_a_rail_that_moves_the_wheelset_just_so():
 @pytest.fixture(scope="module")
 def cone():
     measured, run = recording(conical(0.2, R0), line(7), 30.0, 32.0)
-    return measured, run, ConicitySmoother(creep=1.0, pieces=4, starts=1).estimate(measured)
+    return measured, run, ConicitySmoother(creep=1.0, pieces=4, starts=1, gauge=0.0).estimate(measured)
 
 
 def test_cone_is_found_without_the_track(cone: tuple):
     measured, _, estimate = cone
     assert estimate.about["effective_conicity [-]"] == pytest.approx(0.2, abs=0.03)
     blind = Measurements(measured.about, {256.0: _table(measured)})
-    again = ConicitySmoother(creep=1.0, pieces=4, starts=1).estimate(blind)
+    again = ConicitySmoother(creep=1.0, pieces=4, starts=1, gauge=0.0).estimate(blind)
     assert again.about["effective_conicity [-]"] == estimate.about["effective_conicity [-]"]
 
 
@@ -75,6 +75,26 @@ def test_shift_relative_to_the_unknown_rails_is_found(cone: tuple):
     late = series["time [s]"].to_numpy() > 5.0
     error = series["wheelset1.lateral_shift [m]"].to_numpy() - np.interp(series["time [s]"], run["time [s]"], true)
     assert np.std(error[late]) < 0.3 * np.std(true)
+
+
+def test_cone_is_found_where_the_gauge_may_vary(cone: tuple):
+    measured, run, _ = cone
+    smoother = ConicitySmoother(creep=1.0, pieces=4, particles=40)
+    estimate = smoother.estimate(measured)
+    assert estimate.about["effective_conicity [-]"] == pytest.approx(0.2, abs=0.03)
+    true = (run["wheelset.y [m]"] - run["track.left_lateral [m]"]).to_numpy()
+    late = estimate.series["time [s]"].to_numpy() > 5.0
+    error = estimate.series["wheelset1.lateral_shift [m]"].to_numpy() - np.interp(
+        estimate.series["time [s]"], run["time [s]"], true
+    )
+    assert np.std(error[late]) < 0.4 * np.std(true)
+
+
+def test_a_short_run_on_varying_gauge_is_refused(cone: tuple):
+    measured, _, _ = cone
+    short = {name: values[:2000] for name, values in _table(measured).items()}
+    with pytest.raises(InputError, match="too short"):
+        ConicitySmoother(creep=1.0, pieces=4).estimate(Measurements(measured.about, {256.0: short}))
 
 
 def test_more_data_give_a_smaller_stated_uncertainty(cone: tuple):

@@ -1,0 +1,155 @@
+"""Most likely wheel with rails and varying gauge integrated out by particles, and how sure it is.
+
+Fisher scoring climbs with the same random numbers all the way, under a noise of D that falls in stages: with little of
+it no particle finds a path for a wheel that is far off. What the record says least of is the gauge's mean: a wheel
+F(u - c) on a gauge wider by 2 c is the same, and only that g has mean zero tells them apart. The climb hardly moves
+along c; so the likelihood is profiled over c, the rest climbing at each, and a parabola is laid through it.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from estimators._gauge_kernel import EVERY, Process, particles
+from estimators._wheel_basis import SPACING, Basis
+
+STAGES = ((0.5, 6), (0.2, 8), (0.08, 16))
+"""Noise of D as a share of its rms, the last one being what smoothed sensors leave, and iterations."""
+MERGED = 3  # blocks of the gradient taken as one, 18 m: longer than what hangs together
+LARGEST, SLACK, ENOUGH = 0.15, 10.0, 0.01  # step of a parameter; loss of log posterior by chance; smallest step
+STIFF = 100.0
+ROWS = 400  # of random numbers
+SHIFTS = 2e-4 * np.arange(-4, 5)  # m, of the profile
+RELAXED, REPEATS = 3, 2  # iterations at each, and likelihoods averaged
+MANY = 10  # times as many particles for the paths
+WIDTH = 5e-4  # m about the best, in which the parabola is laid
+
+
+class Rails(NamedTuple):
+    """Processes of the rails and the gauge, with the levels expected; spread of the logarithms of these levels."""
+
+    rail: Process
+    gauge: Process
+    spread: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """Found: coefficients and two logarithms of levels, their basis, covariance of the conicity's function."""
+
+    parameters: np.ndarray
+    basis: Basis
+    covariance: np.ndarray
+
+    @property
+    def conicity(self) -> np.ndarray:
+        """At `basis.shift`, for nominal gauge."""
+        return self.basis.conicity @ self.parameters[:-2]
+
+
+class GaugeLikelihood:
+    """Of D and y (n,), m, at steps of `length` m."""
+
+    def __init__(
+        self, D: np.ndarray, y: np.ndarray, length: float, rails: Rails, basis: Basis, conicity: float,
+        roughness: float, spread: float, rng: np.random.Generator, count: int,
+    ) -> None:  # fmt: skip
+        self.D, self.y, self.length, self.rails, self.basis = D, y, length, rails, basis
+        self.scale = float(np.sqrt(np.mean(D**2)))
+        self.mean = np.append(conicity * basis.cone, np.log([rails.rail.level, rails.gauge.level]))
+        self.precision = np.zeros((len(self.mean), len(self.mean)))
+        bend = basis.bend / roughness
+        self.precision[:-2, :-2] = bend.T @ bend + np.eye(len(basis.cone)) / spread**2
+        self.precision[[-2, -1], [-2, -1]] = np.array(rails.spread) ** -2.0
+        self.rng, self.count = rng, count
+        self.normals, self.uniforms = rng.standard_normal((ROWS, count, 5)), rng.random(len(D))
+
+    def objective(
+        self, parameters: np.ndarray, basis: Basis, share: float, turn: int = 0, blocks: bool = True
+    ) -> tuple[float, np.ndarray, np.ndarray]:
+        """Minus log posterior, gradient of the log likelihood by blocks (blocks, parameters), moments of x and g.
+
+        turn : other random numbers.
+        """
+        table = basis.radius @ parameters[:-2]
+        levels = np.exp(parameters[-2:])
+        rail, gauge = (one._replace(level=float(level)) for one, level in zip(self.rails[:2], levels, strict=True))
+        score = np.zeros((len(self.D) // EVERY + 1 if blocks else 0, len(table) + 2))
+        smoothed = np.full((len(self.D) if blocks else 0, 4), 0.0)
+        normals = np.roll(self.normals, turn * ROWS // 7, axis=0) if turn else self.normals
+        found = particles(
+            self.D, self.y, self.length, table, SPACING, rail, gauge, share * self.scale, normals,
+            np.roll(self.uniforms, 13 * turn), score, smoothed,
+        )  # fmt: skip
+        apart = parameters - self.mean
+        value = -found + 0.5 * float(apart @ self.precision @ apart)
+        score = np.hstack([score[:, :-2] @ basis.radius, score[:, -2:]])
+        return value if np.isfinite(value) else np.inf, score, smoothed
+
+    def climb(self, parameters: np.ndarray, basis: Basis, share: float, most: int) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters and their covariance by the blocks' scores (Berndt, Hall, Hall and Hausman 1974)."""
+        value, score, _ = self.objective(parameters, basis, share)
+        damping, precision = 0.0, self.precision
+        for _ in range(most):
+            gradient = -score.sum(axis=0) + self.precision @ (parameters - self.mean)
+            whole = len(score) // MERGED * MERGED
+            merged = score[:whole].reshape(-1, MERGED, score.shape[1]).sum(axis=1)
+            merged -= merged.mean(axis=0)
+            precision = merged.T @ merged + self.precision
+            change = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), gradient)
+            size = float(np.abs(change).max())
+            moved = parameters + change * min(1.0, LARGEST / max(size, 1e-300))
+            other = self.objective(moved, basis, share)
+            if other[0] < value + SLACK:
+                parameters, (value, score, _) = moved, other
+                damping = damping / 4.0 if damping > 0.02 else 0.0
+            else:
+                damping = max(4.0 * damping, 0.1)
+            if size < ENOUGH or damping > STIFF:
+                break
+        return parameters, np.linalg.inv(precision)
+
+    def fit(self) -> tuple[Wheel, np.ndarray]:
+        """The wheel, and means and standard deviations of x and g (n, 4), m, NaN where no path was traced."""
+        parameters = self.mean
+        for share, most in STAGES:
+            parameters, _ = self.climb(parameters, self.basis, share, most)
+        share = STAGES[-1][0]
+        found, functions = np.empty(len(SHIFTS)), []
+        for number, shift in enumerate(SHIFTS):
+            basis = self.basis.moved(float(shift))
+            relaxed, _ = self.climb(parameters, basis, share, RELAXED)
+            values = [self.objective(relaxed, basis, share, turn + 1, False)[0] for turn in range(REPEATS)]
+            found[number] = np.mean(values)
+            functions.append(basis.conicity @ relaxed[:-2])
+        best, deviation = parabola(SHIFTS, found)
+        basis = self.basis.moved(best)
+        parameters, covariance = self.climb(parameters, basis, share, RELAXED)
+        by_shift = np.gradient(np.array(functions), SHIFTS, axis=0)[int(np.argmin(np.abs(SHIFTS - best)))]
+        own = basis.conicity @ covariance[:-2, :-2] @ basis.conicity.T
+        wheel = Wheel(parameters, basis, own + deviation**2 * np.outer(by_shift, by_shift))
+        return wheel, self._paths(parameters, basis, share)
+
+    def _paths(self, parameters: np.ndarray, basis: Basis, share: float) -> np.ndarray:
+        """With more particles: traced back few of them are left, whose spread would be too small."""
+        self.normals = self.rng.standard_normal((ROWS, MANY * self.count, 5))
+        moments = self.objective(parameters, basis, share)[2]
+        moments[:, 2:] = np.sqrt(np.maximum(moments[:, 2:] - moments[:, :2] ** 2, 0.0))
+        traced = np.any(moments != 0.0, axis=1)
+        moments[~traced] = np.nan
+        return moments
+
+
+def parabola(places: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Place of the minimum of minus a log likelihood and its standard deviation, by a parabola about the least value.
+
+    Where the values have no minimum within the places: the least one's place and half their range.
+    """
+    least = places[int(np.argmin(values))]
+    weights = np.exp(-0.5 * ((places - least) / WIDTH) ** 2)
+    square, line, _ = np.polyfit(places, values, 2, w=weights)
+    if square <= 0.0:
+        return float(least), float(places[-1] - places[0]) / 2.0
+    best = float(np.clip(-line / (2.0 * square), places[0], places[-1]))
+    return best, float(1.0 / np.sqrt(2.0 * square))
