@@ -141,8 +141,7 @@ def _other_law(
 ) -> tuple[Problem, Hypothesis, list[Hypothesis]]:
     """With the creep law that explains what the best one leaves, where one does: which law holds is a nuisance."""
     fitted = [one.hypothesis for one in judged]
-    law = getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
-    for name in [name for name in LAWS if law in LAWS and name != law]:
+    for name in other_laws(problem):
         other = problem.but(forward=problem.forward.but(law=name))
         best = under(other, first, tell)
         if best is not None and held_out_gap(other, best.fit) > WHITE:
@@ -158,6 +157,12 @@ def _other_law(
         if alone is not None:
             return other, alone, [best, *rest]
     return problem, null, fitted
+
+
+def other_laws(problem: Problem) -> list[str]:
+    """Creep laws that the vehicle's could be taken for."""
+    law = problem.forward.law or getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
+    return [name for name in LAWS if law in LAWS and name != law]
 
 
 def under(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis | None:

@@ -8,7 +8,7 @@ import numpy as np
 from experiments.discrepancy.alignment import align
 from experiments.discrepancy.bank import open_bank
 from experiments.discrepancy.candidates import Context, candidates
-from experiments.discrepancy.decide import Decision, Judged, decide
+from experiments.discrepancy.decide import ENOUGH, Decision, Judged, decide
 from experiments.discrepancy.empirical import fit_empirical
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.fitting import Fit, Problem
@@ -20,7 +20,7 @@ from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.places import tones
 from experiments.discrepancy.screening import Screened
-from experiments.discrepancy.selection import nuisances_alone, select
+from experiments.discrepancy.selection import nuisances_alone, other_laws, select
 from railsim.errors import InputError
 
 SPOTS = 3  # loudest sections where local effects are tried
@@ -75,10 +75,11 @@ def investigate(
     """
     problem = prepare(evidence, tell).but(journal=journal)
     null = nuisances_alone(problem, np.zeros(len(problem.forward.nuisances)), tell)
-    problem = problem.with_level(null.fit.stacked)
-    problem = problem.with_covariance(null.fit.stacked, problem.bank.propagated if problem.bank else None)
-    null = again(problem, null, tell)
+    problem, null = _settled(problem, null, tell)
     located = locate(problem, null.fit)
+    if located.worth_looking:
+        problem, null = _better_law(problem, null, tell)
+        located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
     if not located.worth_looking:
         return Findings(problem, null, located, (), (), (), None, decide(problem, null, located, []))
@@ -94,6 +95,29 @@ def investigate(
     if decision.status == "unknown":
         empirical = fit_empirical(problem, null, context, latent, tell)
     return Findings(problem, null, located, found.screened, found.judged, latent, empirical, decision, found.not_tried)
+
+
+def _settled(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:
+    """Nuisances alone, fitted on with the sensors' noise levels and the model's share of the noise read from them."""
+    problem = problem.with_level(null.fit.stacked)
+    problem = problem.with_covariance(null.fit.stacked, problem.bank.propagated if problem.bank else None)
+    return problem, again(problem, null, tell)
+
+
+def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:
+    """With another creep law, where the nuisances alone explain the recording better with it: which law holds is one
+    of them, and another law than the nominal is no effect.
+    """
+    for name in other_laws(problem):
+        changed = problem.but(forward=problem.forward.but(law=name))
+        try:
+            alone = nuisances_alone(changed, np.zeros(len(null.fit.z)), tell)
+            if alone.log_evidence > null.log_evidence + ENOUGH:
+                tell(f"creep law {name}: {alone.log_evidence - null.log_evidence:+.1f} nats")
+                return _settled(changed, alone, tell)
+        except InputError as error:
+            tell(f"creep law {name}: {error}")
+    return problem, null
 
 
 def context_of(problem: Problem, located: Located) -> Context:
