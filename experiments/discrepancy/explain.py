@@ -21,6 +21,7 @@ from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
 
 VERDICT = "verdict.json"
+DIGITS = 9
 
 
 def explain(
@@ -58,11 +59,21 @@ def explain(
         found = verdict(findings, whole, channels)
         found["held_out_recordings"] = [run_elsewhere(n, one, findings, tell).plain() for n, one in others.items()]
         found["separated_by"] = _separated(findings, tell)
+        found = rounded(found)
         alignment = findings.problem.forward.alignment
         write_model(aside, evidence, alignment.start, alignment.scale, (*scenario.effects, *findings.final.effects))
         write_json(aside / VERDICT, found)
         write_report(aside, recording.name, findings, found, after)
     return found
+
+
+def rounded(value: Any) -> Any:
+    """Numbers to `DIGITS` significant digits: the last ones of sums depend on where arrays lie in memory."""
+    if isinstance(value, dict):
+        return {key: rounded(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [rounded(one) for one in value]
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
 
 
 def _further(recording: str, scenario: Scenario, track: Track | None, errors: TrackErrors | None) -> Evidence:

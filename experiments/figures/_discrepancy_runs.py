@@ -1,0 +1,224 @@
+"""Every effect at three sizes on one nominal run: evidence that can be expected, nearest rivals, and blind runs."""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+
+from experiments.discrepancy.adding import gaps, predicted_after
+from experiments.discrepancy.blind_cases import FASTSIM, _record, _scores, _specimen
+from experiments.discrepancy.candidates import DISTANCES, TIMES, Candidate, Context, candidates
+from experiments.discrepancy.decide import ENOUGH, SURE, TEMPERATURE
+from experiments.discrepancy.evidence import gather
+from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
+from experiments.discrepancy.planning import nominal_problem
+from experiments.discrepancy.rule import rule_hash
+from experiments.discrepancy.screening import DROPPED, Projection
+from experiments.discrepancy.verdict import verdict
+from experiments.discrepancy.workflow import investigate
+from railsim.cache import cache_folder
+from railsim.effects.interface import Effect
+from railsim.errors import InputError
+from railsim.files import write_folder_atomically, write_json
+from railsim.scenario import Scenario, digest_of
+
+SIZES = ("smallest", "middle", "largest")
+FAR = 0.9  # of the way to a bound
+THRESHOLDS = (1.0, 0.3, 0.05)  # of the smallest size's distance from the bound, for numbers like a velocity of blow-off
+FITTED = 5.0  # nats that the numbers of an effect cost
+NAMES = TEMPERATURE * math.log(SURE / (1.0 - SURE))
+"""Nats ahead of the next class from which a name is given."""
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Sized:
+    """An effect at one of its sizes.
+
+    Attributes
+    ----------
+    size : of `SIZES`. name, value, unit, absent : of its first number. gain : expected evidence [nats], nuisances free
+    to follow, without its loudest sections where the rule leaves these out; 0 where this vehicle cannot have it.
+    power : the same with all sections. signature : (n,), cleaned of the nuisances; empty where there is none.
+    """
+
+    candidate: Candidate
+    size: str
+    effect: Effect
+    name: str
+    value: float
+    unit: str
+    absent: float
+    gain: float
+    power: float
+    signature: np.ndarray
+
+
+def three_sizes(candidate: Candidate) -> list[dict[str, float]]:
+    """The smallest size worth naming, a middle one and one close to the bound, of all numbers that say a size."""
+    free = candidate.parameters
+    found = []
+    for step in range(len(SIZES)):
+        values = {name: min(max(one.default, one.low), one.high) for name, one in free.items()}
+        for name, one in free.items():
+            if one.absent is None or one.smallest is None:
+                continue
+            sign = 1.0 if one.smallest >= one.absent else -1.0
+            bound = one.high if sign > 0.0 else one.low
+            near, far = abs(one.smallest - one.absent), FAR * abs(bound - one.absent)
+            if near >= far:
+                values[name] = bound - sign * THRESHOLDS[step] * max(abs(bound - one.absent) - near, 0.0)
+            else:
+                values[name] = one.absent + sign * near * (far / near) ** (0.5 * step)
+        found.append(values)
+    return found
+
+
+def expected(scenario: Scenario, only: Sequence[str] | None, tell: Tell) -> list[Sized]:
+    """All effects in their first variant at three sizes, a place or a time in the middle of the run."""
+    problem = nominal_problem(scenario, tell)
+    fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
+    projection = Projection(fit, problem.train)
+    first: dict[str, Candidate] = {}
+    for one in candidates(context_of(problem)):
+        if only is None or one.name in only:
+            first.setdefault(one.name, one)
+    found = []
+    for one in first.values():
+        for size, values in zip(SIZES, three_sizes(one), strict=True):
+            found.append(_sized(problem, projection, fit.stacked, one, size, values))
+    return found
+
+
+def context_of(problem: Problem) -> Context:
+    """The nominal run; what has a place or a time stands in its middle, in a training section."""
+    evidence = problem.evidence
+    train = problem.frames.middles[problem.train]
+    time = float(train[len(train) // 2])
+    begin, speed = problem.forward.alignment.start, float(np.median(evidence.speed[1]))
+    return Context(
+        tuple(name.split(" [")[0] for name in evidence.channels),
+        (begin, begin + speed * evidence.duration),
+        (0.0, evidence.duration),
+        ((begin + speed * time, time),),
+    )
+
+
+def _sized(
+    problem: Problem, projection: Projection, base: np.ndarray, one: Candidate, size: str, values: dict[str, float]
+) -> Sized:
+    distance, time = one.context.spots[0]
+    free = one.parameters
+    moved = {name: distance for name in DISTANCES if name in free} | {
+        name: time - 1.0 for name in TIMES if name in free
+    }
+    values = {**values, **{name: min(max(at, free[name].low), free[name].high) for name, at in moved.items()}}
+    effect = one.build(values)
+    sized = [(name, p) for name, p in free.items() if p.absent is not None]
+    name, p = sized[0] if sized else next(iter(free.items()))
+    head = (one, size, effect, name, values[name], p.unit, p.absent or 0.0)
+    with suppress(InputError):
+        z = np.zeros(len(problem.forward.nuisances))
+        change = problem.stacked(problem.forward.predict(z, (effect,))) - base
+        if np.isfinite(change).all():
+            own = (WEIGHT * problem.whitened(change)[problem.train]).astype(np.float32)
+            cleaned = projection.cleaned(own.ravel())
+            power = 0.5 * float(cleaned @ cleaned)
+            frames = 0.5 * (own.ravel() ** 2 - (own.ravel() - cleaned) ** 2).reshape(len(own), -1).sum(axis=1)
+            loudest = 0.0 if one.speaks_in_places else float(np.clip(np.sort(frames)[::-1][:DROPPED], 0.0, None).sum())
+            gain = 0.5 * float(cleaned @ own.ravel())
+            return Sized(*head, max(0.0, gain - loudest), power, cleaned)
+    return Sized(*head, 0.0, 0.0, np.zeros(0, np.float32))
+
+
+def detected(gain: float) -> float:
+    """Probability that evidence of mean `gain` less its price and variance 2 `gain` passes the rule's threshold."""
+    return _passes(gain - FITTED - ENOUGH, gain)
+
+
+def named(one: Sized, rival: "Rival | None") -> float:
+    """Probability that it is detected and its nearest rival stays far enough behind, taken as independent."""
+    ahead = 1.0 if rival is None else _passes(rival.apart - NAMES, rival.apart)
+    return detected(one.gain) * ahead
+
+
+def _passes(mean: float, spread: float) -> float:
+    return float(norm.cdf(mean / math.sqrt(2.0 * spread))) if spread > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Rival:
+    """The other class that can imitate an effect best: cosine of the signatures, evidence [nats] that stays between."""
+
+    name: str
+    likeness: float
+    apart: float
+
+
+def rivals(found: Sequence[Sized]) -> list[Rival | None]:
+    """The nearest rival of each; any size of it, scaled."""
+    whole = [one for one in found if one.signature.size]
+    table = np.stack([one.signature / max(float(np.linalg.norm(one.signature)), 1e-12) for one in whole])
+    alike = np.clip(table @ table.T, 0.0, 1.0)
+    out: list[Rival | None] = []
+    for one in found:
+        if not one.signature.size:
+            out.append(None)
+            continue
+        row = alike[next(place for place, other in enumerate(whole) if other is one)]
+        others = [
+            (float(cosine), other.candidate.name)
+            for cosine, other in zip(row, whole, strict=True)
+            if other.candidate.equivalence != one.candidate.equivalence
+        ]
+        cosine, name = max(others, default=(0.0, ""))
+        out.append(Rival(name, cosine, one.power * (1.0 - cosine**2)) if name else None)
+    return out
+
+
+def blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None, tell: Tell) -> dict[str, Any]:
+    """What the workflow says of a recording that Exudyn made of a random build with the effect; kept on disk.
+
+    Returns
+    -------
+    "status" (also "refused" or "impossible": this build cannot have it), "effect", "class", "evidence".
+    """
+    what = {"rule": rule_hash(), "scenario": scenario.to_yaml(), "effect": one.effect.settings(), "seed": seed}
+    folder = cache_folder().parent / "discrepancy_sizes" / digest_of({**what, "only": sorted(only or [])})
+    row = folder.with_suffix(".json")
+    with suppress(OSError, ValueError):
+        return json.loads(row.read_text())
+    found = _blind(scenario, one, seed, only, folder)
+    tell(f"blind: {one.candidate.name}, {one.size}: {found['status']} {found['effect'] or ''}")
+    part = row.with_suffix(".part")
+    with suppress(OSError):
+        row.parent.mkdir(parents=True, exist_ok=True)
+        write_json(part, found)
+        part.replace(row)
+    return found
+
+
+def _blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None, folder: Path) -> dict[str, Any]:
+    rng = np.random.default_rng([seed, SIZES.index(one.size), *one.candidate.name.encode()])
+    nothing = {"status": "impossible", "effect": None, "class": None, "evidence": 0.0}
+    scores = _scores(scenario, False, rng)
+    law = "fastsim" if rng.random() < FASTSIM else "polach"
+    try:
+        specimen = _specimen(scenario, [one.effect], scores, law, rng)
+        with write_folder_atomically(folder) as aside:
+            _record(specimen, scenario, aside)
+    except InputError:
+        return nothing
+    try:
+        findings = investigate(gather(folder, scenario), lambda text: None, only)
+        whole, channels = gaps(findings, predicted_after(findings, "compiled"))
+    except InputError:
+        return {**nothing, "status": "refused"}
+    said = verdict(findings, whole, channels)
+    return {key: said[key] for key in nothing} | {"gap": said["gap"]}

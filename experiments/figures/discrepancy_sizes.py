@@ -1,0 +1,220 @@
+"""Every effect of the library at three sizes: how surely it is detected and named, expected and in blind runs."""
+
+import sys
+from collections.abc import Hashable, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure as Picture
+
+from experiments.discrepancy.candidates import effect_names
+from experiments.figures._discrepancy_runs import SIZES, blind, detected, expected, named, rivals
+from experiments.figures.interface import Claim, Figure
+from railsim.scenario import load_scenario
+
+MODEL = "yaw_dampers"
+LONG, SHORT = 24.0, 14.0  # s of each recording
+FEW = ("weak_yaw_damper", "yaw_damper_series_stiffness", "payload", "sensor_gain")
+BLIND = (
+    "weak_yaw_damper",
+    "primary_vertical_stiffness",
+    "conicity_change",
+    "low_adhesion",
+    "payload",
+    "soft_track",
+    "wheel_unbalance",
+    "crosswind",
+    "sensor_gain",
+    "lateral_friction",
+)
+"""Effects that are also run blind, one or two of each part: suspension, wheel, contact, load, track, sensor."""
+SEED = 20261  # of the blind runs: of no development case
+SURE, HOPELESS = 0.95, 0.05
+UNTRIED = "speed_scale"  # found by the alignment, never named
+AGREED = 0.8  # share of blind runs that must turn out as expected
+WORST = 5
+BANDS = (0.5, 0.8, 0.95)
+COLOURS = ListedColormap(["#f1eee6", "#f6d18b", "#9ccb9a", "#2a7f62"])
+MARKS = {"named": "✓", "wrong": "✗", "ambiguous": "≈", "unknown": "?", "none": "–", "refused": "r", "impossible": ""}
+
+
+class DiscrepancySizes(Figure):
+    """Detection and naming of every effect against its size on the nominal scenario `yaw_dampers`.
+
+    "Expected" is by evidence: the signature of the nominal run with all nuisances free to follow, the noise as stated;
+    the nearest rival is the other class that imitates it best. "Blind" is the workflow itself on a recording that
+    Exudyn made of a random build, whole library.
+    """
+
+    def compute(self, fast: bool) -> pd.DataFrame:
+        """Rows: effect and size; what is done is kept on disk, so that a stopped run goes on."""
+        only = FEW if fast else None
+        scenario = load_scenario(MODEL, {"duration": SHORT if fast else LONG})
+        found = expected(scenario, only, _tell)
+        rows = []
+        for one, rival in zip(found, rivals(found), strict=True):
+            row = {
+                "effect": one.candidate.name,
+                "class": one.candidate.equivalence,
+                "acts on": one.candidate.kind.acts_on,
+                "size": one.size,
+                "parameter": one.name,
+                "value": one.value,
+                "unit": one.unit,
+                "absent": one.absent,
+                "possible": bool(one.signature.size),
+                "expected evidence [nats]": one.gain,
+                "detected, expected": detected(one.gain),
+                "named, expected": named(one, rival),
+                "nearest rival": rival.name if rival else "",
+                "likeness": rival.likeness if rival else 0.0,
+                "apart [nats]": rival.apart if rival else 0.0,
+                "blind status": "",
+                "blind effect": "",
+                "blind class": "",
+            }
+            if row["possible"] and _is_blind(one.candidate.name, one.size, fast):
+                said = blind(scenario, one, SEED, only, _tell)
+                row |= {f"blind {key}": said[key] or "" for key in ("status", "effect", "class")}
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+    def draw(self, table: pd.DataFrame) -> Picture:
+        """A table in colours: effects down, sizes across, detection and naming side by side, blind runs as marks."""
+        order = _order(table)
+        picture = Picture(figsize=(10.5, 1.9 + 0.215 * len(order)), layout="constrained")
+        detection, naming, rival = picture.subplots(1, 3, width_ratios=(1.0, 1.0, 2.3))
+        image = _cells(detection, table, order, "detected, expected", "detected")
+        _cells(naming, table, order, "named, expected", "named right")
+        _marks(naming, table, order)
+        detection.set_yticks(range(len(order)), order, fontsize=7.5)
+        naming.set_yticks([])
+        _rivals(rival, table, order)
+        bar = picture.colorbar(image, ax=[detection, naming], location="bottom", shrink=0.8, pad=0.012, aspect=40)
+        bar.set_ticks([0.125, 0.375, 0.625, 0.875], labels=["< 0.5", "0.5 to 0.8", "0.8 to 0.95", "> 0.95"])
+        bar.ax.tick_params(labelsize=7.5)
+        bar.set_label(
+            "expected probability; in blind runs: ✓ named right, ≈ ambiguous, ? unknown, ✗ wrong name, – none",
+            fontsize=8,
+        )
+        return picture
+
+    def check(self, table: pd.DataFrame) -> list[Claim]:
+        """Whether all was computed, sizes speak louder the larger they are, and blind runs turn out as expected."""
+        rows = [one for one in table.to_dict("records") if one["possible"]]
+        gains = {(one["effect"], one["size"]): one["expected evidence [nats]"] for one in rows}
+        names = set(table["effect"])
+        whole = len(table) == len(SIZES) * len(names)
+        complete = names in (set(FEW), set(effect_names()) - {UNTRIED})
+        both = [name for name in names if {(name, SIZES[0]), (name, SIZES[2])} <= set(gains)]
+        grows = [gains[name, SIZES[2]] >= gains[name, SIZES[0]] for name in both]
+        ran = [one for one in rows if one["blind status"] not in ("", "impossible")]
+        found = {
+            "surely detectable are detected": [_seen(one) for one in ran if one["detected, expected"] > SURE],
+            "surely nameable are named right": [_right(one) for one in ran if one["named, expected"] > SURE],
+            "hopeless are left alone or named right": [
+                not _seen(one) or _right(one) for one in ran if one["detected, expected"] < HOPELESS
+            ],
+        }
+        claims = [
+            Claim("effects at three sizes each", float(len(names)), "all of the library", whole and complete),
+            _share("effects whose largest size brings most evidence", grows, 1.0),
+            *(_share(f"blind runs that are {text}", held, AGREED) for text, held in found.items()),
+            _share(
+                "blind runs without a wrong name", [one["blind status"] != "named" or _right(one) for one in ran], 0.97
+            ),
+        ]
+        return [one for one in claims if one is not None]
+
+    def notes(self) -> list[str]:
+        """What the numbers rest on."""
+        return [
+            "expected: first variant of each effect (one side, wheelset, channel), noise as stated, nominal build",
+            f"blind: {len(BLIND)} effects, one recording at each size, random build, FASTSIM in 30 %",
+        ]
+
+
+def _is_blind(name: str, size: str, fast: bool) -> bool:
+    return (name == FEW[0] and size == SIZES[2]) if fast else name in BLIND
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def _seen(row: dict[Hashable, Any]) -> bool:
+    return row["blind status"] in ("named", "ambiguous", "unknown")
+
+
+def _right(row: dict[Hashable, Any]) -> bool:
+    return row["blind status"] == "named" and row["blind class"] == row["class"]
+
+
+def _share(text: str, held: Sequence[bool], least: float) -> Claim | None:
+    """A claim on a share; none where no case counts."""
+    if not held:
+        return None
+    share = float(np.mean(held))
+    return Claim(f"{text} ({len(held)})", share, f"at least {least:g}", share >= least)
+
+
+def worst(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
+    """The confusions with the least evidence between two classes, of effects that are surely detected; one a pair."""
+    sure = [one for one in table.to_dict("records") if one["detected, expected"] > SURE and one["nearest rival"]]
+    found: dict[frozenset[str], dict[Hashable, Any]] = {}
+    for one in sorted(sure, key=lambda one: one["apart [nats]"]):
+        found.setdefault(frozenset((one["effect"], one["nearest rival"])), one)
+    return list(found.values())[:WORST]
+
+
+def _order(table: pd.DataFrame) -> list[str]:
+    """Effects by what they act on, then by how well they are named."""
+    score: dict[str, tuple[str, float, float, str]] = {}
+    for one in table.to_dict("records"):
+        name = str(one["effect"])
+        _, told, seen, _ = score.get(name, ("", 0.0, 0.0, ""))
+        score[name] = (str(one["acts on"]), told - one["named, expected"], seen - one["detected, expected"], name)
+    return sorted(score, key=lambda name: score[name])
+
+
+def _cells(panel: Axes, table: pd.DataFrame, order: Sequence[str], column: str, title: str):
+    wide = table.pivot(index="effect", columns="size", values=column).loc[list(order), list(SIZES)].to_numpy(float)
+    banded = np.searchsorted(BANDS, wide, side="right") / 4.0 + 0.125
+    image = panel.imshow(banded, aspect="auto", cmap=COLOURS, vmin=0.0, vmax=1.0)
+    panel.set_xticks(range(3), SIZES, fontsize=7.5)
+    panel.xaxis.tick_top()
+    panel.set_title(title, fontsize=9)
+    panel.set_yticks(np.arange(-0.5, len(order)), minor=True)
+    panel.set_xticks(np.arange(-0.5, 3), minor=True)
+    panel.grid(which="minor", color="white", linewidth=1.0)
+    panel.tick_params(which="both", length=0)
+    return image
+
+
+def _marks(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
+    for row in table.to_dict("records"):
+        status = str(row["blind status"])
+        if status:
+            mark = MARKS["wrong" if status == "named" and row["blind class"] != row["class"] else status]
+            at = SIZES.index(str(row["size"])), list(order).index(str(row["effect"]))
+            panel.text(*at, mark, ha="center", va="center", fontsize=9, fontweight="bold")
+
+
+def _rivals(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
+    """At the middle size: the class that looks most like it, and how much evidence stays between."""
+    middle = {str(row["effect"]): row for row in table.to_dict("records") if row["size"] == SIZES[1]}
+    bad = [{str(row["effect"]), str(row["nearest rival"])} for row in worst(table)]
+    panel.set(xlim=(0.0, 1.0), ylim=(len(order) - 0.5, -0.5))
+    panel.axis("off")
+    panel.set_title("at the middle size: number, nearest rival (likeness), nats between", fontsize=9, loc="left")
+    for place, name in enumerate(order):
+        one = middle[name]
+        text = "this vehicle or run cannot have it"
+        if one["possible"]:
+            size = f"{one['parameter']} {one['value']:.3g} {one['unit'] if one['unit'] != '-' else ''}".strip()
+            text = f"{size};  {one['nearest rival']} ({one['likeness']:.2f}), {one['apart [nats]']:.3g}"
+        colour = "#b03a2e" if {name, str(one["nearest rival"])} in bad else "#333333"
+        panel.text(0.0, place, text, va="center", fontsize=7.2, color=colour)
