@@ -72,7 +72,9 @@ def three_sizes(candidate: Candidate) -> list[dict[str, float]]:
             sign = 1.0 if one.smallest >= one.absent else -1.0
             bound = one.high if sign > 0.0 else one.low
             near, far = abs(one.smallest - one.absent), FAR * abs(bound - one.absent)
-            if near >= far:
+            if near == 0.0:  # another number says the smallest size
+                values[name] = one.absent + sign * far * 0.5 * step
+            elif near >= far:
                 values[name] = bound - sign * THRESHOLDS[step] * max(abs(bound - one.absent) - near, 0.0)
             else:
                 values[name] = one.absent + sign * near * (far / near) ** (0.5 * step)

@@ -214,7 +214,8 @@ def _rivals(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
         one = middle[name]
         text = "this vehicle or run cannot have it"
         if one["possible"]:
-            size = f"{one['parameter']} {one['value']:.3g} {one['unit'] if one['unit'] != '-' else ''}".strip()
+            unit = str(one["unit"]).split(" of ")[0].split(",")[0].strip("-")
+            size = f"{one['parameter']} {one['value']:.3g} {unit}".strip()
             text = f"{size};  {one['nearest rival']} ({one['likeness']:.2f}), {one['apart [nats]']:.3g}"
         colour = "#b03a2e" if {name, str(one["nearest rival"])} in bad else "#333333"
         panel.text(0.0, place, text, va="center", fontsize=7.2, color=colour)
