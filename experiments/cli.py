@@ -185,6 +185,9 @@ def _discrepancy_benchmark(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", default="yaw_dampers", metavar="SCENARIO", help="nominal (default: yaw_dampers)")
     parser.add_argument("--duration", type=float, default=40.0, metavar="S", help="of each recording (default: 40)")
     parser.add_argument("--laws", metavar="FILE", default="", help="YAML list of effects from outside the library")
+    parser.add_argument(
+        "--score", metavar="RULE", default="", help="no new cases: score the rows of that rule, its effects valued anew"
+    )
     parser.add_argument("--part", metavar="I/N", default="0/1", help="every N-th case from the I-th on (default: 0/1)")
 
 

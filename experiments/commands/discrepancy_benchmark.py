@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.commands.interface import Outcome, table
-from experiments.discrepancy.benchmark import run_benchmark
+from experiments.discrepancy.benchmark import renew_expected, run_benchmark
 from experiments.discrepancy.benchmark_score import read_rows, score
 from experiments.discrepancy.rule import rule_hash
 from railsim.errors import InputError
@@ -25,18 +25,20 @@ def execute(given: argparse.Namespace) -> Outcome:
         raise InputError("--cases: give a number from 1; --duration: at least 20 s")
     folder = Path(given.out)
     folder.mkdir(parents=True, exist_ok=True)
-    run_benchmark(
-        given.model,
-        folder,
-        given.cases,
-        given.seed,
-        given.duration,
-        lambda text: print(text, file=sys.stderr),
-        given.laws,
-        _part(given.part),
-    )
-    found = score(read_rows(folder))
-    return Outcome(found | {"rule": rule_hash()}, f"rule {rule_hash()}\n" + _text(found))
+    rule = given.score or rule_hash()
+    if given.score:
+        renew_expected(given.model, folder, given.seed, given.duration, rule, _say)
+    else:
+        run_benchmark(given.model, folder, given.cases, given.seed, given.duration, _say, given.laws, _part(given.part))
+    rows = read_rows(folder, rule)
+    if given.score and not rows:
+        raise InputError(f"--score {rule}: no row of that rule in '{folder}/results'; take the \"rule\" of a row")
+    found = score(rows)
+    return Outcome(found | {"rule": rule}, f"rule {rule}\n" + _text(found))
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
 
 
 def _text(found: dict[str, Any]) -> str:

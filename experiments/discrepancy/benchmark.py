@@ -1,5 +1,6 @@
 """Blind benchmark: cases are made, explained by the frozen rule, and only then compared with their sealed labels."""
 
+import hashlib
 import resource
 import subprocess
 import sys
@@ -10,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from experiments.discrepancy import oracle
 from experiments.discrepancy.answer import answer
 from experiments.discrepancy.blind_plan import nominal_of, setting_of
 from experiments.discrepancy.evidence import gather
 from experiments.discrepancy.oracle import effect_of, expected_evidence, true_gap
 from experiments.discrepancy.rule import rule_hash
-from experiments.discrepancy.workflow import Findings
+from experiments.discrepancy.workflow import Findings, prepare
 from railsim.errors import InputError
 from railsim.files import read_json, write_json
 from railsim.scenario import Scenario
@@ -61,10 +63,37 @@ def run_benchmark(
         spent = {"seconds": round(time.monotonic() - begun, 1), "cpu": round(time.process_time() - worked, 1)}
         found = {"rule": rule, "case": number, "seed": seed, **spent, "memory": _peak(), "verdict": verdict}
         row.parent.mkdir(parents=True, exist_ok=True)
-        part_ = row.with_suffix(".part")
-        write_json(part_, found | _known_after(label(number), findings))
-        part_.replace(row)
+        _write(row, found | _known_after(label(number), findings))
         tell(f"case {number}: {verdict['status']} {verdict['effect'] or ''} in {spent['seconds']:.0f} s")
+
+
+def renew_expected(
+    model: str, folder: Path, seed: int, duration: float, rule: str, tell: Callable[[str], None]
+) -> None:
+    """What the true effects of answered cases could bring, by the oracle as it is now; verdicts stay untouched.
+
+    Rows say by which oracle they were valued; the first value is kept beside the new one.
+    """
+    now = hashlib.sha256(Path(str(oracle.__file__)).read_bytes()).hexdigest()[:16]
+    for path in sorted((folder / "results").glob("*.json")):
+        row = read_json(path, ROW)
+        label = read_json(folder / "sealed" / path.name, "a label")
+        if row.get("rule") != rule or row.get("oracle") == now or not label["effects"] or not row.get("expected"):
+            continue
+        nominal = nominal_of(model, setting_of(seed, row["case"]), duration)
+        problem = prepare(gather(folder / "recordings" / path.stem, nominal), lambda text: None)
+        effects = [effect_of(one) for one in label["effects"]]
+        first = row.get("expected_at_first", row["expected"])
+        expected = [round(one, 2) for one in expected_evidence(problem, effects)]
+        _write(path, row | {"expected": expected, "expected_at_first": first, "oracle": now})
+        tell(f"case {row['case']}: expected {first} -> {expected}")
+
+
+def _write(path: Path, row: dict[str, Any]) -> None:
+    """Whole or not at all."""
+    part = path.with_suffix(".part")
+    write_json(part, row)
+    part.replace(path)
 
 
 def _known_after(label: dict[str, Any], findings: Findings | None) -> dict[str, Any]:

@@ -19,9 +19,9 @@ the numbers that are fitted.
 """
 
 
-def read_rows(folder: Path) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """(result, label) of every case that the present rule has answered."""
-    rule = rule_hash()
+def read_rows(folder: Path, rule: str = "") -> list[tuple[dict[str, Any], dict[str, Any]]]:
+    """(result, label) of every case that a rule has answered, the present one if none is stated."""
+    rule = rule or rule_hash()
     rows = []
     for path in sorted((folder / "results").glob("*.json")):
         row = read_json(path, ROW)

@@ -44,7 +44,9 @@ def expected_evidence(problem: Problem, effects: Sequence[Effect]) -> list[float
             continue
         own = (WEIGHT * problem.whitened(change)[problem.train]).astype(np.float32)
         cleaned = projection.cleaned(own.ravel())
-        frames = 0.5 * (own.ravel() ** 2 - (own.ravel() - cleaned) ** 2).reshape(len(own), -1).sum(axis=1)
+        frames = 0.5 * (cleaned**2).reshape(len(own), -1).sum(
+            axis=1
+        )  # the true effect leaves nothing, none leaves this
         local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
         loudest = 0.0 if local else float(np.clip(np.sort(frames)[::-1][:DROPPED], 0.0, None).sum())
         gain = 0.5 * float(cleaned @ own.ravel())

@@ -132,7 +132,7 @@ def _sized(
             own = (WEIGHT * problem.whitened(change)[problem.train]).astype(np.float32)
             cleaned = projection.cleaned(own.ravel())
             power = 0.5 * float(cleaned @ cleaned)
-            frames = 0.5 * (own.ravel() ** 2 - (own.ravel() - cleaned) ** 2).reshape(len(own), -1).sum(axis=1)
+            frames = 0.5 * (cleaned**2).reshape(len(own), -1).sum(axis=1)
             loudest = 0.0 if one.speaks_in_places else float(np.clip(np.sort(frames)[::-1][:DROPPED], 0.0, None).sum())
             gain = 0.5 * float(cleaned @ own.ravel())
             return Sized(*head, max(0.0, gain - loudest), power, cleaned)
