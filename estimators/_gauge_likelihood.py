@@ -22,7 +22,8 @@ STIFF = 100.0
 ROWS = 400  # of random numbers
 SHIFTS = 2e-4 * np.arange(-4, 5)  # m, of the profile
 RELAXED, REPEATS = 3, 2  # iterations at each, and likelihoods averaged
-MANY = 10  # times as many particles for the paths
+POLISHING, INDEPENDENT = 12, 3.0  # steps, and how many of the later ones are as good as independent
+MANY = 4  # times as many particles for the likelihood's profile and for the paths
 WIDTH = 5e-4  # m about the best, in which the parabola is laid
 
 
@@ -62,22 +63,23 @@ class GaugeLikelihood:
         bend = basis.bend / roughness
         self.precision[:-2, :-2] = bend.T @ bend + np.eye(len(basis.cone)) / spread**2
         self.precision[[-2, -1], [-2, -1]] = np.array(rails.spread) ** -2.0
-        self.rng, self.count = rng, count
         self.normals, self.uniforms = rng.standard_normal((ROWS, count, 5)), rng.random(len(D))
+        self.more = rng.standard_normal((ROWS, MANY * count, 5))
 
     def objective(
         self, parameters: np.ndarray, basis: Basis, share: float, turn: int = 0, blocks: bool = True
     ) -> tuple[float, np.ndarray, np.ndarray]:
         """Minus log posterior, gradient of the log likelihood by blocks (blocks, parameters), moments of x and g.
 
-        turn : other random numbers.
+        turn : other random numbers. blocks : whether gradient and moments are wanted; else there are more particles.
         """
         table = basis.radius @ parameters[:-2]
         levels = np.exp(parameters[-2:])
         rail, gauge = (one._replace(level=float(level)) for one, level in zip(self.rails[:2], levels, strict=True))
         score = np.zeros((len(self.D) // EVERY + 1 if blocks else 0, len(table) + 2))
         smoothed = np.full((len(self.D) if blocks else 0, 4), 0.0)
-        normals = np.roll(self.normals, turn * ROWS // 7, axis=0) if turn else self.normals
+        normals = self.normals if blocks else self.more
+        normals = np.roll(normals, turn * ROWS // 17, axis=0)
         found = particles(
             self.D, self.y, self.length, table, SPACING, rail, gauge, share * self.scale, normals,
             np.roll(self.uniforms, 13 * turn), score, smoothed,
@@ -87,16 +89,13 @@ class GaugeLikelihood:
         score = np.hstack([score[:, :-2] @ basis.radius, score[:, -2:]])
         return value if np.isfinite(value) else np.inf, score, smoothed
 
-    def climb(self, parameters: np.ndarray, basis: Basis, share: float, most: int) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters and their covariance by the blocks' scores (Berndt, Hall, Hall and Hausman 1974)."""
+    def climb(self, parameters: np.ndarray, basis: Basis, share: float, most: int) -> np.ndarray:
+        """Parameters, by steps that the blocks' scores scale (Berndt, Hall, Hall and Hausman 1974)."""
         value, score, _ = self.objective(parameters, basis, share)
-        damping, precision = 0.0, self.precision
+        damping = 0.0
         for _ in range(most):
             gradient = -score.sum(axis=0) + self.precision @ (parameters - self.mean)
-            whole = len(score) // MERGED * MERGED
-            merged = score[:whole].reshape(-1, MERGED, score.shape[1]).sum(axis=1)
-            merged -= merged.mean(axis=0)
-            precision = merged.T @ merged + self.precision
+            precision = self._information(score) + self.precision
             change = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), gradient)
             size = float(np.abs(change).max())
             moved = parameters + change * min(1.0, LARGEST / max(size, 1e-300))
@@ -108,24 +107,49 @@ class GaugeLikelihood:
                 damping = max(4.0 * damping, 0.1)
             if size < ENOUGH or damping > STIFF:
                 break
-        return parameters, np.linalg.inv(precision)
+        return parameters
+
+    def polish(self, parameters: np.ndarray, basis: Basis, share: float) -> tuple[np.ndarray, np.ndarray]:
+        """Mean of the places that steps with ever other random numbers reach (Polyak), and covariance.
+
+        The scores' mean over the steps has little of the particles' own noise left, which would pass for information.
+        """
+        places, scores = [], []
+        for turn in range(1, POLISHING + 1):
+            _, score, _ = self.objective(parameters, basis, share, turn)
+            gradient = -score.sum(axis=0) + self.precision @ (parameters - self.mean)
+            change = -np.linalg.solve(self._information(score) + self.precision, gradient)
+            parameters = parameters + change * min(1.0, LARGEST / max(float(np.abs(change).max()), 1e-300))
+            scores.append(score)
+            places.append(parameters)
+        information = self._information(np.mean(scores, axis=0))
+        late = np.array(places[POLISHING // 3 :])
+        scatter = np.cov(late.T) / INDEPENDENT
+        return late.mean(axis=0), np.linalg.inv(information + self.precision) + scatter
+
+    def _information(self, score: np.ndarray) -> np.ndarray:
+        """Outer product of the scores of parts that hang together within themselves only."""
+        whole = len(score) // MERGED * MERGED
+        merged = score[:whole].reshape(-1, MERGED, score.shape[1]).sum(axis=1)
+        merged = merged - merged.mean(axis=0)
+        return merged.T @ merged
 
     def fit(self) -> tuple[Wheel, np.ndarray]:
         """The wheel, and means and standard deviations of x and g (n, 4), m, NaN where no path was traced."""
         parameters = self.mean
         for share, most in STAGES:
-            parameters, _ = self.climb(parameters, self.basis, share, most)
+            parameters = self.climb(parameters, self.basis, share, most)
         share = STAGES[-1][0]
         found, functions = np.empty(len(SHIFTS)), []
         for number, shift in enumerate(SHIFTS):
             basis = self.basis.moved(float(shift))
-            relaxed, _ = self.climb(parameters, basis, share, RELAXED)
-            values = [self.objective(relaxed, basis, share, turn + 1, False)[0] for turn in range(REPEATS)]
+            relaxed = self.climb(parameters, basis, share, RELAXED)
+            values = [self.objective(relaxed, basis, share, turn, False)[0] for turn in range(REPEATS)]
             found[number] = np.mean(values)
             functions.append(basis.conicity @ relaxed[:-2])
         best, deviation = parabola(SHIFTS, found)
         basis = self.basis.moved(best)
-        parameters, covariance = self.climb(parameters, basis, share, RELAXED)
+        parameters, covariance = self.polish(parameters, basis, share)
         by_shift = np.gradient(np.array(functions), SHIFTS, axis=0)[int(np.argmin(np.abs(SHIFTS - best)))]
         own = basis.conicity @ covariance[:-2, :-2] @ basis.conicity.T
         wheel = Wheel(parameters, basis, own + deviation**2 * np.outer(by_shift, by_shift))
@@ -133,7 +157,7 @@ class GaugeLikelihood:
 
     def _paths(self, parameters: np.ndarray, basis: Basis, share: float) -> np.ndarray:
         """With more particles: traced back few of them are left, whose spread would be too small."""
-        self.normals = self.rng.standard_normal((ROWS, MANY * self.count, 5))
+        self.normals = self.more
         moments = self.objective(parameters, basis, share)[2]
         moments[:, 2:] = np.sqrt(np.maximum(moments[:, 2:] - moments[:, :2] ** 2, 0.0))
         traced = np.any(moments != 0.0, axis=1)

@@ -31,7 +31,7 @@ FEWEST = 1000  # steps that the particles need: 300 m, tens of waves of the gaug
 TOGETHER = 3.0  # m over which the error of the shift hangs together: the gauge's own length
 WHEEL_REACH, WHEEL_PIECES = 4e-3, 16  # m; of one wheel's slope: pieces of 0.5 mm, in which hollow wheels bend
 WHEEL_ROUGHNESS = 0.3  # second difference of the slope, hollow wheels 1
-TILT, TURN = 0.6, 1e-3  # of the slope at the start: steeper towards the flange, over m (S1002)
+TILT, TURN, MIDDLE = 0.6, 1e-3, 4e-4  # of the slope at the start: steeper towards the flange, over m, about m
 LOGARITHMS = 4  # last parameters of the Kalman filter's likelihood
 BRIDGED = 0.05  # s; samples in longer gaps are left out
 
@@ -131,7 +131,7 @@ class ConicitySmoother(Estimator, frozen=True):
             )
         process = Process(self.gauge_slow_corner, self.gauge_corner, self.gauge * _per_deviation(self))
         rails = Rails(Process(self.slow_corner, self.corner, self.rail), process, (1.5, self.gauge_spread))
-        basis = wheel_basis(WHEEL_REACH, WHEEL_PIECES, TILT, TURN)
+        basis = wheel_basis(WHEEL_REACH, WHEEL_PIECES, TILT, TURN, MIDDLE)
         cone = posterior.parameters[:-LOGARITHMS].mean()
         wheel, paths = GaugeLikelihood(
             np.interp(places, along, half), np.interp(places, along, states[:, Y]), self.spacing, rails, basis, cone,
