@@ -141,14 +141,13 @@ def _apart(
     fit: Fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
     projection = Projection(fit, problem.train)
     changes = changes or [_change(problem, effects) for effects in rivals]
-    cleaned = [
-        projection.cleaned((WEIGHT * problem.whitened(one)[problem.train]).astype(np.float32).ravel())
-        for one in changes
-    ]
-    return min(min(_left(a, b), _left(b, a)) for a, b in combinations(cleaned, 2))
+    own = [(WEIGHT * problem.whitened(one)[problem.train]).astype(np.float32).ravel() for one in changes]
+    cleaned = [projection.cleaned(one) for one in own]
+    shared = np.array([[float(a @ b) for b in cleaned] for a in own])
+    return min(min(_left(shared, a, b), _left(shared, b, a)) for a, b in combinations(range(len(own)), 2))
 
 
-def _left(a: np.ndarray, b: np.ndarray) -> float:
-    """Half the square of what of a is not along b."""
-    along = float(a @ b) ** 2 / max(float(b @ b), 1e-12)
-    return 0.5 * max(0.0, float(a @ a) - along)
+def _left(shared: np.ndarray, a: int, b: int) -> float:
+    """Nats of a that b cannot imitate, from the precision (n, n) that signatures share, nuisances free to follow."""
+    along = float(shared[a, b]) ** 2 / max(float(shared[b, b]), 1e-12)
+    return 0.5 * max(0.0, float(shared[a, a]) - along)

@@ -45,7 +45,8 @@ class Sized:
     ----------
     size : of `SIZES`. name, value, unit, absent : of its first number. gain : expected evidence [nats], nuisances free
     to follow, without its loudest sections where the rule leaves these out; 0 where this vehicle cannot have it.
-    power : the same with all sections. signature : (n,), cleaned of the nuisances; empty where there is none.
+    power : the same with all sections. own, cleaned : (n,) whitened signature, and what of it the nuisances cannot
+    take; empty where there is none. own of one times cleaned of another is the precision that both share.
     """
 
     candidate: Candidate
@@ -57,7 +58,8 @@ class Sized:
     absent: float
     gain: float
     power: float
-    signature: np.ndarray
+    own: np.ndarray
+    cleaned: np.ndarray
 
 
 def three_sizes(candidate: Candidate) -> list[dict[str, float]]:
@@ -131,12 +133,11 @@ def _sized(
         if np.isfinite(change).all():
             own = (WEIGHT * problem.whitened(change)[problem.train]).astype(np.float32)
             cleaned = projection.cleaned(own.ravel())
-            power = 0.5 * float(cleaned @ cleaned)
             frames = 0.5 * (cleaned**2).reshape(len(own), -1).sum(axis=1)
             loudest = 0.0 if one.speaks_in_places else float(np.clip(np.sort(frames)[::-1][:DROPPED], 0.0, None).sum())
-            gain = 0.5 * float(cleaned @ own.ravel())
-            return Sized(*head, max(0.0, gain - loudest), power, cleaned)
-    return Sized(*head, 0.0, 0.0, np.zeros(0, np.float32))
+            power = 0.5 * float(cleaned @ own.ravel())
+            return Sized(*head, max(0.0, power - loudest), power, own.ravel(), cleaned)
+    return Sized(*head, 0.0, 0.0, np.zeros(0, np.float32), np.zeros(0, np.float32))
 
 
 def detected(gain: float) -> float:
@@ -165,12 +166,14 @@ class Rival:
 
 def rivals(found: Sequence[Sized]) -> list[Rival | None]:
     """The nearest rival of each; any size of it, scaled."""
-    whole = [one for one in found if one.signature.size]
-    table = np.stack([one.signature / max(float(np.linalg.norm(one.signature)), 1e-12) for one in whole])
-    alike = np.clip(table @ table.T, 0.0, 1.0)
+    whole = [one for one in found if one.own.size]
+    size = [math.sqrt(max(2.0 * one.power, 1e-12)) for one in whole]
+    own = np.stack([one.own / s for one, s in zip(whole, size, strict=True)])
+    cleaned = np.stack([one.cleaned / s for one, s in zip(whole, size, strict=True)])
+    alike = np.clip(own @ cleaned.T, 0.0, 1.0)
     out: list[Rival | None] = []
     for one in found:
-        if not one.signature.size:
+        if not one.own.size:
             out.append(None)
             continue
         row = alike[next(place for place, other in enumerate(whole) if other is one)]

@@ -40,13 +40,13 @@ def _sized(name: str, signature: list[float]) -> Sized:
     one = next(one for one in candidates(CONTEXT) if one.name == name)
     s = np.array(signature, np.float32)
     power = 0.5 * float(s @ s)
-    return Sized(one, SIZES[1], one.build(three_sizes(one)[1]), "x", 1.0, "-", 0.0, power, power, s)
+    return Sized(one, SIZES[1], one.build(three_sizes(one)[1]), "x", 1.0, "-", 0.0, power, power, s, s)
 
 
 def test_rivals_are_of_another_class_and_leave_what_they_cannot_imitate():
     """Signatures of lengths 10 and 4 at 60 degrees: 10 sin 60, half its square 37.5 nats; the own class is none."""
     own = _sized("weak_yaw_damper", [10.0, 0.0, 0.0])
-    same = replace(own, size=SIZES[0], signature=np.array([1.0, 0.0, 0.0], np.float32))
+    same = replace(own, size=SIZES[0])
     other = _sized("payload", [2.0, 2.0 * np.sqrt(3.0), 0.0])
     rival = rivals([own, same, other])[0]
     assert rival is not None and rival.name == "payload"

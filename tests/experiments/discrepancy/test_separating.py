@@ -1,6 +1,7 @@
 """What would tell two effects apart: nothing tells one from itself, fewer sensors never tell more."""
 
 import numpy as np
+import pytest
 
 from experiments.discrepancy.fitting import Problem
 from experiments.discrepancy.separating import _apart, _left, _only, further_sensors
@@ -13,8 +14,9 @@ YAW, LATERAL = (WeakYawDamper(factor=0.2),), (WeakLateralDamper(factor=0.2),)
 def test_what_is_left_of_a_signature_beside_another():
     """Lengths 5 and 2 at 60 degrees: 5 sin 60 is left, half its square is 75 / 8."""
     a, b = np.array([5.0, 0.0]), 2.0 * np.array([0.5, np.sqrt(0.75)])
-    assert np.isclose(_left(a, b), 75.0 / 8.0)
-    assert _left(a, 3.0 * a) < 1e-9
+    table = np.stack([a, b, 3.0 * a])
+    assert np.isclose(_left(table @ table.T, 0, 1), 75.0 / 8.0)
+    assert _left(table @ table.T, 0, 2) < 1e-9
 
 
 def test_fewer_sensors_tell_no_more(problem: Problem):
@@ -25,7 +27,8 @@ def test_fewer_sensors_tell_no_more(problem: Problem):
     assert _apart(problem, [YAW, YAW]) < 1e-3 * whole
 
 
-def test_further_sensors_are_new_and_fit_the_vehicle(problem: Problem):
+def test_further_sensors_are_new_and_fit_the_vehicle(problem: Problem, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("experiments.discrepancy.separating.shipped_scenarios", lambda: ["lateral_2mm", "suspension"])
     scenario = problem.evidence.scenario
     have = {name for sensor in scenario.sensors for name in sensor.channels()}
     found = further_sensors(scenario)
