@@ -36,9 +36,20 @@ SURE, HOPELESS = 0.95, 0.05
 UNTRIED = {"speed_scale", "odometer_scale"}  # found by the alignment, never named
 AGREED = 0.8  # share of blind runs that must turn out as expected
 WORST = 5
+ALIKE = 0.5  # likeness from which two effects are said to be confused
 BANDS = (0.5, 0.8, 0.95)
 COLOURS = ListedColormap(["#f1eee6", "#f6d18b", "#9ccb9a", "#2a7f62"])
-MARKS = {"named": "✓", "wrong": "✗", "ambiguous": "≈", "unknown": "?", "none": "–", "refused": "r", "impossible": ""}
+MARKS = {
+    "named": "✓",
+    "wrong": "✗",
+    "ambiguous": "≈",
+    "unknown": "?",
+    "none": "–",
+    "refused": "r",
+    "impossible": "",
+    "": "",
+}
+IMPOSSIBLE = "/"
 
 
 class DiscrepancySizes(Figure):
@@ -97,7 +108,7 @@ class DiscrepancySizes(Figure):
         bar.set_ticks([0.125, 0.375, 0.625, 0.875], labels=["< 0.5", "0.5 to 0.8", "0.8 to 0.95", "> 0.95"])
         bar.ax.tick_params(labelsize=7.5)
         bar.set_label(
-            "expected probability; in blind runs: ✓ named right, ≈ ambiguous, ? unknown, ✗ wrong name, – none",
+            "expected probability; in blind runs: ✓ named right, ≈ ambiguous, ? unknown, ✗ wrong name, – none; / cannot be run",
             fontsize=8,
         )
         return picture
@@ -162,8 +173,11 @@ def _share(text: str, held: Sequence[bool], least: float) -> Claim | None:
 
 
 def worst(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
-    """The confusions with the least evidence between two classes, of effects that are surely detected; one a pair."""
-    sure = [one for one in table.to_dict("records") if one["detected, expected"] > SURE and one["nearest rival"]]
+    """The confusions with the least evidence between two classes, of effects that are surely detected and look alike;
+    one a pair.
+    """
+    rows = table.to_dict("records")
+    sure = [one for one in rows if one["detected, expected"] > SURE and one["likeness"] > ALIKE]
     found: dict[frozenset[str], dict[Hashable, Any]] = {}
     for one in sorted(sure, key=lambda one: one["apart [nats]"]):
         found.setdefault(frozenset((one["effect"], one["nearest rival"])), one)
@@ -197,8 +211,9 @@ def _cells(panel: Axes, table: pd.DataFrame, order: Sequence[str], column: str, 
 def _marks(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
     for row in table.to_dict("records"):
         status = str(row["blind status"])
-        if status:
-            mark = MARKS["wrong" if status == "named" and row["blind class"] != row["class"] else status]
+        wrong = status == "named" and row["blind class"] != row["class"]
+        mark = MARKS["wrong" if wrong else status] if row["possible"] else IMPOSSIBLE
+        if mark:
             at = SIZES.index(str(row["size"])), list(order).index(str(row["effect"]))
             panel.text(*at, mark, ha="center", va="center", fontsize=9, fontweight="bold")
 
