@@ -108,7 +108,7 @@ class DiscrepancySizes(Figure):
         bar.set_ticks([0.125, 0.375, 0.625, 0.875], labels=["< 0.5", "0.5 to 0.8", "0.8 to 0.95", "> 0.95"])
         bar.ax.tick_params(labelsize=7.5)
         bar.set_label(
-            "expected probability; in blind runs: ✓ named right, ≈ ambiguous, ? unknown, ✗ wrong name, – none; / cannot be run",
+            "expected probability; blind runs: ✓ right, ≈ ambiguous, ? unknown, ✗ wrong name, – none; / cannot be run",
             fontsize=8,
         )
         return picture
