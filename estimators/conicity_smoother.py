@@ -155,8 +155,8 @@ class ConicitySmoother(Estimator, frozen=True):
             "track_lateral_std [m]": np.hypot(deviation[:, 0], shift_std),
             "wheelset1.lateral_shift [m]": shift,
             "wheelset1.lateral_shift_std [m]": shift_std,
-            "gauge_deviation [m]": np.where(inside, gauge, 0.0),
-            "gauge_deviation_std [m]": np.where(inside, gauge_std, self.gauge),
+            "wheelset1.gauge_deviation [m]": np.where(inside, gauge, 0.0),
+            "wheelset1.gauge_deviation_std [m]": np.where(inside, gauge_std, self.gauge),
         })  # fmt: skip
         levels = np.exp(wheel.parameters[-2:])
         found = {"rail_level [m]": float(levels[0]), "gauge_level [m]": float(levels[1])}

@@ -6,6 +6,7 @@ import pytest
 from estimators._conicity_kernel import RAIL, STATES, Numbers, Y, half_difference, step
 from estimators._conicity_likelihood import SPACING
 from estimators.conicity_smoother import ConicitySmoother
+from experiments.score import SCORERS
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.track import featured
@@ -88,6 +89,10 @@ def test_cone_is_found_where_the_gauge_may_vary(cone: tuple):
         estimate.series["time [s]"], run["time [s]"], true
     )
     assert np.std(error[late]) < 0.4 * np.std(true)
+    scored = [name for name in SCORERS if name in estimate.series]
+    assert scored == ["conicity [-]", "track_lateral [m]", "wheelset1.lateral_shift [m]"], (
+        "the gauge under the wheelset is no estimate of the track over distance"
+    )
 
 
 def test_a_short_run_on_varying_gauge_is_refused(cone: tuple):
