@@ -1,15 +1,17 @@
 """Explain a recording: the whole workflow with what it writes."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from experiments.discrepancy.adding import gaps, predicted_after, write_model
+from experiments.discrepancy.alignment import align
 from experiments.discrepancy.elsewhere import named, run_elsewhere
 from experiments.discrepancy.estimated_track import given_track
 from experiments.discrepancy.evidence import Evidence, gather
 from experiments.discrepancy.hypothesis import Tell
-from experiments.discrepancy.journal import journal_of
+from experiments.discrepancy.journal import Journal, journal_of
 from experiments.discrepancy.report import write_report
 from experiments.discrepancy.separating import separating
 from experiments.discrepancy.verdict import verdict
@@ -51,8 +53,8 @@ def explain(
     measured, errors = given_track(track) if track else (None, None)
     evidence = gather(recording, scenario, measured, errors)
     others = {name: _further(one, scenario, measured, errors) for name, one in named(further).items()}
-    with write_folder_atomically(folder) as aside:
-        findings = _found(evidence, tell, only)
+    with _going_on(evidence, sorted(only or [])) as journal, write_folder_atomically(folder) as aside:
+        findings = investigate(evidence, tell, only, journal=journal)
         tell(f"last run by the {engine} engine")
         after = predicted_after(findings, engine)
         whole, channels = gaps(findings, after)
@@ -67,6 +69,16 @@ def explain(
     return found
 
 
+@contextmanager
+def _going_on(evidence: Evidence, options: Sequence[str]) -> Iterator[Journal]:
+    """The case's journal; a stop leaves what is done for the same command, and says so."""
+    try:
+        with journal_of(evidence, options) as journal:
+            yield journal
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("interrupted; what is done is kept, the same command goes on from there") from None
+
+
 def rounded(value: Any) -> Any:
     """Numbers to `DIGITS` significant digits: the last ones of sums depend on where arrays lie in memory."""
     if isinstance(value, dict):
@@ -77,21 +89,15 @@ def rounded(value: Any) -> Any:
 
 
 def _further(recording: str, scenario: Scenario, track: Track | None, errors: TrackErrors | None) -> Evidence:
+    """A recording that takes no part; what is wrong with it is said before anything is fitted."""
     try:
-        return gather(recording, scenario, track, errors)
+        evidence = gather(recording, scenario, track, errors)
+        align(evidence)
     except InputError as error:
         raise InputError(f"--held-out {recording}: {error}") from None
+    return evidence
 
 
 def _separated(findings: Findings, tell: Tell) -> list[dict[str, Any]]:
     """What would tell the classes of an ambiguous verdict apart; empty for others."""
     return [one.plain() for one in separating(findings, tell)] if findings.decision.status == "ambiguous" else []
-
-
-def _found(evidence: Evidence, tell: Tell, only: Sequence[str] | None) -> Findings:
-    """What the workflow finds out; a stop leaves what is done for the same command."""
-    try:
-        with journal_of(evidence, sorted(only or [])) as journal:
-            return investigate(evidence, tell, only, journal=journal)
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt("interrupted; what is done is kept, the same command goes on from there") from None

@@ -5,6 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from experiments.cli import main
+from experiments.discrepancy import explain
+from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.fitting import Fit, Problem, improved, starting_fit
 from experiments.discrepancy.forward import Forward
 from experiments.discrepancy.journal import Journal, journal_of, key_of
@@ -63,3 +66,21 @@ def test_keys_differ_where_any_part_does():
     x = np.arange(6.0)
     keys = {key_of("a", x), key_of("b", x), key_of("a", x + 1e-12), key_of("a", x.reshape(2, 3)), key_of("a", None)}
     assert len(keys) == 5
+
+
+def test_ctrl_c_says_that_the_same_command_goes_on(
+    problem: Problem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    kept: list[Path] = []
+
+    def stopped(evidence: Evidence, tell: object, only: object, journal: Journal) -> None:
+        journal.kept("one", lambda: {"x": np.arange(3.0)})
+        kept.append(journal.folder)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(explain, "gather", lambda *given: problem.evidence)
+    monkeypatch.setattr(explain, "investigate", stopped)
+    out = tmp_path / "out"
+    assert main(["discrepancy", "recording", "--model", "yaw_dampers", "--out", str(out)]) == 130
+    assert "the same command goes on from there" in capsys.readouterr().err
+    assert not out.exists() and (kept[0] / "one.npz").is_file()
