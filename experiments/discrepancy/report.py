@@ -39,16 +39,15 @@ def write_report(folder: Path, name: str, findings: Findings, verdict: dict[str,
 
 def in_words(verdict: dict[str, Any]) -> str:
     """What a person would say."""
+    return _finding(verdict) + _elsewhere_in_words(verdict) + _missing(verdict)
+
+
+def _finding(verdict: dict[str, Any]) -> str:
     gap = verdict["gap"]
     numbers = (
         f"On sections that no fit has seen, the model as it stood was off by {gap['before']:.2f} times the stated "
         f"noise, by {gap['nuisance_only']:.2f} with tolerances of vehicle and sensors used up"
     )
-    for one in verdict.get("held_out_recordings", []):
-        there = one["gap"]
-        numbers += f"; in '{one['recording']}', which took no part, {there['before']:.2f}, "
-        numbers += f"{there['nuisance_only']:.2f} and {there['after']:.2f} with what was found"
-    numbers += _missing(verdict)
     if verdict["status"] == "none":
         return f"Nothing is missing in the model: {verdict['reason']}. {numbers}; 1 is noise alone."
     if verdict["status"] == "unknown":
@@ -70,12 +69,21 @@ def in_words(verdict: dict[str, Any]) -> str:
     return found + (f" Nearly as good: {others}." if others else "")
 
 
+def _elsewhere_in_words(verdict: dict[str, Any]) -> str:
+    """The gap on recordings that took no part."""
+    said = ""
+    for one in verdict.get("held_out_recordings", []):
+        there = one["gap"]
+        said += f" In '{one['recording']}', which took no part, it is {there['before']:.2f} before, "
+        said += f"{there['nuisance_only']:.2f} with tolerances only and {there['after']:.2f} with what was found."
+    return said
+
+
 def _missing(verdict: dict[str, Any]) -> str:
     """What of the recording could not be used."""
-    said = f"; not used: {'; '.join(verdict['left_out'])}" if verdict.get("left_out") else ""
-    lost = verdict.get("lost_sections", {})
-    shares = ", ".join(f"{name} in {share:.0%}" for name, share in lost.items())
-    return said + (f"; sections with lost samples are left out for the channel: {shares}" if lost else "")
+    said = f" Not used: {'; '.join(verdict['left_out'])}." if verdict.get("left_out") else ""
+    shares = ", ".join(f"{name} in {share:.0%}" for name, share in verdict.get("lost_sections", {}).items())
+    return said + (f" Sections with lost samples are left out for the channel: {shares}." if shares else "")
 
 
 def _advice(verdict: dict[str, Any]) -> str:
