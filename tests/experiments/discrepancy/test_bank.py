@@ -53,8 +53,9 @@ def test_another_angle_of_a_wheel_is_another_time(problem: Problem):
         one = _candidate(name)
         values = next(iter(one.sizes())) | {field: 0.0}
         problem.bank.fill([(one, values)])
-        turned = list(_turned(problem, one, values, _kept(problem, one, values)))
-        at, moved = turned[9]
+        at, phase = _turned(problem, one, values)[9]
+        assert phase is not None
+        moved = phase[..., None] * _kept(problem, one, values)
         z = np.zeros(len(problem.forward.nuisances))
         base = problem.stacked(problem.forward.predict(z))
         change = problem.stacked(problem.forward.predict(z, (one.build(at),))) - base
