@@ -62,9 +62,9 @@ class Braking(Section):
         "A Class 175-like half vehicle at 30 m/s, friction brakes of 5 % of its weight from 5 s to 30 s, no "
         "wheel-slide protection. Slip is (V - r0 omega) / V of the leading wheelset; the tachometer's error is "
         "relative to the true speed and compared with the longitudinal creepage in the contact. Both by root "
-        "mean square over the run and by the largest value, which on very low adhesion exceeds 1 % for some samples as "
-        "the wheel stops and starts again: there the tachometer waits for its next pulse, and the estimator for the "
-        "change of deceleration. The cross-correlation speed is that of the refined estimator from bogie sensors "
+        "mean square over the run and by the largest value, which for the tachometer on very low adhesion exceeds 1 % "
+        "for some samples as the wheel stops and starts again: it waits for its next pulse. The cross-correlation "
+        "speed is that of the refined estimator from bogie sensors "
         "(industrial grade); "
         "the plain one knows whole samples of delay only and steps as the speed changes, sliding or not."
     )

@@ -22,7 +22,6 @@ NOT_HELD = {
     "1 longitudinal creepage at 0 mm",
     "1 spin creepage at 0 mm",
     "9 very low: tachometer error and slip, largest sum",
-    "9 very low: cross-correlation speed, largest error",
     "4 Car7358_0001r.whl on uic60_40: least conicity (at 1 mm)",
 }
 """What the report itself says does not hold, with the reason."""
