@@ -16,6 +16,7 @@ SHORT = 0.5  # s; averaging that takes the bogie's own shaking out of it
 QUIET = 0.05  # m/s2; change of it above what shaking leaves, below that of any manoeuvre
 COARSE = 2e-3  # s; error of the coarse travel time, a quarter of its usual grid
 STILL = 1.4  # mean power over that of the sensors' noise, below which no lock is begun; noise alone stays 2 sigma below
+# The next three were chosen while inspection's case of a noisy pitch gyro was mended; no physics gives them.
 FAST = 8.0  # so much sooner than `memory` is a sudden noise seen
 LEAST = 0.02  # share of the slopes that is taken for signal, however large the noise
 ONE_WAY = 0.5  # correlation in the wrong direction over that in the right one, above which there is no direction
