@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from railsim.compiled import kernel
+from railsim.compiled import inlined, kernel
 
 
 @kernel
@@ -16,16 +16,50 @@ def slide(x: np.ndarray, y: np.ndarray, new_x: float, new_y: float, n: int, firs
     first : the smallest lag in samples; `sums[k]` belongs to lag first + k, which must stay below N.
     sums : sum over the window of x(i) y(i + lag), shape (lags,); updated.
     """
+    forget(x, y, n, first, sums)
+    put(x, n, new_x)
+    put(y, n, new_y)
+    remember(x, y, n, first, sums)
+
+
+@kernel
+def slide_both(
+    x: np.ndarray, y: np.ndarray, new_x: float, new_y: float, n: int, first: int, ahead: np.ndarray, behind: np.ndarray
+) -> None:
+    """`slide` with the sums in both directions: `ahead[k]` of x(i) y(i + lag), `behind[k]` of y(i) x(i + lag)."""
+    forget(x, y, n, first, ahead)
+    forget(y, x, n, first, behind)
+    put(x, n, new_x)
+    put(y, n, new_y)
+    remember(x, y, n, first, ahead)
+    remember(y, x, n, first, behind)
+
+
+@inlined
+def put(x: np.ndarray, n: int, value: float) -> None:
+    """Sample number n in place of the oldest."""
+    size = len(x) // 2
+    x[n % size] = x[n % size + size] = value
+
+
+@inlined
+def forget(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -> None:
+    """Take the products with the oldest x out of the sums, before sample n replaces it."""
     size = len(x) // 2
     p = n % size
     if n >= size:
         oldest = x[p]
         for k in range(len(sums)):
             sums[k] -= oldest * y[p + first + k]
-    x[p] = x[p + size] = new_x
-    y[p] = y[p + size] = new_y
+
+
+@inlined
+def remember(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -> None:
+    """Add the products with sample n of y to the sums."""
+    size = len(x) // 2
+    newest = n % size + size
     for k in range(len(sums)):
-        sums[k] += x[p + size - first - k] * new_y
+        sums[k] += x[newest - first - k] * y[newest]
 
 
 @kernel

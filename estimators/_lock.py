@@ -4,7 +4,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from estimators._correlate import recompute, runner_up, slide
+from estimators._correlate import recompute, runner_up, slide_both
 from estimators._delay import REACH, UNKNOWNS, mismatch, travel_time
 from estimators._front import Front, advance
 from estimators._motion import Motion, correct, covariance, mean, predict, start
@@ -49,6 +49,35 @@ class Limits(NamedTuple):
     cruise: float  # (m/s2)^2 s; how well a cruising train keeps its speed; 0: nothing to be told from
 
 
+class Level(NamedTuple):
+    """Averages while locked, each of shape (1,), so that a kernel can change it; powers in (m/s2)^2.
+
+    Attributes
+    ----------
+    mismatch : square of the mismatch.
+    calm : the same without outbursts.
+    power : of the signals.
+    slope : square of the mismatch's slope in speed.
+    slope_weight : weight of the values in `slope`, 1 once it has settled.
+    window_mismatch, window_power : over the search's window.
+    recent : square of the mismatch of late.
+    """
+
+    mismatch: np.ndarray
+    calm: np.ndarray
+    power: np.ndarray
+    slope: np.ndarray
+    slope_weight: np.ndarray
+    window_mismatch: np.ndarray
+    window_power: np.ndarray
+    recent: np.ndarray
+
+    @classmethod
+    def new(cls) -> Self:
+        """Zeros."""
+        return cls(*(np.zeros(1) for _ in cls._fields))
+
+
 class Lock(NamedTuple):
     """State of a run.
 
@@ -59,12 +88,12 @@ class Lock(NamedTuple):
     gained : integral of the measured longitudinal acceleration (m/s), shape (2 C,).
     search : every `stride`-th sample of both wheelsets over the window, each twice, and of `gained`, shape (3, 2 N).
     covered : 1 where these can be used, shape (N,).
-    sums : running correlation of the search by lag.
+    sums : running correlation of the search by lag, trailing wheelset after leading one.
+    reverse : the same, leading wheelset after trailing one.
     power : sums of the search's squares and of `covered`, shape (3,).
     x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8); the second unknown is the
         acceleration less the measured one.
-    level : averages: mismatch squared, the same without outbursts, power of the signals, slope squared, mismatch
-        squared and power over the search's window, weight of the slope's average, mismatch squared of late; shape (8,).
+    level : averages while locked.
     still : mean power, bursts cut off, in (m/s2)^2; 1 at standstill; shape (2,).
     push : last longitudinal acceleration, its integral, its slow average (NaN: none so far), shape (3,).
     counts : samples so far, measurements so far, locked, good samples in a row, shape (4,).
@@ -78,10 +107,11 @@ class Lock(NamedTuple):
     search: np.ndarray
     covered: np.ndarray
     sums: np.ndarray
+    reverse: np.ndarray
     power: np.ndarray
     x: np.ndarray
     P: np.ndarray
-    level: np.ndarray
+    level: Level
     still: np.ndarray
     push: np.ndarray
     counts: np.ndarray
@@ -102,10 +132,11 @@ class Lock(NamedTuple):
             np.zeros((3, 2 * size)),
             np.zeros(size),
             np.zeros(last - limits.first + 2),
+            np.zeros(last - limits.first + 2),
             np.zeros(3),
             np.zeros(UNKNOWNS),
             np.zeros((UNKNOWNS, UNKNOWNS)),
-            np.zeros(8),
+            Level.new(),
             np.array([BURST * limits.noise, 0.0]),
             np.array([0.0, 0.0, np.nan]),
             np.zeros(4, dtype=np.int64),
@@ -149,6 +180,7 @@ def _stand(s: Lock, c: Limits, out: np.ndarray) -> None:
         s.search[:] = 0.0
         s.covered[:] = 0.0
         s.sums[:] = 0.0
+        s.reverse[:] = 0.0
         s.power[:] = 0.0
 
 
@@ -193,9 +225,10 @@ def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, 
     s.power[1] += y * y - s.search[1, p] ** 2
     s.power[2] += (1.0 if good else 0.0) - s.covered[p]
     s.covered[p] = 1.0 if good else 0.0
-    slide(s.search[0], s.search[1], x, y, n, c.first, s.sums)
+    slide_both(s.search[0], s.search[1], x, y, n, c.first, s.sums, s.reverse)
     if n % (8 * size) == 8 * size - 1:
         recompute(s.search[0], s.search[1], n, c.first, s.sums)
+        recompute(s.search[1], s.search[0], n, c.first, s.reverse)
         s.power[0] = np.sum(s.search[0, :size] ** 2)
         s.power[1] = np.sum(s.search[1, :size] ** 2)
     s.counts[1] = n + 1
@@ -223,12 +256,8 @@ def _follows(s: Lock, c: Limits, lag: float, correlation: float) -> bool:
 
     Noise of one of the two sensors alone is in both wheelsets' signals at once: it correlates in both directions alike.
     """
-    size = len(s.covered)
-    start = s.counts[1] % size
     delay = round(lag * c.rate / c.stride)
-    total = 0.0
-    for i in range(start, start + size - delay):
-        total += s.search[1, i] * s.search[0, i + delay]
+    total = s.reverse[delay - c.first]
     power = np.sqrt(max(s.power[0] * s.power[1], 1e-300))
     return total / power / max(1 - delay / s.power[2], 0.2) < ONE_WAY * correlation
 
@@ -263,11 +292,11 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
     variance[2:] = c.spread
     s.P[:] = np.diag(variance)
     start(s.motion, s.x, variance)
-    s.level[2] = np.sqrt(s.power[0] * s.power[1]) / s.power[2]
-    s.level[1] = 1e-3 * s.level[2]
-    s.level[0] = 2 * max(1 - correlation, 0.02) * s.level[2]
-    s.level[3] = s.level[6] = s.level[7] = 0.0
-    s.level[4], s.level[5] = s.level[0], s.level[2]
+    s.level.power[0] = np.sqrt(s.power[0] * s.power[1]) / s.power[2]
+    s.level.calm[0] = 1e-3 * s.level.power[0]
+    s.level.mismatch[0] = 2 * max(1 - correlation, 0.02) * s.level.power[0]
+    s.level.slope[0] = s.level.slope_weight[0] = s.level.recent[0] = 0.0
+    s.level.window_mismatch[0], s.level.window_power[0] = s.level.mismatch[0], s.level.power[0]
     s.counts[2] = 1
 
 
@@ -292,21 +321,29 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
         power += s.motion.weight[j] * strength
         error += s.motion.weight[j] * errors[j]
     _cruise(s, c, now)
-    if usable:
-        s.level[2] += c.forget * (power - s.level[2])
-        if s.level[2] > 0.01 * c.floor:
-            s.level[0] += c.forget * (error * error - s.level[0])
-            s.level[1] += c.forget * (min(error * error, 4 * s.level[1]) - s.level[1])
-            s.level[3] += c.forget * (steep - s.level[3])
-            s.level[6] += c.forget * (1 - s.level[6])
-            s.level[4] += c.recall * (error * error - s.level[4])
-            s.level[5] += c.recall * (power - s.level[5])
-            s.level[7] += min(FAST * c.forget, 1.0) * (error * error - s.level[7])
-            noise = max(s.level[1], s.level[0] / 3, s.level[7] / 3, c.model_error * s.level[2])
-            real = min(max(1 - blind * s.level[1] * s.level[6] / max(s.level[3], 1e-300), LEAST), 1.0)
-            correct(s.motion, errors, slopes, noise * c.repeat, pull * s.level[1], real)
+    if usable and _average(s.level, c, power, error * error, steep):
+        v = s.level
+        noise = max(v.calm[0], v.mismatch[0] / 3, v.recent[0] / 3, c.model_error * v.power[0])
+        real = 1 - blind * v.calm[0] * v.slope_weight[0] / max(v.slope[0], 1e-300)
+        correct(s.motion, errors, slopes, noise * c.repeat, pull * v.calm[0], min(max(real, LEAST), 1.0))
     s.x[:] = mean(s.motion)
     s.P[:] = covariance(s.motion, s.x)
+
+
+@as_written
+def _average(v: Level, c: Limits, power: float, square: float, steep: float) -> bool:
+    """Take a mismatch, squared, into the averages; False where the signals are too weak for one."""
+    v.power[0] += c.forget * (power - v.power[0])
+    if v.power[0] <= 0.01 * c.floor:
+        return False
+    v.mismatch[0] += c.forget * (square - v.mismatch[0])
+    v.calm[0] += c.forget * (min(square, 4 * v.calm[0]) - v.calm[0])
+    v.slope[0] += c.forget * (steep - v.slope[0])
+    v.slope_weight[0] += c.forget * (1 - v.slope_weight[0])
+    v.window_mismatch[0] += c.recall * (square - v.window_mismatch[0])
+    v.window_power[0] += c.recall * (power - v.window_power[0])
+    v.recent[0] += min(FAST * c.forget, 1.0) * (square - v.recent[0])
+    return True
 
 
 @as_written
@@ -357,7 +394,7 @@ def _holds(s: Lock, c: Limits, correlation: float) -> bool:
     """Whether the lock is sound: in range, certain, and explaining as much as the best lag of the search, both over the
     search's window: of noise that has just begun the search would else remember better times.
     """
-    quality = 1 - s.level[4] / (2 * s.level[5] + 1e-300)
+    quality = 1 - s.level.window_mismatch[0] / (2 * s.level.window_power[0] + 1e-300)
     in_range = c.slowest < s.x[0] < c.fastest
     certain = s.P[0, 0] < (c.lost * s.x[0]) ** 2
     return in_range and certain and quality > c.threshold / 2 and quality > correlation - 0.2
@@ -377,5 +414,5 @@ def _report(s: Lock, c: Limits, newest: int, row: np.ndarray) -> None:
     row[0] = s.x[0] + ahead * s.x[1] + recent
     row[1] = np.sqrt(max(variance, 0.0))
     row[2] = s.x[1] + recent / ahead
-    row[3] = 1 - s.level[0] / (2 * s.level[2] + 1e-300)
+    row[3] = 1 - s.level.mismatch[0] / (2 * s.level.power[0] + 1e-300)
     row[4] = 1.0

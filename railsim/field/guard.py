@@ -16,7 +16,11 @@ from railsim.errors import InputError
 from railsim.field.readers.interface import Wanted
 from railsim.field.tables import Column, Table
 
-SECONDS = 30.0  # s, to start and to read a small file
+SECONDS = (
+    30.0  # s of its own, to start and to read a small file: at work or asleep, not waiting for a processor or disk
+)
+PATIENCE = 20.0  # times as long by the clock, after which it is ended whatever it waits for
+_LOOK = 0.1  # s from one look at the process to the next
 BYTES_A_SECOND = 2e6  # slowest reading that is waited for
 MEMORY = 1_000_000_000  # bytes beyond what the libraries need
 MEMORY_A_BYTE = 20.0  # further bytes of memory for each byte of the file
@@ -28,7 +32,7 @@ class Guard:
 
     Parameters
     ----------
-    seconds : s; how long a small file may take.
+    seconds : s that a small file may take, see `_Answer`.
     memory : bytes that a small file may take.
     """
 
@@ -76,7 +80,7 @@ class Guard:
             "wanted": [{"group": w.group, "columns": w.columns, "clock": w.clock} for w in wanted],
         }
         process = self._started()
-        answer = _Answer(process, time.monotonic() + self._seconds + size / BYTES_A_SECOND)
+        answer = _Answer(process, self._seconds + size / BYTES_A_SECOND)
         try:
             assert process.stdin is not None
             process.stdin.write(json.dumps(request).encode() + b"\n")
@@ -119,13 +123,20 @@ class Guard:
 
 
 class _Answer:
-    """Bytes from the process until a deadline."""
+    """Bytes from the process for as long as it has time left.
 
-    def __init__(self, process: subprocess.Popen[bytes], deadline: float) -> None:
+    Its time is what it spends on a processor and what it sleeps through with nothing to do. Other load on the machine
+    makes neither longer: a process that waits for a processor or for the disk does not sleep.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes], seconds: float) -> None:
         assert process.stdout is not None
         self._handle = process.stdout.fileno()
-        self._deadline = deadline
+        self._tasks = Path(f"/proc/{process.pid}/task")
         self._held = bytearray()
+        self._left = seconds
+        self._deadline = time.monotonic() + PATIENCE * seconds
+        self._worked, _ = _threads(self._tasks)
 
     def line(self) -> bytes:
         while (end := self._held.find(b"\n")) < 0:
@@ -151,12 +162,36 @@ class _Answer:
     def _read(self, most: int) -> bytes:
         with selectors.DefaultSelector() as selector:
             selector.register(self._handle, selectors.EVENT_READ)
-            if not selector.select(max(0.0, self._deadline - time.monotonic())):
-                raise TimeoutError
+            began = time.monotonic()
+            while not selector.select(_LOOK):
+                now = time.monotonic()
+                self._spend(now - began)
+                if self._left < 0.0 or now > self._deadline:
+                    raise TimeoutError
+                began = now
         data = os.read(self._handle, most)
         if not data:
             raise EOFError
         return data
+
+    def _spend(self, passed: float) -> None:
+        """Take what the process has worked or slept during the last `passed` seconds from its time."""
+        worked, asleep = _threads(self._tasks)
+        self._left -= max(0.0, worked - self._worked) + (min(passed, 2 * _LOOK) if asleep else 0.0)
+        self._worked = worked
+
+
+def _threads(tasks: Path) -> tuple[float, bool]:
+    """Processor time (s) of a process's threads, and whether all of them sleep, by proc(5)."""
+    worked, asleep = 0, True
+    for one in tasks.glob("*/stat"):
+        try:
+            words = one.read_text().rpartition(")")[2].split()
+        except OSError:  # it has just ended
+            continue
+        worked += int(words[11]) + int(words[12])
+        asleep &= words[0] == "S"
+    return worked / os.sysconf("SC_CLK_TCK"), asleep
 
 
 def _unpack(head: dict[str, Any], answer: _Answer) -> Table:

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from estimators._correlate import slide_both
 from estimators.interface import Estimator, OnlineEstimator
 from estimators.speed_plain import SpeedPlain
 from estimators.speed_refined import SpeedRefined
@@ -283,3 +284,14 @@ def test_bad_input_is_one_clear_line(estimator: SpeedPlain | SpeedRefined) -> No
     run.step({"time [s]": 1.0, A: 9.81, Q: 0.0})
     with pytest.raises(InputError, match="order of time"):
         run.step({"time [s]": 1.0, A: 9.81, Q: 0.0})
+
+
+def test_running_sums_of_both_directions_are_those_of_the_window():
+    size, first, lags, count = 40, 3, 12, 150
+    x, y = np.random.default_rng(3).normal(size=(2, count))
+    held, ahead, behind = np.zeros((2, 2 * size)), np.zeros(lags), np.zeros(lags)
+    for n in range(count):
+        slide_both(held[0], held[1], x[n], y[n], n, first, ahead, behind)
+    a, b = x[-size:], y[-size:]
+    assert ahead == pytest.approx([a[:-lag] @ b[lag:] for lag in range(first, first + lags)], abs=1e-12)
+    assert behind == pytest.approx([b[:-lag] @ a[lag:] for lag in range(first, first + lags)], abs=1e-12)
