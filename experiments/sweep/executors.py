@@ -157,7 +157,7 @@ class Cluster:
                 task = running.pop(future.key)
                 yield task, _result(future)
                 future.release()
-        except (self._distributed.KilledWorker, self._distributed.CommClosedError, TimeoutError) as error:
+        except (self._distributed.KilledWorker, self._distributed.comm.CommClosedError, TimeoutError) as error:
             raise InputError(f"the cluster gave up: {error}; what is finished is kept: run again") from None
         except self._distributed.client.FutureCancelledError as error:
             raise InputError(f"the cluster was lost: {error}; what is finished is kept: run again") from None

@@ -11,8 +11,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -116,6 +118,24 @@ def test_scheduler_that_does_not_answer_or_has_no_workers(monkeypatch: pytest.Mo
     monkeypatch.setattr("experiments.sweep.executors.ANSWER", 0.5)
     with pytest.raises(InputError, match="no Dask scheduler answers at '127.0.0.1:9'"):
         Cluster("127.0.0.1:9", False)
+
+
+@pytest.mark.parametrize(
+    ("kind", "arguments"),
+    [
+        ("comm.CommClosedError", ("gone",)),
+        ("client.FutureCancelledError", ("k", "gone")),
+        ("KilledWorker", ("k", Mock(), 3)),
+    ],
+)
+def test_lost_cluster_is_said_in_one_line(kind: str, arguments: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch):
+    distributed = pytest.importorskip("distributed")
+    lost = Cluster.__new__(Cluster)
+    lost._distributed, lost._client, lost.workers, lost._keep = distributed, Mock(), 1, False
+    lost._client.submit.side_effect = attrgetter(kind)(distributed)(*arguments)
+    monkeypatch.setattr(distributed, "as_completed", lambda **_: Mock())
+    with pytest.raises(InputError, match="what is finished is kept: run again"):
+        list(lost.run([Mock()]))
 
 
 def test_failures_become_rows_and_the_rest_goes_on(sweep_file: Path, tmp_path: Path, sweeping: Sweeping):
