@@ -170,12 +170,13 @@ def _nominal(reference: Forward, frames: Frames) -> dict[str, np.ndarray]:
 
     def column(number: int) -> np.ndarray:
         moved = z.copy()
-        moved[number] = STEP
+        step = reference.nuisances[number].step(0.0, STEP)
+        moved[number] = step
         if reference.nuisances[number].of_sensor:
             changed = reference.observe(setup, truth, moved)
         else:
             changed = reference.predict(moved)
-        return ((_stacked(reference, frames, changed) - base) / STEP).astype(np.complex64)
+        return ((_stacked(reference, frames, changed) - base) / step).astype(np.complex64)
 
     columns = np.stack(in_parallel(column, range(len(z))))
     tracks = perturbed_tracks(reference.evidence, SEED, PERTURBED)
@@ -209,7 +210,7 @@ def _digest(reference: Forward, frames: Frames) -> str:
             "sensors": [sensor.model_dump(mode="json") for sensor in e.sensors],
             "channels": [[name, e.rates[name]] for name in e.channels],
             "frames": [len(frames.starts), frames.length, len(frames.frequencies)],
-            "step": STEP,
+            "steps": [one.step(0.0, STEP) for one in reference.nuisances],
         }
     )
 

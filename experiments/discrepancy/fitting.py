@@ -222,7 +222,7 @@ def _linearised(problem: Problem, fit: Fit) -> Fit:
     def column(number: int) -> np.ndarray:
         if np.sum((WEIGHT * fit.jacobian[number][problem.train]) ** 2) < STRONG:
             return fit.columns[number]
-        step = -STEP if fit.z[number] > 0.0 else STEP
+        step = forward.nuisances[number].step(float(fit.z[number]), STEP)
         moved = fit.z.copy()
         moved[number] += step
         if forward.nuisances[number].of_sensor:
@@ -292,7 +292,7 @@ def _step(problem: Problem, fit: Fit) -> tuple[Fit, float]:
     n = len(fit.z)
     expected = 0.0
     for number, share in enumerate(SHORTENED):
-        target = bounded_step(matrix, downhill, at, share)
+        target = bounded_step(matrix, downhill, at, share, problem.forward.bounds)
         step = target - at
         if not number:
             expected = float(downhill @ step - 0.5 * step @ matrix @ step)

@@ -72,6 +72,11 @@ class Forward:
         return tuple(nuisances_of(e.scenario.vehicle, e.sensors, e.channels, e.speed[2]))
 
     @cached_property
+    def bounds(self) -> np.ndarray:
+        """(2, n) least and largest score of each nuisance."""
+        return np.array([(nuisance.least, nuisance.most) for nuisance in self.nuisances]).T
+
+    @cached_property
     def ideal_sensors(self) -> tuple[Sensor, ...]:
         """The sensors with what shapes their signals and without anything random."""
         return tuple(sensor.but(errors=ideal(sensor.errors)) for sensor in self.evidence.sensors)

@@ -13,7 +13,6 @@ BANDS = (0.0, 0.8, 2.0, 4.0, 8.0, 16.0, 32.0, 60.0)  # Hz
 MISFIT = 1.25  # mean square that the noise model itself may be wrong by
 FALSE_SHARE = 0.01  # of the cells that are called significant (Benjamini and Hochberg 1995)
 DROPPED = 3  # loudest frames that do not count
-SURPRISING = 2.7  # standard deviations of its prior that a nuisance may be off before more is looked for
 CURVED = 1e-4  # 1/m
 
 
@@ -76,8 +75,8 @@ def locate(problem: Problem, fit: Fit) -> Located:
     heard = np.maximum(problem.white.good.sum(axis=1) * 2 * fit.residual.shape[1], 1)
     strip = (fit.residual**2).sum(axis=(1, 2)) / heard
     cells = _cells(problem, marginal)
-    labels = [nuisance.label for nuisance in problem.forward.nuisances]
-    surprising = {labels[i]: float(fit.z[i]) for i in np.flatnonzero(np.abs(fit.z) > SURPRISING)}
+    found = zip(problem.forward.nuisances, fit.z.tolist(), strict=True)
+    surprising = {one.label: z for one, z in found if abs(z) > one.strained}
     return Located(tuple(cells), marginal.mean(axis=1), strip, _regimes(problem, strip), surprising)
 
 

@@ -1,5 +1,6 @@
 """Nuisances: all that may differ from the nominal within tolerance without being an effect, with data-sheet priors."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -25,6 +26,13 @@ CREEP = {"friction": 0.15, "k_adhesion": 0.10, "k_slip": 0.10}
 for another friction.
 """
 
+CAPS = {"k_adhesion": 1.0, "k_slip": 1.0}
+"""Largest values: reduction factors end at 1."""
+
+TOLERATED = 3.0  # standard deviations of its prior within which a build parameter stays
+FURTHEST = 5.0  # the same of sensors and of the alignment, which are not sorted out at a limit when they are made
+SURPRISING = 2.7  # standard deviations from which a build parameter lets one look for more
+SURPRISING_SENSOR = 3.3  # the same for sensors and alignment, of which there are many
 START = 0.5  # m, distance of the recording's first sample, after alignment
 FASTEST_WANDER = 0.002  # relative standard deviation of the speed's slow errors
 WANDERS = 4  # pieces of the run
@@ -38,18 +46,30 @@ class Nuisance:
     ----------
     kind : "vehicle", "pair", "adhesion" (relative, as a factor exp(std z)); "start" [m], "speed" [-] (alignment);
     "bias" [channel], "scale" [-], "mounting" [rad], "latency" [s] (sensors). name : field, channel or sensor.
-    std : of the prior. index : component of a vector, or number of a piece.
+    std : of the prior. index : component of a vector, or number of a piece. least, most : scores between which it
+    stays; what leaves a build's tolerance is no tolerance but an effect, of a sensor the prior alone decides that.
     """
 
     kind: str
     name: str
     std: float
     index: int = 0
+    least: float = -TOLERATED
+    most: float = TOLERATED
 
     @property
     def label(self) -> str:
         """Unique name."""
         return f"{self.kind}.{self.name}" + (f".{self.index}" if self.kind in ("mounting", "speed") else "")
+
+    def step(self, z: float, size: float) -> float:
+        """By how much a score is moved for a derivative there: towards the prior's middle, never beyond `most`."""
+        return -size if z > 0.0 or z + size > self.most else size
+
+    @property
+    def strained(self) -> float:
+        """Score from which more than a tolerance is looked for."""
+        return SURPRISING if self.most <= TOLERATED else SURPRISING_SENSOR
 
     @property
     def of_sensor(self) -> bool:
@@ -71,13 +91,20 @@ def _vehicle(vehicle: Vehicle) -> list[Nuisance]:
             found.append(Nuisance("vehicle", name, tolerance))
     for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
         settings = getattr(vehicle, part, None)
-        found += [Nuisance(part, name, std) for name, std in numbers.items() if hasattr(settings, name)]
+        for name, std in numbers.items():
+            if hasattr(settings, name):
+                room = math.log(CAPS[name] / getattr(settings, name)) / std if name in CAPS else TOLERATED
+                found.append(Nuisance(part, name, std, most=min(max(room, 0.0), TOLERATED)))
     return found
 
 
 def _alignment(scale: float) -> list[Nuisance]:
-    pieces = [Nuisance("speed", "wander", FASTEST_WANDER, number) for number in range(WANDERS)]
-    return [Nuisance("start", "distance", START), Nuisance("speed", "scale", scale, WANDERS), *pieces]
+    pieces = [_free("speed", "wander", FASTEST_WANDER, number) for number in range(WANDERS)]
+    return [_free("start", "distance", START), _free("speed", "scale", scale, WANDERS), *pieces]
+
+
+def _free(kind: str, name: str, std: float, index: int = 0) -> Nuisance:
+    return Nuisance(kind, name, std, index, -FURTHEST, FURTHEST)
 
 
 def _sensors(sensors: list[Sensor], channels: set[str]) -> list[Nuisance]:
@@ -86,10 +113,10 @@ def _sensors(sensors: list[Sensor], channels: set[str]) -> list[Nuisance]:
         sheet = sensor.errors
         for name in sensor.channels():
             if name in channels:
-                found += [Nuisance("bias", name, sheet.bias_std)] * (sheet.bias_std > 0.0)
-                found += [Nuisance("scale", name, sheet.scale_error_std)] * (sheet.scale_error_std > 0.0)
+                found += [_free("bias", name, sheet.bias_std)] * (sheet.bias_std > 0.0)
+                found += [_free("scale", name, sheet.scale_error_std)] * (sheet.scale_error_std > 0.0)
         if sheet.misalignment_std > 0.0:
             found += [
-                Nuisance("mounting", sensor.name + "." + sensor.kind, sheet.misalignment_std, i) for i in range(3)
+                _free("mounting", sensor.name + "." + sensor.kind, sheet.misalignment_std, i) for i in range(3)
             ]
     return found

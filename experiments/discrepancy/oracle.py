@@ -34,7 +34,7 @@ def expected_evidence(problem: Problem, effects: Sequence[Effect]) -> list[float
     """
     z = np.zeros(len(problem.forward.nuisances))
     fit = starting_fit(problem, z)
-    projection = Projection(fit, problem.train)
+    projection = Projection(fit, problem.train, problem.forward.bounds)
     found = []
     for effect in effects:
         try:

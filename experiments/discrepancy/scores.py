@@ -9,10 +9,10 @@ import numpy as np
 from scipy.stats import norm
 
 from experiments.discrepancy.candidates import DISTANCES, TIMES, Candidate
+from experiments.discrepancy.nuisances import TOLERATED
 from railsim.effects.interface import Effect, Parameter
 
 DECADES = 100.0  # upper over lower bound
-TOLERATED = 3.0  # standard deviations of its prior within which a nuisance stays: more is no tolerance but an effect
 
 
 @dataclass(frozen=True)
@@ -131,22 +131,38 @@ def _scaled(name: str, parameter: Parameter) -> tuple[float, float]:
     return (parameter.prior.mean - parameter.low) / span, parameter.prior.std / span
 
 
-def bounded_step(matrix: np.ndarray, slope: np.ndarray, z: np.ndarray, share: float) -> np.ndarray:
-    """z after a share of a Newton step that keeps every score within `TOLERATED`; scores at their bounds stay there
+def bounded_step(
+    matrix: np.ndarray, slope: np.ndarray, z: np.ndarray, share: float, bounds: np.ndarray | None = None
+) -> np.ndarray:
+    """z after a share of a Newton step that keeps every score within its bounds; scores at their bounds stay there
     while the step would leave them.
+
+    Parameters
+    ----------
+    bounds : (2, n) least and most of the first scores; the others stay within `TOLERATED`.
     """
+    lower, upper = _limits(z, bounds)
     free = np.ones(len(z), bool)
     move = np.zeros(len(z))
     for _ in range(4):
         move[:] = 0.0
         move[free] = np.linalg.solve(matrix[np.ix_(free, free)], slope[free])
-        leaving = free & (np.abs(z) >= TOLERATED - 1e-9) & (z * move > 0.0)
+        leaving = free & (at_bound(z, bounds) * move > 0.0)
         if not leaving.any():
             break
         free &= ~leaving
-    return np.clip(z + share * move, -TOLERATED, TOLERATED)
+    return np.clip(z + share * move, lower, upper)
 
 
-def at_bound(z: np.ndarray) -> np.ndarray:
-    """Which nuisances stand at the edge of their tolerance."""
-    return np.abs(z) >= TOLERATED - 1e-9
+def at_bound(z: np.ndarray, bounds: np.ndarray | None = None) -> np.ndarray:
+    """Which scores stand at the edge of their tolerance: 1 at the upper, -1 at the lower, 0 between."""
+    lower, upper = _limits(z, bounds)
+    return (z >= upper - 1e-9).astype(int) - (z <= lower + 1e-9)
+
+
+def _limits(z: np.ndarray, bounds: np.ndarray | None) -> np.ndarray:
+    """(2, len(z)) least and most."""
+    limits = np.array([[-TOLERATED], [TOLERATED]]) * np.ones(len(z))
+    if bounds is not None:
+        limits[:, : bounds.shape[1]] = bounds
+    return limits

@@ -59,7 +59,7 @@ class Projection:
     Numbers at the edge of their tolerance are held there, or come back if the signature lets them.
     """
 
-    def __init__(self, fit: Fit, frames: np.ndarray) -> None:
+    def __init__(self, fit: Fit, frames: np.ndarray, bounds: np.ndarray | None = None) -> None:
         shares = Shares(fit.candidates)
         normal, gradient = normal_equations(fit.jacobian, fit.residual, frames)
         matrix, downhill, self.at = shares.scaled(normal, gradient, fit.z, fit.shares)
@@ -69,11 +69,11 @@ class Projection:
         self.flat = flat * scale[:, None]
         self.frames = frames
         self.residual = (WEIGHT * fit.residual[frames]).astype(np.float32).ravel()
-        self.bound = at_bound(self.at)
+        self.bound = at_bound(self.at, bounds)
         self._sets: list[tuple[np.ndarray, np.ndarray, float]] = []
         for held in [self.bound, np.zeros_like(self.bound)] if self.bound.any() else [self.bound]:
             inverse = np.zeros_like(matrix)
-            free = np.flatnonzero(~held)
+            free = np.flatnonzero(held == 0)
             inverse[np.ix_(free, free)] = np.linalg.inv(matrix[np.ix_(free, free)])
             own = (inverse @ downhill).astype(np.float32)
             self._sets.append((inverse.astype(np.float32), own, 0.5 * float(downhill @ own)))
@@ -107,7 +107,7 @@ class Projection:
             scale = np.clip(slope / power, *RANGE)
             gain = relief - self._sets[0][2] + scale * slope - 0.5 * scale**2 * power
             move = own - scale[:, None] * follow
-            gain[(self.bound & (move * self.at > 1e-9)).any(axis=1)] = -np.inf
+            gain[(move * self.bound > 1e-9).any(axis=1)] = -np.inf
             top = int(np.argmax(gain))
             if gain[top] > best[0]:
                 best = float(gain[top]), top, float(scale[top]), move[top], float(power[top])
@@ -139,7 +139,7 @@ def screen(
     """
     if problem.bank is None:
         raise ValueError("give the problem a bank first")
-    projection = Projection(fit, problem.train)
+    projection = Projection(fit, problem.train, problem.forward.bounds)
     found = in_tune(found)
     banked = [(one, values) for one in found if not one.local for values in one.banked()]
     problem.bank.fill(banked, tell)
@@ -349,7 +349,7 @@ def _screened(
         candidate,
         values,
         _scaled(candidate, values, found.scale),
-        np.clip(fit.z + found.move[:n], -TOLERATED, TOLERATED),
+        np.clip(fit.z + found.move[:n], *problem.forward.bounds),
         found.gain,
         robust,
         _likeness(problem, fit.residual, signature),

@@ -25,6 +25,7 @@ POLISHED = 2  # classes whose best hypothesis is linearised anew where it leaves
 FAR_BEHIND = 300.0  # nats behind the best from which a class is not linearised anew,
 OUT_OF_REACH = 0.3  # or this share of what the best brings, if that is more
 ROUNDS = 2
+RESTARTS = 3
 BUDGET = {"fit": 200.0, "linearise": 260.0, "law": 300.0, "further": 330.0, "end": 420.0}
 """Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
 WORTH = 3.0  # nats that a further linearisation must have brought to go on
@@ -273,3 +274,16 @@ def _paired(problem: Problem, first: Hypothesis, one: Screened, tell: Tell) -> H
 def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell) -> Hypothesis:
     """The fit that all others are compared with."""
     return concluded(problem, improved(problem, starting_fit(problem, z), tell))
+
+
+def unbiased(problem: Problem, null: Hypothesis, tell: Tell) -> Hypothesis:
+    """Nuisances alone, fitted on with the bank's derivatives as long as that brings something: what a fit's steps have
+    taught its derivatives on a long way can hold it up.
+    """
+    for _ in range(RESTARTS):
+        better = nuisances_alone(problem, null.fit.z, tell)
+        gain = better.log_evidence - null.log_evidence
+        null = better if gain > 0.0 else null
+        if gain < WORTH:
+            break
+    return null

@@ -20,7 +20,7 @@ from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.places import tones
 from experiments.discrepancy.screening import Screened
-from experiments.discrepancy.selection import nuisances_alone, other_laws, select
+from experiments.discrepancy.selection import nuisances_alone, other_laws, polished, select, unbiased
 from railsim.errors import InputError
 
 SPOTS = 3  # loudest sections where local effects are tried
@@ -80,6 +80,9 @@ def investigate(
     if located.worth_looking:
         problem, null = _better_law(problem, null, tell)
         located = locate(problem, null.fit)
+    if located.worth_looking:
+        null = polished(problem, null, tell)
+        located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
     if not located.worth_looking:
         return Findings(problem, null, located, (), (), (), None, decide(problem, null, located, []))
@@ -101,7 +104,7 @@ def _settled(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, H
     """Nuisances alone, fitted on with the sensors' noise levels and the model's share of the noise read from them."""
     problem = problem.with_level(null.fit.stacked)
     problem = problem.with_covariance(null.fit.stacked, problem.bank.propagated if problem.bank else None)
-    return problem, again(problem, null, tell)
+    return problem, unbiased(problem, again(problem, null, tell), tell)
 
 
 def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:
