@@ -22,7 +22,8 @@ SHORT = ("rail_joints", "hanging_sleepers")  # effects of a place that is short 
 STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place on over a length
 TIMES = ("begin",)  # fields that are a time of the run [s]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
-GRID = {"frequency": 6, "period": 8}  # values between the bounds that the bank holds; wavelengths come from tones
+GRID = {"frequency": 6, "period": 8}  # values between the bounds that the bank holds
+LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
 SHORTEST_PERIOD = 1.0 / 60.0  # s; resonances beyond the frames' highest frequency show by their foot only
 LENGTHS = {"hanging_sleepers": ("length", (3.0, 8.0, 20.0)), "wind_gust": ("duration", (3.0, 12.0, 30.0))}
@@ -155,6 +156,10 @@ class Candidate:
                 if name in free and free[name].absent is None:
                     for value in np.geomspace(free[name].low, free[name].high, GRID[name]):
                         yield {**values, name: float(value)}
+        if "wavelength" in free and not self.local:
+            for value in np.geomspace(*LONG_WAVES):
+                if free["wavelength"].low <= value <= free["wavelength"].high:
+                    yield {**next(iter(self.sizes())), "wavelength": float(value)}
         for name in GRID:
             if name in free and free[name].absent is not None:  # the number itself is the size
                 for value in np.geomspace(SHORTEST_PERIOD, free[name].high, GRID[name]):

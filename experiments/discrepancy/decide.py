@@ -6,18 +6,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem
 from experiments.discrepancy.hypothesis import Hypothesis, robust_evidence
-from experiments.discrepancy.locate import Located
+from experiments.discrepancy.locate import Cell, Located, locate
 
 ENOUGH = 10.0  # nats for an effect against nuisances alone, its loudest sections left out
 TEMPERATURE = 2.0
 """Evidence is divided by it before it becomes confidence: frames overlap and the noise is only nearly right."""
 SURE = 0.9  # share of the probability that names
 IN_SET = 0.02  # share from which an alternative is listed
-UNEXPLAINED = 0.5  # share of the held-out excess that a named effect must take where the excess is large
-LARGE = 1.3  # held-out gap (root mean square) from which that is asked for
-FURTHER = 5.0  # nats that each effect after the first must bring beyond its own evidence
+UNEXPLAINED = 0.7  # share of the excess in significant cells that a named effect must take
+LARGE = 1.3  # held-out gap (root mean square) from which nuisances alone are far from the truth
+FURTHER = 5.0  # nats that a second effect must bring beyond its own evidence,
+COARSE = 0.005  # and this share of what the first brings: what the model itself is wrong by
+BORNE_OUT = 0.2  # of the training frames' evidence, frame for frame, that held-out frames must show
+HARMLESS = 3.0  # nats that an effect of one place, which held-out frames may not have seen, may cost there
+CLEARLY = 20.0  # nats by which a tabled law must be ahead of a named effect,
+TABLED = 0.02  # and this share of what the effect brings
 
 
 @dataclass(frozen=True)
@@ -27,12 +33,14 @@ class Judged:
     Attributes
     ----------
     evidence : nats against nuisances alone, for what acts everywhere without its loudest sections. held_out : nats on
-    held-out frames. probability : among classes. gap : root mean square of the whitened held-out residual.
+    held-out frames. borne_out : whether these bear it out. probability : among classes. gap : root mean square of the
+    whitened held-out residual.
     """
 
     hypothesis: Hypothesis
     evidence: float
     held_out: float
+    borne_out: bool
     probability: float
     gap: float
 
@@ -65,34 +73,68 @@ def held_out_gap(problem: Problem, fit: Fit) -> float:
 
 
 def judge(problem: Problem, null: Hypothesis, hypotheses: Sequence[Hypothesis]) -> list[Judged]:
-    """Figures of every hypothesis, the most probable first."""
-    evidence: list[float] = []
-    held: list[float] = []
-    for one in hypotheses:
-        local = any(candidate.speaks_in_places for candidate in one.candidates)
-        plain = one.log_evidence - null.log_evidence
-        value = plain if local else robust_evidence(problem, one, null)
-        evidence.append(value - FURTHER * (len(one.candidates) - 1))
-        before = (WEIGHT * null.fit.residual[problem.test]) ** 2
-        after = (WEIGHT * one.fit.residual[problem.test]) ** 2
-        held.append(0.5 * float(before.sum() - after.sum()))
+    """Figures of every hypothesis, the most probable first; what held-out frames do not bear out loses `ENOUGH`."""
+    figures = [_figures(problem, null, one, hypotheses) for one in hypotheses]
     best: dict[frozenset[str], float] = {}
-    for one, value, outside in zip(hypotheses, evidence, held, strict=True):
-        best[one.classes] = max(best.get(one.classes, -math.inf), value if outside > 0.0 else value - ENOUGH)
+    for one, (value, _, borne_out) in zip(hypotheses, figures, strict=True):
+        best[one.classes] = max(best.get(one.classes, -math.inf), value if borne_out else min(value, 0.0) - ENOUGH)
     top = max([0.0, *best.values()])
     weights = {classes: math.exp((value - top) / TEMPERATURE) for classes, value in best.items()}
     total = sum(weights.values()) + math.exp(-top / TEMPERATURE)
     judged = [
-        Judged(one, value, outside, weights[one.classes] / total, held_out_gap(problem, one.fit))
-        for one, value, outside in zip(hypotheses, evidence, held, strict=True)
+        Judged(one, *three, weights[one.classes] / total, held_out_gap(problem, one.fit))
+        for one, three in zip(hypotheses, figures, strict=True)
     ]
-    return sorted(judged, key=lambda one: (-one.probability, -one.evidence))
+    return sorted(judged, key=lambda one: (-one.probability, not one.borne_out, -one.evidence))
+
+
+def _figures(
+    problem: Problem, null: Hypothesis, one: Hypothesis, others: Sequence[Hypothesis]
+) -> tuple[float, float, bool]:
+    """Evidence and held-out nats against nuisances alone, and whether held-out frames bear it out.
+
+    A further effect is held against the best of the hypotheses that go without one of the two.
+    """
+    alone = max(
+        (other for other in others if other.classes < one.classes), key=lambda other: other.log_evidence, default=None
+    )
+    before = alone or null
+    further = [other for other in one.candidates if other.equivalence not in before.classes]
+    gain = _evidence(problem, before, one, further)
+    outside = _held_out(problem, before, one)
+    least = (
+        -HARMLESS if all(other.local for other in further) else BORNE_OUT * _share_held_out(problem) * max(0.0, gain)
+    )
+    borne_out = outside > least
+    if alone is None:
+        return gain, outside, borne_out
+    first, there, _ = _figures(problem, null, alone, others)
+    borne_out = borne_out and gain > FURTHER + COARSE * max(0.0, first)
+    return first + gain - FURTHER, there + outside, borne_out
+
+
+def _evidence(problem: Problem, before: Hypothesis, one: Hypothesis, further: Sequence[Candidate]) -> float:
+    """Nats against another hypothesis; of what acts everywhere without its loudest sections."""
+    if any(candidate.speaks_in_places for candidate in further):
+        return one.log_evidence - before.log_evidence
+    return robust_evidence(problem, one, before)
+
+
+def _held_out(problem: Problem, null: Hypothesis, one: Hypothesis) -> float:
+    """Nats on held-out frames."""
+    before = (WEIGHT * null.fit.residual[problem.test]) ** 2
+    after = (WEIGHT * one.fit.residual[problem.test]) ** 2
+    return 0.5 * float(before.sum() - after.sum())
+
+
+def _share_held_out(problem: Problem) -> float:
+    """Held-out frames for each that trains."""
+    return float(problem.test.sum() / max(problem.train.sum(), 1))
 
 
 def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequence[Judged]) -> Decision:
-    """One of the four verdicts, with the reason in words."""
-    gap = held_out_gap(problem, null.fit)
-    accepted = [one for one in judged if one.evidence >= ENOUGH and one.held_out > 0.0]
+    """One of the four verdicts, with the reason in words; `located`: of nuisances alone."""
+    accepted = [one for one in judged if one.evidence >= ENOUGH and one.borne_out]
     if not accepted:
         if located.significant:
             text = "the residual is larger than the stated noise, and no effect of the library explains it"
@@ -100,8 +142,8 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
         text = "nothing is left that tolerances, sensors and the track file do not explain"
         return Decision("none", tuple(judged), 1.0 - (judged[0].probability if judged else 0.0), text)
     first = accepted[0]
-    share = explained(gap, first.gap)
-    if first.gap > LARGE and share < UNEXPLAINED:
+    share = _share_gone(problem, located, first)
+    if share < UNEXPLAINED:
         text = f"the best effect, {first.hypothesis.label}, explains only {share:.0%} of what is left"
         return Decision("unknown", tuple(judged), _certain(located), text)
     classes = {one.hypothesis.classes for one in accepted if one.probability >= IN_SET}
@@ -111,9 +153,39 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
     return Decision("ambiguous", tuple(accepted), first.probability, text)
 
 
-def explained(before: float, after: float) -> float:
-    """Share of the excess of the mean square over the stated noise that is gone."""
-    return (before**2 - after**2) / max(before**2 - 1.0, 1e-9)
+def contested(decision: Decision, null: Hypothesis, law: Hypothesis) -> Decision:
+    """The verdict when a tabled law without a name was fitted too: it takes the name away from an effect that explains
+    clearly less.
+    """
+    if decision.best is None:
+        return decision
+    named = decision.best.hypothesis
+    if not ahead(null, named, law):
+        return decision
+    nats = law.log_evidence - named.log_evidence
+    text = f"a law that follows the state at one place explains it better than {named.label}, by {nats:.0f} nats"
+    return Decision("unknown", decision.judged, min(0.99, 1.0 - math.exp(-nats / (2.0 * CLEARLY))), text)
+
+
+def ahead(null: Hypothesis, named: Hypothesis, law: Hypothesis) -> bool:
+    """Whether a tabled law is clearly better than an effect of the library."""
+    gain = max(0.0, named.log_evidence - null.log_evidence)
+    return law.log_evidence > named.log_evidence + CLEARLY + TABLED * gain
+
+
+def _share_gone(problem: Problem, located: Located, first: Judged) -> float:
+    """Share of the excess in the significant cells that the effect takes; one where there are none."""
+    before = {(one.channel, one.low): one for one in located.significant}
+    if not before:
+        return 1.0
+    after = {(one.channel, one.low): one for one in locate(problem, first.hypothesis.fit).cells}
+    there = sum(_excess(one) for one in before.values())
+    left = sum(_excess(after[key]) for key in before)
+    return 1.0 - left / max(there, 1e-9)
+
+
+def _excess(cell: Cell) -> float:
+    return max(0.0, cell.power - 1.0) * (cell.high - cell.low)
 
 
 def _certain(located: Located) -> float:

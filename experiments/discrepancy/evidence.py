@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from experiments.discrepancy.samples import sampled
 from railsim.errors import InputError
@@ -217,8 +216,3 @@ def _smooth(time: np.ndarray, speed: np.ndarray, knots: np.ndarray) -> np.ndarra
     bends = np.diff(np.eye(len(knots)), 2, axis=0)
     normal = design.T @ design + 0.3 * len(time) / len(knots) * bends.T @ bends
     return np.linalg.solve(normal, design.T @ speed)
-
-
-def as_frame(track: Track) -> pd.DataFrame:
-    """The measured track as a table."""
-    return pd.DataFrame({DISTANCE: track.s, **{f"{k} [{UNITS[k]}]": v for k, v in track.columns().items()}})

@@ -94,7 +94,7 @@ class Problem:
         """The problem with the sensors' noise levels read from what predicted coefficients (k, f, c) leave."""
         if self.white is None:
             raise ValueError("state the noise first")
-        return self.but(level=noise_level(self.evidence, self.frames, self.white, self.measured - stacked))
+        return self.but(level=noise_level(self.evidence, self.frames, self.white, self.measured - stacked, self.level))
 
     def with_covariance(self, predicted: np.ndarray, passed: np.ndarray | None) -> "Problem":
         """The problem with the noise of predicted coefficients (k, f, c) and a propagated track error (k, f, c, c)."""
@@ -209,18 +209,22 @@ def _begun(
     )
 
 
-def linearised(problem: Problem, fit: Fit) -> Fit:
-    """The fit with derivatives made anew at its own point, where the data say much about a number."""
-    return _kept(problem, "linearised", fit, fit.candidates, (), lambda: _linearised(problem, fit))
+def linearised(problem: Problem, fit: Fit, sensors_only: bool = False) -> Fit:
+    """The fit with derivatives made anew at its own point: where the data say much about a number, by a run each; those
+    by the sensors' errors cost no run of their own.
+    """
+    what = "sensed" if sensors_only else "linearised"
+    return _kept(problem, what, fit, fit.candidates, (), lambda: _linearised(problem, fit, sensors_only))
 
 
-def _linearised(problem: Problem, fit: Fit) -> Fit:
+def _linearised(problem: Problem, fit: Fit, sensors_only: bool) -> Fit:
     forward = problem.forward
     n = len(fit.z)
     setup, truth = forward.run(fit.z, fit.effects)
 
     def column(number: int) -> np.ndarray:
-        if np.sum((WEIGHT * fit.jacobian[number][problem.train]) ** 2) < STRONG:
+        kept = sensors_only and not forward.nuisances[number].of_sensor
+        if kept or np.sum((WEIGHT * fit.jacobian[number][problem.train]) ** 2) < STRONG:
             return fit.columns[number]
         step = forward.nuisances[number].step(float(fit.z[number]), STEP)
         moved = fit.z.copy()
@@ -231,7 +235,8 @@ def _linearised(problem: Problem, fit: Fit) -> Fit:
             prediction = forward.predict(moved, fit.effects)
         return ((problem.stacked(prediction) - fit.stacked) / step).astype(np.complex64)
 
-    columns = np.concatenate([np.stack(in_parallel(column, range(n))), _effect_columns(problem, fit)])
+    own = fit.columns[n:] if sensors_only else _effect_columns(problem, fit)
+    columns = np.concatenate([np.stack(in_parallel(column, range(n))), own])
     return replace(fit, columns=columns, jacobian=problem.whitened_columns(columns))
 
 

@@ -9,10 +9,11 @@ import numpy as np
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, improved, normal_equations, with_candidates
 from experiments.discrepancy.scores import Shares, value_at
-from railsim.effects.interface import Effect
+from railsim.effects.interface import Effect, Parameter
 from railsim.errors import InputError
 
 DROPPED = 3
+OWN_ERROR = 0.04  # of an effect's size, what the model is wrong by in all sections alike; read from development cases
 Tell = Callable[[str], None]
 
 
@@ -105,7 +106,7 @@ def robust_evidence(problem: Problem, one: Hypothesis, null: Hypothesis) -> floa
 
 def intervals(problem: Problem, one: Hypothesis, which: int = 0) -> dict[str, dict[str, float | str]]:
     """Value and two standard deviations to each side of the numbers of one effect, widened where the residual is not
-    white.
+    white, and by what the model itself is wrong by.
     """
     misfit = problem.white.mean_square(one.fit.residual, problem.train) if problem.white else 1.0
     spread = np.sqrt(np.diag(one.covariance) * max(1.0, misfit))
@@ -114,9 +115,21 @@ def intervals(problem: Problem, one: Hypothesis, which: int = 0) -> dict[str, di
     for name, p in one.candidates[which].parameters.items():
         middle, reach = float(one.fit.shares[place]), 2.0 * float(spread[place])
         value, low, high = (value_at(name, p, share) for share in (middle, middle - reach, middle + reach))
+        own = 2.0 * OWN_ERROR * _size(p, value)
+        low, high = max(p.low, value - math.hypot(value - low, own)), min(p.high, value + math.hypot(high - value, own))
         found[name] = {"value": value, "low": low, "high": high, "unit": p.unit}
         place += 1
     return found
+
+
+def _size(p: Parameter, value: float) -> float:
+    """How large a number is: its distance from where the effect is absent, or from nought if that is less far (numbers
+    like a velocity of blow-off are absent at their largest); places and waves have none.
+    """
+    if p.absent is None:
+        return 0.0
+    threshold = p.smallest is not None and abs(p.smallest - p.absent) > 0.8 * (p.high - p.low)
+    return min(abs(value), abs(value - p.absent)) if threshold else abs(value - p.absent)
 
 
 def _log_determinant(matrix: np.ndarray) -> float:

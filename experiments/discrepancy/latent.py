@@ -39,7 +39,10 @@ class LatentForce:
 
 
 def latent_forces(problem: Problem, fit: Fit, best: int = 3) -> list[LatentForce]:
-    """The places that explain most, best first; a channel's own reading is one."""
+    """The places that explain most, best first; a channel's own reading is one.
+
+    The first comes with its curve over each of its states.
+    """
     if problem.white is None:
         raise ValueError("state the noise first")
     setup, truth = problem.forward.run(fit.z, fit.effects)
@@ -57,7 +60,8 @@ def latent_forces(problem: Problem, fit: Fit, best: int = 3) -> list[LatentForce
         seen = np.matmul(problem.white.inverse, gains[number][None, :, :, None])[..., 0]  # (k, f, c)
         ranked.append((place, *_smoothed(problem, white, seen)))
     ranked.sort(key=lambda one: -one[1])
-    return [_described(problem, truth, *one) for one in ranked[:best]]
+    described = [_described(problem, truth, *one) for one in ranked[:best]]
+    return [*described[0], *(one[0] for one in described[1:])] if described else []
 
 
 def _smoothed(problem: Problem, white: np.ndarray, seen: np.ndarray) -> tuple[float, float, np.ndarray]:
@@ -81,7 +85,8 @@ def _smoothed(problem: Problem, white: np.ndarray, seen: np.ndarray) -> tuple[fl
 
 def _described(
     problem: Problem, truth: MemoryTruth, place: Place, gain: float, explained: float, coefficients: np.ndarray
-) -> LatentForce:
+) -> list[LatentForce]:
+    """One for each state, the one that the force follows best first."""
     rate = 4.0 * float(problem.frames.frequencies[-1])
     time, force = _in_time(problem.frames, coefficients, rate)
     fits = []
@@ -89,9 +94,9 @@ def _described(
         at = np.interp(time, truth.time, values)
         fits.append((*_curve(at, force), state))
     if not fits:
-        return LatentForce(place, explained, gain, time, force, "", np.zeros((0, 3)), 0.0)
-    curve, follows, state = max(fits, key=lambda one: one[1])
-    return LatentForce(place, explained, gain, time, force, state, curve, follows)
+        return [LatentForce(place, explained, gain, time, force, "", np.zeros((0, 3)), 0.0)]
+    fits.sort(key=lambda one: -one[1])
+    return [LatentForce(place, explained, gain, time, force, state, curve, follows) for curve, follows, state in fits]
 
 
 def _in_time(frames: Frames, coefficients: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:

@@ -128,14 +128,17 @@ def sensor_density(sensor: Sensor, frames: Frames) -> np.ndarray:
     return white + leaked + own
 
 
-def noise_level(evidence: Evidence, frames: Frames, white: Whitener, residual: np.ndarray) -> np.ndarray:
+def noise_level(
+    evidence: Evidence, frames: Frames, white: Whitener, residual: np.ndarray, level: np.ndarray | None = None
+) -> np.ndarray:
     """(c,) density of each sensor's noise over that of its data sheet, where it dominates the residual (k, f, c).
 
-    Data sheets give typical values: the level is a nuisance within `LEVELS`. One where nothing says it.
+    Data sheets give typical values: the level is a nuisance within `LEVELS`. `level` is the one that `white` was made
+    with (one if None); it stays where nothing says more.
     """
-    found = np.ones(len(evidence.channels))
+    found = np.ones(len(evidence.channels)) if level is None else level.copy()
     for place, name in enumerate(evidence.channels):
-        own = sensor_density(_owner(evidence.sensors, name), frames)
+        own = found[place] * sensor_density(_owner(evidence.sensors, name), frames)
         share = own / white.deviation[:, :, place] ** 2
         counts = (share > DOMINANT) & white.good[:, None, place]
         power = np.where(counts, np.abs(residual[:, :, place] / white.deviation[:, :, place]) ** 2, np.nan)
@@ -143,7 +146,7 @@ def noise_level(evidence: Evidence, frames: Frames, white: Whitener, residual: n
         if rows.any():
             seen = float(np.median(np.nanmean(power[rows], axis=1)))
             typical = float(share[counts].mean())
-            found[place] = np.clip((seen - (1.0 - typical)) / typical, *LEVELS)
+            found[place] = np.clip(found[place] * (seen - (1.0 - typical)) / typical, *LEVELS)
     return found
 
 

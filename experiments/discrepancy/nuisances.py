@@ -116,7 +116,5 @@ def _sensors(sensors: list[Sensor], channels: set[str]) -> list[Nuisance]:
                 found += [_free("bias", name, sheet.bias_std)] * (sheet.bias_std > 0.0)
                 found += [_free("scale", name, sheet.scale_error_std)] * (sheet.scale_error_std > 0.0)
         if sheet.misalignment_std > 0.0:
-            found += [
-                _free("mounting", sensor.name + "." + sensor.kind, sheet.misalignment_std, i) for i in range(3)
-            ]
+            found += [_free("mounting", sensor.name + "." + sensor.kind, sheet.misalignment_std, i) for i in range(3)]
     return found

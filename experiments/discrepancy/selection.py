@@ -1,37 +1,44 @@
 """Selection: shortlisted effects are fitted with all nuisances; a second one joins where the first leaves something."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from experiments.discrepancy.candidates import Candidate
-from experiments.discrepancy.decide import ENOUGH, Decision, Judged, decide, held_out_gap, judge
-from experiments.discrepancy.fitting import Problem, improved, linearised, moved_to, restarted, starting_fit
+from experiments.discrepancy.candidates import Candidate, Context
+from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
+from experiments.discrepancy.empirical import fit_empirical
+from experiments.discrepancy.fitting import Fit, Problem, improved, linearised, restarted, starting_fit, with_candidates
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
+from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
+from experiments.discrepancy.refining import (
+    BUDGET,
+    WHITE,
+    noting,
+    other_laws,
+    polished,
+    something_left,
+    time_for,
+    under,
+)
 from experiments.discrepancy.screening import Screened, best_of, screen, shortlist
 from railsim.errors import InputError
 
 PROMISING = 4.0  # nats that a signature must gain to be fitted
 WORTH_FITTING = 5.0  # the same without its loudest sections, where nothing in the residual is significant
-WHITE = 1.03  # held-out gap from which nothing is left to explain
-LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 HOPELESS = 0.2  # of the leader's gain
 NEGLIGIBLE = 0.03  # of the leader's gain
 FAIR_CHANCE = 50.0  # nats that a signature may be behind in any case
+WEAK = 60.0  # nats of the best effect below which nuisances alone get derivatives of their own
 RIVAL = 30.0  # nats between two classes below which the noise is propagated anew before they are compared
-POLISHED = 2  # classes whose best hypothesis is linearised anew where it leaves something
-FAR_BEHIND = 300.0  # nats behind the best from which a class is not linearised anew,
+FAR_BEHIND = 300.0  # nats behind the best from which a hypothesis is not followed any further,
 OUT_OF_REACH = 0.3  # or this share of what the best brings, if that is more
-ROUNDS = 2
-RESTARTS = 3
-BUDGET = {"fit": 200.0, "linearise": 260.0, "law": 300.0, "further": 330.0, "end": 420.0}
-"""Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
-WORTH = 3.0  # nats that a further linearisation must have brought to go on
-LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
-LAW_REACH = 300.0  # nats behind the best within which others are fitted with another law too
-SECONDS = 4  # further effects that are fitted beside the first
+NEAREST = 4  # classes that are fitted on with the noise of the best
+GLANCE = 15.0  # nats that a signature must gain without its loudest sections, where no cell is significant
+SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
+PLACES = 2  # where a law without a name is tried
 SWAPPED = 2  # other first effects that are tried beside the best second one
 
 
@@ -42,7 +49,8 @@ class Selection:
     Attributes
     ----------
     null : nuisances alone. screened : signatures beside them. judged : all hypotheses, the most probable first.
-    not_tried : what there was no time for.
+    tabled : a law without a name and where it acts, where effects leave something. not_tried : what there was no time
+    for.
     """
 
     problem: Problem
@@ -50,152 +58,131 @@ class Selection:
     screened: tuple[Screened, ...]
     judged: tuple[Judged, ...]
     decision: Decision
+    tabled: tuple[Hypothesis, LatentForce] | None = None
     not_tried: tuple[str, ...] = ()
 
 
 def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence[Candidate], tell: Tell) -> Selection:
     """One effect, or two where one leaves something; each of two goes where the other alone does as well."""
     left_out: list[str] = []
-    tell = _noting(tell, left_out)
-    screened = screen(problem, null.fit, found, tell)
-    alone = decide(problem, null, located, [])
+    tell = noting(tell, left_out)
+    null = concluded(problem, improved(problem, linearised(problem, null.fit, sensors_only=True), tell))
+    screened = tuple(screen(problem, null.fit, found, tell))
     strongest = max((one.robust for one in screened), default=0.0)
     if max((one.gain for one in screened), default=0.0) < PROMISING or (
         strongest < WORTH_FITTING and not located.significant
     ):
-        return Selection(problem, null, tuple(screened), (), alone)
+        return Selection(problem, null, screened, (), decide(problem, null, located, []))
     fitted = _fitted(problem, null, shortlist(screened), tell)
-    null = _fair(problem, null, fitted, tell)
-    judged = judge(problem, null, fitted)
-    best = judged[0].hypothesis if judged and judged[0].evidence >= ENOUGH else null
-    if _something_left(problem, best) and _time_for(problem, "law", "another creep law", tell):
-        problem, null, fitted = _other_law(problem, null, best, judged, tell)
-        judged = judge(problem, null, fitted)
-    if _close(judged):
-        tell("two classes are close: noise propagated through the best of them")
-        best = judged[0].hypothesis.fit
-        problem = problem.with_noise(best.z, best.effects)
-        null = again(problem, null, tell)
-        near = [one.hypothesis for one in judged if one.evidence > judged[0].evidence - 2.0 * RIVAL]
-        fitted = [again(problem, one, tell) for one in near]
-        judged = judge(problem, null, fitted)
-    if (
-        judged
-        and judged[0].evidence >= ENOUGH
-        and _something_left(problem, judged[0].hypothesis)
-        and _time_for(problem, "further", "a further effect", tell)
-    ):
-        fitted += _pairs(problem, judged, found, tell)
-        judged = judge(problem, null, fitted)
-    located = locate(problem, null.fit)
-    decision = decide(problem, null, located, judged)
-    return Selection(problem, null, tuple(screened), tuple(judged), decision, tuple(dict.fromkeys(left_out)))
+    stand = Stand(problem, _fair(problem, null, fitted, tell), fitted)
+    stand = _nearer(_noise_there(stand, tell), tell)
+    tabled = _tabled(stand, found[0].context, tell)
+    if tabled is None or not ahead(stand.null, stand.best, tabled[0]):
+        stand = _further(_other_law(stand, tell), found, tell)
+        tabled = _tabled(stand, found[0].context, tell)
+    elif something_left(stand.problem, tabled[0]):
+        stand = _other_law(replace(stand, fitted=[*stand.fitted, tabled[0]]), tell, tabled[0])
+        laws = [one for one in stand.fitted if one.candidates == tabled[0].candidates]
+        tabled = (laws[0], tabled[1])
+        stand = replace(stand, fitted=[one for one in stand.fitted if one is not laws[0]])
+    located = locate(stand.problem, stand.null.fit)
+    decision = decide(stand.problem, stand.null, located, stand.judged)
+    not_tried = tuple(dict.fromkeys(left_out))
+    return Selection(stand.problem, stand.null, screened, tuple(stand.judged), decision, tabled, not_tried)
 
 
-NOT_TRIED = "no time for "
+@dataclass(frozen=True)
+class Stand:
+    """How far it is: the noise as it is known, nuisances alone, and all that was fitted beside them."""
 
+    problem: Problem
+    null: Hypothesis
+    fitted: Sequence[Hypothesis]
 
-def _noting(tell: Tell, left_out: list[str]) -> Tell:
-    """`tell` that keeps what there was no time for."""
+    @cached_property
+    def judged(self) -> list[Judged]:
+        """The fitted ones with their figures, the most probable first."""
+        return judge(self.problem, self.null, self.fitted)
 
-    def both(text: str) -> None:
-        if text.startswith(NOT_TRIED):
-            left_out.append(text.removeprefix(NOT_TRIED))
-        tell(text)
+    @cached_property
+    def best(self) -> Hypothesis:
+        """The most probable where it has evidence enough, else nuisances alone."""
+        return self.judged[0].hypothesis if self.judged and self.judged[0].evidence >= ENOUGH else self.null
 
-    return both
-
-
-def _time_for(problem: Problem, stage: str, what: str, tell: Tell) -> bool:
-    """Whether the budget lets a stage begin; else says so."""
-    there = problem.forward.meter.spent < BUDGET[stage]
-    if not there:
-        tell(NOT_TRIED + what)
-    return there
+    @cached_property
+    def unexplained(self) -> bool:
+        """Whether the best leaves more than noise."""
+        return something_left(self.problem, self.best)
 
 
 def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell: Tell) -> list[Hypothesis]:
     """The shortlist, but for those that have no chance beside one that leaves only noise."""
     fitted: list[Hypothesis] = []
+    far = held_out_gap(problem, null.fit) > LARGE
+    home = starting_fit(problem, _at_home(problem, null)) if far else null.fit
     for one in chosen:
-        if one.gain < PROMISING or (fitted and not _time_for(problem, "fit", one.candidate.label, tell)):
+        if one.gain < PROMISING or (fitted and not time_for(problem, "fit", one.candidate.label, tell)):
             continue
         if fitted and _hopeless(one, chosen, max(fitted, key=lambda other: other.log_evidence), problem):
             continue
         starts = [(one.z, [one.values]), (null.fit.z, [one.values]), (one.z, [one.tried])]
-        made = hypothesis(problem, null.fit, (one.candidate,), starts, tell)
+        if far:
+            starts += [(home.z, [values]) for values in (one.values, *_sizes(one))]
+        made = hypothesis(problem, home if far else null.fit, (one.candidate,), starts, tell)
         if made is not None:
             fitted.append(made)
             tell(f"{made.label}: {made.log_evidence - null.log_evidence:+.1f} nats")
-    order = sorted(fitted, key=lambda one: -one.log_evidence)
-    behind = max(FAR_BEHIND, OUT_OF_REACH * (order[0].log_evidence - null.log_evidence)) if order else 0.0
-    order = [one for one in order if one.log_evidence > order[0].log_evidence - behind]
-    for one in [leader_of(order, place) for place in range(POLISHED)]:
-        if one is not None and held_out_gap(problem, one.fit) > WHITE:
-            better = polished(problem, one, tell)
-            fitted = [better if other is one else other for other in fitted]
     return fitted
 
 
-def _other_law(
-    problem: Problem, null: Hypothesis, first: Hypothesis, judged: Sequence[Judged], tell: Tell
-) -> tuple[Problem, Hypothesis, list[Hypothesis]]:
-    """With the creep law that explains what the best one leaves, where one does: which law holds is a nuisance."""
-    fitted = [one.hypothesis for one in judged]
+def _at_home(problem: Problem, null: Hypothesis) -> np.ndarray:
+    """The nominal build at the place and speed, and with the offsets, that were found: nuisances that are bent to
+    explain what is no nuisance are a bad place to start from.
+    """
+    kept = [one.kind in ("start", "speed", "bias") for one in problem.forward.nuisances]
+    return np.where(kept, np.clip(null.fit.z, -1.0, 1.0), 0.0)
+
+
+def _sizes(one: Screened) -> list[dict[str, float]]:
+    """All sizes of a candidate where the signature has its place, phase or wavelength."""
+    free = one.candidate.parameters
+    where = {name: value for name, value in one.tried.items() if free[name].absent is None}
+    return [{**values, **where} for values in one.candidate.sizes()]
+
+
+def _nearer(stand: Stand, tell: Tell) -> Stand:
+    """With derivatives made anew at the best effect, where it leaves something."""
+    if stand.best is stand.null or not stand.unexplained:
+        return stand
+    better = polished(stand.problem, stand.best, tell)
+    return replace(stand, fitted=[better if one is stand.best else one for one in stand.fitted])
+
+
+def _other_law(stand: Stand, tell: Tell, first: Hypothesis | None = None) -> Stand:
+    """With the creep law that explains what the best one (or `first`) leaves, where one does: which law holds is a
+    nuisance.
+    """
+    problem, null, first = stand.problem, stand.null, first or stand.best
+    if not something_left(problem, first) or not time_for(problem, "law", "another creep law", tell):
+        return stand
     for name in other_laws(problem):
         other = problem.but(forward=problem.forward.but(law=name))
         best = under(other, first, tell)
-        if best is not None and held_out_gap(other, best.fit) > WHITE:
+        near = best is not None and best.log_evidence > first.log_evidence - FAR_BEHIND
+        if best is not None and near and held_out_gap(other, best.fit) > WHITE:
             best = polished(other, best, tell)
         if best is None or best.log_evidence < first.log_evidence + ENOUGH:
             continue
         tell(f"creep law {name}: {best.log_evidence - first.log_evidence:+.1f} nats")
-        near = [one for one in fitted if one is not first and one.log_evidence > first.log_evidence - LAW_REACH]
-        rest = [one for one in (under(other, one, tell) for one in near) if one is not None]
+        rivals = [one for one in stand.fitted if one is not first]
+        rivals = [one for one in rivals if one.log_evidence > first.log_evidence - FAR_BEHIND]
+        rest = [one for one in (under(other, one, tell) for one in rivals) if one is not None]
         if first is null:
-            return other, best, rest
+            return Stand(other, best, rest)
         alone = under(other, null, tell)
         if alone is not None:
-            return other, alone, [best, *rest]
-    return problem, null, fitted
-
-
-def other_laws(problem: Problem) -> list[str]:
-    """Creep laws that the vehicle's could be taken for."""
-    law = problem.forward.law or getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
-    return [name for name in LAWS if law in LAWS and name != law]
-
-
-def under(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis | None:
-    """A hypothesis fitted on under another problem; None where the model does not run."""
-    try:
-        return concluded(problem, improved(problem, moved_to(problem, one.fit), tell))
-    except InputError as error:
-        tell(f"{one.label}: {error}")
-        return None
-
-
-def leader_of(order: Sequence[Hypothesis], place: int) -> Hypothesis | None:
-    """The best hypothesis of the class that is so far down."""
-    best: dict[frozenset[str], Hypothesis] = {}
-    for one in order:
-        best.setdefault(one.classes, one)
-    found = list(best.values())
-    return found[place] if place < len(found) else None
-
-
-def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
-    """With derivatives made anew at the hypothesis itself, as long as that brings something."""
-    for _ in range(ROUNDS):
-        if not _time_for(problem, "linearise", f"derivatives at {one.label}", tell):
-            break
-        better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))
-        gain = better.log_evidence - one.log_evidence
-        tell(f"{one.label}, linearised again: {gain:+.1f} nats")
-        one = better if gain > 0.0 else one
-        if gain < WORTH:
-            break
-    return one
+            return Stand(other, alone, [best, *rest])
+    return stand
 
 
 def _hopeless(one: Screened, chosen: Sequence[Screened], best: Hypothesis, problem: Problem) -> bool:
@@ -210,14 +197,42 @@ def _hopeless(one: Screened, chosen: Sequence[Screened], best: Hypothesis, probl
 
 def _fair(problem: Problem, null: Hypothesis, fitted: Sequence[Hypothesis], tell: Tell) -> Hypothesis:
     """The better of two fits of the nuisances alone: the one that there is, and one from the best hypothesis; what
-    they can do themselves is no evidence for an effect.
+    they can do themselves is no evidence for an effect, of which a weak one has little.
     """
     if not fitted:
         return null
     best = max(fitted, key=lambda one: one.log_evidence)
     other = concluded(problem, improved(problem, restarted(problem, best.fit, best.fit.z), tell))
     better = max(null, other, key=lambda one: one.log_evidence)
-    return polished(problem, better, tell) if held_out_gap(problem, better.fit) > WHITE else better
+    gain = best.log_evidence - better.log_evidence
+    return polished(problem, better, tell) if 0.0 < gain < WEAK else better
+
+
+def _noise_there(stand: Stand, tell: Tell) -> Stand:
+    """The noise as the best hypothesis passes the track's errors on, and the nearest classes fitted on with it, where
+    two classes are close or something is left.
+    """
+    judged = stand.judged
+    if not judged or judged[0].evidence < 0.5 * ENOUGH or not (_close(judged) or stand.unexplained):
+        return stand
+    first = judged[0].hypothesis
+    tell(f"track errors propagated through {first.label}")
+    problem = stand.problem.with_noise(first.fit.z, first.fit.effects)
+    reach = max(2.0 * RIVAL, OUT_OF_REACH * judged[0].evidence)
+    nearest: dict[frozenset[str], Hypothesis] = {}
+    for one in judged:
+        if one.evidence > judged[0].evidence - reach:
+            nearest.setdefault(one.hypothesis.classes, one.hypothesis)
+    near = list(nearest.values())[:NEAREST]
+    return Stand(problem, again(problem, stand.null, tell), [again(problem, one, tell) for one in near])
+
+
+def _tabled(stand: Stand, context: Context, tell: Tell) -> tuple[Hypothesis, LatentForce] | None:
+    """A law without a name where the best effect leaves something."""
+    if not stand.unexplained:
+        return None
+    forces = latent_forces(stand.problem, stand.null.fit, PLACES)
+    return fit_empirical(stand.problem, stand.null, context, forces, tell)
 
 
 def _close(judged: Sequence[Judged]) -> bool:
@@ -227,33 +242,40 @@ def _close(judged: Sequence[Judged]) -> bool:
     return any(judged[0].evidence - one.evidence < RIVAL for one in others)
 
 
-def _something_left(problem: Problem, best: Hypothesis) -> bool:
-    left = locate(problem, best.fit).significant
-    return bool(left) and (held_out_gap(problem, best.fit) > WHITE or any(cell.robust > LOUD for cell in left))
-
-
-def _pairs(problem: Problem, judged: Sequence[Judged], found: Sequence[Candidate], tell: Tell) -> list[Hypothesis]:
-    """The best effect with each of the most promising others, the best of these with other first effects, and alone."""
-    first = judged[0].hypothesis
-    rest = [one for one in found if one.equivalence not in first.classes]
-    tell(f"something is left beside {first.label}: looking for a further effect")
-    seconds = [one for one in best_of(screen(problem, first.fit, rest, tell)) if one.gain > PROMISING]
-    names: dict[str, Screened] = {}
-    for one in seconds:
-        names.setdefault(one.candidate.name, one)
+def _further(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
+    """With a second effect beside the best, where one is promising: of all where something is left, else of those
+    that are quickly looked at.
+    """
+    problem, first = stand.problem, stand.best
+    if first is stand.null or not time_for(problem, "further", "a further effect", tell):
+        return stand
+    rest = [one for one in found if one.equivalence not in first.classes and (stand.unexplained or not one.local)]
+    base = _base(stand)
+    screened = best_of(screen(problem, base, rest, tell))
+    loud = PROMISING if stand.unexplained else GLANCE
+    seconds = [one for one in screened if (one.gain if stand.unexplained else one.robust) > loud]
+    chosen = [*_first_of(seconds, False), *_first_of(seconds, True)]
+    if chosen:
+        tell(f"beside {first.label}: {', '.join(one.candidate.label for one in chosen)}")
     made = [
-        _paired(problem, first, one, tell)
-        for one in list(names.values())[:SECONDS]
-        if _time_for(problem, "end", f"{first.label} with {one.candidate.label}", tell)
+        _paired(problem, first, base, one, tell)
+        for one in chosen
+        if time_for(problem, "end", f"{first.label} with {one.candidate.label}", tell)
     ]
     pairs = [one for one in made if one is not None]
+    return replace(stand, fitted=[*stand.fitted, *pairs, *_swapped(stand, pairs, tell)])
+
+
+def _swapped(stand: Stand, pairs: Sequence[Hypothesis], tell: Tell) -> list[Hypothesis]:
+    """The second effect of the best pair with other first ones, and alone."""
     if not pairs:
         return []
+    problem = stand.problem
     best = max(pairs, key=lambda one: one.log_evidence)
     second, values = best.candidates[1], best.values[1]
-    tell(f"{best.label}: {best.log_evidence - first.log_evidence:+.1f} nats more")
+    tell(f"{best.label}: {best.log_evidence - stand.best.log_evidence:+.1f} nats more")
     others: list[Hypothesis] = []
-    for one in judged[1:]:
+    for one in stand.judged[1:]:
         classes = {*best.classes, *(other.candidate.equivalence for other in others)}
         if problem.forward.meter.spent > BUDGET["end"]:
             break
@@ -263,27 +285,32 @@ def _pairs(problem: Problem, judged: Sequence[Judged], found: Sequence[Candidate
             swapped = hypothesis(problem, one.hypothesis.fit, both, starts, tell)
             others += [swapped] if swapped is not None else []
     alone = hypothesis(problem, best.fit, (second,), [(best.fit.z, [values])], tell)
-    return [*pairs, *others, *([alone] if alone is not None else [])]
+    return [*others, *([alone] if alone is not None else [])]
 
 
-def _paired(problem: Problem, first: Hypothesis, one: Screened, tell: Tell) -> Hypothesis | None:
+def _first_of(screened: Sequence[Screened], in_places: bool) -> list[Screened]:
+    """The best of the effects that act everywhere, or of those that speak in places, each name once."""
+    names: dict[str, Screened] = {}
+    for one in screened:
+        if one.candidate.speaks_in_places == in_places:
+            names.setdefault(one.candidate.name, one)
+    return list(names.values())[: SECONDS[in_places]]
+
+
+def _base(stand: Stand) -> Fit:
+    """Where a further effect is looked for: at the best effect, with the nominal build where much is left."""
+    problem, first = stand.problem, stand.best
+    if held_out_gap(problem, first.fit) < LARGE:
+        return first.fit
+    home = starting_fit(problem, _at_home(problem, first))
+    try:
+        return with_candidates(problem, home, first.candidates, [(home.z, first.fit.shares)])
+    except InputError:
+        return first.fit
+
+
+def _paired(problem: Problem, first: Hypothesis, base: Fit, one: Screened, tell: Tell) -> Hypothesis | None:
     starts = [(z, [first.values[0], one.values]) for z in (one.z, first.fit.z)]
-    return hypothesis(problem, first.fit, (first.candidate, one.candidate), starts, tell)
-
-
-def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell) -> Hypothesis:
-    """The fit that all others are compared with."""
-    return concluded(problem, improved(problem, starting_fit(problem, z), tell))
-
-
-def unbiased(problem: Problem, null: Hypothesis, tell: Tell) -> Hypothesis:
-    """Nuisances alone, fitted on with the bank's derivatives as long as that brings something: what a fit's steps have
-    taught its derivatives on a long way can hold it up.
-    """
-    for _ in range(RESTARTS):
-        better = nuisances_alone(problem, null.fit.z, tell)
-        gain = better.log_evidence - null.log_evidence
-        null = better if gain > 0.0 else null
-        if gain < WORTH:
-            break
-    return null
+    if base is not first.fit:
+        starts.append((base.z, [first.values[0], one.values]))
+    return hypothesis(problem, base, (first.candidate, one.candidate), starts, tell)

@@ -1,28 +1,29 @@
 """The workflow from a recording to a decision: align, locate, screen, fit, decide, add until only noise is left."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from experiments.discrepancy.alignment import align
 from experiments.discrepancy.bank import open_bank
-from experiments.discrepancy.candidates import Context, candidates
-from experiments.discrepancy.decide import ENOUGH, Decision, Judged, decide
-from experiments.discrepancy.empirical import fit_empirical
+from experiments.discrepancy.candidates import Candidate, Context, candidates
+from experiments.discrepancy.decide import ENOUGH, Decision, Judged, contested, decide
 from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.fitting import Fit, Problem
+from experiments.discrepancy.fitting import Fit, Problem, improved, linearised
 from experiments.discrepancy.forward import Forward, continued
-from experiments.discrepancy.frames import frames_of, held_out, stack
-from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
+from experiments.discrepancy.frames import REDUNDANCY, frames_of, held_out, stack
+from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded
 from experiments.discrepancy.journal import Journal
 from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.places import tones
-from experiments.discrepancy.screening import Screened
-from experiments.discrepancy.selection import nuisances_alone, other_laws, polished, select, unbiased
+from experiments.discrepancy.refining import nuisances_alone, other_laws, unbiased
+from experiments.discrepancy.screening import Screened, screen
+from experiments.discrepancy.selection import GLANCE, select
 from railsim.errors import InputError
 
+EXPLAINED = 0.5  # of what nuisances alone leave, that another creep law must take to be the one
 SPOTS = 3  # loudest sections where local effects are tried
 
 
@@ -73,6 +74,10 @@ def investigate(
     ------
     InputError : nothing moves, or the track file does not belong to the recording.
     """
+
+    def allowed(one: Candidate) -> bool:
+        return (only is None or one.name in only) and one.equivalence not in withheld
+
     problem = prepare(evidence, tell).but(journal=journal)
     null = nuisances_alone(problem, np.zeros(len(problem.forward.nuisances)), tell)
     problem, null = _settled(problem, null, tell)
@@ -80,24 +85,36 @@ def investigate(
     if located.worth_looking:
         problem, null = _better_law(problem, null, tell)
         located = locate(problem, null.fit)
-    if located.worth_looking:
-        null = polished(problem, null, tell)
-        located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
     if not located.worth_looking:
-        return Findings(problem, null, located, (), (), (), None, decide(problem, null, located, []))
+        null, glanced = _glance(problem, null, located, lambda one: allowed(one) and not one.local, tell)
+        if not any(one.robust > GLANCE for one in glanced):
+            return Findings(problem, null, located, glanced, (), (), None, decide(problem, null, located, []))
     context = replace(context_of(problem, located), tones=tones(problem, null.fit))
     tell("tones: " + (", ".join(f"{one:.2f} Hz" for one, _ in context.tones) or "none"))
-    chosen = [one for one in candidates(context) if only is None or one.name in only]
-    chosen = [one for one in chosen if one.equivalence not in withheld]
-    found = select(problem, null, located, chosen, tell)
+    found = select(problem, null, located, [one for one in candidates(context) if allowed(one)], tell)
     problem, null, decision = found.problem, found.null, found.decision
     latent, empirical = (), None
-    if decision.status != "none":
+    if decision.status != "none" or found.tabled is not None:
         latent = tuple(latent_forces(problem, null.fit))
-    if decision.status == "unknown":
-        empirical = fit_empirical(problem, null, context, latent, tell)
+    if found.tabled is not None:
+        law, where = found.tabled
+        decision = contested(decision, null, law)
+        empirical = law if decision.status == "unknown" else None
+        latent = (where, *(one for one in latent if one.place != where.place)) if empirical else latent
     return Findings(problem, null, located, found.screened, found.judged, latent, empirical, decision, found.not_tried)
+
+
+def _glance(
+    problem: Problem, null: Hypothesis, located: Located, allowed: Callable[[Candidate], bool], tell: Tell
+) -> tuple[Hypothesis, tuple[Screened, ...]]:
+    """Signatures of the bank beside nuisances alone: what is spread over all bands and sections shows in no cell."""
+    null = concluded(problem, improved(problem, linearised(problem, null.fit, sensors_only=True), tell))
+    found = [one for one in candidates(context_of(problem, located)) if allowed(one)]
+    glanced = screen(problem, null.fit, found, tell)
+    loudest = max(glanced, key=lambda one: one.robust, default=None)
+    tell(f"at a glance: {loudest.candidate.label} {loudest.robust:+.1f} nats" if loudest else "no signatures")
+    return null, tuple(glanced)
 
 
 def _settled(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:
@@ -115,12 +132,18 @@ def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem
         changed = problem.but(forward=problem.forward.but(law=name))
         try:
             alone = nuisances_alone(changed, np.zeros(len(null.fit.z)), tell)
-            if alone.log_evidence > null.log_evidence + ENOUGH:
+            if alone.log_evidence > null.log_evidence + max(ENOUGH, EXPLAINED * _excess(problem, null)):
                 tell(f"creep law {name}: {alone.log_evidence - null.log_evidence:+.1f} nats")
                 return _settled(changed, alone, tell)
         except InputError as error:
             tell(f"creep law {name}: {error}")
     return problem, null
+
+
+def _excess(problem: Problem, null: Hypothesis) -> float:
+    """Nats that are left over the stated noise on training frames."""
+    heard = problem.white.good[problem.train].sum() * 2 * null.fit.residual.shape[1] if problem.white else 0
+    return max(0.0, null.fit.cost(problem.train) - 0.5 * float(heard) / REDUNDANCY)
 
 
 def context_of(problem: Problem, located: Located) -> Context:

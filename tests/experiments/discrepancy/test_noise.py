@@ -62,3 +62,6 @@ def test_levels_are_read_where_the_sensor_speaks():
     found = noise_level(evidence, frames, whitener(covariance, residual), residual)  # type: ignore[arg-type]
     assert np.allclose(found, levels, rtol=0.06)
     assert found[2] == 1.0
+    known = whitener(covariance * (found * np.eye(3)), residual)
+    again = noise_level(evidence, frames, known, residual, found)  # type: ignore[arg-type]
+    assert np.allclose(again, found, rtol=0.06), "a level that is known already does not go back to the data sheet's"

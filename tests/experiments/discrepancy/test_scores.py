@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from experiments.discrepancy.scores import TOLERATED, bounded_step, share_of, value_at
+from experiments.discrepancy.scores import TOLERATED, at_bound, bounded_step, share_of, value_at
 from railsim.effects.weak_yaw_damper import WeakYawDamper
 from railsim.effects.yaw_damper_blow_off import YawDamperBlowOff
 
@@ -22,6 +22,16 @@ def test_scores_beyond_tolerance_stop_at_it_and_the_others_follow():
         z = bounded_step(matrix, matrix @ (aim - z), z, 1.0)
     assert np.isclose(z[0], TOLERATED)
     assert np.isclose(z[1], min(TOLERATED, 1.5 / 2.0 * (10.0 - TOLERATED)))
+
+
+def test_a_score_keeps_to_bounds_of_its_own():
+    """The first may not rise above nought and may fall to -5; the second has the usual tolerance."""
+    bounds = np.array([[-5.0], [0.0]])
+    matrix = np.eye(2)
+    assert np.allclose(bounded_step(matrix, np.array([2.0, 9.0]), np.zeros(2), 1.0, bounds), [0.0, TOLERATED])
+    assert np.allclose(bounded_step(matrix, np.array([-4.0, -9.0]), np.zeros(2), 1.0, bounds), [-4.0, -TOLERATED])
+    assert at_bound(np.array([0.0, 0.0]), bounds).tolist() == [1, 0]
+    assert at_bound(np.array([-5.0, -TOLERATED]), bounds).tolist() == [-1, -1]
 
 
 def test_shares_go_evenly_through_decades_where_there_are_decades():

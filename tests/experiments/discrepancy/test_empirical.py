@@ -1,0 +1,58 @@
+"""A law without a name: its points are the force at the states that they stand for."""
+
+import numpy as np
+import pytest
+
+from experiments.discrepancy.candidates import Context
+from experiments.discrepancy.empirical import POINTS, tabled_law
+from experiments.discrepancy.fitting import Problem
+from experiments.discrepancy.latent import LatentForce
+from experiments.discrepancy.linear import Place
+from railsim.effects.empirical_force import EmpiricalForce
+
+CONTEXT = Context(("bogie.rate_yaw",), (0.0, 300.0), (0.0, 10.0), ((150.0, 5.0),))
+
+
+def _force(state: str, slope: float, follows: float = 0.9) -> LatentForce:
+    """A force that falls with the state."""
+    states = np.linspace(-0.02, 0.03, 16)
+    curve = np.column_stack([states, -slope * states, np.full(16, 1.0)])
+    return LatentForce(Place("body", "bogie", "yaw"), 0.9, 100.0, np.zeros(1), np.zeros(1), state, curve, follows)
+
+
+@pytest.mark.parametrize("state", ["relative velocity [rad/s]", "relative displacement [rad]"])
+def test_a_law_says_at_every_state_what_its_points_say(problem: Problem, state: str):
+    made = tabled_law(
+        CONTEXT, _force(state, 2e5), problem.forward.setup(np.zeros(len(problem.forward.nuisances))).model
+    )
+    assert made is not None
+    law, values = made
+    assert np.allclose(list(values.values()), 2e5 * np.array(law.states))
+    assert list(law.parameters) == list(values)
+    effect = law.build(values)
+    assert isinstance(effect, EmpiricalForce)
+    over = effect.velocity if law.velocity else effect.displacement
+    table = np.array(effect.force)
+    assert np.allclose(over, law.states)
+    assert np.allclose(table[0] if law.velocity else table[:, 0], 2e5 * np.array(law.states))
+    assert len(over) == POINTS
+
+
+def test_a_force_that_follows_no_state_makes_no_law(problem: Problem):
+    model = problem.forward.setup(np.zeros(len(problem.forward.nuisances))).model
+    assert tabled_law(CONTEXT, _force("relative velocity [rad/s]", 2e5, follows=0.0), model) is None
+
+
+def test_a_law_can_be_fitted_as_any_effect(problem: Problem):
+    """Twice the force, twice what it changes, while it is small."""
+    z = np.zeros(len(problem.forward.nuisances))
+    made = tabled_law(CONTEXT, _force("relative velocity [rad/s]", 2e3), problem.forward.setup(z).model)
+    assert made is not None
+    law, values = made
+    base = problem.stacked(problem.forward.predict(z))
+    once, twice = (
+        problem.stacked(problem.forward.predict(z, (law.build({k: size * v for k, v in values.items()}),))) - base
+        for size in (1.0, 2.0)
+    )
+    assert np.linalg.norm(twice - 2.0 * once) < 0.05 * np.linalg.norm(twice)
+    assert np.linalg.norm(once) > 0.0

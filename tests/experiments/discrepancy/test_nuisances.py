@@ -1,0 +1,32 @@
+"""Nuisances keep to what there is: reduction factors end at 1, sensors are not sorted out at a limit."""
+
+import numpy as np
+
+from experiments.discrepancy.bank import STEP
+from experiments.discrepancy.fitting import Problem
+from experiments.discrepancy.nuisances import FURTHEST, TOLERATED
+
+
+def test_a_reduction_factor_that_is_one_already_can_only_fall(problem: Problem):
+    """Varied to the other side its derivative would be nought, and a steeper creep curve would pass for an effect."""
+    forward = problem.forward
+    number = next(i for i, one in enumerate(forward.nuisances) if one.name == "k_adhesion")
+    one = forward.nuisances[number]
+    assert getattr(forward.evidence.scenario.vehicle, "adhesion").k_adhesion == 1.0  # noqa: B009
+    assert one.most == 0.0
+    assert one.step(0.0, STEP) == -STEP
+    assert problem.bank is not None
+    sizes = np.abs(problem.bank.columns).sum(axis=(1, 2, 3))
+    assert sizes[number] > 0.01 * np.median(sizes)
+
+
+def test_every_number_of_the_contact_moves_something(problem: Problem):
+    assert problem.bank is not None
+    sizes = np.abs(problem.bank.columns).sum(axis=(1, 2, 3))
+    built = [one.kind in ("pair", "adhesion") for one in problem.forward.nuisances]
+    assert (sizes[built] > 0.0).all()
+
+
+def test_sensors_reach_further_than_a_builds_tolerance(problem: Problem):
+    for one in problem.forward.nuisances:
+        assert one.least == (-FURTHEST if one.of_sensor or one.kind in ("start", "speed") else -TOLERATED), one.label
