@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 from scipy.ndimage import minimum_filter1d
+from scipy.signal.windows import tukey
 
 from railsim.measurements import Measurements
 from railsim.quality._offsets import axis_of
@@ -47,15 +48,20 @@ class Relation:
         return float(np.sum(np.abs(total) ** 2)) + self.tolerance
 
 
-def spectra_of(measured: Measurements) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Frequencies [Hz] of the band, shape (k,), and spectra of inertial and displacement channels over them."""
+def spectra_of(measured: Measurements, taper: float | None = None) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Frequencies [Hz] of the band, shape (k,), and spectra of inertial and displacement channels over them.
+
+    Parameters
+    ----------
+    taper : s at each end of the record over which it fades in and out; None: Hann's window over the whole of it.
+    """
     wanted = [n for n in measured if kind_of(measured, n) in ("accelerometer", "gyro", "displacement")]
     wanted = [n for n in wanted if measured.rate(n) > 2.5 * HIGH]
     if not wanted:
         return np.zeros(0), {}
     length = math.floor(min(measured[n].size / measured.rate(n) for n in wanted) + 1e-9)
     at = np.arange(math.ceil(LOW * length), math.floor(HIGH * length) + 1)
-    keep = window_of(measured, wanted, length)
+    keep = window_of(measured, wanted, length, taper)
     found = {}
     for name in wanted:
         values = filled(measured[name])[: round(length * measured.rate(name))]
@@ -64,8 +70,8 @@ def spectra_of(measured: Measurements) -> tuple[np.ndarray, dict[str, np.ndarray
     return at / max(length, 1), found
 
 
-def window_of(measured: Measurements, names: list[str], length: float) -> np.ndarray:
-    """Window over a record of `length` s at 64 Hz: 0 at the ends and where any channel has lost samples."""
+def window_of(measured: Measurements, names: list[str], length: float, taper: float | None = None) -> np.ndarray:
+    """Window over a record of `length` s at 64 Hz: 0 at the ends (see `spectra_of`) and beside lost samples."""
     count = round(length * _COARSE)
     keep = np.ones(count + 1)
     for name in names:
@@ -75,7 +81,8 @@ def window_of(measured: Measurements, names: list[str], length: float) -> np.nda
                 keep[max(0, int(first / rate * _COARSE) - 1) : int(last / rate * _COARSE) + 2] = 0.0
     smooth = np.hanning(round(1.0 * _COARSE))
     wide = minimum_filter1d(keep, smooth.size)
-    return np.hanning(keep.size) * np.convolve(wide, smooth / smooth.sum(), mode="same")
+    share = 1.0 if taper is None else min(1.0, 2.0 * taper / max(length, 1e-9))
+    return tukey(keep.size, share) * np.convolve(wide, smooth / smooth.sum(), mode="same")
 
 
 def relations(measured: Measurements, frequency: np.ndarray, spectra: Mapping[str, np.ndarray]) -> list[Relation]:

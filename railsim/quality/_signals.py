@@ -14,7 +14,7 @@ from railsim.measurements import Measurements
 NORMAL = 1.4826
 """Standard deviation over median absolute deviation, normal distribution."""
 _ORDER = 32
-_BLOCK = 0.5  # s, of the local scale of the innovations
+BLOCK = 0.5  # s, of the local scale of the innovations
 
 
 def runs(mask: np.ndarray) -> list[tuple[int, int]]:
@@ -87,11 +87,11 @@ def whitened(values: np.ndarray, rate: float) -> Whitened | None:
     near = np.convolve(np.isnan(values), np.ones(order + 1))[: values.size] > 0.5
     error[:order] = 0.0
     error[near] = 0.0
-    scale = _local_scale(error, max(4, round(_BLOCK * rate)))
+    scale = local_scale(error, max(4, round(BLOCK * rate)))
     return Whitened(taps, error / scale, scale)
 
 
-def _local_scale(error: np.ndarray, block: int) -> np.ndarray:
+def local_scale(error: np.ndarray, block: int) -> np.ndarray:
     """Largest of the robust scales of a block and its neighbours, never below half of the record's."""
     count = max(1, error.size // block)
     parts = np.array_split(np.abs(error), count)

@@ -1,48 +1,27 @@
 """Changes of a channel's gain within a record, by the kinematics of the bogie as a rigid body."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from railsim.measurements import Measurements
-from railsim.quality._offsets import axis_of
-from railsim.quality._rigid import Relation, relations, spectra_of, window_of
-from railsim.quality._signals import filled, kind_of, limit
+from railsim.quality._agreement import agreement
+from railsim.quality._balance import COARSE, Balance, balance, exact
+from railsim.quality._change_point import edges, interval
+from railsim.quality._gravity import by_mean, levelled, weighed
+from railsim.quality._rigid import relations, spectra_of, window_of
+from railsim.quality._signals import filled
 from railsim.quality.interface import Check, Finding
 from railsim.quality.repair import tables_of
 from railsim.spec import quantity
 
-_COARSE = 64.0  # Hz, of the relations over time
+_PASSES = 3
+_END = 1.0  # s at the record's ends, where a change cannot be told from none
 _EDGE = 0.25  # s between the instants that are tried
 _ZONE = 0.5  # s about an edge that do not count: the edge is not known better, and a step of gravity rings there
-_BLIND = 2.0  # s at the record's ends, which the window of the spectra hides
-_OUTSIDE = 2.0  # s within and outside a stretch, from which on their gains can be compared
-_SURE = 4.0  # deviations by which a gain outside the stretch must be off to be taken for the relations' error
-_BLOCK, _FEWEST = 0.25, 8  # s of a mean, and means in a stretch
-_JUMP = 1.2  # m/s2 by which gravity's share never changes in service
 _SEEN = 0.2  # of the window, below which a place counts as lost
-_ALIKE = 0.15  # by which the quotient of the means may differ from the gain
-
-
-@dataclass(frozen=True)
-class Balance:
-    """A relation over time, noise by the data sheets made white.
-
-    Attributes
-    ----------
-    parts : what each channel adds to the sum, by name, shape (n,). total : the sum, shape (n,).
-    noise : variance of each part by its channel's noise, shape (n,).
-    tolerance : energy that data sheets allow. freedom : independent values.
-    """
-
-    parts: Mapping[str, np.ndarray]
-    total: np.ndarray
-    noise: Mapping[str, np.ndarray]
-    tolerance: float
-    freedom: int
 
 
 @dataclass(frozen=True)
@@ -54,14 +33,14 @@ class _Stretches:
 
     @classmethod
     def of(cls, count: int, shortest: float) -> "_Stretches":
-        edges = np.append(np.arange(0, count, round(_EDGE * _COARSE)), count)
+        edges = np.append(np.arange(0, count, round(_EDGE * COARSE)), count)
         first, last = (one.ravel() for one in np.meshgrid(edges, edges, indexing="ij"))
-        long = last - first >= shortest * _COARSE
+        long = last - first >= shortest * COARSE
         return cls(first[long], last[long])
 
     def sums(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums of values (n,) within each stretch, and over the zones about its edges, shapes (m,)."""
-        zone, count = round(_ZONE * _COARSE), values.size
+        zone, count = round(_ZONE * COARSE), values.size
         total = np.concatenate([[0.0], np.cumsum(values)])
 
         def over(first: np.ndarray, last: np.ndarray) -> np.ndarray:
@@ -101,19 +80,23 @@ class GainChange(Check, frozen=True):
 
     def find(self, measurements: Measurements) -> list[Finding]:
         """At most one finding: the most likely."""
-        frequency, spectra = spectra_of(_levelled(measurements))
+        heavy = weighed(measurements)
+        if heavy is not None:
+            return [_finding(measurements, *heavy, "by gravity and its innovations")]
+        level = levelled(measurements)
+        frequency, spectra = spectra_of(level)
         if frequency.size < 2:
             return []
         seconds = float(round((frequency.size - 1) / (frequency[-1] - frequency[0])))
-        exact = [one for one in relations(measurements, frequency, spectra) if _exact(one)]
-        found = [balance(one, measurements, frequency, spectra, seconds) for one in exact]
+        mine = [one for one in relations(measurements, frequency, spectra) if exact(one)]
+        found = [balance(one, measurements, frequency, spectra, seconds) for one in mine]
         seen = (window_of(measurements, list(spectra), seconds) > _SEEN).astype(float)
         changes = {name: self._best([one for one in found if name in one.parts], name, seen) for name in spectra}
         likely = {name: one for name, one in changes.items() if one is not None}
         if not likely:
             return []
         name = max(likely, key=lambda name: likely[name].likelihood)
-        return [_finding(measurements, name, likely[name])]
+        return [_placed(measurements, level, name, likely[name])]
 
     def _best(self, balances: Sequence[Balance], name: str, seen: np.ndarray) -> _Change | None:
         """The best stretch of a channel; None where it is not good enough."""
@@ -140,159 +123,45 @@ class GainChange(Check, frozen=True):
         factor = 1.0 / np.where(share < 1.0, 1.0 - share, 1e-9)
         good = (factor > 1 / self.largest) & (factor < self.largest) & (np.abs(factor - 1.0) > self.smallest)
         good &= (after < (1.0 - self.explained) * before) & (below > self.loud * quiet)
-        good &= tried.sums(seen[: balances[0].total.size])[0] > (self.shortest - 2 * _ZONE) * _COARSE
+        good &= tried.sums(seen[: balances[0].total.size])[0] > (self.shortest - 2 * _ZONE) * COARSE
         good &= likelihood > self.gain + self.density * sum(one.freedom for one in balances)
         if not good.any():
             return None
         best = int(np.argmax(np.where(good, likelihood, -np.inf)))
-        ends = _edges(balances, name, int(tried.first[best]), int(tried.last[best]), float(share[best]))
-        return _Change(float(likelihood[best]), *ends, beside(balances, name, *ends) or float(factor[best]))
+        return _Change(float(likelihood[best]), int(tried.first[best]), int(tried.last[best]), float(factor[best]))
 
 
-def beside(balances: Sequence[Balance], name: str, first: int, last: int) -> float:
-    """Gain within a stretch over that outside, where relations that are not exact show one too for certain; else 0.
-
-    Parameters
-    ----------
-    balances : all relations that the channel `name` stands in.
-    first, last : first and one past the last sample of the stretch.
-    """
-    zone, count, block = round(_ZONE * _COARSE), balances[0].total.size, round(_COARSE)
-    above, below = np.zeros(count), np.zeros(count)
-    for one in balances:
-        part, weight = one.parts[name], one.freedom / float(one.total @ one.total)
-        above += weight * (part * one.total - one.noise[name])
-        below += weight * (part * part - one.noise[name])
-    inside, outside = np.zeros(count, dtype=bool), np.ones(count, dtype=bool)
-    inside[first + zone : last - zone] = True
-    outside[max(0, first - zone) : last + zone] = False
-    if min(inside.sum(), outside.sum()) < _OUTSIDE * _COARSE:
-        return 0.0
-    share = float(above[outside].sum() / below[outside].sum())
-    rest = above[outside] - share * below[outside]
-    size = rest.size // block * block
-    scatter = math.sqrt(float(np.sum(rest[:size].reshape(-1, block).sum(axis=1) ** 2))) / float(below[outside].sum())
-    left = 1.0 - float(above[inside].sum() / below[inside].sum())
-    return (1.0 - share) / left if left > 0.0 and _SURE * scatter < abs(share) < _ALIKE else 0.0
+def _placed(measured: Measurements, level: Measurements, name: str, change: _Change) -> Finding:
+    """The finding: by gravity where that jumps too, else by what all relations together and the channel itself say."""
+    values, rate = filled(measured[name]), measured.rate(name)
+    known = by_mean(values, rate, change.first / COARSE, change.last / COARSE, change.gain)
+    if known is not None:
+        return _finding(measured, name, *known, f"likelihood ratio exp({change.likelihood:.0f})")
+    frames = tables_of(level)
+    frames[rate][name] = measured[name]
+    own = Measurements(measured.about, frames, measured.track)
+    first, last, gain = change.first, change.last, change.gain
+    for _ in range(_PASSES):
+        found = agreement(own, name, first, last, gain)
+        first, last = interval(found.gained(first, last, gain), first, last, round(_END * COARSE))
+        gain = found.gain(values, rate, round(first / COARSE * rate), round(last / COARSE * rate), gain)
+    found = agreement(own, name, first, last, gain)
+    begin, end = edges(measured[name], rate, found, first, last, gain)
+    bounds = begin.at if begin else 0, end.at if end else values.size
+    doubt = max(((one.latest - one.earliest) / rate for one in (begin, end) if one), default=0.0)
+    why = f"likelihood ratio exp({change.likelihood:.0f}), edges certain within {1e3 * doubt:.0f} ms"
+    return _finding(measured, name, *bounds, found.gain(values, rate, *bounds, gain), why)
 
 
-def _edges(balances: Sequence[Balance], name: str, first: int, last: int, share: float) -> tuple[int, int]:
-    """The ends of a stretch, within a second, between which the gain explains most."""
-    reach, taken = round(_COARSE), np.zeros(balances[0].total.size)
-    for one in balances:
-        part = one.parts[name]
-        energy = float(one.total @ one.total) + one.tolerance
-        taken += one.freedom / energy * (2.0 * share * part * one.total - share**2 * part**2)
-    total = np.concatenate([[0.0], np.cumsum(taken)])
-    begins, ends = (slice(max(0, at - reach), at + reach + 1) for at in (first, last))
-    return begins.start + int(np.argmin(total[begins])), ends.start + int(np.argmax(total[ends]))
-
-
-def _levelled(measured: Measurements) -> Measurements:
-    """Vertical accelerometers without a jump of their level and back, which would ring in every band."""
-    frames = tables_of(measured)
-    for name in measured:
-        if kind_of(measured, name) == "accelerometer" and axis_of(name) == "z":
-            values, rate = filled(measured[name]), measured.rate(name)
-            first, last = _jump(values, round(_BLOCK * rate))
-            size = float(np.mean(values[first:last]) - np.mean(np.r_[values[:first], values[last:], values[:1]]))
-            if abs(size) > _JUMP:
-                frames[rate][name][first:last] -= size
-    return Measurements(measured.about, frames, measured.track)
-
-
-def _jump(values: np.ndarray, block: int) -> tuple[int, int]:
-    """First and one past the last sample of the stretch whose mean differs most from the others', by squares."""
-    count = values.size // block
-    means = values[: count * block].reshape(count, block).mean(axis=1)
-    total = np.concatenate([[0.0], np.cumsum(means - means.mean())])
-    first, last = (one.ravel() for one in np.triu_indices(count + 1, _FEWEST))
-    inside = (last - first).astype(float)
-    weight = inside * (count - inside) / count
-    squares = np.where(weight > 0.0, (total[last] - total[first]) ** 2 / np.maximum(weight, 1e-9), 0.0)
-    best = int(np.argmax(squares))
-    start, end = int(first[best]) * block, int(last[best]) * block if last[best] < count else values.size
-    size = float(np.mean(values[start:end]) - np.mean(np.r_[values[:start], values[end:], values[:1]]))
-    if abs(size) > _JUMP:
-        over = (values - float(np.mean(values[start:end])) + size / 2) / size
-        start = _edge(over, start, 2 * block) if start else 0
-        end = _edge(-over, end, 2 * block) if end < values.size else end
-    return start, end
-
-
-def _exact(relation: Relation) -> bool:
-    """Whether a relation holds in the whole band; those that hold at low frequencies only are approximate."""
-    return all(np.all(weight != 0.0) for weight in relation.weights.values())
-
-
-def balance(
-    relation: Relation, measured: Measurements, frequency: np.ndarray, spectra: Mapping[str, np.ndarray], seconds: float
-) -> Balance:
-    """A relation over time, from spectra over `frequency` (Hz) of a record of `seconds`."""
-    count = round(seconds * _COARSE)
-    at = np.rint(frequency * seconds).astype(int)
-    noise = sum(np.abs(weight) ** 2 * _density(measured, name) ** 2 for name, weight in relation.weights.items())
-    white = 1.0 / np.sqrt(np.maximum(noise, 1e-30) / np.mean(noise)) if np.any(noise) else np.ones(at.size)
-
-    def over_time(values: np.ndarray) -> np.ndarray:
-        whole = np.zeros(count // 2 + 1, dtype=complex)
-        whole[at] = values * white
-        return np.fft.irfft(whole, count) * math.sqrt(count / 2)
-
-    parts = {name: over_time(weight * spectra[name]) for name, weight in relation.weights.items()}
-    sizes = [float(one @ one) for one in parts.values()]
-    plain = [float(np.sum(np.abs(weight * spectra[name]) ** 2)) for name, weight in relation.weights.items()]
-    window = window_of(measured, list(spectra), seconds)[:count] ** 2 / (2.0 * seconds * count)
-    own = {
-        name: float(np.sum(np.abs(weight * white) ** 2)) * _density(measured, name) ** 2 * window
-        for name, weight in relation.weights.items()
-    }
-    tolerance = relation.tolerance * sum(sizes) / max(sum(plain), 1e-30)
-    return Balance(parts, np.sum(list(parts.values()), axis=0), own, tolerance, 2 * at.size)
-
-
-def _density(measured: Measurements, name: str) -> float:
-    """Noise density of a channel by its data sheet, with the rounding, unit of the channel / sqrt(Hz)."""
-    rounding = limit(measured, name, "resolution") / math.sqrt(6.0 * measured.rate(name))
-    return math.hypot(limit(measured, name, "noise_density"), rounding)
-
-
-def _finding(measured: Measurements, name: str, change: _Change) -> Finding:
-    """The finding; a stretch that comes near the record's begin or end reaches it, as little is seen of these."""
+def _finding(measured: Measurements, name: str, first: int, last: int, gain: float, why: str) -> Finding:
     time = measured.time(name)
-    start, end = (float(time[0]) + one / _COARSE for one in (change.first, change.last))
-    first = 0 if start < time[0] + _BLIND else int(np.searchsorted(time, start))
-    last = time.size if end > time[-1] - _BLIND else int(np.searchsorted(time, end))
-    first, last, gain = _by_mean(filled(measured[name]), measured.rate(name), first, last, change.gain)
     return Finding(
         "gain change",
         name,
         float(time[first]),
         float(time[last - 1]),
-        f"reads {gain:.3g} times what the other channels of the bogie say"
-        f" (likelihood ratio exp({change.likelihood:.0f}))",
+        f"reads {gain:.3g} times what the other channels of the bogie say ({why})",
         "check supply, amplifier and connector; the stretch is divided by the factor",
         repair="scale",
         amount=gain,
     )
-
-
-def _by_mean(values: np.ndarray, rate: float, first: int, last: int, gain: float) -> tuple[int, int, float]:
-    """Edges and gain of a channel whose mean (gravity) jumps by the same factor: to the sample; else as given."""
-    start, end = _jump(values, round(_BLOCK * rate))
-    others = ([(end, values.size)] if start == 0 else []) + ([(0, start)] if end == values.size else [])
-    for begin, stop in ((start, end), *others):
-        outside = np.concatenate([values[:begin], values[stop:]])
-        if min(outside.size, stop - begin) < rate or min(last, stop) <= max(first, begin):
-            continue
-        usual, changed = float(np.mean(outside)), float(np.mean(values[begin:stop]))
-        if abs(changed - usual) > _JUMP and abs(changed / usual / gain - 1) < _ALIKE:
-            return begin, stop, changed / usual
-    return first, last, gain
-
-
-def _edge(over: np.ndarray, near: int, reach: int) -> int:
-    """Sample within `reach` of `near` that parts what lies below zero from what lies above it best."""
-    start = max(0, near - reach)
-    score = np.concatenate([[0.0], np.cumsum(over[start : near + reach])])
-    return start + int(np.argmin(score))
