@@ -17,6 +17,8 @@ SEEDS, FAST_SEEDS = 20, 2
 WEARS = (0.0, 0.1)
 SMALL = 1.0e-3
 """Shifts that are small, m."""
+SMALL_REASON = "a sample tells with its shift squared, since 2 mm of gauge move the radii as much as 1 mm of shift"
+"""Why most data, which are at small shifts, do not fit best there."""
 BANDS = 8
 
 
@@ -73,15 +75,18 @@ class Fig12(Figure):
         inner, outer = _rms(error[small]), _rms(error[~small])
         runs = np.median([_ratios(relative[one], shift[one], share[one]) for one in _each(table)], axis=0)
         return [
-            Claim(
-                "all runs: rms error at shifts up to 1 mm below that beyond", inner, f"<= {outer:.3f}", inner <= outer
-            ),
+            Claim("all runs: rms error at shifts up to 1 mm below that beyond", inner, f"<= {outer:.3f}",
+                  inner <= outer),
             Claim("all runs: relative rms error, rarest over commonest quarter of bins", ratio, "> 1.3", ratio > 1.3),
             Claim("rank correlation of density and relative error", trend, "<= -0.5", trend <= -0.5 or not many),
-            Claim("median run: relative error up to 1 mm over that beyond", runs[0], "< 1", runs[0] < 1.0),
-            Claim("median run: relative error, rarest over commonest quarter of bins", runs[1], "> 1", runs[1] > 1.0),
+            Claim(f"median run: relative error up to 1 mm over that beyond ({SMALL_REASON})", runs[0], "< 1",
+                  runs[0] < 1.0),
+            Claim(f"median run: relative error, rarest over commonest quarter of bins ({SMALL_REASON})", runs[1], "> 1",
+                  runs[1] > 1.0),
+            Claim("median run: relative error, quarter of bins with the least information (share of time times shift "
+                  "squared) over that with the most", runs[2], "> 1.3", runs[2] > 1.3 or not many),
             Claim("within two standard deviations", within, "0.90 to 0.97", 0.9 <= within <= 0.97 or not many),
-        ]
+        ]  # fmt: skip
 
 
 def _seed(case: Case, engine: str) -> pd.DataFrame:
@@ -109,11 +114,22 @@ def _each(table: pd.DataFrame) -> list[np.ndarray]:
     return [seed == one for one in np.unique(seed)]
 
 
-def _ratios(relative: np.ndarray, shift: np.ndarray, share: np.ndarray) -> tuple[float, float]:
-    """Of one run: relative rms error at small shifts over that beyond, and in the rarest over the commonest bins."""
+def _ratios(relative: np.ndarray, shift: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:
+    """Of one run: relative rms error at small shifts over that beyond, in the rarest over the commonest bins, and in
+    those that tell least over those that tell most.
+    """
     small = np.abs(shift) <= SMALL
-    rare, common = share <= np.quantile(share, 0.25), share >= np.quantile(share, 0.75)
-    return _rms(relative[small]) / _rms(relative[~small]), _rms(relative[rare]) / _rms(relative[common])
+    return (
+        _rms(relative[small]) / _rms(relative[~small]),
+        _least_over_most(relative, share),
+        _least_over_most(relative, share * shift**2),
+    )
+
+
+def _least_over_most(relative: np.ndarray, measure: np.ndarray) -> float:
+    """Relative rms error in the quarter of bins with the least of a measure over that with the most."""
+    least, most = measure <= np.quantile(measure, 0.25), measure >= np.quantile(measure, 0.75)
+    return _rms(relative[least]) / _rms(relative[most])
 
 
 def _column(table: pd.DataFrame, name: str) -> np.ndarray:

@@ -37,6 +37,11 @@ CASES = {
     "worn 0.3, ideal sensors, exact track": Case(0.3, False, True),
 }
 SEEDED = "seeds"
+REASONS = {
+    "worn 0.3, ideal sensors, exact track": " (the contact jumps: D rises by 1.1 mm within 1 mm of shift; signals of "
+    "20 Hz and smooth pieces round that off by 0.07, those of 80 Hz by 0.06, of which 0.03 are in the run's own radii)"
+}
+"""Why a case is not held, as measured in docs/wheel_rail_geometry.md."""
 
 
 class Fig13(Figure):
@@ -75,7 +80,8 @@ class Fig13(Figure):
         claims = []
         for name in CASES:
             largest = float(inner_errors(rows_where(table, table["case"] == name)).max())
-            claims.append(Claim(f"{name}: largest error, inner 80 %", largest, f"<= {WITHIN}", bool(largest <= WITHIN)))
+            text = f"{name}: largest error, inner 80 %{REASONS.get(name, '')}"
+            claims.append(Claim(text, largest, f"<= {WITHIN}", bool(largest <= WITHIN)))
         seeded = [rows for name, rows in table.groupby("case") if str(name).startswith(SEEDED)]
         largest = np.array([inner_errors(rows).max() for rows in seeded])
         share = float(np.mean(largest <= WITHIN))
