@@ -16,7 +16,7 @@ TEMPERATURE = 2.0
 """Evidence is divided by it before it becomes confidence: frames overlap and the noise is only nearly right."""
 SURE = 0.9  # share of the probability that names
 IN_SET = 0.02  # share from which an alternative is listed
-UNEXPLAINED = 0.7  # share of the excess in significant cells that a named effect must take
+UNEXPLAINED = 0.6  # share of the excess in significant cells that a named effect must take
 LARGE = 1.3  # held-out gap (root mean square) from which nuisances alone are far from the truth
 FURTHER = 5.0  # nats that a second effect must bring beyond its own evidence,
 COARSE = 0.005  # and this share of what the first brings: what the model itself is wrong by

@@ -1,12 +1,13 @@
 """Selection: shortlisted effects are fitted with all nuisances; a second one joins where the first leaves something."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from experiments.discrepancy.candidates import Candidate, Context
+from experiments.discrepancy.candidates import STRETCHES, Candidate, Context
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
 from experiments.discrepancy.empirical import fit_empirical
 from experiments.discrepancy.fitting import Fit, Problem, improved, linearised, restarted, starting_fit, with_candidates
@@ -37,6 +38,7 @@ FAR_BEHIND = 300.0  # nats behind the best from which a hypothesis is not follow
 OUT_OF_REACH = 0.3  # or this share of what the best brings, if that is more
 NEAREST = 4  # classes that are fitted on with the noise of the best
 GLANCE = 15.0  # nats that a signature must gain without its loudest sections, where no cell is significant
+ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
 SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
 PLACES = 2  # where a law without a name is tried
 SWAPPED = 2  # other first effects that are tried beside the best second one
@@ -126,6 +128,7 @@ def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell
         if fitted and _hopeless(one, chosen, max(fitted, key=lambda other: other.log_evidence), problem):
             continue
         starts = [(one.z, [one.values]), (null.fit.z, [one.values]), (one.z, [one.tried])]
+        starts += [(one.z, [values]) for values in _stretched(one)]
         if far:
             starts += [(home.z, [values]) for values in (one.values, *_sizes(one))]
         made = hypothesis(problem, home if far else null.fit, (one.candidate,), starts, tell)
@@ -133,6 +136,21 @@ def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell
             fitted.append(made)
             tell(f"{made.label}: {made.log_evidence - null.log_evidence:+.1f} nats")
     return fitted
+
+
+def _stretched(one: Screened) -> list[dict[str, float]]:
+    """Begins and ends around those of a stretch that screening found to a section only, and those of the whole way."""
+    if one.candidate.name not in STRETCHES:
+        return []
+    place, length = one.candidate.parameters["place"], one.candidate.parameters["length"]
+    first, last = one.values["place"], one.values["place"] + one.values["length"]
+    pairs = [(first + metres, last) for metres in ENDS] + [(first, last + metres) for metres in ENDS]
+    pairs += [(first, math.inf), (-math.inf, last), (-math.inf, math.inf)]
+    found = []
+    for begin, end in pairs:
+        where = float(np.clip(begin, place.low, place.high))
+        found.append({**one.values, "place": where, "length": float(np.clip(end - where, length.low, length.high))})
+    return found
 
 
 def _at_home(problem: Problem, null: Hypothesis) -> np.ndarray:
