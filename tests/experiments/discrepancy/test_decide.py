@@ -1,0 +1,81 @@
+"""What counts as evidence: held-out sections must bear it out, a second effect is held against the first alone."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from experiments.discrepancy.candidates import Candidate, Context, candidates
+from experiments.discrepancy.decide import ENOUGH, Decision, Judged, ahead, contested, judge
+from experiments.discrepancy.fitting import WEIGHT, Fit
+from experiments.discrepancy.hypothesis import Hypothesis
+
+FRAMES = 30
+TRAIN = np.arange(FRAMES) < 20
+CONTEXT = Context(("bogie.rate_yaw",), (0.0, 600.0), (0.0, 30.0), ((100.0, 5.0),))
+ALL = {one.name: one for one in candidates(CONTEXT)}
+
+
+def _hypothesis(names: tuple[str, ...], train: float, test: float) -> Hypothesis:
+    """Effects with so many nats in each training and each held-out frame less than nothing explained leaves (50)."""
+    chosen: tuple[Candidate, ...] = tuple(ALL[name] for name in names)
+    left = np.sqrt(2.0 * np.where(TRAIN, 50.0 - train, 50.0 - test)) / WEIGHT
+    empty = np.zeros((0, FRAMES, 1, 1))
+    fit = Fit(
+        np.zeros(0), chosen, np.zeros(0), (), left[:, None, None], empty[0] if len(empty) else empty, empty, empty
+    )
+    return Hypothesis(fit, np.zeros((0, 0)), 20.0 * train)
+
+
+@pytest.fixture
+def problem() -> Any:
+    """Masks, and a gap of one."""
+    white = SimpleNamespace(mean_square=lambda residual, frames: 1.0)
+    return SimpleNamespace(train=TRAIN, test=~TRAIN, white=white)
+
+
+NULL = _hypothesis((), 0.0, 0.0)
+
+
+def _borne_out(problem: Any, *found: Hypothesis) -> dict[str, bool]:
+    return {one.hypothesis.label: one.borne_out for one in judge(problem, NULL, found)}
+
+
+def test_held_out_sections_must_show_a_share_of_the_evidence(problem: Any):
+    """A fifth, frame for frame: 2 nats a training frame (34 without the three loudest) ask for 0.34 a held-out one."""
+    assert _borne_out(problem, _hypothesis(("weak_roll_bar",), 2.0, 0.5)) == {"weak_roll_bar": True}
+    assert _borne_out(problem, _hypothesis(("weak_roll_bar",), 2.0, 0.2)) == {"weak_roll_bar": False}
+
+
+def test_what_has_one_place_need_not_show_where_it_is_not(problem: Any):
+    assert _borne_out(problem, _hypothesis(("hanging_sleepers",), 2.0, 0.0)) == {"hanging_sleepers": True}
+    assert _borne_out(problem, _hypothesis(("hanging_sleepers",), 2.0, -1.0)) == {"hanging_sleepers": False}
+
+
+def test_a_second_effect_that_harms_held_out_sections_is_none(problem: Any):
+    """Though with it the pair is far better than nothing on all sections."""
+    first = _hypothesis(("weak_roll_bar",), 20.0, 20.0)
+    worse = _hypothesis(("weak_roll_bar", "payload"), 25.0, 18.0)
+    better = _hypothesis(("weak_roll_bar", "payload"), 25.0, 24.0)
+    assert judge(problem, NULL, [first, worse])[0].hypothesis is first
+    assert judge(problem, NULL, [first, better])[0].hypothesis is better
+
+
+def test_a_second_effect_must_bring_more_than_the_model_is_wrong_by(problem: Any):
+    """Half a per cent of the first's evidence."""
+    first = _hypothesis(("weak_roll_bar",), 45.0, 45.0)
+    little = _hypothesis(("weak_roll_bar", "payload"), 45.2, 45.2)
+    assert judge(problem, NULL, [first, little])[0].hypothesis is first
+
+
+def test_a_law_without_a_name_takes_it_away_where_it_is_clearly_better(problem: Any):
+    named = _hypothesis(("weak_roll_bar",), 20.0, 20.0)
+    judged = tuple(judge(problem, NULL, [named]))
+    decision = Decision("named", judged, 1.0, "")
+    near, far = (Hypothesis(named.fit, named.covariance, value) for value in (420.0, 440.0))
+    assert not ahead(NULL, named, near)
+    assert contested(decision, NULL, near) is decision
+    assert contested(decision, NULL, far).status == "unknown"
+    assert isinstance(judged[0], Judged)
+    assert judged[0].evidence > ENOUGH
