@@ -1,21 +1,19 @@
 """Conicity function, rails, gauge and state together, without a known track: the most likely function and a smoother.
 
-Where the gauge is constant, one Kalman filter has everything (`_conicity_likelihood`). Where it varies, the conicity
-of worn wheels changes along the line by more than its mean, which no Gaussian holds: there the Kalman smoother is left
-with what does not depend on the conicity, the wheelset's path y and half the difference of the rolling radii D, and
-particles integrate rails and gauge out (`_gauge_likelihood`).
+Where the gauge is constant, one Kalman filter has everything (`_constant_gauge`). Where it varies, the conicity of worn
+wheels changes along the line by more than its mean, which no Gaussian holds: there particles integrate rails and gauge
+out (`_varying_gauge`).
 """
 
 from typing import ClassVar
 
 import numpy as np
-import pandas as pd
 
-from estimators._conicity_kernel import PSI, PSI_RATE, RAIL, Numbers, Record, Y
-from estimators._conicity_likelihood import Likelihood, Posterior, Prior
+from estimators._conicity_kernel import Numbers, Record
+from estimators._conicity_likelihood import Likelihood, Prior
+from estimators._constant_gauge import on_constant_gauge
 from estimators._gauge_kernel import Process
-from estimators._gauge_likelihood import GaugeLikelihood, Rails
-from estimators._wheel_basis import wheel_basis
+from estimators._varying_gauge import Gauge, level_of, on_varying_gauge
 from estimators._wheelset_model import fits, wheelset_model
 from estimators._wheelset_motion import BODY, SPEEDS, TRANSDUCER, YAW, filled, wheelset_speed
 from estimators.interface import Estimate, Estimator
@@ -24,15 +22,6 @@ from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 ERRI = "ERRI B176 (1989), lateral"
-POINTS = 121
-QUANTILE = 0.999  # of the visited shifts, to which the function is stated
-SETTLED = 30.0  # m at the start that the particles do not read: the Kalman smoother's own settling
-FEWEST = 1000  # steps that the particles need: 300 m, tens of waves of the gauge
-TOGETHER = 3.0  # m over which the error of the shift hangs together: the gauge's own length
-WHEEL_REACH, WHEEL_PIECES = 4e-3, 16  # m; of one wheel's slope: pieces of 0.5 mm, in which hollow wheels bend
-WHEEL_ROUGHNESS = 0.3  # second difference of the slope, hollow wheels 1
-TILT, TURN, MIDDLE = 0.6, 1e-3, 4e-4  # of the slope at the start: steeper towards the flange, over m, about m
-LOGARITHMS = 4  # last parameters of the Kalman filter's likelihood
 BRIDGED = 0.05  # s; samples in longer gaps are left out
 
 
@@ -92,113 +81,27 @@ class ConicitySmoother(Estimator, frozen=True):
         self.need(measurements)
         time, record = self._record(measurements)
         likelihood = self.likelihood(measurements, record)
-        posterior = likelihood.fit(1, False) if self.gauge > 0.0 else likelihood.fit(self.starts)
-        conicity, spread = likelihood.conicity(posterior)
-        states, deviation = likelihood.smooth(posterior)
         if self.gauge > 0.0:
-            return self._with_gauge(time, record, likelihood.numbers, posterior, states, deviation)
-        shift = states[:, Y] - states[:, RAIL]
-        value = np.interp(np.abs(shift), likelihood.shift, conicity)
-        running = self._moving(value * shift**2, record) / np.maximum(self._moving(shift**2, record), 1e-15)
-        own = np.interp(np.sqrt(self._moving(shift**2, record)), likelihood.shift, spread)
-        series = pd.DataFrame({
-            "time [s]": time,
-            "conicity [-]": running,
-            "conicity_std [-]": np.hypot(own, self.model_error),
-            "track_lateral [m]": states[:, RAIL],
-            "track_lateral_std [m]": deviation[:, 0],
-            "wheelset1.lateral_shift [m]": shift,
-            "wheelset1.lateral_shift_std [m]": deviation[:, 1],
-        })  # fmt: skip
-        logs = np.exp(posterior.parameters[likelihood.count :])
-        names: list[str] = ["f11 [N]", "rail_level [m]", "slip [m/s]", "line [-]"]
-        found = dict(zip(names, logs.tolist(), strict=True))
-        basis, own = likelihood.basis, posterior.covariance[: likelihood.count, : likelihood.count]
-        return self._stated(series, likelihood.shift, conicity, basis @ own @ basis.T, np.abs(shift), found)
-
-    def _with_gauge(
-        self, time: np.ndarray, record: Record, numbers: Numbers, posterior: Posterior, states: np.ndarray,
-        deviation: np.ndarray,
-    ) -> Estimate:  # fmt: skip
-        """By particles over rails and gauge; where they tell nothing, at both ends, the Kalman smoother's rails."""
-        half = half_difference(numbers, record, states)
-        along = np.concatenate([[0.0], np.cumsum(0.5 * (record.speed[1:] + record.speed[:-1]) * record.step)])
-        places = np.arange(SETTLED, along[-1], self.spacing)
-        if len(places) < FEWEST:
-            raise InputError(
-                f"{self.name}: {along[-1]:.0f} m are too short with varying gauge; give {FEWEST * self.spacing:.0f} m "
-                "or set gauge to 0 if it is constant"
+            found = on_varying_gauge(
+                self.name, likelihood, self._gauge(), time, record, self.spacing, self.window, self.model_error
             )
-        process = Process(self.gauge_slow_corner, self.gauge_corner, self.gauge * _per_deviation(self))
-        rails = Rails(Process(self.slow_corner, self.corner, self.rail), process, (1.5, self.gauge_spread))
-        basis = wheel_basis(WHEEL_REACH, WHEEL_PIECES, TILT, TURN, MIDDLE)
-        cone = posterior.parameters[:-LOGARITHMS].mean()
-        wheel, paths = GaugeLikelihood(
-            np.interp(places, along, half), np.interp(places, along, states[:, Y]), self.spacing, rails, basis, cone,
-            WHEEL_ROUGHNESS, self.conicity_spread, np.random.default_rng(self.seed), self.particles,
-        ).fit()  # fmt: skip
-        known = np.isfinite(paths[:, 0])
-        inside = (along >= places[known][0]) & (along <= places[known][-1])
-        shift, gauge, shift_std, gauge_std = (np.interp(along, places[known], column) for column in paths[known].T)
-        shift = np.where(inside, shift, states[:, Y] - states[:, RAIL])
-        shift_std = np.where(inside, shift_std, deviation[:, 1])
-        square = np.maximum(self._moving(shift**2 + shift_std**2, record), 1e-15)
-        count = self.window / record.step
-        hanging = max(1.0, TOGETHER / (record.step * float(np.mean(record.speed))))
-        by_shift = np.sqrt(self._moving((half * shift_std) ** 2, record) * hanging / count) / square
-        function = np.interp(np.sqrt(square), basis.shift, np.sqrt(np.diag(wheel.covariance)))
-        series = pd.DataFrame({
-            "time [s]": time,
-            "conicity [-]": self._moving(half * shift, record) / square,
-            "conicity_std [-]": np.sqrt(by_shift**2 + function**2 + self.model_error**2),
-            "track_lateral [m]": states[:, Y] - shift,
-            "track_lateral_std [m]": np.hypot(deviation[:, 0], shift_std),
-            "wheelset1.lateral_shift [m]": shift,
-            "wheelset1.lateral_shift_std [m]": shift_std,
-            "wheelset1.gauge_deviation [m]": np.where(inside, gauge, 0.0),
-            "wheelset1.gauge_deviation_std [m]": np.where(inside, gauge_std, self.gauge),
-        })  # fmt: skip
-        levels = np.exp(wheel.parameters[-2:])
-        found = {"rail_level [m]": float(levels[0]), "gauge_level [m]": float(levels[1])}
-        found["best cone over the run [-]"] = float(half @ shift / np.sum(shift**2 + shift_std**2))
-        visited = np.concatenate([np.abs(shift + one * shift_std) for one in (-1.0, 1.0)])
-        return self._stated(series, basis.shift, wheel.conicity, wheel.covariance, visited, found)
+        else:
+            found = on_constant_gauge(likelihood, self.starts, time, record, self.window, self.model_error)
+        return Estimate(self.name, found.series, self.model_dump(mode="json") | found.stated(self.model_error))
 
-    def _stated(
-        self, series: pd.DataFrame, places: np.ndarray, conicity: np.ndarray, covariance: np.ndarray,
-        visited: np.ndarray, found: dict[str, float],
-    ) -> Estimate:  # fmt: skip
-        """Function at the visited shifts, and conicity of the cone that fits best over the whole record."""
-        table = np.linspace(-1.0, 1.0, POINTS) * float(np.quantile(visited, QUANTILE))
-        spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        function = {
-            "shift [m]": table.tolist(),
-            "conicity [-]": np.interp(np.abs(table), places, conicity).tolist(),
-            "conicity_std [-]": np.hypot(np.interp(np.abs(table), places, spread), self.model_error).tolist(),
-            "kind": "secant",
-        }
-        weights = np.zeros(len(places))
-        cell = np.minimum(visited / (places[1] - places[0]), len(places) - 1.001)
-        near, share = cell.astype(int), cell - np.floor(cell)
-        np.add.at(weights, near, (1.0 - share) * visited**2)
-        np.add.at(weights, near + 1, share * visited**2)
-        weights /= weights.sum()
-        own = float(weights @ covariance @ weights)
-        about = {
-            "conicity_function": function,
-            "found": found,
-            "effective_conicity [-]": float(weights @ conicity),
-            "effective_conicity_std [-]": float(np.hypot(np.sqrt(max(own, 0.0)), self.model_error)),
-        }
-        return Estimate(self.name, series, self.model_dump(mode="json") | about)
+    def _gauge(self) -> Gauge:
+        """What varies along the line."""
+        level = level_of(self.gauge, self.gauge_slow_corner, self.gauge_corner)
+        return Gauge(
+            Process(self.slow_corner, self.corner, self.rail),
+            Process(self.gauge_slow_corner, self.gauge_corner, level),
+            self.gauge_spread, self.gauge, self.conicity_spread, self.particles, self.seed,
+        )  # fmt: skip
 
     def fitted(self, measurements: Measurements) -> tuple[Likelihood, np.ndarray]:
         """Likelihood of a record and its most likely parameters, for Fisher information."""
         likelihood = self.likelihood(measurements, self._record(measurements)[1])
         return likelihood, likelihood.fit(self.starts).parameters
-
-    def _moving(self, values: np.ndarray, record: Record) -> np.ndarray:
-        return _mean(values, max(1, round(self.window / record.step)))
 
     def likelihood(self, measurements: Measurements, record: Record) -> Likelihood:
         """What is maximised: for Fisher information and tests."""
@@ -239,23 +142,3 @@ def _sheet(measurements: Measurements, name: str) -> dict[str, float]:
         return measurements.sensor(name).get("errors", {})
     except InputError:
         return {}
-
-
-def half_difference(numbers: Numbers, record: Record, states: np.ndarray) -> np.ndarray:
-    """(r_L - r_R) / 2 in m from smoothed yaw (n, states), by equation (18) with the yaw suspension and inertia."""
-    c, rate = numbers, states[:, PSI_RATE]
-    damping = 2.0 * c.l**2 * c.f11 / record.speed + c.c_psi
-    moment = c.I * np.gradient(rate, record.step) + damping * rate + c.k_psi * states[:, PSI]
-    return -c.r0 / (2.0 * c.l * c.f11) * moment
-
-
-def _per_deviation(smoother: ConicitySmoother) -> float:
-    """Level of the gauge's driving noise by its standard deviation."""
-    slow, fast = smoother.gauge_slow_corner, smoother.gauge_corner
-    return float(np.sqrt(2.0 * slow * fast * (slow + fast)))
-
-
-def _mean(values: np.ndarray, count: int) -> np.ndarray:
-    """Over a window of `count` samples, shorter at the ends."""
-    weights = np.ones(min(count, len(values)))
-    return np.convolve(values, weights, "same") / np.convolve(np.ones(len(values)), weights, "same")

@@ -40,6 +40,15 @@ CORNER_STEP = 0.01
 BOUNDS = ("bound [-]", "bound, corner free [-]", "by corner [-]")
 ELSEWHERE, DRAWS = 40, 20000
 """Places along the line at which the gauge is taken to be independent; draws for the chance of an exact order."""
+FLAT = (
+    " (the particles' rails have waves below 1 m, the track has not: their likelihood likes wheels that are too flat)"
+)
+SEARCH = " (the particles' likelihood has a noise of 10 to 30 there, in which the search ends early)"
+UNBOUND = " (not for want of information: the model's bound is below 0.3 of the spacing; it is what the model lacks)"
+BENDS = " (below 1 mm worn wheels bend within the half millimetre of its pieces)"
+NOISE = " (the particles' noise passes for information, and scale, steepening and levels are left out of the deviation)"
+ONE_SIZE = " (one model_error for all wheels, which new ones do not need and a search that ended wrongly exceeds)"
+"""Why claims are not held, as measured in docs/wheel_rail_geometry.md."""
 BOUNDED, BOUNDED_CASE = 3, "worn 0.1, gauge constant"
 """Runs for which the information is stated."""
 
@@ -105,16 +114,19 @@ class ConicityBlind(Figure):
             error = (rows["estimate [-]"] - rows["at nominal gauge [-]"]).to_numpy()
             share, rms = float(np.mean(np.abs(error) <= WITHIN)), float(np.sqrt(np.mean(error**2)))
             shape = float(np.sqrt(np.mean(rows["function rms [-]"] ** 2)))
+            worn, varies = CASES[name][0] > 0.0, CASES[name][1]
+            lost = (SEARCH if worn else FLAT) * varies
             inside = float(np.mean(np.abs(error) <= 2 * rows["std [-]"]))
             claims += [
-                Claim(
-                    f"{name}: rms error over the seeds, profiles at nominal gauge", rms, f"<= {WITHIN}", rms <= WITHIN
-                ),
-                Claim(f"{name}: share of seeds within 0.03", share, ">= 0.95", share >= 0.95),
-                Claim(f"{name}: function over the inner shifts, rms", shape, f"<= {WITHIN}", shape <= WITHIN),
-                Claim(f"{name}: within 2 std", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97),
-            ]
-            if CASES[name][1]:
+                Claim(f"{name}: rms error over the seeds, profiles at nominal gauge", rms, f"<= {WITHIN}",
+                      rms <= WITHIN),
+                Claim(f"{name}: share of seeds within 0.03{lost}", share, ">= 0.95", share >= 0.95),
+                Claim(f"{name}: function over the inner shifts, rms{BENDS * worn}", shape,
+                      f"<= {WITHIN}", shape <= WITHIN),
+                Claim(f"{name}: within 2 std{NOISE if varies else ONE_SIZE}", inside, "0.90 to 0.97",
+                      0.9 <= inside <= 0.97),
+            ]  # fmt: skip
+            if varies:
                 claims += _with_gauge(name, rows)
         seeds = rows_where(table, table["part"] == "seed")
         error = np.abs((seeds["estimate [-]"] - seeds["at nominal gauge [-]"]).to_numpy())
@@ -127,7 +139,14 @@ class ConicityBlind(Figure):
             ("true [-]", "least squares [-]", "least squares, track known, best cones"),
         ):
             right, correlation = order(wear[truth].to_numpy(), wear[column].to_numpy())
-            claims.append(Claim(f"wear, {how}: runs in their right place", right, "1", right == 1.0))
+            claims.append(
+                Claim(
+                    f"wear, {how}: runs in their right place{UNBOUND * how.startswith('without')}",
+                    right,
+                    "1",
+                    right == 1.0,
+                )
+            )
             claims.append(Claim(f"wear, {how}: rank correlation", correlation, ">= 0.9", correlation >= 0.9))
         claims += _order_claims(wear)
         worn = rows_where(table, table["case"] == BOUNDED_CASE).dropna(subset=["bound [-]"])
@@ -252,7 +271,12 @@ def _with_gauge(name: str, rows: pd.DataFrame) -> list[Claim]:
     bend, turn = float(np.mean(apart - nominal)), float(np.mean(together - apart))
     bound = float(np.median(rows["own std [-]"].to_numpy()))
     return [
-        Claim(f"{name}: share of runs whose own best cone is within 0.03", share, ">= 0.95", share >= 0.95),
+        Claim(
+            f"{name}: share of runs whose own best cone is within 0.03{SEARCH * (CASES[name][0] > 0.0)}",
+            share,
+            ">= 0.95",
+            share >= 0.95,
+        ),
         Claim(f"{name}: what the profile's bends take from the best cone, gauge independent", bend, "< 0", bend < 0.0),
         Claim(f"{name}: what the motion takes more, being largest on wide gauge", turn, "< 0", turn < 0.0),
         Claim(f"{name}: std by the likelihood's profile over the mean gauge", bound, f"<= {WITHIN}", bound <= WITHIN),
