@@ -43,7 +43,7 @@ ELSEWHERE, DRAWS = 40, 20000
 FLAT = (
     " (the particles' rails have waves below 1 m, the track has not: their likelihood likes wheels that are too flat)"
 )
-SEARCH = " (the particles' likelihood has a noise of 10 to 30 there, in which the search ends early)"
+SEARCH = " (cause not proven: the particles' likelihood has a noise of 10 to 30 nats there)"
 UNBOUND = " (not for want of information: the model's bound is below 0.3 of the spacing; it is what the model lacks)"
 BENDS = " (below 1 mm worn wheels bend within the half millimetre of its pieces)"
 NOISE = " (the particles' noise passes for information, and scale, steepening and levels are left out of the deviation)"
