@@ -6,6 +6,7 @@ fit needs no linearisation of its own.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,16 @@ class Problem:
     def evidence(self) -> Evidence:
         """What was measured."""
         return self.forward.evidence
+
+    @cached_property
+    def informed(self) -> np.ndarray:
+        """(n,) share of what is known of each nuisance that the training frames would say, at the nominal scenario; one
+        where there is no bank.
+        """
+        if self.bank is None:
+            return np.ones(len(self.forward.nuisances))
+        size = [np.sum((WEIGHT * self.whitened(one)[self.train]) ** 2) for one in self.bank.columns]
+        return np.array(size) / (1.0 + np.array(size))
 
     def but(self, **changes: Any) -> "Problem":
         """A copy with some parts changed."""
@@ -318,10 +329,13 @@ def _step(problem: Problem, fit: Fit) -> tuple[Fit, float]:
 
 
 def _taught(problem: Problem, old: Fit, new: Fit) -> Fit:
-    """The old point with derivatives that would have predicted the new one (Broyden's good update)."""
+    """The old point with derivatives that would have predicted the new one (Broyden's good update).
+
+    What was missed is laid on the numbers of which the recording says something: a nuisance that nothing shows would
+    else be given a say, and drift.
+    """
     move = np.concatenate([new.z - old.z, new.shares - old.shares])
-    scale = np.concatenate([np.ones(len(old.z)), np.full(len(old.shares), SHARE_SCALE)])
-    along = move / scale**2
+    along = np.concatenate([problem.informed, np.full(len(old.shares), SHARE_SCALE**-2)]) * move
     length = float(along @ move)
     if length < 1e-4:
         return old

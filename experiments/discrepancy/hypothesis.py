@@ -13,7 +13,7 @@ from railsim.effects.interface import Effect, Parameter
 from railsim.errors import InputError
 
 DROPPED = 3
-OWN_ERROR = 0.04  # of an effect's size, what the model is wrong by in all sections alike; read from development cases
+OWN_ERROR = 0.05  # of an effect's size, what the model is wrong by in all sections alike; read from development cases
 Tell = Callable[[str], None]
 
 

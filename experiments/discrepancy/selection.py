@@ -87,6 +87,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         laws = [one for one in stand.fitted if one.candidates == tabled[0].candidates]
         tabled = (laws[0], tabled[1])
         stand = replace(stand, fitted=[one for one in stand.fitted if one is not laws[0]])
+    stand = _from_home(stand, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
     not_tried = tuple(dict.fromkeys(left_out))
@@ -136,6 +137,25 @@ def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell
             fitted.append(made)
             tell(f"{made.label}: {made.log_evidence - null.log_evidence:+.1f} nats")
     return fitted
+
+
+def _from_home(stand: Stand, tell: Tell) -> Stand:
+    """With the best effect fitted from the nominal build too, where nuisances alone had been bent far: two ends of one
+    valley (a lighter vehicle with less friction) cost nearly the same on the way and not at its bottom.
+    """
+    problem, best = stand.problem, stand.best
+    if best is stand.null or held_out_gap(problem, stand.null.fit) < LARGE:
+        return stand
+    home = starting_fit(problem, _at_home(problem, best))
+    try:
+        fit = with_candidates(problem, home, best.candidates, [(home.z, best.fit.shares)])
+    except InputError:
+        return stand
+    other = polished(problem, concluded(problem, improved(problem, fit, tell)), tell)
+    tell(f"{best.label} from the nominal build: {other.log_evidence - best.log_evidence:+.1f} nats")
+    if other.log_evidence <= best.log_evidence:
+        return stand
+    return replace(stand, fitted=[other if one is best else one for one in stand.fitted])
 
 
 def _stretched(one: Screened) -> list[dict[str, float]]:

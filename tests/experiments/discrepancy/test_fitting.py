@@ -30,6 +30,7 @@ def _fit(problem: Problem, z: np.ndarray, stacked: np.ndarray, columns: np.ndarr
 def test_taught_derivatives_predict_the_run_that_taught_them():
     rng = np.random.default_rng(4)
     problem = _problem()
+    problem.__dict__["informed"] = np.ones(3)
     columns = (rng.standard_normal((3, K, F, C)) + 1j * rng.standard_normal((3, K, F, C))).astype(np.complex64)
     old = _fit(problem, np.zeros(3), rng.standard_normal((K, F, C)) + 0j, columns)
     move = np.array([0.6, -0.3, 0.2])
@@ -39,3 +40,7 @@ def test_taught_derivatives_predict_the_run_that_taught_them():
     assert np.allclose(taught.jacobian, problem.whitened_columns(taught.columns), atol=1e-4)
     across = np.array([0.3, 0.6, 0.0])  # at right angles to the move
     assert np.allclose(np.tensordot(across, taught.columns - columns, axes=1), 0.0, atol=1e-4)
+    problem.__dict__["informed"] = np.array([0.9, 0.4, 0.0])  # nothing shows the third: it learns nothing
+    taught = _taught(problem, old, new)
+    assert np.allclose(np.tensordot(move, taught.columns, axes=1), new.stacked - old.stacked, atol=1e-4)
+    assert np.array_equal(taught.columns[2], columns[2])
