@@ -21,6 +21,7 @@ DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
 SHORT = ("rail_joints", "hanging_sleepers")  # effects of a place that is short against a section
 STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place on over a length
 TIMES = ("begin",)  # fields that are a time of the run [s]
+BY_WAY = ("over", "distance")  # choice by which a begin is a distance [m]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
 GRID = {"frequency": 6, "period": 8}  # values between the bounds that the bank holds
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
@@ -116,7 +117,10 @@ class Candidate:
         """Free numbers."""
         fixed = {name for name, _ in self.choices} | set(self.kind.held) - {*DISTANCES, *self.phases}
         free = {name: one for name, one in self.kind.parameters().items() if name not in fixed}
-        return {name: self.context.range(name, one) for name, one in free.items()}
+        along = BY_WAY in self.choices  # its begin is a distance, not a time
+        return {
+            name: self.context.range("place" if along and name in TIMES else name, one) for name, one in free.items()
+        }
 
     def step(self, name: str, parameter: Parameter, value: float) -> float:
         """How far a parameter is varied for a derivative, in its own unit: a place by a part of a short dip, a wave or
@@ -201,7 +205,7 @@ def in_tune(found: Sequence[Candidate]) -> list[Candidate]:
     """
     tuned: list[Candidate] = []
     for one in found:
-        if ("over", "distance") in one.choices:
+        if BY_WAY in one.choices:
             continue
         tuned.append(one)
         if "order" in one.kind.model_fields:

@@ -74,7 +74,8 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     if max((one.gain for one in screened), default=0.0) < PROMISING or (
         strongest < WORTH_FITTING and not located.significant
     ):
-        return Selection(problem, null, screened, (), decide(problem, null, located, []))
+        tabled = _tabled(Stand(problem, null, []), found[0].context, tell) if found else None
+        return Selection(problem, null, screened, (), decide(problem, null, located, []), tabled)
     fitted = _fitted(problem, null, shortlist(screened), tell)
     stand = Stand(problem, _fair(problem, null, fitted, tell), fitted)
     stand = _nearer(_noise_there(stand, tell), tell)

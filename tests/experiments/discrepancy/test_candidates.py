@@ -52,3 +52,13 @@ def test_tones_say_wavelengths_frequencies_and_waves_a_turn():
     assert {one["frequency"] for one in found["body_bending"].at_tones()} == {10.2}
     orders = {dict(one.choices).get("order", 1) for one in in_tune(candidates(heard)) if one.name == "out_of_round"}
     assert orders == {1, 3}
+
+
+def test_a_gust_along_the_track_begins_on_the_run():
+    """Its begin is in metres, that of one over a time in seconds."""
+    context = Context(("bogie.rate_yaw",), (300.0, 900.0), (2.0, 20.0), ((400.0, 5.0),))
+    begins = {
+        dict(one.choices)["over"]: one.parameters["begin"] for one in candidates(context) if one.name == "wind_gust"
+    }
+    assert (begins["distance"].low, begins["distance"].high) == (300.0, 900.0)
+    assert (begins["time"].low, begins["time"].high) == (2.0, 20.0)
