@@ -72,7 +72,7 @@ def half_difference(table, spacing, x):
     return value * x, value + abs(x) * slope / spacing
 
 
-@allocating
+@inlined
 def step(x, F, table, spacing, numbers, v, h, acceleration):
     """Move the mean `x` on by h seconds at speed v, and fill its transition matrix `F`; return what the noise needs.
 
@@ -134,7 +134,7 @@ def step(x, F, table, spacing, numbers, v, h, acceleration):
     return early + late, -by_there, fast, along
 
 
-@allocating
+@inlined
 def predict(P, F, A):
     """P = F P F', A is scratch."""
     for i in range(STATES):
@@ -153,7 +153,7 @@ def predict(P, F, A):
             P[i, j] = P[j, i] = total
 
 
-@allocating
+@inlined
 def add_noise(P, numbers, v, h, give, by_rail, fast, along):
     """Covariance of what a step brings anew; `by_rail`: what the rail's share does to the yaw rate within the step."""
     c = numbers

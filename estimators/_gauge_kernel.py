@@ -98,6 +98,7 @@ def particles(D, y, length, table, spacing, rail, gauge, noise, normals, uniform
     traced = score.shape[0] > 0
     X, G, parent = np.zeros((RING, count)), np.zeros((RING, count)), np.zeros((RING, count), dtype=np.int64)
     by_rail, by_gauge, one = np.zeros((RING, count)), np.zeros((RING, count)), np.zeros(count, dtype=np.int64)
+    place = np.zeros(count, dtype=np.int64)
     r, g = over(rail, length), over(gauge, length)
     spread2 = gauge.level / np.sqrt(2.0 * gauge.fast)
     spread = spread2 / np.sqrt(gauge.slow * (gauge.slow + gauge.fast))
@@ -145,13 +146,16 @@ def particles(D, y, length, table, spacing, rail, gauge, noise, normals, uniform
         total += top + np.log(all_)
         resample(P, Q, w, one, uniforms[k], squares * count > 2.0)
         if traced:
-            parent[ring] = one
+            for i in range(count):
+                parent[ring, i] = one[i]
             if k % EVERY == 0 and k > LAG:
-                trace(k, D, w, X, G, by_rail, by_gauge, parent, table, spacing, white, score[k // EVERY], smoothed)
+                trace(
+                    k, D, w, place, X, G, by_rail, by_gauge, parent, table, spacing, white, score[k // EVERY], smoothed
+                )
     return total
 
 
-@allocating
+@inlined
 def resample(P, Q, w, parent, uniform, needed):
     """Take Q over into P, systematically by the weights where that is needed; `parent` gets the places."""
     count, j, reached = w.shape[0], 0, w[0]
@@ -163,16 +167,22 @@ def resample(P, Q, w, parent, uniform, needed):
         else:
             j = i
         parent[i] = j
-        P[i] = Q[j]
+        for m in range(4):
+            P[i, m] = Q[j, m]
     if needed:
-        w[:] = 1.0 / count
+        for i in range(count):
+            w[i] = 1.0 / count
 
 
-@allocating
-def trace(k, D, w, X, G, by_rail, by_gauge, parent, table, spacing, white, row, smoothed):
-    """Add the score of the block that ends `LAG - EVERY` steps before k to its row, and what the paths are there."""
+@inlined
+def trace(k, D, w, place, X, G, by_rail, by_gauge, parent, table, spacing, white, row, smoothed):
+    """Add the score of the block that ends `LAG - EVERY` steps before k to its row, and what the paths are there.
+
+    place : scratch.
+    """
     count = w.shape[0]
-    place = np.arange(count)
+    for i in range(count):
+        place[i] = i
     for back in range(LAG):
         m = k - back
         ring = m % RING

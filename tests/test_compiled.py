@@ -62,3 +62,16 @@ def test_an_estimator_does_not_compile_the_engines_again(name: str) -> None:
     own = sources(Path(estimators.__path__[0], f"{name}.py"))
     assert not {path for path in engine if "estimators" in path.parts}
     assert not {path for path in own if "engines" in path.parts}
+
+
+@pytest.mark.parametrize("name", ["estimators._conicity_kernel", "estimators._gauge_kernel"])
+def test_the_run_that_compiles_has_the_machine_code_of_later_ones(name: str) -> None:
+    """Called as a function, a kernel's own copy is used in the process that compiles it, and from the cache one that
+    was optimised with its caller: sums are reassociated otherwise. Copied into the caller there is one code only.
+    """
+    seen = 0
+    for one in kernels(importlib.import_module(name)):
+        for other in called(one):
+            assert other.targetoptions.get("forceinline"), f"{one.__name__} calls {other.__name__}: make it `inlined`"
+            seen += 1
+    assert seen > 2
