@@ -4,6 +4,7 @@ import numpy as np
 
 from railsim.measurements import Measurements
 from railsim.quality._change_point import own
+from railsim.quality._companions import gain_beside
 from railsim.quality._offsets import GRAVITY, axis_of
 from railsim.quality._signals import NORMAL, filled, kind_of, whitened
 from railsim.quality.repair import tables_of
@@ -55,8 +56,9 @@ def _stretches(values: np.ndarray, rate: float) -> list[tuple[int, int]]:
     return [(start, end)] + ([(end, values.size)] if start == 0 else []) + ([(0, start)] if end == values.size else [])
 
 
-def by_mean(values: np.ndarray, rate: float, begin: float, end: float, gain: float) -> tuple[int, int, float] | None:
+def by_mean(measured: Measurements, name: str, begin: float, end: float, gain: float) -> tuple[int, int, float] | None:
     """Edges (samples) and gain of a channel whose mean jumps by about `gain` somewhere from `begin` to `end` (s)."""
+    values, rate = filled(measured[name]), measured.rate(name)
     first, last = round(begin * rate), round(end * rate)
     for start, stop in _stretches(values, rate):
         outside = np.concatenate([values[:start], values[stop:]])
@@ -64,7 +66,7 @@ def by_mean(values: np.ndarray, rate: float, begin: float, end: float, gain: flo
             continue
         usual, changed = float(np.mean(outside)), float(np.mean(values[start:stop]))
         if abs(changed - usual) > JUMP and abs(changed / usual / gain - 1) < ALIKE:
-            return _sharpened(values, rate, start, stop, changed / usual)
+            return _sharpened(measured, name, start, stop, changed / usual)
     return None
 
 
@@ -86,12 +88,13 @@ def weighed(measured: Measurements) -> tuple[str, int, int, float] | None:
         others = [change for one, change in changes.items() if one != name and np.isfinite(change)]
         change = changes[name] - (float(np.median(others)) if others else 0.0)
         if _LIKE_GAIN[0] < change / np.log(gain) < _LIKE_GAIN[1]:
-            return (name, *_sharpened(values, rate, first, last, gain))
+            return (name, *_sharpened(measured, name, first, last, gain))
     return None
 
 
-def _sharpened(values: np.ndarray, rate: float, first: int, last: int, gain: float) -> tuple[int, int, float]:
-    """Edges by the jump that the autoregressive model sees, and the quotient of the means between them."""
+def _sharpened(measured: Measurements, name: str, first: int, last: int, gain: float) -> tuple[int, int, float]:
+    """Edges by the jump that the autoregressive model sees, and the gain that leaves no step of gravity at them."""
+    values, rate = filled(measured[name]), measured.rate(name)
     mended = values.copy()
     mended[first:last] /= gain
     white = whitened(mended, rate)
@@ -105,7 +108,7 @@ def _sharpened(values: np.ndarray, rate: float, first: int, last: int, gain: flo
                 score = own(values, float(np.median(mended)), white, tried, *pair)
                 bounds[which] = int(tried[np.argmax(score)])
     inside, outside = _means(values, *bounds)
-    return bounds[0], bounds[1], inside / outside
+    return bounds[0], bounds[1], gain_beside(measured, name, bounds[0], bounds[1], inside / outside)
 
 
 def _means(values: np.ndarray, first: int, last: int) -> tuple[float, float]:

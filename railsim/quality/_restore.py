@@ -8,7 +8,9 @@ from railsim.quality._signals import filled, runs, whitened
 LONGEST = 24  # samples; the model has 32 taps and knows little of longer runs
 
 
-def restored(values: np.ndarray, at: np.ndarray, rate: float) -> np.ndarray:
+def restored(
+    values: np.ndarray, at: np.ndarray, rate: float, prediction: np.ndarray, limited: bool = True
+) -> np.ndarray:
     """Values with the samples `at` replaced by those that the model predicts best from both sides; shape (n,).
 
     Least squares on the prediction error (Janssen, Veldhuis and Vries 1986, IEEE Trans. ASSP 34, 317-330). A limited
@@ -18,11 +20,13 @@ def restored(values: np.ndarray, at: np.ndarray, rate: float) -> np.ndarray:
     wrong = np.zeros(values.size, dtype=bool)
     wrong[at] = True
     new = np.where(wrong, np.nan, values)
-    white = whitened(new, rate)
+    apart = new - prediction
+    white = whitened(apart, rate)
     if white is None:
         return new
     long = [one for one in runs(wrong) if one[1] - one[0] > LONGEST]
-    known, centre = filled(new), float(np.nanmedian(new))
+    known, centre = filled(apart), float(np.nanmedian(apart))
+    middle = float(np.nanmedian(new))
     taps, order = white.filter, white.filter.size - 1
     near = np.convolve(wrong, np.ones(2 * order + 1), mode="same") > 0.5
     for first, last in runs(near):
@@ -33,9 +37,10 @@ def restored(values: np.ndarray, at: np.ndarray, rate: float) -> np.ndarray:
         fixed = part.copy()
         fixed[unknown] = 0.0
         found = np.linalg.lstsq(predict[:, unknown], -predict @ fixed, rcond=None)[0] + centre
+        found += prediction[first + unknown]
         read = values[first + unknown]
-        outward = np.sign(read - centre)
-        new[first + unknown] = np.where((found - read) * outward < 0.0, read, found)
+        outward = np.sign(read - middle)
+        new[first + unknown] = np.where(limited & ((found - read) * outward < 0.0), read, found)
     for first, last in long:
         new[first:last] = np.nan
     return new

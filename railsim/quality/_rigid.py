@@ -31,7 +31,7 @@ class Relation:
 
     Attributes
     ----------
-    weights : by channel, over frequency, shape (k,).
+    weights : by channel, over frequency, shape (k,); the sensors' low-passes and latencies undone.
     tolerance : energy that scale errors and misalignment by the data sheets may leave over.
     """
 
@@ -100,7 +100,20 @@ def relations(measured: Measurements, frequency: np.ndarray, spectra: Mapping[st
         for place, axes in accelerometers.get(body, {}).items():
             for frame in bogie.items():
                 found += _primary(measured, body, place, axes, frame, turning, frequency)
+    late = {name: response(measured, name, frequency) for name in spectra}
+    found = [replace(one, weights={name: weight / late[name] for name, weight in one.weights.items()}) for one in found]
     return [replace(one, tolerance=_tolerance(measured, one, spectra)) for one in found]
+
+
+def response(measured: Measurements, name: str, frequency: np.ndarray) -> np.ndarray:
+    """What a channel's sensor does to each frequency, Hz, by its data sheet: Butterworth low-pass and latency, (k,)."""
+    delay = np.exp(-2j * np.pi * frequency * limit(measured, name, "latency"))
+    band = limit(measured, name, "bandwidth")
+    if not band:
+        return np.asarray(delay)
+    order = max(1, round(limit(measured, name, "bandwidth_order")))
+    poles = np.exp(1j * np.pi * (2 * np.arange(order) + order + 1) / (2 * order))
+    return np.asarray(delay * np.prod(poles / (poles - 1j * frequency[:, None] / band), axis=1))
 
 
 _Place = tuple[float, float, float]

@@ -1,19 +1,24 @@
 """A table of one sample rate that runs ahead of or behind the others, by the kinematics of the bogie."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 from typing import ClassVar
 
 import numpy as np
 
 from railsim.measurements import Measurements
+from railsim.quality._balance import whitening
 from railsim.quality._rigid import Relation, relations, spectra_of
 from railsim.quality.clock import tables
 from railsim.quality.interface import Check, Finding
 from railsim.quality.orientation import alternatives
+from railsim.quality.repair import repaired
 from railsim.spec import quantity
 
 _STEP = 5e-4  # s between the shifts that are tried
+_CLOSE, _FINE = 0.02, 5e-5  # s about the first, and between those that are tried then
+_TAPER = 1.0  # s at both ends of the record; Hann's window over all of it would see a stop in the middle most
 
 
 class ClockShift(Check, frozen=True):
@@ -34,13 +39,12 @@ class ClockShift(Check, frozen=True):
 
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for a pair of tables."""
-        frequency, spectra = spectra_of(measurements)
+        frequency, spectra = spectra_of(measurements, _TAPER)
         related = relations(measurements, frequency, spectra)
         rates = sorted({measurements.rate(name) for name in spectra}, reverse=True)
         found = []
         for moved, fixed in combinations(rates, 2):
-            rate = {name: measurements.rate(name) for name in spectra}
-            both = [one for one in related if {rate[name] for name in one.weights} == {moved, fixed}]
+            both = _between(measurements, related, (moved, fixed))
             if both:
                 found += self._pair(measurements, (moved, fixed), both, frequency, spectra)
         return found
@@ -54,25 +58,18 @@ class ClockShift(Check, frozen=True):
         spectra: Mapping[str, np.ndarray],
     ) -> list[Finding]:
         shifts = np.arange(-self.largest, self.largest + _STEP / 2, _STEP)
-        turn = np.exp(2j * np.pi * np.outer(shifts, frequency))
-        still, total, count = 0.0, np.zeros(shifts.size), 0
-        for one in related:
-            moving = sum(w * spectra[n] for n, w in one.weights.items() if measured.rate(n) == rates[0])
-            rest = sum(w * spectra[n] for n, w in one.weights.items() if measured.rate(n) == rates[1])
-            freedom = int(np.count_nonzero(next(iter(one.weights.values()))))
-            total += freedom * np.log(np.sum(np.abs(turn * moving + rest) ** 2, axis=1) + one.tolerance + 1e-300)
-            still += freedom * float(np.log(one.residual(spectra, {}) + 1e-300))
-            count += freedom
+        shifts[np.argmin(np.abs(shifts))] = 0.0
+        total, count = _costs(measured, rates[0], related, frequency, spectra, shifts)
         best = int(np.argmin(total))
-        gained = still - float(total[best])
+        gained = float(total[shifts == 0.0][0] - total[best])
         if gained < self.gain + self.density * count or abs(shifts[best]) < self.smallest:
             return []
-        if gained < still - _best_reading(measured, related, spectra):
+        if gained < _best_reading(measured, related, spectra):
             return []
         early = float(shifts[best])
         time = tables(measured)[rates[0]]
         word = "early" if early < 0 else "late"
-        return [
+        found = [
             Finding(
                 "clock shift",
                 f"time [s] at {rates[0]:g} Hz",
@@ -86,16 +83,54 @@ class ClockShift(Check, frozen=True):
                 other=f"time [s] at {rates[1]:g} Hz",
             )
         ]
+        return [replace(one, amount=one.amount - _left(repaired(measured, [one]), rates)) for one in found]
+
+
+def _between(measured: Measurements, related: list[Relation], rates: tuple[float, float]) -> list[Relation]:
+    """The relations over tables of these two rates."""
+    return [one for one in related if {measured.rate(name) for name in one.weights} == set(rates)]
+
+
+def _costs(
+    measured: Measurements,
+    moved: float,
+    related: list[Relation],
+    frequency: np.ndarray,
+    spectra: Mapping[str, np.ndarray],
+    shifts: np.ndarray,
+) -> tuple[np.ndarray, int]:
+    """Cost of each shift [s] of the table of rate `moved`, shape (n,), noise by the data sheets made white; freedom."""
+    turn = np.exp(2j * np.pi * np.outer(shifts, frequency))
+    total, count = np.zeros(shifts.size), 0
+    for one in related:
+        white = whitening(one, measured, frequency)
+        parts = {name: weight * spectra[name] for name, weight in one.weights.items()}
+        plain, sizes = (sum(float(np.sum(np.abs(w * one) ** 2)) for one in parts.values()) for w in (1.0, white))
+        moving = white * sum(part for name, part in parts.items() if measured.rate(name) == moved)
+        rest = white * sum(part for name, part in parts.items() if measured.rate(name) != moved)
+        allowed = one.tolerance * sizes / max(plain, 1e-30) + 1e-300
+        freedom = int(np.count_nonzero(next(iter(one.weights.values()))))
+        total += freedom * np.log(np.sum(np.abs(turn * moving + rest) ** 2, axis=1) + allowed)
+        count += freedom
+    return total, count
+
+
+def _left(measured: Measurements, rates: tuple[float, float]) -> float:
+    """Shift [s] that the moved table still has: the windows of both now lie over the same samples."""
+    frequency, spectra = spectra_of(measured, _TAPER)
+    both = _between(measured, relations(measured, frequency, spectra), rates)
+    shifts = np.arange(-_CLOSE, _CLOSE, _FINE)
+    return float(shifts[np.argmin(_costs(measured, rates[0], both, frequency, spectra, shifts)[0])])
 
 
 def _best_reading(measured: Measurements, related: list[Relation], spectra: Mapping[str, np.ndarray]) -> float:
-    """Smallest cost that a single exchange or change of sign makes of the same sums."""
+    """Largest gain in cost that a single exchange or change of sign makes of the same sums."""
     means = dict.fromkeys(spectra, 0.0)
-    costs = [
-        sum(
+
+    def cost(choice: Mapping[str, tuple[str, float]]) -> float:
+        return sum(
             np.count_nonzero(next(iter(one.weights.values()))) * float(np.log(one.residual(spectra, choice) + 1e-300))
             for one in related
         )
-        for choice in alternatives(measured, related, means)
-    ]
-    return min(costs, default=np.inf)
+
+    return max((cost({}) - cost(choice) for choice in alternatives(measured, related, means)), default=-np.inf)

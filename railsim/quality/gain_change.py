@@ -65,7 +65,10 @@ class GainChange(Check, frozen=True):
 
     In a sum of channels that should vanish, a channel whose gain is g from some instant on leaves (1 - 1/g) of itself.
     The stretch, the channel and the gain that explain best what is left are sought together over all sums that the
-    channel stands in; what data sheets allow for is left over anyway.
+    channel stands in; what data sheets allow for is left over anyway. Noise, spikes or a step in the channel leave
+    something over as well, and a factor takes part of it away by making the channel small; but then the channel does
+    not read g times what the others predict any better than it reads that itself. So a gain is named only where it is
+    more likely than just more variance in the same stretch, of whatever kind.
     """
 
     gain: float = quantity(40.0, unit="nepers of likelihood", source="odds against 7000 stretches, 20 channels", gt=0)
@@ -107,23 +110,29 @@ class GainChange(Check, frozen=True):
         sums = []
         for one in balances:
             part, noise = one.parts[name], tried.sums(one.noise[name])[0]
+            square = tried.sums(part * part)[0]
             energy, inside = (tried.sums(one.total * one.total)[which] for which in (1, 0))
             energy = float(one.total @ one.total) - energy + one.tolerance  # the zones at the edges do not count
             num = tried.sums(part * one.total)[0] - noise  # a channel's own noise is in the sum, whatever its gain
-            den = np.maximum(tried.sums(part * part)[0] - noise, 0.1 * noise)
+            den = np.maximum(square - noise, 0.1 * noise)
             above, below = above + one.freedom * num / energy, below + one.freedom * den / energy
-            sums.append((one.freedom, energy, inside, num, den))
+            sums.append((one.freedom, energy, inside, num, den, noise))
             quiet += one.freedom * noise / energy
         share = above / np.maximum(below, 1e-30)
-        likelihood, before, after = (np.zeros(share.size) for _ in range(3))
-        for freedom, energy, inside, num, den in sums:
+        likelihood, before, after, beside = (np.zeros(share.size) for _ in range(4))
+        for freedom, energy, inside, num, den, noise in sums:
+            left = inside - 2.0 * share * (num + noise) + share**2 * (den + noise)
+            beside += freedom * np.log(np.maximum(inside, 1e-30) / np.maximum(left, 1e-30))
             taken = 2.0 * share * num - share**2 * den
             likelihood += 0.5 * freedom * np.log(energy / np.maximum(energy - taken, 1e-30))
             before, after = before + freedom * inside / energy, after + freedom * (inside - taken) / energy
         factor = 1.0 / np.where(share < 1.0, 1.0 - share, 1e-9)
+        beside -= 2.0 * np.log(factor) * sum(one.freedom for one in balances)
+        beside *= 0.5 * (tried.last - tried.first) / balances[0].total.size  # of these values, those in the stretch
         good = (factor > 1 / self.largest) & (factor < self.largest) & (np.abs(factor - 1.0) > self.smallest)
         good &= (after < (1.0 - self.explained) * before) & (below > self.loud * quiet)
         good &= tried.sums(seen[: balances[0].total.size])[0] > (self.shortest - 2 * _ZONE) * COARSE
+        good &= beside > self.gain
         good &= likelihood > self.gain + self.density * sum(one.freedom for one in balances)
         if not good.any():
             return None
@@ -134,7 +143,7 @@ class GainChange(Check, frozen=True):
 def _placed(measured: Measurements, level: Measurements, name: str, change: _Change) -> Finding:
     """The finding: by gravity where that jumps too, else by what all relations together and the channel itself say."""
     values, rate = filled(measured[name]), measured.rate(name)
-    known = by_mean(values, rate, change.first / COARSE, change.last / COARSE, change.gain)
+    known = by_mean(measured, name, change.first / COARSE, change.last / COARSE, change.gain)
     if known is not None:
         return _finding(measured, name, *known, f"likelihood ratio exp({change.likelihood:.0f})")
     frames = tables_of(level)

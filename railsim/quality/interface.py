@@ -11,7 +11,9 @@ from railsim.quality._signals import kind_of
 from railsim.spec import Spec
 
 Severity = Literal["fault", "note"]
-Repair = Literal["none", "mask", "blank", "fill", "subtract", "swap", "negate", "scale", "regrid", "shift", "restore"]
+Repair = Literal[
+    "none", "mask", "blank", "fill", "subtract", "swap", "negate", "scale", "regrid", "shift", "restore", "put"
+]
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,8 @@ class Finding:
     repair : what `railsim.quality.repair` does about it; "mask" keeps the samples from later checks only.
     amount : of `subtract` (unit of the channel), `scale` (factor by which to divide) and `shift` (s, to later times).
     other : the other channel of a swap, the table beside which one is shifted.
-    samples : numbers of the samples that are blanked or filled, where not all from `start` to `end` are; shape (n,).
+    samples : numbers of the samples that are changed, where not all from `start` to `end` are; shape (n,).
+    values : of `put`, what takes the place of these samples, shape (n,).
     """
 
     kind: str
@@ -44,10 +47,11 @@ class Finding:
     amount: float = 0.0
     other: str | None = None
     samples: np.ndarray | None = field(default=None, compare=False, repr=False)
+    values: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     def stated(self) -> dict[str, Any]:
         """For JSON: all but the numbers of the samples, of which only their count."""
-        values = {key: value for key, value in asdict(self).items() if key not in ("samples", "start", "end")}
+        values = {key: value for key, value in asdict(self).items() if key not in ("samples", "values", "start", "end")}
         values |= {"start [s]": self.start, "end [s]": self.end}
         return values | ({} if self.samples is None else {"samples": int(self.samples.size)})
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.signal import lfilter
 
 from railsim.measurements import Measurements
+from railsim.quality._companions import sized_beside
 from railsim.quality._offsets import axis_of, expected, speed_channel, tolerance
 from railsim.quality._outliers import fitted, peaks, significance, step_pattern
 from railsim.quality._signals import Whitened, chance, kind_of, whitened
@@ -16,7 +16,6 @@ from railsim.spec import quantity
 
 _Step = tuple[int, float]
 """Sample and size."""
-_PASSES = 3
 _CHANGE = 0.15  # m/s2: change of the train's acceleration that passengers do not notice, illustrative
 
 
@@ -76,8 +75,7 @@ class OffsetStep(Check, frozen=True):
                 found.append((at, last, size))
             else:
                 found.append((0, at, -size))
-        rate = measured.rate(name)
-        return [self._finding(measured, name, a, b, sized(measured[name], rate, a, b, size)) for a, b, size in found]
+        return [self._finding(measured, name, a, b, sized_beside(measured, name, a, b, size)) for a, b, size in found]
 
     def _undoes(self, one: float, other: float) -> bool:
         """Whether two steps cancel."""
@@ -130,31 +128,6 @@ class OffsetStep(Check, frozen=True):
             amount=size,
             samples=np.arange(first, last),
         )
-
-
-def sized(values: np.ndarray, rate: float, first: int, last: int, size: float) -> float:
-    """Size of an offset in `values[first:last]`, by generalised least squares over the whole record.
-
-    The channel's autoregressive model is fitted anew to what is left without the offset: with it the model takes the
-    offset for slow movement of the vehicle.
-
-    Parameters
-    ----------
-    values : samples, NaN where lost, shape (n,).
-    rate : of the samples, Hz.
-    size : a first value, unit of the channel.
-    """
-    inside = np.zeros(values.size)
-    inside[first:last] = 1.0
-    for _ in range(_PASSES):
-        white = whitened(values - size * inside, rate)
-        if white is None:
-            return size
-        known = white.innovations != 0.0
-        patterns = [lfilter(white.filter, [1.0], one) for one in (inside, np.ones(values.size))]
-        regressors = (np.column_stack(patterns) / white.scale[:, None])[known]
-        size += float(np.linalg.lstsq(regressors, white.innovations[known], rcond=None)[0][0])
-    return size
 
 
 def _lasting(measured: Measurements, name: str, steps: list[_Step], length: float) -> list[_Step]:

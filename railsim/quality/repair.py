@@ -10,6 +10,7 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 
 from railsim.measurements import TIME, Measurements
+from railsim.quality._companions import predicted
 from railsim.quality._restore import restored
 from railsim.quality._signals import filled
 from railsim.quality.clock import gridded, numbers
@@ -27,9 +28,13 @@ def repaired(measured: Measurements, findings: Sequence[Finding]) -> Measurement
         return measured
     frames = tables_of(measured)
     for one in (fault for fault in faults if fault.repair not in ("regrid", "shift")):
-        _change(frames[_rate(measured, one)], one)
+        if one.repair == "restore" and one.samples is not None:
+            _restore(measured, frames[_rate(measured, one)], one.channel, one.samples)
+        else:
+            _change(frames[_rate(measured, one)], one)
     for one in (fault for fault in faults if fault.repair == "shift"):
-        frames[_rate(measured, one)] = _shifted(frames[_rate(measured, one)], one.amount)
+        latest = max(float(table[TIME][-1]) + 1.0 / rate for rate, table in frames.items())
+        frames[_rate(measured, one)] = _shifted(frames[_rate(measured, one)], one.amount, latest)
     for rate in {_rate(measured, one) for one in faults if one.repair == "regrid"}:
         frames[rate] = _regrid(frames[rate], rate)
     return Measurements(measured.about, frames, measured.track)
@@ -74,8 +79,9 @@ def _done(one: Finding) -> str:
         "mask": "nothing",
         "blank": "samples left out",
         "fill": "samples interpolated",
-        "restore": "samples put back by the channel's autoregressive model, long runs left out",
+        "restore": "samples put back by the channel's autoregressive model and the other channels, long runs left out",
         "subtract": f"{one.amount:.6g} subtracted",
+        "put": f"samples put back from {one.other}",
         "swap": f"exchanged with {one.other}",
         "negate": "sign turned round",
         "scale": f"divided by {one.amount:.6g}",
@@ -104,6 +110,7 @@ def _change(table: _Columns, one: Finding) -> None:
     time = table[TIME]
     half = 0.5 * float(np.median(np.diff(time)))
     at = one.samples if one.samples is not None else np.flatnonzero((time > one.start - half) & (time < one.end + half))
+    before = table[one.channel].copy() if one.channel in table else np.zeros(0)
     for name in _together(table, one.channel):
         values = table[name]
         if one.repair in ("mask", "blank", "fill"):
@@ -111,8 +118,10 @@ def _change(table: _Columns, one: Finding) -> None:
             values[at] = np.nan
             if one.repair == "fill":
                 table[name] = np.where(lost, np.nan, filled(values))
-        elif one.repair == "restore":
-            table[name] = restored(values, at, 0.5 / half)
+        elif one.repair == "put" and one.values is not None:
+            moving = np.abs(before) > 0.1 * np.nanmax(np.abs(before))
+            unit = 1.0 if name == one.channel else float(np.nanmedian(values[moving] / before[moving]))
+            values[at] = unit * one.values
         elif one.repair == "subtract":
             values[at] -= one.amount
         elif one.repair == "negate":
@@ -121,6 +130,14 @@ def _change(table: _Columns, one: Finding) -> None:
             values[at] /= one.amount
     if one.repair == "swap" and one.other is not None:
         table[one.channel], table[one.other] = table[one.other], table[one.channel]
+
+
+def _restore(measured: Measurements, table: _Columns, name: str, at: np.ndarray) -> None:
+    """Limited samples, by the channel's own model and what the other channels say."""
+    values = table[name]
+    sound = np.isfinite(values)
+    sound[at] = False
+    table[name] = restored(values, at, measured.rate(name), predicted(measured, name, values, sound))
 
 
 def _together(table: _Columns, name: str) -> list[str]:
@@ -132,12 +149,17 @@ def _together(table: _Columns, name: str) -> list[str]:
     return [name]
 
 
-def _shifted(table: _Columns, amount: float) -> _Columns:
-    """Values moved to stamps that are `amount` s later, on the times as they are; by whole samples where it is nearly
-    that many, else by cubic splines. Ends and neighbours of lost samples are empty.
+def _shifted(table: _Columns, amount: float, latest: float) -> _Columns:
+    """Values moved to stamps that are `amount` s later, on the times as they are and on as many more as they reach
+    until `latest`, s; by whole samples where it is nearly that many, else by cubic splines. Ends and neighbours of lost
+    samples are empty.
     """
+    step = float(np.median(np.diff(table[TIME])))
+    more = max(0, min(math.floor(amount / step), math.floor((latest - float(table[TIME][-1])) / step - 0.5)))
+    table = {name: np.concatenate([values, np.full(more, math.nan)]) for name, values in table.items()}
     time = table[TIME]
-    steps = amount / float(np.median(np.diff(time)))
+    time[time.size - more :] = time[time.size - more - 1] + step * np.arange(1, more + 1)
+    steps = amount / step
     near = np.arange(time.size) - round(steps)
     inside = (near >= 0) & (near < time.size)
     whole = abs(steps - round(steps)) < WHOLE

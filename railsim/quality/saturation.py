@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from railsim.measurements import Measurements
-from railsim.quality._signals import kind_of, limit, runs
+from railsim.quality._signals import limit, runs
 from railsim.quality.interface import ChannelCheck, Finding
 from railsim.spec import quantity
 
@@ -49,7 +49,7 @@ class Saturation(ChannelCheck, frozen=True):
             float(time[at[0]]),
             float(time[at[-1]]),
             f"{at.size} samples ({100 * ended.mean():.2g} %) at the end of the range, {values[at[0]]:.4g}",
-            "use a larger range; what lies beyond is lost, the samples are left out (short runs of a gyro estimated)",
-            repair="restore" if kind_of(measured, name) == "gyro" else "blank",
+            "use a larger range; what lies beyond is lost, short runs are estimated and long ones left out",
+            repair="restore",
             samples=at,
         )

@@ -65,13 +65,45 @@ class Tachometer(Check, frozen=True):
             if last - first >= self.shortest * rate:
                 found.append(
                     self._stretch(
-                        measured, name, values, (first, last), float(np.median(smooth[first:last] / usual - 1))
+                        measured,
+                        name,
+                        values,
+                        reference,
+                        (first, last),
+                        float(np.median(smooth[first:last] / usual - 1)),
                     )
                 )
         return found
 
+    def _by_other(
+        self, measured: Measurements, name: str, reference: np.ndarray, hit: np.ndarray
+    ) -> tuple[str, np.ndarray] | None:
+        """Another axle's tachometer that is sound at these samples, and its reading there in terms of this one's, m/s;
+        None where there is none.
+        """
+        time, rest = measured.time(name), np.ones(reference.size, dtype=bool)
+        rest[hit] = False
+        rest &= (reference > self.slowest) & np.isfinite(measured[name])
+        for other in measured:
+            if other == name or not other.endswith(".speed [m/s]") or kind_of(measured, other) != "tachometer":
+                continue
+            speed = np.interp(time, measured.time(other), measured[other])
+            size = 2 * round(0.25 * measured.rate(name)) + 1
+            beside = median_filter(speed / np.maximum(reference, self.slowest), size=size, mode="nearest")
+            fast = hit[reference[hit] > self.slowest]
+            sound = fast.size and bool(np.all(np.abs(beside[fast] / _mode(beside[rest]) - 1) < self.slip))
+            if sound and np.isfinite(speed).all():
+                return other, speed[hit] * float(np.median(measured[name][rest] / np.maximum(speed[rest], 1e-3)))
+        return None
+
     def _stretch(
-        self, measured: Measurements, name: str, values: np.ndarray, ends: tuple[int, int], off: float
+        self,
+        measured: Measurements,
+        name: str,
+        values: np.ndarray,
+        reference: np.ndarray,
+        ends: tuple[int, int],
+        off: float,
     ) -> Finding:
         """A slide, or pulses that are missing."""
         time, rate = measured.time(name), measured.rate(name)
@@ -84,8 +116,15 @@ class Tachometer(Check, frozen=True):
         if broken:
             pad = round(0.15 * rate)
             hit = np.arange(max(0, ends[0] - pad), min(time.size, ends[1] + pad))
-            advice = "speed jumps faster than a wheel can be braked: pulses are missing; interpolated"
-            return Finding("tachometer", name, start, end, text, advice, repair="fill", samples=hit)
+            advice = "speed jumps faster than a wheel can be braked: pulses are missing; "
+            other = self._by_other(measured, name, reference, hit)
+            if other is None:
+                return Finding(
+                    "tachometer", name, start, end, text, f"{advice}interpolated", repair="fill", samples=hit
+                )
+            advice += f"by {other[0]}"
+            given = {"repair": "put", "samples": hit, "other": other[0], "values": other[1]}
+            return Finding("tachometer", name, start, end, text, advice, **given)
         return Finding("slip", name, start, end, text, "a wheel slides or spins: true, but not running speed", "note")
 
 
