@@ -6,7 +6,7 @@ from railsim.measurements import Measurements
 from railsim.quality._change_point import own
 from railsim.quality._companions import gain_beside
 from railsim.quality._offsets import GRAVITY, axis_of
-from railsim.quality._signals import NORMAL, filled, kind_of, whitened
+from railsim.quality._signals import NORMAL, kind_of, whitened
 from railsim.quality.repair import tables_of
 
 JUMP = 1.2  # m/s2 by which gravity's share never changes in service
@@ -23,12 +23,18 @@ def levelled(measured: Measurements) -> Measurements:
     frames = tables_of(measured)
     for name in measured:
         if kind_of(measured, name) == "accelerometer" and axis_of(name) == "z":
-            values, rate = filled(measured[name]), measured.rate(name)
+            values, rate = _known(measured[name]), measured.rate(name)
             first, last = _jump(values, round(_BLOCK * rate))
             size = float(np.mean(values[first:last]) - np.mean(np.r_[values[:first], values[last:], values[:1]]))
             if abs(size) > JUMP:
                 frames[rate][name][first:last] -= size
     return Measurements(measured.about, frames, measured.track)
+
+
+def _known(values: np.ndarray) -> np.ndarray:
+    """Samples, the median where they are lost: a line across a gap has the level of its ends, which may be shocks."""
+    lost = np.isnan(values)
+    return np.where(lost, np.median(values[~lost]) if not lost.all() else 0.0, values)
 
 
 def _jump(values: np.ndarray, block: int) -> tuple[int, int]:
@@ -58,7 +64,7 @@ def _stretches(values: np.ndarray, rate: float) -> list[tuple[int, int]]:
 
 def by_mean(measured: Measurements, name: str, begin: float, end: float, gain: float) -> tuple[int, int, float] | None:
     """Edges (samples) and gain of a channel whose mean jumps by about `gain` somewhere from `begin` to `end` (s)."""
-    values, rate = filled(measured[name]), measured.rate(name)
+    values, rate = _known(measured[name]), measured.rate(name)
     first, last = round(begin * rate), round(end * rate)
     for start, stop in _stretches(values, rate):
         outside = np.concatenate([values[:start], values[stop:]])
@@ -77,7 +83,7 @@ def weighed(measured: Measurements) -> tuple[str, int, int, float] | None:
     names = [one for one in measured if kind_of(measured, one) == "accelerometer" and axis_of(one) == "z"]
     level = levelled(measured)
     for name in names:
-        values, rate = filled(measured[name]), measured.rate(name)
+        values, rate = _known(measured[name]), measured.rate(name)
         parts = [(first, last, *_means(values, first, last)) for first, last in _stretches(values, rate)]
         first, last, inside, outside = min(parts, key=lambda part: abs(part[3] - GRAVITY))
         gain = inside / outside
@@ -94,7 +100,7 @@ def weighed(measured: Measurements) -> tuple[str, int, int, float] | None:
 
 def _sharpened(measured: Measurements, name: str, first: int, last: int, gain: float) -> tuple[int, int, float]:
     """Edges by the jump that the autoregressive model sees, and the gain that leaves no step of gravity at them."""
-    values, rate = filled(measured[name]), measured.rate(name)
+    values, rate = _known(measured[name]), measured.rate(name)
     mended = values.copy()
     mended[first:last] /= gain
     white = whitened(mended, rate)
