@@ -51,6 +51,17 @@ class Spec(pydantic.BaseModel, frozen=True, extra="forbid"):
         extra = cls.model_fields[name].json_schema_extra
         return (str(extra["unit"]), str(extra["source"])) if isinstance(extra, dict) else ("", "")
 
+    @classmethod
+    def limits(cls, name: str) -> tuple[float | None, float | None]:
+        """(least, most) value of a field, whether or not it may be reached; None where nothing is said."""
+        metadata = cls.model_fields[name].metadata
+        return _bound(metadata, ("ge", "gt")), _bound(metadata, ("le", "lt"))
+
+
+def _bound(metadata: list[Any], keys: tuple[str, ...]) -> float | None:
+    found = [float(getattr(entry, key)) for entry in metadata for key in keys if getattr(entry, key, None) is not None]
+    return found[0] if found else None
+
 
 def _one_line(cls: type[Spec], error: pydantic.ValidationError, where: str) -> str:
     first = error.errors()[0]

@@ -30,7 +30,6 @@ from railsim.scenario import digest_of
 from railsim.simulation import code_digest
 from railsim.track.track import Track
 
-STEP = 0.3  # standard deviations of the prior, of the derivatives' differences
 SEED = 20110901  # of the perturbed tracks
 APART = 0.25  # s that a section may be off its nominal time to be moved by a phase
 SPEED_APART = 0.02  # relative
@@ -170,7 +169,7 @@ def _nominal(reference: Forward, frames: Frames) -> dict[str, np.ndarray]:
 
     def column(number: int) -> np.ndarray:
         moved = z.copy()
-        step = reference.nuisances[number].step(0.0, STEP)
+        step = reference.nuisances[number].step(0.0)
         moved[number] = step
         if reference.nuisances[number].of_sensor:
             changed = reference.observe(setup, truth, moved)
@@ -210,7 +209,7 @@ def _digest(reference: Forward, frames: Frames) -> str:
             "sensors": [sensor.model_dump(mode="json") for sensor in e.sensors],
             "channels": [[name, e.rates[name]] for name in e.channels],
             "frames": [len(frames.starts), frames.length, len(frames.frequencies)],
-            "steps": [one.step(0.0, STEP) for one in reference.nuisances],
+            "steps": [one.step(0.0) for one in reference.nuisances],
         }
     )
 

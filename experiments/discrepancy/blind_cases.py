@@ -16,7 +16,7 @@ import yaml
 
 from experiments.discrepancy.blind_plan import kind_of, name_of, nominal_of, setting_of
 from experiments.discrepancy.candidates import Candidate, Context, candidates
-from experiments.discrepancy.nuisances import Nuisance, nuisances_of
+from experiments.discrepancy.nuisances import Nuisance, built, most_of
 from experiments.discrepancy.oracle import acting, effect_of
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
@@ -130,15 +130,9 @@ def _drawn_values(candidate: Candidate, rng: np.random.Generator) -> dict[str, f
     return values
 
 
-def _odd(nominal: Scenario) -> list[Nuisance]:
-    """What of a build differs from specimen to specimen."""
-    found = nuisances_of(nominal.vehicle, [], [], 0.01)
-    return [one for one in found if one.kind in ("vehicle", "pair", "adhesion")]
-
-
 def _scores(nominal: Scenario, decoy: bool, rng: np.random.Generator) -> dict[str, float]:
     """How many standard deviations each build parameter is off, by its label."""
-    odd = _odd(nominal)
+    odd = built(nominal.vehicle)
     strained = set(rng.choice(len(odd), 2, replace=False).tolist()) if decoy else set()
     found = {}
     for place, nuisance in enumerate(odd):
@@ -152,7 +146,7 @@ def _specimen(
 ) -> Scenario:
     """A vehicle as built, with its creep law, its sensors' real noise, its own start."""
     changes: dict[str, Any] = {"effects": [effect.settings() for effect in effects]}
-    for nuisance in _odd(nominal):
+    for nuisance in built(nominal.vehicle):
         changes[_key(nuisance)] = _moved(nominal, nuisance, scores[nuisance.label])
     changes["vehicle.adhesion.law"] = law
     for place, sensor in enumerate(nominal.sensors):
@@ -178,7 +172,7 @@ def _key(nuisance: Nuisance) -> str:
 def _moved(nominal: Scenario, nuisance: Nuisance, z: float) -> float:
     owner = nominal.vehicle if nuisance.kind == "vehicle" else getattr(nominal.vehicle, nuisance.kind)
     value = float(getattr(owner, nuisance.name) * np.exp(nuisance.std * z))
-    return min(value, 1.0) if nuisance.kind == "adhesion" else value
+    return min(value, most_of(owner, nuisance.name))
 
 
 def _record(scenario: Scenario, nominal: Scenario, target: Path) -> None:

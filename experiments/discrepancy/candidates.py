@@ -21,13 +21,17 @@ DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
 SHORT = ("rail_joints", "hanging_sleepers")  # effects of a place that is short against a section
 STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place on over a length
 TIMES = ("begin",)  # fields that are a time of the run [s]
-BY_WAY = ("over", "distance")  # choice by which a begin is a distance [m]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
 GRID = {"frequency": 6, "period": 8}  # values between the bounds that the bank holds
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
+SLIGHTLY = 0.05  # m that a place is varied by for a derivative: an eighth of the shortest wave that the frames show
 SHORTEST_PERIOD = 1.0 / 60.0  # s; resonances beyond the frames' highest frequency show by their foot only
-LENGTHS = {"hanging_sleepers": ("length", (3.0, 8.0, 20.0)), "wind_gust": ("duration", (3.0, 12.0, 30.0))}
+LENGTHS = {
+    "hanging_sleepers": ("length", (3.0, 8.0, 20.0)),
+    "exposed_stretch": ("length", (60.0, 250.0)),
+    "wind_gust": ("duration", (3.0, 12.0, 30.0)),
+}
 PHASES = ("phase", "angle")  # held fields that are found all the same [rad]
 
 
@@ -117,10 +121,7 @@ class Candidate:
         """Free numbers."""
         fixed = {name for name, _ in self.choices} | set(self.kind.held) - {*DISTANCES, *self.phases}
         free = {name: one for name, one in self.kind.parameters().items() if name not in fixed}
-        along = BY_WAY in self.choices  # its begin is a distance, not a time
-        return {
-            name: self.context.range("place" if along and name in TIMES else name, one) for name, one in free.items()
-        }
+        return {name: self.context.range(name, one) for name, one in free.items()}
 
     def step(self, name: str, parameter: Parameter, value: float) -> float:
         """How far a parameter is varied for a derivative, in its own unit: a place by a part of a short dip, a wave or
@@ -130,10 +131,10 @@ class Candidate:
         if name == "wavelength":
             return min(0.05 * value**2 / self.context.length, 0.03 * span)
         if name == "spacing":
-            return min(0.3 * value / self.context.length, 0.03 * span)
+            return min(SLIGHTLY * value / self.context.length, 0.03 * span)
         if name == "length" and self.local:
             return min(0.5, 0.03 * span)
-        return 0.3 if name in DISTANCES else 0.05 if name in TIMES else 0.03 * span
+        return SLIGHTLY if name in DISTANCES else 0.05 if name in TIMES else 0.03 * span
 
     def build(self, values: Mapping[str, float]) -> Effect:
         """The effect with these numbers."""
@@ -194,19 +195,15 @@ class Candidate:
         spots = self.context.spots if where else ((0.0, 0.0),)
         for number, length in enumerate(lengths):
             for distance, time in spots[: max(1, len(spots) - number)]:  # what is long has less choice
-                begin = time - max(1.0, 0.5 * length)
-                moved = {n: _within(free[n], distance if n in DISTANCES else begin) for n in where}
+                begin = {False: time - max(1.0, 0.5 * length), True: distance - 0.5 * length}
+                moved = {n: _within(free[n], begin[n in DISTANCES]) for n in where}
                 yield {**values, **moved, **({name: _within(free[name], length)} if name in free else {})}
 
 
 def in_tune(found: Sequence[Candidate]) -> list[Candidate]:
-    """Candidates, those with waves a turn (`order`) also at those of the residual's tones; a gust over a distance is
-    one over a time at the speed of the run.
-    """
+    """Candidates, those with waves a turn (`order`) also at those of the residual's tones."""
     tuned: list[Candidate] = []
     for one in found:
-        if BY_WAY in one.choices:
-            continue
         tuned.append(one)
         if "order" in one.kind.model_fields:
             turns = [2.0 * math.pi * one.context.wheel_radius / wavelength for _, wavelength in one.context.tones]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.bank import STEP, Bank
+from experiments.discrepancy.bank import Bank
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.forward import Forward, Prediction
@@ -34,6 +34,7 @@ from railsim.errors import InputError
 SEED = 20110901  # of the perturbed tracks: the same in every run, so that evidence can be compared
 SHORTENED = (1.0, 0.4, 0.1)  # shares of a step that are tried
 MOST_STEPS = 12
+FRESH = 2  # times that a fit that is held up goes on with the derivatives with which it began
 CONVERGED = 0.3  # nats that a step must be expected to bring
 SHARE_SCALE = 0.2  # of an effect's number, beside one standard deviation of a nuisance, in the secant condition
 STRONG = 20.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
@@ -73,8 +74,15 @@ class Problem:
         """
         if self.bank is None:
             return np.ones(len(self.forward.nuisances))
-        size = [np.sum((WEIGHT * self.whitened(one)[self.train]) ** 2) for one in self.bank.columns]
-        return np.array(size) / (1.0 + np.array(size))
+        size = np.array([np.sum((WEIGHT * one[self.train]) ** 2) for one in self.bank_jacobian])
+        return size / (1.0 + size)
+
+    @cached_property
+    def bank_jacobian(self) -> np.ndarray:
+        """(n, k, f, 2 c) whitened derivatives of the bank; raises where there is none."""
+        if self.bank is None:
+            raise ValueError("give the problem a bank first")
+        return self.whitened_columns(self.bank.columns)
 
     def but(self, **changes: Any) -> "Problem":
         """A copy with some parts changed."""
@@ -92,7 +100,11 @@ class Problem:
 
     def whitened_columns(self, columns: np.ndarray) -> np.ndarray:
         """(n, k, f, 2 c) of the derivatives (n, k, f, c) of coefficients."""
-        return np.stack([self.whitened(one).astype(np.float32) for one in columns])
+        k, f, c = columns.shape[1:]
+        found = np.empty((len(columns), k, f, 2 * c), np.float32)
+        for number, one in enumerate(columns):
+            found[number] = self.whitened(one)
+        return found
 
     def with_noise(self, z: np.ndarray, effects: Sequence[Effect] = (), runs: int = PERTURBED) -> "Problem":
         """The problem with its noise propagated through the model at z by so many runs on perturbed tracks."""
@@ -151,9 +163,8 @@ def cost(residual: np.ndarray, z: np.ndarray, frames: np.ndarray) -> float:
 
 def normal_equations(jacobian: np.ndarray, residual: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """J^T J and J^T r over some frames."""
-    flat = (np.float32(WEIGHT) * jacobian[:, frames]).reshape(len(jacobian), -1)
-    right = flat @ (WEIGHT * residual[frames]).astype(np.float32).ravel()
-    return (flat @ flat.T).astype(np.float64), right.astype(np.float64)
+    flat = (WEIGHT * jacobian[:, frames].astype(float)).reshape(len(jacobian), -1)
+    return flat @ flat.T, flat @ (WEIGHT * residual[frames]).ravel()
 
 
 def starting_fit(problem: Problem, z: np.ndarray) -> Fit:
@@ -165,8 +176,7 @@ def starting_fit(problem: Problem, z: np.ndarray) -> Fit:
     """
     if problem.bank is None:
         raise ValueError("give the problem a bank first")
-    columns = problem.bank.columns
-    return _at(problem, (), z, np.zeros(0), columns, problem.whitened_columns(columns))
+    return _at(problem, (), z, np.zeros(0), problem.bank.columns, problem.bank_jacobian)
 
 
 def moved_to(problem: Problem, fit: Fit) -> Fit:
@@ -212,12 +222,7 @@ def _begun(
     if not found:
         raise reason
     best = min(found, key=lambda one: one.cost(problem.train))
-    own = _effect_columns(problem, best)
-    return replace(
-        best,
-        columns=np.concatenate([best.columns, own]),
-        jacobian=np.concatenate([best.jacobian, problem.whitened_columns(own)]),
-    )
+    return _with_columns(problem, best, best)
 
 
 def linearised(problem: Problem, fit: Fit, sensors_only: bool = False) -> Fit:
@@ -237,7 +242,7 @@ def _linearised(problem: Problem, fit: Fit, sensors_only: bool) -> Fit:
         kept = sensors_only and not forward.nuisances[number].of_sensor
         if kept or np.sum((WEIGHT * fit.jacobian[number][problem.train]) ** 2) < STRONG:
             return fit.columns[number]
-        step = forward.nuisances[number].step(float(fit.z[number]), STEP)
+        step = forward.nuisances[number].step(float(fit.z[number]))
         moved = fit.z.copy()
         moved[number] += step
         if forward.nuisances[number].of_sensor:
@@ -259,15 +264,31 @@ def improved(problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda te
 
 
 def _improved(problem: Problem, fit: Fit) -> Fit:
-    small = 0
+    begun, small, fresh = fit, 0, FRESH
     for _ in range(MOST_STEPS):
         moved, expected = _step(problem, fit)
         gain = fit.cost(problem.train) - moved.cost(problem.train)
+        if gain <= 0.0 and expected > CONVERGED and fresh and not np.array_equal(moved.columns, begun.columns):
+            fit, fresh = _with_columns(problem, moved, begun), fresh - 1
+            continue
         fit = moved
         small = small + 1 if gain < CONVERGED else 0
         if expected < CONVERGED or small > 1:
             break
     return fit
+
+
+def _with_columns(problem: Problem, fit: Fit, begun: Fit) -> Fit:
+    """The fit with the derivatives by the nuisances with which it began, and its effects' own by runs: where a step
+    fails that they promise, what long steps have taught them is wrong.
+    """
+    n = len(fit.z)
+    own = _effect_columns(problem, fit)
+    return replace(
+        fit,
+        columns=np.concatenate([begun.columns[:n], own]),
+        jacobian=np.concatenate([begun.jacobian[:n], problem.whitened_columns(own)]),
+    )
 
 
 def _kept(

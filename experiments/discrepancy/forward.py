@@ -15,7 +15,7 @@ import numpy as np
 
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.memory import MemoryTruth
-from experiments.discrepancy.nuisances import Nuisance, nuisances_of
+from experiments.discrepancy.nuisances import Nuisance, most_of, nuisances_of
 from railsim.effects.interface import Effect, Setup
 from railsim.engines._channels import channel_names
 from railsim.engines.interface import Run, default_substeps
@@ -69,7 +69,8 @@ class Forward:
     def nuisances(self) -> tuple[Nuisance, ...]:
         """All nuisances, in the order of z."""
         e = self.evidence
-        return tuple(nuisances_of(e.scenario.vehicle, e.sensors, e.channels, e.speed[2]))
+        way = float(np.trapezoid(e.speed[1], e.speed[0]))
+        return tuple(nuisances_of(e.scenario.vehicle, e.sensors, e.channels, e.speed[2], way))
 
     @cached_property
     def bounds(self) -> np.ndarray:
@@ -153,8 +154,7 @@ class Forward:
             if nuisance.kind in moved:
                 owner = vehicle if nuisance.kind == "vehicle" else getattr(vehicle, nuisance.kind)
                 value = getattr(owner, nuisance.name) * self._value(z, nuisance.label)
-                high = 1.0 if nuisance.kind == "adhesion" else math.inf
-                moved[nuisance.kind][nuisance.name] = min(value, high)
+                moved[nuisance.kind][nuisance.name] = min(value, most_of(owner, nuisance.name))
         if self.law:
             moved["adhesion"]["law"] = self.law
         parts = {name: getattr(vehicle, name).but(**moved[name]) for name in ("pair", "adhesion") if moved[name]}

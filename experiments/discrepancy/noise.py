@@ -4,6 +4,7 @@ The sum of the sensors' data-sheet noise, the track measurement's errors as the 
 (a full matrix, from perturbed runs of the model), and a few per cent of the predicted signal for the model itself.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,7 +22,7 @@ from railsim.track.track import Track
 MODEL_ERROR = 0.03  # of the predicted amplitude, each channel on its own; illustrative
 LEVELS = (0.5, 1.8)  # true over stated density of a sensor's noise; a third in amplitude to both sides
 DOMINANT = 0.6  # share of the stated density that is the sensor's own, from which a bin says its level
-FEWEST = 12  # bins of a frame
+FEWEST = 12  # bins in which it does so in most frames
 PERTURBED = 6  # runs with perturbed tracks
 SPEED_WIDTH = 0.08  # relative speed over which frames share the propagated track error
 BINS = 2  # to each side, over which predicted power is averaged
@@ -133,19 +134,21 @@ def noise_level(
 ) -> np.ndarray:
     """(c,) density of each sensor's noise over that of its data sheet, where it dominates the residual (k, f, c).
 
-    Data sheets give typical values: the level is a nuisance within `LEVELS`. `level` is the one that `white` was made
-    with (one if None); it stays where nothing says more.
+    Data sheets give typical values: the level is a nuisance within `LEVELS`. A sensor's noise is in all bins and all
+    frames: medians say how much, whatever a resonance or an impact adds to some of them. `level` is the one that
+    `white` was made with (one if None); it stays where nothing says more.
     """
     found = np.ones(len(evidence.channels)) if level is None else level.copy()
     for place, name in enumerate(evidence.channels):
         own = found[place] * sensor_density(_owner(evidence.sensors, name), frames)
         share = own / white.deviation[:, :, place] ** 2
         counts = (share > DOMINANT) & white.good[:, None, place]
-        power = np.where(counts, np.abs(residual[:, :, place] / white.deviation[:, :, place]) ** 2, np.nan)
-        rows = counts.sum(axis=1) >= FEWEST
-        if rows.any():
-            seen = float(np.median(np.nanmean(power[rows], axis=1)))
-            typical = float(share[counts].mean())
+        often = counts.mean(axis=0) > 0.5
+        if often.sum() >= FEWEST:
+            power = np.abs(residual[:, :, place] / white.deviation[:, :, place]) ** 2
+            spectrum = np.nanmedian(np.where(counts, power, np.nan)[:, often], axis=0)
+            seen = float(np.median(spectrum)) / math.log(2.0)  # |c|^2 of a complex Gaussian is exponential
+            typical = float(share[:, often][counts[:, often]].mean())
             found[place] = np.clip(found[place] * (seen - (1.0 - typical)) / typical, *LEVELS)
     return found
 

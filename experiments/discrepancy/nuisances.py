@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from railsim.sensors.interface import Sensor
+from railsim.spec import Spec
 from railsim.vehicles.interface import Vehicle
 
 TOLERANCES = {
@@ -26,9 +27,6 @@ CREEP = {"friction": 0.15, "k_adhesion": 0.10, "k_slip": 0.10}
 for another friction.
 """
 
-CAPS = {"k_adhesion": 1.0, "k_slip": 1.0}
-"""Largest values: reduction factors end at 1."""
-
 TOLERATED = 3.0  # standard deviations of its prior within which a build parameter stays
 FURTHEST = 5.0  # the same of sensors and of the alignment, which are not sorted out at a limit when they are made
 SURPRISING = 2.7  # standard deviations from which a build parameter lets one look for more
@@ -36,6 +34,8 @@ SURPRISING_SENSOR = 3.3  # the same for sensors and alignment, of which there ar
 START = 0.5  # m, distance of the recording's first sample, after alignment
 FASTEST_WANDER = 0.002  # relative standard deviation of the speed's slow errors
 WANDERS = 4  # pieces of the run
+STEP = 0.3  # standard deviations of the prior, of the derivatives' differences,
+SHIFT = 0.01  # m along the track at the run's end at most: a fiftieth of the shortest wave that the frames show
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,7 @@ class Nuisance:
     "bias" [channel], "scale" [-], "mounting" [rad], "latency" [s] (sensors). name : field, channel or sensor.
     std : of the prior. index : component of a vector, or number of a piece. least, most : scores between which it
     stays; what leaves a build's tolerance is no tolerance but an effect, of a sensor the prior alone decides that.
+    slight : scores by which it is varied for a derivative.
     """
 
     kind: str
@@ -56,15 +57,16 @@ class Nuisance:
     index: int = 0
     least: float = -TOLERATED
     most: float = TOLERATED
+    slight: float = STEP
 
     @property
     def label(self) -> str:
         """Unique name."""
         return f"{self.kind}.{self.name}" + (f".{self.index}" if self.kind in ("mounting", "speed") else "")
 
-    def step(self, z: float, size: float) -> float:
+    def step(self, z: float) -> float:
         """By how much a score is moved for a derivative there: towards the prior's middle, never beyond `most`."""
-        return -size if z > 0.0 or z + size > self.most else size
+        return -self.slight if z > 0.0 or z + self.slight > self.most else self.slight
 
     @property
     def strained(self) -> float:
@@ -77,12 +79,17 @@ class Nuisance:
         return self.kind in ("bias", "scale", "mounting", "latency")
 
 
-def nuisances_of(vehicle: Vehicle, sensors: Iterable[Sensor], channels: Iterable[str], scale: float) -> list[Nuisance]:
-    """All nuisances of a nominal vehicle, its sensors and the speed (`scale`: relative standard deviation)."""
-    return [*_vehicle(vehicle), *_alignment(scale), *_sensors(list(sensors), set(channels))]
+def nuisances_of(
+    vehicle: Vehicle, sensors: Iterable[Sensor], channels: Iterable[str], scale: float, way: float
+) -> list[Nuisance]:
+    """All nuisances of a nominal vehicle, its sensors and the speed (`scale`: relative standard deviation) over a run
+    of `way` [m].
+    """
+    return [*built(vehicle), *_alignment(scale, way), *_sensors(list(sensors), set(channels))]
 
 
-def _vehicle(vehicle: Vehicle) -> list[Nuisance]:
+def built(vehicle: Vehicle) -> list[Nuisance]:
+    """What of a build differs from specimen to specimen."""
     found = []
     for name in type(vehicle).model_fields:
         value = getattr(vehicle, name)
@@ -92,19 +99,27 @@ def _vehicle(vehicle: Vehicle) -> list[Nuisance]:
     for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
         settings = getattr(vehicle, part, None)
         for name, std in numbers.items():
-            if hasattr(settings, name):
-                room = math.log(CAPS[name] / getattr(settings, name)) / std if name in CAPS else TOLERATED
+            if isinstance(settings, Spec) and name in type(settings).model_fields:
+                room = math.log(most_of(settings, name) / getattr(settings, name)) / std
                 found.append(Nuisance(part, name, std, most=min(max(room, 0.0), TOLERATED)))
     return found
 
 
-def _alignment(scale: float) -> list[Nuisance]:
-    pieces = [_free("speed", "wander", FASTEST_WANDER, number) for number in range(WANDERS)]
-    return [_free("start", "distance", START), _free("speed", "scale", scale, WANDERS), *pieces]
+def most_of(settings: Spec, name: str) -> float:
+    """Largest value that a field of the vehicle or its parts may have, like the 1 of the creep law's factors."""
+    most = type(settings).limits(name)[1]
+    return math.inf if most is None else most
 
 
-def _free(kind: str, name: str, std: float, index: int = 0) -> Nuisance:
-    return Nuisance(kind, name, std, index, -FURTHEST, FURTHEST)
+def _alignment(scale: float, way: float) -> list[Nuisance]:
+    """Varied so little that no wave moves by more than a part of a turn: the answer to a shift is a phase."""
+    slight = SHIFT / max(way, 1.0)
+    pieces = [_free("speed", "wander", FASTEST_WANDER, number, slight) for number in range(WANDERS)]
+    return [_free("start", "distance", START, 0, SHIFT), _free("speed", "scale", scale, WANDERS, slight), *pieces]
+
+
+def _free(kind: str, name: str, std: float, index: int = 0, slight: float = math.inf) -> Nuisance:
+    return Nuisance(kind, name, std, index, -FURTHEST, FURTHEST, min(STEP, slight / std) if std > 0.0 else STEP)
 
 
 def _sensors(sensors: list[Sensor], channels: set[str]) -> list[Nuisance]:

@@ -10,7 +10,8 @@ import numpy as np
 from experiments.discrepancy.candidates import DISTANCES, TIMES
 from experiments.discrepancy.decide import held_out_gap
 from experiments.discrepancy.fitting import WEIGHT, Problem, improved, starting_fit
-from experiments.discrepancy.screening import DROPPED, Projection
+from experiments.discrepancy.hypothesis import DROPPED
+from experiments.discrepancy.refining import nuisances_alone, unbiased
 from experiments.discrepancy.workflow import Findings
 from railsim import effects as library
 from railsim.effects.interface import Effect, Setup
@@ -26,32 +27,33 @@ def effect_of(settings: Mapping[str, Any]) -> Effect:
 
 
 def expected_evidence(problem: Problem, effects: Sequence[Effect]) -> list[float]:
-    """Gain of the logarithm of the posterior [nats] that each true effect can be expected to bring by itself, nuisances
-    free to follow, without the sections that speak loudest where the rule leaves these out; 0 where the model cannot
-    run it.
+    """Gain of the logarithm of the posterior [nats] that each true effect can be expected to bring by itself, without
+    the sections that speak loudest where the rule leaves these out; 0 where the model cannot run it.
 
-    The workflow decides on this quantity with its noise on it, so an effect is detectable where it is large enough.
+    The nuisances are fitted to the effect on the nominal build without noise, and what they leave is what it brings: a
+    damper of 0.7 that a healthy one within its tolerance imitates brings little, however large its signature. The
+    workflow decides on this quantity with its noise on it, so an effect is detectable where it is large enough.
     """
-    z = np.zeros(len(problem.forward.nuisances))
-    fit = starting_fit(problem, z)
-    projection = Projection(fit, problem.train, problem.forward.bounds)
-    found = []
-    for effect in effects:
-        try:
-            change = problem.stacked(problem.forward.predict(z, (effect,))) - fit.stacked
-        except InputError:
-            found.append(0.0)
-            continue
-        own = (WEIGHT * problem.whitened(change)[problem.train]).astype(np.float32)
-        cleaned = projection.cleaned(own.ravel())
-        frames = 0.5 * (cleaned**2).reshape(len(own), -1).sum(
-            axis=1
-        )  # the true effect leaves nothing, none leaves this
-        local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
-        loudest = 0.0 if local else float(np.clip(np.sort(frames)[::-1][:DROPPED], 0.0, None).sum())
-        gain = 0.5 * float(cleaned @ own.ravel())
-        found.append(max(0.0, gain - loudest) if np.isfinite(gain) else 0.0)
-    return found
+    plain = problem.but(forward=problem.forward.but(law=""), journal=None)
+    return [_expected(plain, effect) for effect in effects]
+
+
+def _expected(problem: Problem, effect: Effect) -> float:
+    nominal = np.zeros(len(problem.forward.nuisances))
+    try:
+        hidden = problem.but(measured=problem.stacked(problem.forward.predict(nominal, (effect,))))
+    except InputError:
+        return 0.0
+    null = unbiased(hidden, nuisances_alone(hidden, nominal, _silent), _silent).fit
+    frames = 0.5 * ((WEIGHT * null.residual[problem.train]) ** 2).sum(axis=(1, 2))
+    local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
+    loudest = 0.0 if local else float(np.sort(frames)[::-1][:DROPPED].sum())
+    gain = null.cost(problem.train) - loudest
+    return max(0.0, gain) if np.isfinite(gain) else 0.0
+
+
+def _silent(text: str) -> None:
+    del text
 
 
 def true_gap(findings: Findings, effects: Sequence[Effect], law: str, specimen: Mapping[str, float]) -> float:

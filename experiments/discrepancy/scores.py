@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
 from scipy.stats import norm
 
 from experiments.discrepancy.candidates import DISTANCES, TIMES, Candidate
@@ -134,24 +136,19 @@ def _scaled(name: str, parameter: Parameter) -> tuple[float, float]:
 def bounded_step(
     matrix: np.ndarray, slope: np.ndarray, z: np.ndarray, share: float, bounds: np.ndarray | None = None
 ) -> np.ndarray:
-    """z after a share of a Newton step that keeps every score within its bounds; scores at their bounds stay there
-    while the step would leave them.
+    """z after a share of the step to the minimum of the quadratic model within all bounds (Stark and Parker 1995); cut
+    off at a bound afterwards, a Newton step may lead uphill.
 
     Parameters
     ----------
     bounds : (2, n) least and most of the first scores; the others stay within `TOLERATED`.
     """
     lower, upper = _limits(z, bounds)
-    free = np.ones(len(z), bool)
-    move = np.zeros(len(z))
-    for _ in range(4):
-        move[:] = 0.0
-        move[free] = np.linalg.solve(matrix[np.ix_(free, free)], slope[free])
-        leaving = free & (at_bound(z, bounds) * move > 0.0)
-        if not leaving.any():
-            break
-        free &= ~leaving
-    return np.clip(z + share * move, lower, upper)
+    at = np.clip(z, lower, upper)
+    factor = np.linalg.cholesky(matrix)
+    aim = solve_triangular(factor, slope, lower=True)
+    move = lsq_linear(factor.T, aim, (lower - at, upper - at), method="bvls").x
+    return np.clip(at + share * move, lower, upper)
 
 
 def at_bound(z: np.ndarray, bounds: np.ndarray | None = None) -> np.ndarray:

@@ -24,6 +24,7 @@ RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
 PHASES_TRIED = 24
 PLACES_TRIED = np.arange(-1.5, 1.6, 0.1)  # m
 TIMES_TRIED = np.arange(-1.0, 1.1, 0.1)  # s
+STRETCH_TRIED = 20.0 * TIMES_TRIED  # m, of a load along the track
 DETUNED = 1.0  # turns of a wave by the middle of the run
 TOGETHER = 32  # signatures that are judged at a time
 DROPPED = 3  # sections whose gain does not count
@@ -56,7 +57,8 @@ class Screened:
 class Projection:
     """Linear model of all that is fitted so far, over some frames: what of a signature it cannot take.
 
-    Numbers at the edge of their tolerance are held there, or come back if the signature lets them.
+    Numbers at the edge of their tolerance are held there, or come back if the signature lets them. All in double
+    precision: what is left of a gain of a sensor that feels gravity is a millionth of its signature.
     """
 
     def __init__(self, fit: Fit, frames: np.ndarray, bounds: np.ndarray | None = None) -> None:
@@ -64,19 +66,19 @@ class Projection:
         normal, gradient = normal_equations(fit.jacobian, fit.residual, frames)
         matrix, downhill, self.at = shares.scaled(normal, gradient, fit.z, fit.shares)
         n, m = len(fit.z), len(fit.shares)
-        scale = np.concatenate([np.ones(n), np.full(m, 0.5 / TOLERATED)]).astype(np.float32)
-        flat = (np.float32(WEIGHT) * fit.jacobian[:, frames]).reshape(n + m, -1)
+        scale = np.concatenate([np.ones(n), np.full(m, 0.5 / TOLERATED)])
+        flat = (WEIGHT * fit.jacobian[:, frames].astype(float)).reshape(n + m, -1)
         self.flat = flat * scale[:, None]
         self.frames = frames
-        self.residual = (WEIGHT * fit.residual[frames]).astype(np.float32).ravel()
+        self.residual = (WEIGHT * fit.residual[frames]).ravel()
         self.bound = at_bound(self.at, bounds)
         self._sets: list[tuple[np.ndarray, np.ndarray, float]] = []
         for held in [self.bound, np.zeros_like(self.bound)] if self.bound.any() else [self.bound]:
             inverse = np.zeros_like(matrix)
             free = np.flatnonzero(held == 0)
             inverse[np.ix_(free, free)] = np.linalg.inv(matrix[np.ix_(free, free)])
-            own = (inverse @ downhill).astype(np.float32)
-            self._sets.append((inverse.astype(np.float32), own, 0.5 * float(downhill @ own)))
+            own = inverse @ downhill
+            self._sets.append((inverse, own, 0.5 * float(downhill @ own)))
 
     def cleaned(self, signature: np.ndarray) -> np.ndarray:
         """What of a signature (n,) the numbers cannot take."""
@@ -84,7 +86,7 @@ class Projection:
 
     def row(self, white: np.ndarray) -> np.ndarray:
         """(n,) of a complex whitened signature (k, f, c)."""
-        return (np.float32(WEIGHT) * split(white[self.frames])).astype(np.float32).ravel()
+        return WEIGHT * split(white[self.frames].astype(complex)).ravel()
 
     def along(self, signatures: np.ndarray) -> np.ndarray:
         """(p, numbers) products of signatures (p, n) with the derivatives."""
@@ -112,7 +114,7 @@ class Projection:
             if gain[top] > best[0]:
                 best = float(gain[top]), top, float(scale[top]), move[top], float(power[top])
         gain, which, factor, moved, left = best
-        taken = np.float32(factor) * signatures[which] + moved.astype(np.float32) @ self.flat
+        taken = factor * signatures[which] + moved @ self.flat
         return Judgement(which, factor, gain, moved, taken, left)
 
 
@@ -179,6 +181,8 @@ def _turned(problem: Problem, candidate: Candidate, values: dict[str, float]) ->
         name, aside, metres = next(one for one in DISTANCES if one in values), PLACES_TRIED, 1.0
     elif "begin" in values:
         name, aside, metres = "begin", TIMES_TRIED, 0.0
+    elif "place" in values and candidate.kind.acts_on == "load":
+        name, aside, metres = "place", STRETCH_TRIED, 1.0
     else:
         return [(values, None), *_detuned(problem, candidate, values)]
     free = candidate.parameters[name]
@@ -210,15 +214,17 @@ def _detuned(
 
 def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Candidate]) -> list[Screened]:
     """What has a place, a time or a wavelength is run for this recording, first at its middle size where the residual
-    says that it may be, then there at its other sizes.
+    says that it may be, then there at its other sizes; like the bank's with the scenario's own creep law.
     """
+    forward = problem.forward.but(law="")
+    base = problem.stacked(forward.predict(fit.z, fit.effects)) if problem.forward.law else fit.stacked
 
     def change_of(one: Candidate, values: dict[str, float]) -> np.ndarray | None:
         try:
-            prediction = problem.forward.predict(fit.z, (*fit.effects, one.build(values)))
+            prediction = forward.predict(fit.z, (*fit.effects, one.build(values)))
         except InputError:
             return None
-        change = problem.stacked(prediction) - fit.stacked
+        change = problem.stacked(prediction) - base
         return change if np.isfinite(change).all() else None
 
     def run(job: tuple[Candidate, dict[str, float]]) -> Screened | None:
@@ -348,7 +354,7 @@ def _screened(
     return Screened(
         candidate,
         values,
-        _scaled(candidate, values, found.scale),
+        scaled(candidate, values, found.scale),
         np.clip(fit.z + found.move[:n], *problem.forward.bounds),
         found.gain,
         robust,
@@ -358,7 +364,7 @@ def _screened(
     )
 
 
-def _scaled(candidate: Candidate, values: dict[str, float], scale: float) -> dict[str, float]:
+def scaled(candidate: Candidate, values: dict[str, float], scale: float) -> dict[str, float]:
     """The numbers that say how large it is, by a factor from where they say that it is absent."""
     moved = dict(values)
     for name, one in candidate.parameters.items():

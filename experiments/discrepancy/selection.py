@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from experiments.discrepancy.candidates import STRETCHES, Candidate, Context
+from experiments.discrepancy.candidates import STRETCHES, Candidate
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
 from experiments.discrepancy.empirical import fit_empirical
 from experiments.discrepancy.fitting import Fit, Problem, improved, linearised, restarted, starting_fit, with_candidates
@@ -24,7 +24,7 @@ from experiments.discrepancy.refining import (
     time_for,
     under,
 )
-from experiments.discrepancy.screening import Screened, best_of, screen, shortlist
+from experiments.discrepancy.screening import Screened, best_of, scaled, screen, shortlist
 from railsim.errors import InputError
 
 PROMISING = 4.0  # nats that a signature must gain to be fitted
@@ -41,6 +41,7 @@ GLANCE = 15.0  # nats that a signature must gain without its loudest sections, w
 ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
 SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
 PLACES = 2  # where a law without a name is tried
+SLIGHT = 0.1  # of the size at which it looks best, from where a fit sets out once more that ended behind the nuisances
 SWAPPED = 2  # other first effects that are tried beside the best second one
 
 
@@ -70,38 +71,48 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     tell = noting(tell, left_out)
     null = concluded(problem, improved(problem, linearised(problem, null.fit, sensors_only=True), tell))
     screened = tuple(screen(problem, null.fit, found, tell))
-    strongest = max((one.robust for one in screened), default=0.0)
-    if max((one.gain for one in screened), default=0.0) < PROMISING or (
-        strongest < WORTH_FITTING and not located.significant
-    ):
-        tabled = _tabled(Stand(problem, null, []), found[0].context, tell) if found else None
-        return Selection(problem, null, screened, (), decide(problem, null, located, []), tabled)
+    if not _promising(located, screened, tell):
+        stand = _with_law(Stand(problem, null, []), found, tell)
+        return Selection(problem, null, screened, (), decide(problem, null, located, []), stand.tabled)
     fitted = _fitted(problem, null, shortlist(screened), tell)
     stand = Stand(problem, _fair(problem, null, fitted, tell), fitted)
-    stand = _nearer(_noise_there(stand, tell), tell)
-    tabled = _tabled(stand, found[0].context, tell)
-    if tabled is None or not ahead(stand.null, stand.best, tabled[0]):
-        stand = _further(_other_law(stand, tell), found, tell)
-        tabled = _tabled(stand, found[0].context, tell)
-    elif something_left(stand.problem, tabled[0]):
-        stand = _other_law(replace(stand, fitted=[*stand.fitted, tabled[0]]), tell, tabled[0])
-        laws = [one for one in stand.fitted if one.candidates == tabled[0].candidates]
-        tabled = (laws[0], tabled[1])
-        stand = replace(stand, fitted=[one for one in stand.fitted if one is not laws[0]])
+    stand = _with_law(_nearer(_noise_there(stand, tell), tell), found, tell)
+    stand = _other_law(stand, tell)
+    if stand.leader is stand.best:
+        stand = _with_law(_further(stand, found, tell), found, tell)
     stand = _from_home(stand, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
+    tabled = stand.tabled if stand.unexplained else None
     not_tried = tuple(dict.fromkeys(left_out))
     return Selection(stand.problem, stand.null, screened, tuple(stand.judged), decision, tabled, not_tried)
 
 
+def _promising(located: Located, screened: Sequence[Screened], tell: Tell) -> bool:
+    """Whether a signature is worth a fit: the less the residual itself says, the louder it must be."""
+    loudest = max(screened, key=lambda one: one.robust, default=None)
+    if loudest is None or max(one.gain for one in screened) < PROMISING:
+        return False
+    tell(f"loudest signature: {loudest.candidate.label} {loudest.robust:+.1f} nats")
+    if located.significant:
+        return True
+    return loudest.robust > (WORTH_FITTING if located.surprising else GLANCE)
+
+
 @dataclass(frozen=True)
 class Stand:
-    """How far it is: the noise as it is known, nuisances alone, and all that was fitted beside them."""
+    """How far it is.
+
+    Attributes
+    ----------
+    problem : with the noise as it is known. null : nuisances alone. fitted : all effects that were fitted beside them.
+    tabled : a law without a name, and where it acts.
+    """
 
     problem: Problem
     null: Hypothesis
     fitted: Sequence[Hypothesis]
+    tabled: tuple[Hypothesis, LatentForce] | None = None
 
     @cached_property
     def judged(self) -> list[Judged]:
@@ -112,6 +123,12 @@ class Stand:
     def best(self) -> Hypothesis:
         """The most probable where it has evidence enough, else nuisances alone."""
         return self.judged[0].hypothesis if self.judged and self.judged[0].evidence >= ENOUGH else self.null
+
+    @property
+    def leader(self) -> Hypothesis:
+        """The law without a name where it is ahead of the best, else the best."""
+        law = self.tabled[0] if self.tabled else None
+        return law if law is not None and ahead(self.null, self.best, law) else self.best
 
     @cached_property
     def unexplained(self) -> bool:
@@ -134,6 +151,12 @@ def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell
         if far:
             starts += [(home.z, [values]) for values in (one.values, *_sizes(one))]
         made = hypothesis(problem, home if far else null.fit, (one.candidate,), starts, tell)
+        if made is None or made.log_evidence < null.log_evidence:
+            slight = [(null.fit.z, [scaled(one.candidate, one.values, SLIGHT)])]
+            other = hypothesis(problem, null.fit, (one.candidate,), slight, tell)
+            made = max(
+                (fit for fit in (made, other) if fit is not None), key=lambda fit: fit.log_evidence, default=None
+            )
         if made is not None:
             fitted.append(made)
             tell(f"{made.label}: {made.log_evidence - null.log_evidence:+.1f} nats")
@@ -197,12 +220,11 @@ def _nearer(stand: Stand, tell: Tell) -> Stand:
     return replace(stand, fitted=[better if one is stand.best else one for one in stand.fitted])
 
 
-def _other_law(stand: Stand, tell: Tell, first: Hypothesis | None = None) -> Stand:
-    """With the creep law that explains what the best one (or `first`) leaves, where one does: which law holds is a
-    nuisance.
-    """
-    problem, null, first = stand.problem, stand.null, first or stand.best
-    if not something_left(problem, first) or not time_for(problem, "law", "another creep law", tell):
+def _other_law(stand: Stand, tell: Tell) -> Stand:
+    """With the creep law that explains what the leader leaves, where one does: which law holds is a nuisance."""
+    problem, null, first = stand.problem, stand.null, stand.leader
+    left = stand.unexplained if first is stand.best else something_left(problem, first)
+    if not left or not time_for(problem, "law", "another creep law", tell):
         return stand
     for name in other_laws(problem):
         other = problem.but(forward=problem.forward.but(law=name))
@@ -219,6 +241,8 @@ def _other_law(stand: Stand, tell: Tell, first: Hypothesis | None = None) -> Sta
         if first is null:
             return Stand(other, best, rest)
         alone = under(other, null, tell)
+        if alone is not None and stand.tabled and first is stand.tabled[0]:
+            return Stand(other, alone, rest, (best, stand.tabled[1]))
         if alone is not None:
             return Stand(other, alone, [best, *rest])
     return stand
@@ -266,12 +290,12 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
     return Stand(problem, again(problem, stand.null, tell), [again(problem, one, tell) for one in near])
 
 
-def _tabled(stand: Stand, context: Context, tell: Tell) -> tuple[Hypothesis, LatentForce] | None:
-    """A law without a name where the best effect leaves something."""
-    if not stand.unexplained:
-        return None
+def _with_law(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
+    """With a law without a name where the best effect leaves something and none was fitted yet."""
+    if stand.tabled is not None or not found or not stand.unexplained:
+        return stand
     forces = latent_forces(stand.problem, stand.null.fit, PLACES)
-    return fit_empirical(stand.problem, stand.null, context, forces, tell)
+    return replace(stand, tabled=fit_empirical(stand.problem, stand.null, found[0].context, forces, tell))
 
 
 def _close(judged: Sequence[Judged]) -> bool:

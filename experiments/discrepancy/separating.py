@@ -141,7 +141,7 @@ def _apart(
     fit: Fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
     projection = Projection(fit, problem.train, problem.forward.bounds)
     changes = changes or [_change(problem, effects) for effects in rivals]
-    own = [(WEIGHT * problem.whitened(one)[problem.train]).astype(np.float32).ravel() for one in changes]
+    own = [(WEIGHT * problem.whitened(one)[problem.train]).ravel() for one in changes]
     cleaned = [projection.cleaned(one) for one in own]
     shared = np.array([[float(a @ b) for b in cleaned] for a in own])
     return min(min(_left(shared, a, b), _left(shared, b, a)) for a, b in combinations(range(len(own)), 2))

@@ -1,6 +1,6 @@
 """The workflow from a recording to a decision: align, locate, screen, fit, decide, add until only noise is left."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,19 +8,19 @@ import numpy as np
 from experiments.discrepancy.alignment import align
 from experiments.discrepancy.bank import open_bank
 from experiments.discrepancy.candidates import Candidate, Context, candidates
-from experiments.discrepancy.decide import ENOUGH, Decision, Judged, contested, decide
+from experiments.discrepancy.decide import ENOUGH, Decision, Judged, contested
 from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.fitting import Fit, Problem, improved, linearised
+from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.forward import Forward, continued
 from experiments.discrepancy.frames import REDUNDANCY, frames_of, held_out, stack
-from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded
+from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
 from experiments.discrepancy.journal import Journal
 from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.places import tones
 from experiments.discrepancy.refining import nuisances_alone, other_laws, unbiased
-from experiments.discrepancy.screening import Screened, screen
-from experiments.discrepancy.selection import GLANCE, select
+from experiments.discrepancy.screening import Screened
+from experiments.discrepancy.selection import select
 from railsim.errors import InputError
 
 EXPLAINED = 0.5  # of what nuisances alone leave, that another creep law must take to be the one
@@ -86,10 +86,6 @@ def investigate(
         problem, null = _better_law(problem, null, tell)
         located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
-    if not located.worth_looking:
-        null, glanced = _glance(problem, null, located, lambda one: allowed(one) and not one.local, tell)
-        if not any(one.robust > GLANCE for one in glanced):
-            return Findings(problem, null, located, glanced, (), (), None, decide(problem, null, located, []))
     context = replace(context_of(problem, located), tones=tones(problem, null.fit))
     tell("tones: " + (", ".join(f"{one:.2f} Hz" for one, _ in context.tones) or "none"))
     found = select(problem, null, located, [one for one in candidates(context) if allowed(one)], tell)
@@ -103,18 +99,6 @@ def investigate(
         empirical = law if decision.status == "unknown" else None
         latent = (where, *(one for one in latent if one.place != where.place)) if empirical else latent
     return Findings(problem, null, located, found.screened, found.judged, latent, empirical, decision, found.not_tried)
-
-
-def _glance(
-    problem: Problem, null: Hypothesis, located: Located, allowed: Callable[[Candidate], bool], tell: Tell
-) -> tuple[Hypothesis, tuple[Screened, ...]]:
-    """Signatures of the bank beside nuisances alone: what is spread over all bands and sections shows in no cell."""
-    null = concluded(problem, improved(problem, linearised(problem, null.fit, sensors_only=True), tell))
-    found = [one for one in candidates(context_of(problem, located)) if allowed(one)]
-    glanced = screen(problem, null.fit, found, tell)
-    loudest = max(glanced, key=lambda one: one.robust, default=None)
-    tell(f"at a glance: {loudest.candidate.label} {loudest.robust:+.1f} nats" if loudest else "no signatures")
-    return null, tuple(glanced)
 
 
 def _settled(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:

@@ -1,5 +1,6 @@
 """Changes of the creep law: friction and slopes."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +10,10 @@ from railsim.effects.interface import Effect, Setup
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.track.track import Track
+from railsim.vehicles.half_vehicle import Adhesion
 
 ENDS = 2.0  # m; over which friction changes
 ROWS = 0.5  # m; spacing of rows that holds these ends
-MOST = 1.0  # kA and kS at most
 
 
 def less_friction(setup: Setup, effect: Effect, factor: float, stretch: tuple[float, float] | None = None) -> Setup:
@@ -38,8 +39,10 @@ def creep(setup: Setup, effect: Effect, adhesion: float, slip: float) -> Setup:
     ------
     InputError : another law, in which they play no part.
     """
-    if not 0.0 < setup.model.law.k_adhesion * adhesion <= MOST + 1e-9:
-        raise InputError(f"effect '{effect.kind}': kA would be {setup.model.law.k_adhesion * adhesion:g}; it ends at 1")
+    least, most = Adhesion.limits("k_adhesion")
+    wanted = setup.model.law.k_adhesion * adhesion
+    if not (least or 0.0) < wanted <= (math.inf if most is None else most) + 1e-9:
+        raise InputError(f"effect '{effect.kind}': kA would be {wanted:g}; it ends at {most:g}")
 
     def change(model: Model) -> Model:
         law = model.law

@@ -9,6 +9,8 @@ from railsim.effects.interface import Effect, Setup
 from railsim.errors import InputError
 from railsim.model import Load
 
+STEPS = 128  # of a gust
+
 
 def _body(setup: Setup, effect: Effect, name: str) -> None:
     known = [body.name for body in setup.model.bodies]
@@ -23,6 +25,12 @@ def loaded(setup: Setup, effect: Effect, body: str, axis: str, size: float) -> S
         return setup
     load = Load(body, axis, "time", 0.0, 1.0, np.full(2, size))
     return setup.modelled(lambda model: replace(model, loads=(*model.loads, load)))
+
+
+def gust(setup: Setup, effect: Effect, force: float, begin: float, length: float, height: float, over: str) -> Setup:
+    """Wind of 1 - cosine with a peak `force` [N], over time [s] or distance [m]."""
+    shape = 0.5 * force * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, STEPS + 1)))
+    return wind(setup, effect, shape, begin, length / STEPS, height, over)
 
 
 def wind(

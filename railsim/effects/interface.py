@@ -140,7 +140,7 @@ class Effect(Spec, frozen=True):
         """Numbers that a fit may vary, by field name."""
         found = {}
         for name, field in cls.model_fields.items():
-            low, high = (_bound(field.metadata, keys) for keys in (("ge", "gt"), ("le", "lt")))
+            low, high = cls.limits(name)
             if low is None or high is None or field.annotation is not float:
                 continue
             found[name] = Parameter(
@@ -188,8 +188,3 @@ def changed(setup: Setup, effect: Effect, **values: Callable[[Any], Any]) -> Set
             raise InputError(f"effect '{effect.kind}': vehicle '{vehicle}' has no {name}; take another vehicle")
     fields = {name: function(getattr(setup.vehicle, name)) for name, function in values.items()}
     return setup.but(vehicle=setup.vehicle.but(**fields))
-
-
-def _bound(metadata: list[Any], keys: tuple[str, ...]) -> float | None:
-    found = [float(getattr(entry, key)) for entry in metadata for key in keys if getattr(entry, key, None) is not None]
-    return found[0] if found else None

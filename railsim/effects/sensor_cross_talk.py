@@ -17,6 +17,7 @@ class SensorCrossTalk(ChannelEffect, frozen=True):
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.005})
     signature: ClassVar[str] = "a share of another axis in one channel"
+    family: ClassVar[str] = "sensor_axes"
     references: ClassVar[tuple[str, ...]] = ("IEEE Std 1293: cross-axis sensitivity of accelerometers",)
 
     def install(self, setup: Setup) -> Setup:

@@ -18,6 +18,7 @@ class SensorMisalignment(ChannelEffect, frozen=True):
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"angle": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"angle": 0.005})
     signature: ClassVar[str] = "a share of the other axes in one channel; with an accelerometer a share of gravity"
+    family: ClassVar[str] = "sensor_axes"
     references: ClassVar[tuple[str, ...]] = (INERTIAL,)
 
     def install(self, setup: Setup) -> Setup:

@@ -171,8 +171,8 @@ def test_table_of_a_damper_is_the_damper():
     assert largest_difference(tabled, weak) < 1e-6
 
 
-def test_a_gust_over_distance_blows_where_it_is():
-    gust = {"kind": "wind_gust", "over": "distance", "begin": 35.0, "duration": 10.0}
+def test_an_exposed_stretch_blows_where_it_is():
+    gust = {"kind": "exposed_stretch", "place": 35.0, "length": 10.0}
     result = rows([gust], track="smooth", duration=1.0)
     calm = result["s [m]"] < 35.0
     assert np.abs(result["body.y [m]"][calm]).max() < 1e-9

@@ -54,11 +54,9 @@ def test_tones_say_wavelengths_frequencies_and_waves_a_turn():
     assert orders == {1, 3}
 
 
-def test_a_gust_along_the_track_begins_on_the_run():
-    """Its begin is in metres, that of one over a time in seconds."""
+def test_what_has_a_place_or_a_time_begins_on_the_run():
     context = Context(("bogie.rate_yaw",), (300.0, 900.0), (2.0, 20.0), ((400.0, 5.0),))
-    begins = {
-        dict(one.choices)["over"]: one.parameters["begin"] for one in candidates(context) if one.name == "wind_gust"
-    }
-    assert (begins["distance"].low, begins["distance"].high) == (300.0, 900.0)
-    assert (begins["time"].low, begins["time"].high) == (2.0, 20.0)
+    found = {one.name: one.parameters for one in candidates(context)}
+    place, begin = found["exposed_stretch"]["place"], found["wind_gust"]["begin"]
+    assert (place.low, place.high) == (300.0, 900.0)
+    assert (begin.low, begin.high) == (2.0, 20.0)

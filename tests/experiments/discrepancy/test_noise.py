@@ -62,6 +62,11 @@ def test_levels_are_read_where_the_sensor_speaks():
     found = noise_level(evidence, frames, whitener(covariance, residual), residual)  # type: ignore[arg-type]
     assert np.allclose(found, levels, rtol=0.06)
     assert found[2] == 1.0
+    resonant = residual.copy()
+    resonant[:, 40:60] *= 6.0
+    resonant[5:8] *= 6.0
+    bent = noise_level(evidence, frames, whitener(covariance, residual), resonant)  # type: ignore[arg-type]
+    assert np.allclose(bent[:2], levels[:2], rtol=0.35), "a resonance and an impact are not taken for noise"
     known = whitener(covariance * (found * np.eye(3)), residual)
     again = noise_level(evidence, frames, known, residual, found)  # type: ignore[arg-type]
     assert np.allclose(again, found, rtol=0.06), "a level that is known already does not go back to the data sheet's"

@@ -17,11 +17,19 @@ def test_scores_beyond_tolerance_stop_at_it_and_the_others_follow():
     """Minimum of a quadratic with one score at its bound: what the others do follows from their own equations."""
     matrix = np.array([[2.0, 1.5], [1.5, 2.0]])
     aim = np.array([10.0, 0.0])
-    z = np.zeros(2)
-    for _ in range(6):
-        z = bounded_step(matrix, matrix @ (aim - z), z, 1.0)
+    z = bounded_step(matrix, matrix @ aim, np.zeros(2), 1.0)
     assert np.isclose(z[0], TOLERATED)
     assert np.isclose(z[1], min(TOLERATED, 1.5 / 2.0 * (10.0 - TOLERATED)))
+
+
+def test_every_share_of_a_step_lowers_the_cost_where_bounds_cut_it():
+    """The first can hardly move; the second, which would make up for it, must not go where it would go beside it."""
+    matrix = np.array([[1.0, 0.99], [0.99, 1.0]])
+    slope = matrix @ np.array([40.0, -40.0])
+    z = np.array([2.99, 0.0])
+    for share in (1.0, 0.4, 0.1):
+        step = bounded_step(matrix, slope, z, share) - z
+        assert slope @ step - 0.5 * step @ matrix @ step > 0.0
 
 
 def test_a_score_keeps_to_bounds_of_its_own():

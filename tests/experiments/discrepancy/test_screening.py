@@ -37,6 +37,21 @@ def test_a_signature_across_all_nuisances_keeps_its_power_and_is_worth_it():
     assert np.allclose(found.taken, own, atol=1e-5)
 
 
+def test_what_two_large_nuisances_make_together_is_worth_no_more_than_their_priors():
+    """The reading of a vertical accelerometer is gravity a thousand deviations above noise: its gain is a bias."""
+    rng = np.random.default_rng(9)
+    bias, moved = np.zeros((2, 24, 120, 4))
+    bias[:, 0, 0] = 3e4
+    moved[...] = rng.standard_normal((24, 120, 4))
+    jacobian = np.stack([bias, bias + moved]).astype(np.float32)
+    projection = Projection(_fit(jacobian, rng.standard_normal((24, 120, 4))), np.ones(24, bool))
+    own = (WEIGHT * (0.3 * jacobian[0] - 0.1 * jacobian[1])).ravel()
+    own_start = 0.5 * float(own @ own)
+    assert own_start > 1e7
+    assert abs(float(projection.cleaned(own) @ own)) < 0.2
+    assert projection.judge(own[None].astype(float)).gain < 1.0
+
+
 def test_a_nuisance_that_stood_in_for_an_effect_comes_back_from_its_bound():
     """A nuisance at the edge of its tolerance has taken what an effect of the same direction did: the effect is worth
     the prior that is given back and what the nuisance could not take.
