@@ -5,17 +5,15 @@ Both wheels have one function F of their shift towards their rail, so that with 
 
     D = (F(x - g/2) - F(-x - g/2)) / 2 + noise,
 
-one equation for two unknown inputs. d and g are independent processes over distance with spectra
-q^2 / ((W^2 + a^2)(W^2 + b^2)): p' = -a p + p2, p2' = -b p2 + white noise. In one step they change by 0.1 mm, over which
-F is a line, whereas what is known of g is as wide as the gauge's whole variation, where F is far from one: so particles
-carry (d, d2, g, g2), and each is moved with the line at its own place (optimal proposal; Doucet, Godsill and Andrieu
-2000), weights made exact.
+one equation for two unknown inputs. d and g are independent processes over distance with known shapes of spectra, each
+foretold from its own last positions (`_rail_process`). What is not foretold is 0.1 mm a step, over which F is a line,
+whereas what is known of g is as wide as the gauge's whole variation, where F is far from one: so particles carry the
+last positions of d and g, and each is moved with the line at its own likeliest place (optimal proposal; Doucet, Godsill
+and Andrieu 2000), weights made exact.
 
 The gradient is Fisher's identity, the mean over paths of the complete data's score, with paths traced back by a lag
 (Cappe, Moulines and Ryden 2005, sections 8.3 and 10.1).
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -24,43 +22,11 @@ from railsim.compiled import allocating, inlined
 LAG, EVERY = 60, 20
 """Steps back to which a path is traced before it is read, and steps of one block of the gradient."""
 RING = LAG + EVERY
-D_, D2, G_, G2 = range(4)
 STRIDE = 7919  # so that no particle has the same numbers again soon
 FARTHEST = 25.0  # squared errors in variances count no more: a sharp bend that no particle foresees
 FIRST = 1e-3  # m: std of the shift at the start
-
-
-class Process(NamedTuple):
-    """Corners (rad/m) and level of the driving noise."""
-
-    slow: float
-    fast: float
-    level: float
-
-
-class Step(NamedTuple):
-    """Of a process over one step: three entries of its transition, then its noise.
-
-    variance : of the position. slope : of the second state by it. rest : standard deviation of what is left of that.
-    """
-
-    stay: float
-    cross: float
-    fast: float
-    variance: float
-    slope: float
-    rest: float
-
-
-@inlined
-def over(process, length):
-    """`Step` of a process over a length in m."""
-    stay, fast = np.exp(-process.slow * length), np.exp(-process.fast * length)
-    drive = process.level**2 * (1.0 - fast * fast) / (2.0 * process.fast)
-    variance, both = drive * length * length / 3.0, 0.5 * drive * length
-    slope = both / variance
-    rest = np.sqrt(max(drive - both * slope, 0.0))
-    return Step(stay, (stay - fast) / (process.fast - process.slow), fast, variance, slope, rest)
+AGAIN, STRAIGHT = 4, 0.3
+"""Lines laid for a particle at most, each at the likeliest place of the one before; error over noise that is enough."""
 
 
 @inlined
@@ -82,50 +48,57 @@ def scatter(row, spacing, u, amount):
 
 
 @allocating
-def particles(D, y, length, table, spacing, rail, gauge, noise, normals, uniforms, score, smoothed):
+def particles(D, y, table, spacing, rail, gauge, noise, normals, uniforms, score, smoothed):
     """Logarithm of the likelihood of D.
 
     Parameters
     ----------
-    D, y : (n,), m. length : of a step, m. table : F at steps of `spacing` about the middle, m. rail, gauge : `Process`.
-    noise : std of D (m). normals : (rows, particles, 5), used in turn. uniforms : (n,). score : (n // EVERY + 1,
+    D, y : (n,), m. table : F at steps of `spacing` about the middle, m. rail, gauge : `Process` of the steps.
+    noise : std of D (m). normals : (rows, particles, 3), used in turn. uniforms : (n,). score : (n // EVERY + 1,
     len(table) + 2) or without rows: gets the gradient of every block by the table's values and the logarithms of the
     two levels. smoothed : (n, 4) likewise: mean of x, g, x^2 and g^2 at places whose paths were traced.
     """
-    count, rows, n = normals.shape[1], normals.shape[0], D.shape[0]
-    P, Q = np.zeros((count, 4)), np.zeros((count, 4))
+    count, rows, n, order = normals.shape[1], normals.shape[0], D.shape[0], rail.weights.shape[1]
+    P, Q = np.zeros((count, 2, order)), np.zeros((count, 2, order))
     w, lw = np.ones(count) / count, np.zeros(count)
     traced = score.shape[0] > 0
     X, G, parent = np.zeros((RING, count)), np.zeros((RING, count)), np.zeros((RING, count), dtype=np.int64)
     by_rail, by_gauge, one = np.zeros((RING, count)), np.zeros((RING, count)), np.zeros(count, dtype=np.int64)
     place = np.zeros(count, dtype=np.int64)
-    r, g = over(rail, length), over(gauge, length)
-    spread2 = gauge.level / np.sqrt(2.0 * gauge.fast)
-    spread = spread2 / np.sqrt(gauge.slow * (gauge.slow + gauge.fast))
-    along = rail.level / np.sqrt(2.0 * rail.fast)
     for i in range(count):
-        P[i, D_], P[i, D2] = y[0] + FIRST * normals[0, i, 0], along * normals[0, i, 1]
-        P[i, G_], P[i, G2] = spread * normals[0, i, 2], spread2 * normals[0, i, 3]
+        P[i, 0, 0] = y[0] + FIRST * normals[0, i, 0]
+        P[i, 1, 0] = gauge.level * np.sqrt(gauge.shares[0]) * normals[0, i, 1]
     total, white = 0.0, noise * noise
     for k in range(1, n):
         drawn, turn, ring, top = normals[1 + k % (rows - 1)], (k * STRIDE) % count, k % RING, -np.inf
+        known = min(k, order)
+        by_d, by_e = rail.weights[known], gauge.weights[known]
+        rail_variance, gauge_variance = rail.level**2 * rail.shares[known], gauge.level**2 * gauge.shares[known]
         for i in range(count):
-            d, d2 = r.stay * P[i, D_] + r.cross * P[i, D2], r.fast * P[i, D2]
-            e, e2 = g.stay * P[i, G_] + g.cross * P[i, G2], g.fast * P[i, G2]
-            x = y[k] - d
-            left, slope = look(table, spacing, x - 0.5 * e)
-            right, other = look(table, spacing, -x - 0.5 * e)
-            by_x, by_g = 0.5 * (slope + other), 0.25 * (other - slope)
-            S = by_x * by_x * r.variance + by_g * by_g * g.variance + white
-            error = D[k] - 0.5 * (left - right)
+            d, e = 0.0, 0.0
+            for m in range(known):
+                d += by_d[m] * P[i, 0, m]
+                e += by_e[m] * P[i, 1, m]
+            md, mg = 0.0, 0.0
+            by_x, by_g, error, S = 0.0, 0.0, 0.0, white
+            for again in range(AGAIN):
+                left, slope = look(table, spacing, y[k] - d - md - 0.5 * (e + mg))
+                right, other = look(table, spacing, d + md - y[k] - 0.5 * (e + mg))
+                real = D[k] - 0.5 * (left - right)
+                if again > 0 and abs(real - error * white / S) < STRAIGHT * noise:
+                    break
+                by_x, by_g = 0.5 * (slope + other), 0.25 * (other - slope)
+                S = by_x * by_x * rail_variance + by_g * by_g * gauge_variance + white
+                error = real - by_x * md + by_g * mg
+                md, mg = -rail_variance * by_x * error / S, gauge_variance * by_g * error / S
             z = drawn[(i + turn) % count]
-            nd, ng = np.sqrt(r.variance) * z[0], np.sqrt(g.variance) * z[2]
-            gain = (error + by_x * nd - by_g * ng - noise * z[4]) / S
-            md, mg = nd - r.variance * by_x * gain, ng + g.variance * by_g * gain
-            md2 = r.slope * md + r.rest * z[1]
-            mg2 = g.slope * mg + g.rest * z[3]
-            Q[i, D_], Q[i, D2], Q[i, G_], Q[i, G2] = d + md, d2 + md2, e + mg, e2 + mg2
-            x, u = y[k] - Q[i, D_], 0.5 * Q[i, G_]
+            nd, ng = np.sqrt(rail_variance) * z[0], np.sqrt(gauge_variance) * z[1]
+            gain = (error + by_x * nd - by_g * ng - noise * z[2]) / S
+            md, mg = nd - rail_variance * by_x * gain, ng + gauge_variance * by_g * gain
+            for m in range(order - 1, 0, -1):
+                Q[i, 0, m], Q[i, 1, m] = P[i, 0, m - 1], P[i, 1, m - 1]
+            Q[i, 0, 0], Q[i, 1, 0] = d + md, e + mg
+            x, u = y[k] - Q[i, 0, 0], 0.5 * Q[i, 1, 0]
             left, slope = look(table, spacing, x - u)
             right, other = look(table, spacing, -x - u)
             real, line = D[k] - 0.5 * (left - right), error + by_x * md - by_g * mg
@@ -133,9 +106,9 @@ def particles(D, y, length, table, spacing, rail, gauge, noise, normals, uniform
             lw[i] = -0.5 * (min(error * error / S, FARTHEST) + np.log(S) + worse)
             top = max(top, lw[i])
             if traced:
-                X[ring, i], G[ring, i] = x, Q[i, G_]
-                by_rail[ring, i] = md * md / r.variance + z[1] * z[1] - 2.0
-                by_gauge[ring, i] = mg * mg / g.variance + z[3] * z[3] - 2.0
+                X[ring, i], G[ring, i] = x, Q[i, 1, 0]
+                by_rail[ring, i] = md * md / rail_variance - 1.0
+                by_gauge[ring, i] = mg * mg / gauge_variance - 1.0
         all_, squares = 0.0, 0.0
         for i in range(count):
             w[i] *= np.exp(lw[i] - top)
@@ -158,7 +131,7 @@ def particles(D, y, length, table, spacing, rail, gauge, noise, normals, uniform
 @inlined
 def resample(P, Q, w, parent, uniform, needed):
     """Take Q over into P, systematically by the weights where that is needed; `parent` gets the places."""
-    count, j, reached = w.shape[0], 0, w[0]
+    count, order, j, reached = w.shape[0], P.shape[2], 0, w[0]
     for i in range(count):
         if needed:
             while reached < (uniform + i) / count and j < count - 1:
@@ -167,8 +140,8 @@ def resample(P, Q, w, parent, uniform, needed):
         else:
             j = i
         parent[i] = j
-        for m in range(4):
-            P[i, m] = Q[j, m]
+        for m in range(order):
+            P[i, 0, m], P[i, 1, m] = Q[j, 0, m], Q[j, 1, m]
     if needed:
         for i in range(count):
             w[i] = 1.0 / count
@@ -183,13 +156,13 @@ def trace(k, D, w, place, X, G, by_rail, by_gauge, parent, table, spacing, white
     count = w.shape[0]
     for i in range(count):
         place[i] = i
-    for back in range(LAG):
-        m = k - back
+    for ago in range(LAG):
+        m = k - ago
         ring = m % RING
         for i in range(count):
             j = parent[ring, place[i]]
             place[i] = j
-            if back >= LAG - EVERY:
+            if ago >= LAG - EVERY:
                 x, g = X[ring, j], G[ring, j]
                 error = D[m] - 0.5 * (look(table, spacing, x - 0.5 * g)[0] - look(table, spacing, -x - 0.5 * g)[0])
                 amount = 0.5 * w[i] * error / white

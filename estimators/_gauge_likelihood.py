@@ -3,7 +3,8 @@
 Fisher scoring climbs with the same random numbers all the way, under a noise of D that falls in stages: with little of
 it no particle finds a path for a wheel that is far off. What the record says least of is the gauge's mean: a wheel
 F(u - c) on a gauge wider by 2 c is the same, and only that g has mean zero tells them apart. The climb hardly moves
-along c; so the likelihood is profiled over c, the rest climbing at each, and a parabola is laid through it.
+along c; so the likelihood is profiled over c, the rest climbing at each, and a parabola is laid through it. What the
+rest is known to comes from scores of independent random numbers (`independent`).
 """
 
 from dataclasses import dataclass
@@ -11,12 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from estimators._gauge_kernel import EVERY, Process, particles
+from estimators._gauge_kernel import EVERY, particles
+from estimators._rail_process import Process
 from estimators._wheel_basis import SPACING, Basis
 
 # Settings of the search, not physics: chosen on runs of seeds 7600 to 7605 and from 7700 on.
 STAGES = ((0.5, 6), (0.2, 8), (0.08, 16))
 """Noise of D as a share of its rms, the last one being what smoothed sensors leave, and iterations."""
+CONES = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
+"""Of the new wheels' conicity, among which the search starts."""
 MERGED = 3  # blocks of the gradient taken as one, 18 m: longer than what hangs together
 LARGEST, SLACK, ENOUGH = 0.15, 10.0, 0.01  # step of a parameter; loss of log posterior by chance; smallest step
 STIFF = 100.0
@@ -51,21 +55,21 @@ class Wheel:
 
 
 class GaugeLikelihood:
-    """Of D and y (n,), m, at steps of `length` m."""
+    """Of D and y (n,), m, at the steps of `rails`."""
 
     def __init__(
-        self, D: np.ndarray, y: np.ndarray, length: float, rails: Rails, basis: Basis, conicity: float,
+        self, D: np.ndarray, y: np.ndarray, rails: Rails, basis: Basis, conicity: float,
         roughness: float, spread: float, rng: np.random.Generator, count: int,
     ) -> None:  # fmt: skip
-        self.D, self.y, self.length, self.rails, self.basis = D, y, length, rails, basis
+        self.D, self.y, self.rails, self.basis = D, y, rails, basis
         self.scale = float(np.sqrt(np.mean(D**2)))
         self.mean = np.append(conicity * basis.cone, np.log([rails.rail.level, rails.gauge.level]))
         self.precision = np.zeros((len(self.mean), len(self.mean)))
         bend = basis.bend / roughness
         self.precision[:-2, :-2] = bend.T @ bend + np.eye(len(basis.cone)) / spread**2
         self.precision[[-2, -1], [-2, -1]] = np.array(rails.spread) ** -2.0
-        self.normals, self.uniforms = rng.standard_normal((ROWS, count, 5)), rng.random(len(D))
-        self.more = rng.standard_normal((ROWS, MANY * count, 5))
+        self.normals, self.uniforms = rng.standard_normal((ROWS, count, 3)), rng.random(len(D))
+        self.more = rng.standard_normal((ROWS, MANY * count, 3))
 
     def objective(
         self, parameters: np.ndarray, basis: Basis, share: float, turn: int = 0, blocks: bool = True
@@ -82,7 +86,7 @@ class GaugeLikelihood:
         normals = self.normals if blocks else self.more
         normals = np.roll(normals, turn * ROWS // 17, axis=0)
         found = particles(
-            self.D, self.y, self.length, table, SPACING, rail, gauge, share * self.scale, normals,
+            self.D, self.y, table, SPACING, rail, gauge, share * self.scale, normals,
             np.roll(self.uniforms, 13 * turn), score, smoothed,
         )  # fmt: skip
         apart = parameters - self.mean
@@ -113,7 +117,8 @@ class GaugeLikelihood:
     def polish(self, parameters: np.ndarray, basis: Basis, share: float) -> tuple[np.ndarray, np.ndarray]:
         """Mean of the places that steps with ever other random numbers reach (Polyak), and covariance.
 
-        The scores' mean over the steps has little of the particles' own noise left, which would pass for information.
+        The information is the mean product of scores by different random numbers: their noise is independent and falls
+        out, where the outer product of each with itself, and still that of the mean, would take it for information.
         """
         places, scores = [], []
         for turn in range(1, POLISHING + 1):
@@ -123,21 +128,25 @@ class GaugeLikelihood:
             parameters = parameters + change * min(1.0, LARGEST / max(float(np.abs(change).max()), 1e-300))
             scores.append(score)
             places.append(parameters)
-        information = self._information(np.mean(scores, axis=0))
+        information = independent(np.array([self._merged(score) for score in scores]), self.precision)
         late = np.array(places[POLISHING // 3 :])
         scatter = np.cov(late.T) / INDEPENDENT
         return late.mean(axis=0), np.linalg.inv(information + self.precision) + scatter
 
     def _information(self, score: np.ndarray) -> np.ndarray:
         """Outer product of the scores of parts that hang together within themselves only."""
+        merged = self._merged(score)
+        return merged.T @ merged
+
+    def _merged(self, score: np.ndarray) -> np.ndarray:
+        """Scores of these parts, less their mean."""
         whole = len(score) // MERGED * MERGED
         merged = score[:whole].reshape(-1, MERGED, score.shape[1]).sum(axis=1)
-        merged = merged - merged.mean(axis=0)
-        return merged.T @ merged
+        return merged - merged.mean(axis=0)
 
     def fit(self) -> tuple[Wheel, np.ndarray]:
         """The wheel, and means and standard deviations of x and g (n, 4), m, NaN where no path was traced."""
-        parameters = self.mean
+        parameters = self._start()
         for share, most in STAGES:
             parameters = self.climb(parameters, self.basis, share, most)
         share = STAGES[-1][0]
@@ -156,6 +165,12 @@ class GaugeLikelihood:
         wheel = Wheel(parameters, basis, own + deviation**2 * np.outer(by_shift, by_shift))
         return wheel, self._paths(parameters, basis, share)
 
+    def _start(self) -> np.ndarray:
+        """The cone among several that explains the record best under the first stage's noise."""
+        cones = np.tile(self.mean, (len(CONES), 1))
+        cones[:, :-2] *= np.array(CONES)[:, None]
+        return min(cones, key=lambda cone: self.objective(cone, self.basis, STAGES[0][0])[0])
+
     def _paths(self, parameters: np.ndarray, basis: Basis, share: float) -> np.ndarray:
         """With more particles: traced back few of them are left, whose spread would be too small."""
         self.normals = self.more
@@ -164,6 +179,21 @@ class GaugeLikelihood:
         traced = np.any(moments != 0.0, axis=1)
         moments[~traced] = np.nan
         return moments
+
+
+def independent(scores: np.ndarray, prior: np.ndarray) -> np.ndarray:
+    """Information (p, p) by scores (sets, parts, p) of independent random numbers: products of different sets only.
+
+    Free of the sets' own noise in the mean. Directions in which it comes out below its own sampling error, a share of
+    sqrt(2 / parts) of what mean scores and prior (p, p) say, have that.
+    """
+    count, parts = scores.shape[:2]
+    total = scores.sum(axis=0)
+    own = np.einsum("nij,nik->jk", scores, scores)
+    root = np.linalg.cholesky(total.T @ total / count**2 + prior)
+    inverse = np.linalg.inv(root)
+    values, vectors = np.linalg.eigh(inverse @ ((total.T @ total - own) / (count * (count - 1))) @ inverse.T)
+    return root @ (vectors * np.maximum(values, np.sqrt(2.0 / parts))) @ vectors.T @ root.T
 
 
 def parabola(places: np.ndarray, values: np.ndarray) -> tuple[float, float]:

@@ -12,8 +12,8 @@ import pandas as pd
 from estimators._conicity_found import Found, mean_over
 from estimators._conicity_kernel import PSI, PSI_RATE, RAIL, Numbers, Record, Y
 from estimators._conicity_likelihood import Likelihood
-from estimators._gauge_kernel import Process
 from estimators._gauge_likelihood import GaugeLikelihood, Rails
+from estimators._rail_process import Process
 from estimators._wheel_basis import wheel_basis
 from railsim.errors import InputError
 
@@ -25,7 +25,6 @@ WHEEL_ROUGHNESS = 0.3  # second difference of the slope, hollow wheels 1
 TILT, TURN, MIDDLE = 0.6, 1e-3, 4e-4
 """Of the slope where the search starts: steeper towards the flange, over m, about m. As new wheels are whose contact
 angle grows towards the flange: S1002 on 60E1 has slopes of 0.09, 0.21, 0.29 and 0.22 at -1, 0, 1 and 2 mm."""
-LOGARITHMS = 4  # last parameters of the Kalman filter's likelihood
 
 
 class Gauge(NamedTuple):
@@ -69,11 +68,11 @@ def on_varying_gauge(
             "or set gauge to 0 if it is constant"
         )
     basis = wheel_basis(WHEEL_REACH, WHEEL_PIECES, TILT, TURN, MIDDLE)
-    cone = posterior.parameters[:-LOGARITHMS].mean()
     wheel, paths = GaugeLikelihood(
-        np.interp(places, along, half), np.interp(places, along, states[:, Y]), spacing,
-        Rails(settings.rail, settings.gauge, (1.5, settings.level_spread)), basis, cone, WHEEL_ROUGHNESS,
-        settings.conicity_spread, np.random.default_rng(settings.seed), settings.particles,
+        np.interp(places, along, half), np.interp(places, along, states[:, Y]),
+        Rails(settings.rail, settings.gauge, (1.5, settings.level_spread)), basis,
+        likelihood.prior.conicity, WHEEL_ROUGHNESS, settings.conicity_spread,
+        np.random.default_rng(settings.seed), settings.particles,
     ).fit()  # fmt: skip
     known = np.isfinite(paths[:, 0])
     inside = (along >= places[known][0]) & (along <= places[known][-1])

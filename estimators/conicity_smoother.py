@@ -12,7 +12,7 @@ import numpy as np
 from estimators._conicity_kernel import Numbers, Record
 from estimators._conicity_likelihood import Likelihood, Prior
 from estimators._constant_gauge import on_constant_gauge
-from estimators._gauge_kernel import Process
+from estimators._rail_process import Corners, process
 from estimators._varying_gauge import Gauge, level_of, on_varying_gauge
 from estimators._wheelset_model import fits, wheelset_model
 from estimators._wheelset_motion import BODY, SPEEDS, TRANSDUCER, YAW, filled, wheelset_speed
@@ -38,6 +38,9 @@ class ConicitySmoother(Estimator, frozen=True):
     reach: float = quantity(5e-3, unit="m", source="illustrative", gt=0.0)
     corner: float = quantity(0.8246, unit="rad/m", source=ERRI, gt=0.0)
     slow_corner: float = quantity(0.0206, unit="rad/m", source=ERRI, gt=0.0)
+    shortest: float = quantity(
+        1.0, unit="m, wave at which rails and gauge end", source="EN 13848-1 (2019): range D0 begins there", gt=0.0
+    )  # fmt: skip
     rail: float = quantity(7e-4, unit="m, level of the rails' noise (guess)", source="2 mm by ERRI's shape", gt=0.0)
     creep: float = quantity(
         0.6, unit="share of Kalker's slope", source="Polach (2005): 0.7 at none, less at working creepages", gt=0.0
@@ -93,8 +96,10 @@ class ConicitySmoother(Estimator, frozen=True):
         """What varies along the line."""
         level = level_of(self.gauge, self.gauge_slow_corner, self.gauge_corner)
         return Gauge(
-            Process(self.slow_corner, self.corner, self.rail),
-            Process(self.gauge_slow_corner, self.gauge_corner, level),
+            process(Corners(self.slow_corner, self.corner, self.shortest), self.rail, self.spacing),
+            process(
+                Corners(self.gauge_slow_corner, self.gauge_corner, self.shortest), level, self.spacing
+            ),
             self.gauge_spread, self.gauge, self.conicity_spread, self.particles, self.seed,
         )  # fmt: skip
 
