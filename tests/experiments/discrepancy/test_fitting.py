@@ -7,8 +7,10 @@ from experiments.discrepancy.fitting import Fit, Problem, _taught
 from experiments.discrepancy.forward import Alignment, Forward
 from experiments.discrepancy.frames import Frames
 from experiments.discrepancy.noise import whitener
+from experiments.discrepancy.refining import nuisances_alone, unbiased
 
 K, F, C = 5, 4, 2
+REACH = 0.1  # m, that start and end of the run are off
 
 
 def _problem() -> Problem:
@@ -44,3 +46,16 @@ def test_taught_derivatives_predict_the_run_that_taught_them():
     taught = _taught(problem, old, new)
     assert np.allclose(np.tensordot(move, taught.columns, axes=1), new.stacked - old.stacked, atol=1e-4)
     assert np.array_equal(taught.columns[2], columns[2])
+
+
+def test_nuisances_explain_a_recording_that_nuisances_made(problem: Problem):
+    """Without noise the truth costs its prior only, so the minimum costs no more."""
+    rng = np.random.default_rng(12)
+    least, most = problem.forward.bounds
+    truth = np.clip(rng.standard_normal(len(least)), 0.9 * least, 0.9 * most)
+    for number, one in enumerate(problem.forward.nuisances):
+        if one.kind in ("start", "speed"):
+            truth[number] *= REACH / max(one.std * (1.0 if one.kind == "start" else 100.0), REACH)  # decimetres
+    recording = problem.but(measured=problem.stacked(problem.forward.predict(truth)))
+    found = unbiased(recording, nuisances_alone(recording, np.zeros(len(truth)), print), print)
+    assert found.fit.cost(problem.train) <= 0.5 * float(truth @ truth)
