@@ -6,7 +6,7 @@ from railsim.measurements import Measurements
 from railsim.quality._change_point import own
 from railsim.quality._companions import gain_beside
 from railsim.quality._offsets import GRAVITY, axis_of
-from railsim.quality._signals import NORMAL, kind_of, whitened
+from railsim.quality._signals import kind_of, whitened
 from railsim.quality.repair import tables_of
 
 JUMP = 1.2  # m/s2 by which gravity's share never changes in service
@@ -132,8 +132,10 @@ def _rustle(measured: Measurements, name: str, bounds: list[float]) -> float:
     for edge in (one for one in bounds if time[0] < one < time[-1]):
         near = (np.abs(time - edge) < _BESIDE) & (error > 0.0)
         inside = (time >= bounds[0]) & (time < bounds[1])
-        sizes = [NORMAL * float(np.median(error[near & where])) for where in (inside, ~inside)]
-        found.append(np.log(sizes[0] / sizes[1]))
+        parts = [error[near & where] for where in (inside, ~inside)]
+        if not all(part.size for part in parts):
+            return float("nan")
+        found.append(np.log(float(np.median(parts[0])) / float(np.median(parts[1]))))
     return float(np.mean(found)) if found else float("nan")
 
 
