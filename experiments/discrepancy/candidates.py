@@ -26,6 +26,7 @@ GRID = {"frequency": 6, "period": 8}  # values between the bounds that the bank 
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
 SLIGHTLY = 0.05  # m that a place is varied by for a derivative: an eighth of the shortest wave that the frames show
+VARIED = 0.01  # of a number's range, by which it is varied for a derivative: a resonance makes larger ones crooked
 SHORTEST_PERIOD = 1.0 / 60.0  # s; resonances beyond the frames' highest frequency show by their foot only
 LENGTHS = {
     "hanging_sleepers": ("length", (3.0, 8.0, 20.0)),
@@ -129,12 +130,12 @@ class Candidate:
         """
         span = parameter.high - parameter.low
         if name == "wavelength":
-            return min(0.05 * value**2 / self.context.length, 0.03 * span)
+            return min(0.05 * value**2 / self.context.length, VARIED * span)
         if name == "spacing":
-            return min(SLIGHTLY * value / self.context.length, 0.03 * span)
+            return min(SLIGHTLY * value / self.context.length, VARIED * span)
         if name == "length" and self.local:
-            return min(0.5, 0.03 * span)
-        return SLIGHTLY if name in DISTANCES else 0.05 if name in TIMES else 0.03 * span
+            return min(0.5, VARIED * span)
+        return SLIGHTLY if name in DISTANCES else 0.05 if name in TIMES else VARIED * span
 
     def build(self, values: Mapping[str, float]) -> Effect:
         """The effect with these numbers."""

@@ -32,13 +32,15 @@ class Judged:
 
     Attributes
     ----------
-    evidence : nats against nuisances alone, for what acts everywhere without its loudest sections. held_out : nats on
-    held-out frames. borne_out : whether these bear it out. probability : among classes. gap : root mean square of the
-    whitened held-out residual.
+    evidence : nats against nuisances alone, for what acts everywhere without its loudest sections. standing : nats by
+    which it is compared with others, with all sections where its evidence is enough. held_out : nats on held-out
+    frames. borne_out : whether these bear it out. probability : among classes. gap : root mean square of the whitened
+    held-out residual.
     """
 
     hypothesis: Hypothesis
     evidence: float
+    standing: float
     held_out: float
     borne_out: bool
     probability: float
@@ -73,25 +75,28 @@ def held_out_gap(problem: Problem, fit: Fit) -> float:
 
 
 def judge(problem: Problem, null: Hypothesis, hypotheses: Sequence[Hypothesis]) -> list[Judged]:
-    """Figures of every hypothesis, the most probable first; what held-out frames do not bear out loses `ENOUGH`."""
+    """Figures of every hypothesis, the most probable first; what held-out frames do not bear out loses `ENOUGH`.
+
+    The loudest sections do not let an effect in that acts everywhere; between effects that are in they count for each.
+    """
     figures = [_figures(problem, null, one, hypotheses) for one in hypotheses]
     best: dict[frozenset[str], float] = {}
-    for one, (value, _, borne_out) in zip(hypotheses, figures, strict=True):
-        best[one.classes] = max(best.get(one.classes, -math.inf), value if borne_out else min(value, 0.0) - ENOUGH)
+    for one, (_, standing, _, _) in zip(hypotheses, figures, strict=True):
+        best[one.classes] = max(best.get(one.classes, -math.inf), standing)
     top = max([0.0, *best.values()])
     weights = {classes: math.exp((value - top) / TEMPERATURE) for classes, value in best.items()}
     total = sum(weights.values()) + math.exp(-top / TEMPERATURE)
     judged = [
-        Judged(one, *three, weights[one.classes] / total, held_out_gap(problem, one.fit))
-        for one, three in zip(hypotheses, figures, strict=True)
+        Judged(one, *four, weights[one.classes] / total, held_out_gap(problem, one.fit))
+        for one, four in zip(hypotheses, figures, strict=True)
     ]
-    return sorted(judged, key=lambda one: (-one.probability, not one.borne_out, -one.evidence))
+    return sorted(judged, key=lambda one: (-one.probability, not one.borne_out, -one.standing))
 
 
 def _figures(
     problem: Problem, null: Hypothesis, one: Hypothesis, others: Sequence[Hypothesis]
-) -> tuple[float, float, bool]:
-    """Evidence and held-out nats against nuisances alone, and whether held-out frames bear it out.
+) -> tuple[float, float, float, bool]:
+    """Evidence, standing and held-out nats against nuisances alone, and whether held-out frames bear it out.
 
     A further effect is held against the best of the hypotheses that go without one of the two.
     """
@@ -106,11 +111,13 @@ def _figures(
         -HARMLESS if all(other.local for other in further) else BORNE_OUT * _share_held_out(problem) * max(0.0, gain)
     )
     borne_out = outside > least
-    if alone is None:
-        return gain, outside, borne_out
-    first, there, _ = _figures(problem, null, alone, others)
-    borne_out = borne_out and gain > FURTHER + COARSE * max(0.0, first)
-    return first + gain - FURTHER, there + outside, borne_out
+    whole = one.log_evidence - null.log_evidence
+    if alone is not None:
+        first, _, there, _ = _figures(problem, null, alone, others)
+        borne_out = borne_out and gain > FURTHER + COARSE * max(0.0, first)
+        gain, outside, whole = first + gain - FURTHER, there + outside, whole - FURTHER
+    standing = min(gain, 0.0) - ENOUGH if not borne_out else whole if gain >= ENOUGH else gain
+    return gain, standing, outside, borne_out
 
 
 def _evidence(problem: Problem, before: Hypothesis, one: Hypothesis, further: Sequence[Candidate]) -> float:

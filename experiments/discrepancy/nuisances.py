@@ -34,7 +34,7 @@ SURPRISING_SENSOR = 3.3  # the same for sensors and alignment, of which there ar
 START = 0.5  # m, distance of the recording's first sample, after alignment
 FASTEST_WANDER = 0.002  # relative standard deviation of the speed's slow errors
 WANDERS = 4  # pieces of the run
-STEP = 0.3  # standard deviations of the prior, of the derivatives' differences,
+STEP = 0.1  # standard deviations of the prior, by which a number is varied for a derivative,
 SHIFT = 0.01  # m along the track at the run's end at most: a fiftieth of the shortest wave that the frames show
 
 

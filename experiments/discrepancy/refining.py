@@ -14,7 +14,7 @@ ROUNDS = 2
 RESTARTS = 3
 WORTH = 3.0  # nats that a further linearisation must have brought to go on
 LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
-BUDGET = {"fit": 200.0, "linearise": 300.0, "law": 420.0, "further": 460.0, "end": 600.0}
+BUDGET = {"fit": 400.0, "linearise": 700.0, "law": 850.0, "further": 900.0, "end": 1200.0}
 """Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
 
 

@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 from scipy.stats import norm
 
-from experiments.discrepancy.candidates import DISTANCES, TIMES, Candidate
+from experiments.discrepancy.candidates import DISTANCES, TIMES, VARIED, Candidate
 from experiments.discrepancy.nuisances import TOLERATED
 from railsim.effects.interface import Effect, Parameter
 
@@ -35,9 +35,10 @@ class Shares:
         for (one, name, p), share in zip(owners, shares, strict=True):
             value = value_at(name, p, float(share))
             step = one.step(name, p, value)
-            usual = step >= 0.03 * (p.high - p.low) * (1.0 - 1e-9)
+            usual = step >= VARIED * (p.high - p.low) * (1.0 - 1e-9)
             log = logarithmic(name, p)
-            found.append(0.03 if usual else step / value / math.log(p.high / p.low) if log else step / (p.high - p.low))
+            relative = step / value / math.log(p.high / p.low) if log else step / (p.high - p.low)
+            found.append(VARIED if usual else relative)
         return found
 
     def of(self, values: Sequence[dict[str, float]]) -> np.ndarray:

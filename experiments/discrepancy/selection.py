@@ -76,7 +76,8 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         return Selection(problem, null, screened, (), decide(problem, null, located, []), stand.tabled)
     fitted = _fitted(problem, null, shortlist(screened), tell)
     stand = Stand(problem, _fair(problem, null, fitted, tell), fitted)
-    stand = _with_law(_nearer(_noise_there(stand, tell), tell), found, tell)
+    stand = _with_mates(_noise_there(stand, tell), screened, tell)
+    stand = _with_law(_nearer(stand, tell), found, tell)
     stand = _other_law(stand, tell)
     if stand.leader is stand.best:
         stand = _with_law(_further(stand, found, tell), found, tell)
@@ -212,6 +213,28 @@ def _sizes(one: Screened) -> list[dict[str, float]]:
     return [{**values, **where} for values in one.candidate.sizes()]
 
 
+def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand:
+    """With the other effects of the best one's class, where it leaves something: they look alike and are not the same,
+    and the signature of a large one at the nominal vehicle may be too unlike to be on the shortlist.
+    """
+    if stand.best is stand.null or not stand.unexplained:
+        return stand
+    problem, best = stand.problem, stand.best
+    tried = {one.candidate.name for one in stand.fitted}
+    mates: dict[str, Screened] = {}
+    for one in best_of(screened):
+        if one.candidate.equivalence in best.classes and one.candidate.name not in tried:
+            mates.setdefault(one.candidate.name, one)
+    home = starting_fit(problem, _at_home(problem, best))
+    made: list[Hypothesis] = []
+    for name, one in mates.items():
+        if time_for(problem, "fit", name, tell):
+            starts = [(z, [values]) for z in (home.z, best.fit.z) for values in _sizes(one)]
+            fitted = hypothesis(problem, home, (one.candidate,), starts, tell)
+            made += [fitted] if fitted is not None else []
+    return replace(stand, fitted=[*stand.fitted, *made])
+
+
 def _nearer(stand: Stand, tell: Tell) -> Stand:
     """With derivatives made anew at the best effect, where it leaves something."""
     if stand.best is stand.null or not stand.unexplained:
@@ -281,10 +304,10 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
     first = judged[0].hypothesis
     tell(f"track errors propagated through {first.label}")
     problem = stand.problem.with_noise(first.fit.z, first.fit.effects)
-    reach = max(2.0 * RIVAL, OUT_OF_REACH * judged[0].evidence)
+    reach = max(2.0 * RIVAL, OUT_OF_REACH * judged[0].standing)
     nearest: dict[frozenset[str], Hypothesis] = {}
     for one in judged:
-        if one.evidence > judged[0].evidence - reach:
+        if one.standing > judged[0].standing - reach:
             nearest.setdefault(one.hypothesis.classes, one.hypothesis)
     near = list(nearest.values())[:NEAREST]
     return Stand(problem, again(problem, stand.null, tell), [again(problem, one, tell) for one in near])
@@ -302,7 +325,7 @@ def _close(judged: Sequence[Judged]) -> bool:
     if not judged or judged[0].evidence < ENOUGH / 2.0:
         return False
     others = [one for one in judged if one.hypothesis.classes != judged[0].hypothesis.classes]
-    return any(judged[0].evidence - one.evidence < RIVAL for one in others)
+    return any(judged[0].standing - one.standing < RIVAL for one in others)
 
 
 def _further(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:

@@ -116,11 +116,10 @@ class ConicityBlind(Figure):
             claims += [
                 Claim(f"{name}: rms error over the seeds, profiles at nominal gauge", rms, f"<= {WITHIN}",
                       rms <= WITHIN),
-                Claim(f"{name}: share of seeds within 0.03{lost}", share, ">= 0.95", share >= 0.95),
-                Claim(f"{name}: function over the inner shifts, rms{BENDS * worn}", shape,
-                      f"<= {WITHIN}", shape <= WITHIN),
-                Claim(f"{name}: within 2 std{ONE_SIZE * (not varies)}", inside, "0.90 to 0.97",
-                      0.9 <= inside <= 0.97),
+                _claim(f"{name}: share of seeds within 0.03", share, ">= 0.95", share >= 0.95, lost),
+                _claim(f"{name}: function over the inner shifts, rms", shape, f"<= {WITHIN}", shape <= WITHIN,
+                       BENDS * worn),
+                _claim(f"{name}: within 2 std", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97, ONE_SIZE * (not varies)),
             ]  # fmt: skip
             if varies:
                 claims += _with_gauge(name, rows)
@@ -135,14 +134,8 @@ class ConicityBlind(Figure):
             ("true [-]", "least squares [-]", "least squares, track known, best cones"),
         ):
             right, correlation = order(wear[truth].to_numpy(), wear[column].to_numpy())
-            claims.append(
-                Claim(
-                    f"wear, {how}: runs in their right place{UNBOUND * how.startswith('without')}",
-                    right,
-                    "1",
-                    right == 1.0,
-                )
-            )
+            why = UNBOUND * how.startswith("without")
+            claims.append(_claim(f"wear, {how}: runs in their right place", right, "1", right == 1.0, why))
             claims.append(Claim(f"wear, {how}: rank correlation", correlation, ">= 0.9", correlation >= 0.9))
         claims += _order_claims(wear)
         worn = rows_where(table, table["case"] == BOUNDED_CASE).dropna(subset=["bound [-]"])
@@ -165,6 +158,11 @@ class ConicityBlind(Figure):
             "mean. Rail and gauge cannot be told apart at an instant; over a minute only the right wheel makes both "
             "look like rails and gauge; least known is the gauge's mean, which shifts the wheel's profile.",
         ]
+
+
+def _claim(text: str, value: float, target: str, held: bool, why: str) -> Claim:
+    """A claim that says why where it is not held."""
+    return Claim(text + why * (not held), value, target, held)
 
 
 def one(
@@ -267,11 +265,12 @@ def _with_gauge(name: str, rows: pd.DataFrame) -> list[Claim]:
     bend, turn = float(np.mean(apart - nominal)), float(np.mean(together - apart))
     bound = float(np.median(rows["own std [-]"].to_numpy()))
     return [
-        Claim(
-            f"{name}: share of runs whose own best cone is within 0.03{SEARCH * (CASES[name][0] > 0.0)}",
+        _claim(
+            f"{name}: share of runs whose own best cone is within 0.03",
             share,
             ">= 0.95",
             share >= 0.95,
+            SEARCH * (CASES[name][0] > 0.0),
         ),
         Claim(f"{name}: what the profile's bends take from the best cone, gauge independent", bend, "< 0", bend < 0.0),
         Claim(f"{name}: what the motion takes more, being largest on wide gauge", turn, "< 0", turn < 0.0),

@@ -69,6 +69,15 @@ def test_a_second_effect_must_bring_more_than_the_model_is_wrong_by(problem: Any
     assert judge(problem, NULL, [first, little])[0].hypothesis is first
 
 
+def test_loudest_sections_let_nothing_in_but_count_between_what_is_in(problem: Any):
+    """A local effect keeps all of its sections: it would beat a better one that acts everywhere and loses three."""
+    everywhere, local = _hypothesis(("weak_roll_bar",), 20.0, 20.0), _hypothesis(("hanging_sleepers",), 18.0, 18.0)
+    judged = judge(problem, NULL, [local, everywhere])
+    assert judged[0].hypothesis is everywhere
+    assert judged[0].evidence < judged[1].evidence
+    assert judged[0].standing > judged[1].standing
+
+
 def test_a_law_without_a_name_takes_it_away_where_it_is_clearly_better(problem: Any):
     named = _hypothesis(("weak_roll_bar",), 20.0, 20.0)
     judged = tuple(judge(problem, NULL, [named]))
