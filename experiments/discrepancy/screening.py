@@ -5,7 +5,6 @@ gain, and the likeness of the residual's spectrum to the effect's. Signatures co
 with a place or a time of their own are run for this recording.
 """
 
-import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -99,8 +98,28 @@ class Projection:
         J^T M^-1 J s) / 2; what the numbers could gain by themselves is no gain.
         """
         along = self.along(signatures) if along is None else along
-        across = signatures @ self.residual
-        size = np.einsum("pn,pn->p", signatures, signatures)
+        across, size = signatures @ self.residual, np.einsum("pn,pn->p", signatures, signatures)
+        gain, which, factor, moved, left = self.weighed(along, across, size)
+        taken = factor * signatures[which] + moved @ self.flat
+        return Judgement(which, factor, gain, moved, taken, left)
+
+    def stretches(self, signature: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Products of a signature (n,) with derivatives (t + 1, numbers), residual (t + 1,) and itself (t + 1,), summed
+        up to each frame: differences are those of the signature between two frames.
+        """
+        count = int(self.frames.sum())
+        rows = signature.reshape(count, -1)
+        along = np.einsum("mtn,tn->tm", self.flat.reshape(len(self.flat), count, -1), rows)
+        parts = along, (rows * self.residual.reshape(count, -1)).sum(axis=1), (rows**2).sum(axis=1)
+        along, across, size = (np.concatenate([0.0 * part[:1], np.cumsum(part, axis=0)]) for part in parts)
+        return along, across, size
+
+    def weighed(
+        self, along: np.ndarray, across: np.ndarray, size: np.ndarray
+    ) -> tuple[float, int, float, np.ndarray, float]:
+        """Gain of the best of some signatures, which it is, its scale, how the numbers move, and its power left, from
+        products with the derivatives (p, numbers), with the residual (p,) and with itself (p,).
+        """
         best = (-np.inf, 0, 1.0, np.zeros(0), 0.0)
         for inverse, own, relief in self._sets:
             follow = along @ inverse
@@ -113,9 +132,7 @@ class Projection:
             top = int(np.argmax(gain))
             if gain[top] > best[0]:
                 best = float(gain[top]), top, float(scale[top]), move[top], float(power[top])
-        gain, which, factor, moved, left = best
-        taken = factor * signatures[which] + moved @ self.flat
-        return Judgement(which, factor, gain, moved, taken, left)
+        return best
 
 
 @dataclass(frozen=True)
@@ -286,9 +303,11 @@ def _matched(
 def _stretches(
     problem: Problem, fit: Fit, projection: Projection, candidate: Candidate, change_of: ChangeOf
 ) -> list[dict[str, float]]:
-    """From where to where it may be: run over the whole way, and frames before and after a stretch left out."""
+    """From where to where it may be: run over the whole way, frames before and after a stretch left out."""
     free = candidate.parameters
     at = np.append(distance_at(problem, problem.frames.starts), free["place"].high)
+    first, last = np.triu_indices(len(at), 1)
+    trained = np.concatenate([[0], np.cumsum(problem.train)])  # frames of the projection before each
     found: list[dict[str, float]] = []
     tried = list(candidate.at_tones()) if "wavelength" in free else [next(iter(candidate.sizes()))]
     for values in tried:
@@ -296,14 +315,11 @@ def _stretches(
         change = change_of(candidate, whole)
         if change is None:
             continue
-        pieces: Turned = []
-        for first, last in itertools.combinations(range(len(at)), 2):
-            inside = np.zeros((len(at) - 1, 1), np.complex64)
-            inside[first:last] = 1.0
-            end = free["length"].high if last == len(at) - 1 else max(at[last] - at[first], free["length"].low)
-            begin = float(np.clip(at[first], free["place"].low, free["place"].high))
-            pieces.append(({**whole, "place": begin, "length": end}, inside))
-        found.append(_judge(problem, fit, projection, candidate, change, pieces).tried)
+        sums = projection.stretches(projection.row(_white(problem, change)))
+        _, which, *_ = projection.weighed(*(one[trained[last]] - one[trained[first]] for one in sums))
+        end = free["length"].high if last[which] == len(at) - 1 else at[last[which]] - at[first[which]]
+        begin = float(np.clip(at[first[which]], free["place"].low, free["place"].high))
+        found.append({**whole, "place": begin, "length": max(float(end), free["length"].low)})
     return found
 
 

@@ -65,3 +65,18 @@ def test_a_nuisance_that_stood_in_for_an_effect_comes_back_from_its_bound():
     taken = 0.5 * float((WEIGHT * left).ravel() @ (WEIGHT * left).ravel())
     assert found.gain > taken + 0.9 * 0.5 * TOLERATED**2
     assert -TOLERATED - 0.1 < found.move[0] < -0.9 * (TOLERATED - 0.5)
+
+
+def test_a_stretch_of_a_signature_is_weighed_by_sums():
+    """As the signature that is nought outside it."""
+    rng = np.random.default_rng(10)
+    projection = Projection(_fit(rng.standard_normal((3, 9, 4, 2)), rng.standard_normal((9, 4, 2))), np.ones(9, bool))
+    own = rng.standard_normal(72)
+    first, last = np.triu_indices(10, 1)
+    along, across, size = projection.stretches(own)
+    found = projection.weighed(*(one[last] - one[first] for one in (along, across, size)))
+    inside = (np.arange(9) >= first[:, None]) & (np.arange(9) < last[:, None])
+    judged = projection.judge(np.repeat(inside, 8, axis=1) * own)
+    assert found[1] == judged.which
+    assert np.allclose(found[0], judged.gain)
+    assert np.allclose(found[3], judged.move)
