@@ -8,9 +8,7 @@ from railsim.quality._signals import filled, runs, whitened
 LONGEST = 24  # samples; the model has 32 taps and knows little of longer runs
 
 
-def restored(
-    values: np.ndarray, at: np.ndarray, rate: float, prediction: np.ndarray, limited: bool = True
-) -> np.ndarray:
+def restored(values: np.ndarray, at: np.ndarray, rate: float, prediction: np.ndarray) -> np.ndarray:
     """Values with the samples `at` replaced by those that the model predicts best from both sides; shape (n,).
 
     Least squares on the prediction error (Janssen, Veldhuis and Vries 1986, IEEE Trans. ASSP 34, 317-330). A limited
@@ -40,7 +38,7 @@ def restored(
         found += prediction[first + unknown]
         read = values[first + unknown]
         outward = np.sign(read - middle)
-        new[first + unknown] = np.where(limited & ((found - read) * outward < 0.0), read, found)
+        new[first + unknown] = np.where((found - read) * outward < 0.0, read, found)
     for first, last in long:
         new[first:last] = np.nan
     return new

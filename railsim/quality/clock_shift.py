@@ -69,21 +69,19 @@ class ClockShift(Check, frozen=True):
         early = float(shifts[best])
         time = tables(measured)[rates[0]]
         word = "early" if early < 0 else "late"
-        found = [
-            Finding(
-                "clock shift",
-                f"time [s] at {rates[0]:g} Hz",
-                float(time[0]),
-                float(time[-1]),
-                f"{1e3 * abs(early):.3g} ms {word} beside the table at {rates[1]:g} Hz"
-                f" (likelihood ratio exp({gained:.0f}))",
-                "check how the loggers are triggered; the table is moved",
-                repair="shift",
-                amount=-early,
-                other=f"time [s] at {rates[1]:g} Hz",
-            )
-        ]
-        return [replace(one, amount=one.amount - _left(repaired(measured, [one]), rates)) for one in found]
+        found = Finding(
+            "clock shift",
+            f"time [s] at {rates[0]:g} Hz",
+            float(time[0]),
+            float(time[-1]),
+            f"{1e3 * abs(early):.3g} ms {word} beside the table at {rates[1]:g} Hz"
+            f" (likelihood ratio exp({gained:.0f}))",
+            "check how the loggers are triggered; the table is moved",
+            repair="shift",
+            amount=-early,
+            other=f"time [s] at {rates[1]:g} Hz",
+        )
+        return [replace(found, amount=found.amount - _left(repaired(measured, [found]), rates))]
 
 
 def _between(measured: Measurements, related: list[Relation], rates: tuple[float, float]) -> list[Relation]:
