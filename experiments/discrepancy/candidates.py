@@ -14,6 +14,7 @@ from railsim.registry import discover
 
 MOST_VARIANTS = 8
 FAR = 0.9  # of the way to a bound
+CLOSE, FEW = 2.2, 100.0  # largest ratio of a size and the next
 THRESHOLDS = (0.3, 1.0, 0.05)  # of the smallest size's distance from the bound, for numbers like a velocity of blow-off
 UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no name
 ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
@@ -142,16 +143,27 @@ class Candidate:
         return self.kind.build({**dict(self.choices), **values})
 
     def sizes(self) -> Iterator[dict[str, float]]:
-        """Values of the free numbers to screen with: the middle size first, then smaller and larger ones, to both
-        sides of where the effect is absent.
+        """Values of the free numbers to screen with: the middle size first, then all from small to large, to both sides
+        of where the effect is absent.
         """
         free = self.parameters
         sized = [name for name, one in free.items() if one.absent is not None and one.smallest is not None]
-        ways = [_ladder(free[name]) for name in sized]
+        ways = [_ladder(free[name], self._ratio) for name in sized]
         for steps in itertools.zip_longest(*ways) if ways else [()]:
             last = [way[-1] if step is None else step for step, way in zip(steps, ways, strict=True)]
             middle = {name: _within(one, one.default) for name, one in free.items()}
             yield middle | dict(zip(sized, last, strict=True))
+
+    @property
+    def _ratio(self) -> float:
+        """Between a size and the next: a large effect is not like a small one made larger, but for what turns with a
+        wheel and what sensors add; what is run anew for each recording, or at many frequencies, must do with few.
+        """
+        return (
+            FEW
+            if self.phases or self.of_sensor or self.local or any(name in GRID for name in self.parameters)
+            else CLOSE
+        )
 
     def banked(self) -> Iterator[dict[str, float]]:
         """All sizes, at several frequencies where it has one of its own and no place in the spectrum is usual."""
@@ -243,20 +255,22 @@ def _options(annotation: Any) -> tuple[Any, ...]:
     return (False, True) if annotation is bool else ()
 
 
-def _ladder(parameter: Parameter) -> list[float]:
-    """Sizes on each side of `absent`: middle, smallest worth naming, close to the bound; a few of them."""
+def _ladder(parameter: Parameter, ratio: float) -> list[float]:
+    """Sizes on each side of `absent`: a middle one first, then from the smallest worth naming to close to the bound,
+    each at most `ratio` times the one before.
+    """
     absent = parameter.absent if parameter.absent is not None else parameter.default
     smallest = parameter.smallest if parameter.smallest is not None else parameter.default
     near = max(abs(smallest - absent), 1e-12)
     first = 1.0 if smallest >= absent else -1.0
-    sizes = _side(parameter, absent, near, first)
+    sizes = _side(parameter, absent, near, first, ratio)
     other = parameter.low if first > 0 else parameter.high
     if abs(other - absent) > 0.5 * near:
-        sizes = [*sizes[:2], *_side(parameter, absent, near, -first)[:2]]
+        sizes = [*sizes, *_side(parameter, absent, near, -first, ratio)]
     return sizes
 
 
-def _side(parameter: Parameter, absent: float, near: float, sign: float) -> list[float]:
+def _side(parameter: Parameter, absent: float, near: float, sign: float, ratio: float) -> list[float]:
     bound = parameter.high if sign > 0 else parameter.low
     far = FAR * abs(bound - absent)
     if (
@@ -264,7 +278,9 @@ def _side(parameter: Parameter, absent: float, near: float, sign: float) -> list
     ):  # a threshold: what is far from where it is absent is still small, and all happens close to the bound
         left = max(abs(bound - absent) - near, 0.0)
         return [bound - sign * share * left for share in THRESHOLDS]
-    return [absent + sign * size for size in (math.sqrt(near * far), near, far)]
+    steps = 2 * max(1, math.ceil(0.5 * math.log(far / near) / math.log(ratio)))
+    sizes = [absent + sign * float(size) for size in np.geomspace(near, far, steps + 1)]
+    return [sizes.pop(steps // 2), *sizes]
 
 
 def _within(parameter: Parameter, value: float) -> float:

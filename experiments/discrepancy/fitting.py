@@ -37,7 +37,7 @@ MOST_STEPS = 12
 FRESH = 2  # times that a fit that is held up goes on with the derivatives with which it began
 CONVERGED = 0.3  # nats that a step must be expected to bring
 SHARE_SCALE = 0.2  # of an effect's number, beside one standard deviation of a nuisance, in the secant condition
-STRONG = 20.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
+SHOWN = 1.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
 WEIGHT = 1.0 / np.sqrt(REDUNDANCY)
 
 
@@ -225,22 +225,19 @@ def _begun(
     return _with_columns(problem, best, best)
 
 
-def linearised(problem: Problem, fit: Fit, sensors_only: bool = False) -> Fit:
-    """The fit with derivatives made anew at its own point: where the data say much about a number, by a run each; those
-    by the sensors' errors cost no run of their own.
+def linearised(problem: Problem, fit: Fit) -> Fit:
+    """The fit with derivatives made anew at its own point, where the data say anything about a number: by a run each,
+    but for those by the sensors' errors.
     """
-    what = "sensed" if sensors_only else "linearised"
-    return _kept(problem, what, fit, fit.candidates, (), lambda: _linearised(problem, fit, sensors_only))
+    return _kept(problem, "linearised", fit, fit.candidates, (), lambda: _linearised(problem, fit))
 
 
-def _linearised(problem: Problem, fit: Fit, sensors_only: bool) -> Fit:
+def _linearised(problem: Problem, fit: Fit) -> Fit:
     forward = problem.forward
-    n = len(fit.z)
     setup, truth = forward.run(fit.z, fit.effects)
 
     def column(number: int) -> np.ndarray:
-        kept = sensors_only and not forward.nuisances[number].of_sensor
-        if kept or np.sum((WEIGHT * fit.jacobian[number][problem.train]) ** 2) < STRONG:
+        if np.sum((WEIGHT * fit.jacobian[number][problem.train]) ** 2) < SHOWN:
             return fit.columns[number]
         step = forward.nuisances[number].step(float(fit.z[number]))
         moved = fit.z.copy()
@@ -251,8 +248,7 @@ def _linearised(problem: Problem, fit: Fit, sensors_only: bool) -> Fit:
             prediction = forward.predict(moved, fit.effects)
         return ((problem.stacked(prediction) - fit.stacked) / step).astype(np.complex64)
 
-    own = fit.columns[n:] if sensors_only else _effect_columns(problem, fit)
-    columns = np.concatenate([np.stack(in_parallel(column, range(n))), own])
+    columns = np.concatenate([np.stack(in_parallel(column, range(len(fit.z)))), _effect_columns(problem, fit)])
     return replace(fit, columns=columns, jacobian=problem.whitened_columns(columns))
 
 
@@ -264,18 +260,23 @@ def improved(problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda te
 
 
 def _improved(problem: Problem, fit: Fit) -> Fit:
-    begun, small, fresh = fit, 0, FRESH
+    begun, small, fresh, here = fit, 0, FRESH, fit
     for _ in range(MOST_STEPS):
         moved, expected = _step(problem, fit)
         gain = fit.cost(problem.train) - moved.cost(problem.train)
-        if gain <= 0.0 and expected > CONVERGED and fresh and not np.array_equal(moved.columns, begun.columns):
-            fit, fresh = _with_columns(problem, moved, begun), fresh - 1
+        if gain <= 0.0 and expected > CONVERGED and fresh and not _same_place(moved, here):
+            here = fit = _with_columns(problem, moved, begun)
+            fresh -= 1
             continue
         fit = moved
         small = small + 1 if gain < CONVERGED else 0
         if expected < CONVERGED or small > 1:
             break
     return fit
+
+
+def _same_place(one: Fit, other: Fit) -> bool:
+    return np.array_equal(one.z, other.z) and np.array_equal(one.shares, other.shares)
 
 
 def _with_columns(problem: Problem, fit: Fit, begun: Fit) -> Fit:

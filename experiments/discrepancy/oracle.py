@@ -11,7 +11,7 @@ from experiments.discrepancy.candidates import DISTANCES, TIMES
 from experiments.discrepancy.decide import held_out_gap
 from experiments.discrepancy.fitting import WEIGHT, Problem, improved, starting_fit
 from experiments.discrepancy.hypothesis import DROPPED
-from experiments.discrepancy.refining import nuisances_alone, unbiased
+from experiments.discrepancy.refining import nuisances_alone, polished
 from experiments.discrepancy.workflow import Findings
 from railsim import effects as library
 from railsim.effects.interface import Effect, Setup
@@ -44,7 +44,7 @@ def _expected(problem: Problem, effect: Effect) -> float:
         hidden = problem.but(measured=problem.stacked(problem.forward.predict(nominal, (effect,))))
     except InputError:
         return 0.0
-    null = unbiased(hidden, nuisances_alone(hidden, nominal, _silent), _silent).fit
+    null = polished(hidden, nuisances_alone(hidden, nominal, _silent), _silent).fit
     frames = 0.5 * ((WEIGHT * null.residual[problem.train]) ** 2).sum(axis=(1, 2))
     local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
     loudest = 0.0 if local else float(np.sort(frames)[::-1][:DROPPED].sum())

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from experiments.discrepancy.decide import held_out_gap
+from experiments.discrepancy.decide import LARGE, held_out_gap
 from experiments.discrepancy.fitting import Problem, improved, linearised, moved_to, starting_fit
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, concluded
 from experiments.discrepancy.locate import locate
@@ -11,10 +11,9 @@ from railsim.errors import InputError
 WHITE = 1.03  # held-out gap from which nothing is left to explain
 LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 ROUNDS = 2
-RESTARTS = 3
-WORTH = 3.0  # nats that a further linearisation must have brought to go on
+WORTH = 30.0  # nats that a further linearisation must have brought to go on: the next brings a tenth or less
 LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
-BUDGET = {"fit": 400.0, "linearise": 700.0, "law": 850.0, "further": 900.0, "end": 1200.0}
+BUDGET = {"fit": 500.0, "linearise": 900.0, "law": 1000.0, "further": 1200.0, "end": 1500.0}
 """Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
 
 
@@ -23,22 +22,9 @@ def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell) -> Hypothesis:
     return concluded(problem, improved(problem, starting_fit(problem, z), tell))
 
 
-def unbiased(problem: Problem, null: Hypothesis, tell: Tell) -> Hypothesis:
-    """Nuisances alone, fitted on with the bank's derivatives as long as that brings something: what a fit's steps have
-    taught its derivatives on a long way can hold it up.
-    """
-    for _ in range(RESTARTS):
-        better = nuisances_alone(problem, null.fit.z, tell)
-        gain = better.log_evidence - null.log_evidence
-        null = better if gain > 0.0 else null
-        if gain < WORTH:
-            break
-    return null
-
-
 def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
     """With derivatives made anew at the hypothesis itself, as long as that brings something."""
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if held_out_gap(problem, one.fit) < LARGE else 1):
         if not time_for(problem, "linearise", f"derivatives at {one.label}", tell):
             break
         better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))

@@ -24,6 +24,7 @@ PHASES_TRIED = 24
 PLACES_TRIED = np.arange(-1.5, 1.6, 0.1)  # m
 TIMES_TRIED = np.arange(-1.0, 1.1, 0.1)  # s
 STRETCH_TRIED = 20.0 * TIMES_TRIED  # m, of a load along the track
+DELAYS_TRIED = np.concatenate([np.geomspace(0.001, 0.02, 10), np.arange(0.025, 1.0, 0.01)])  # s
 DETUNED = 1.0  # turns of a wave by the middle of the run
 TOGETHER = 32  # signatures that are judged at a time
 DROPPED = 3  # sections whose gain does not count
@@ -190,6 +191,8 @@ def _turned(problem: Problem, candidate: Candidate, values: dict[str, float]) ->
     """Numbers and the factor (k, f) that makes their signature of that of `values`: of what turns with a wheel at all
     phases, of what is short at places around it, of a wave at wavelengths around it.
     """
+    if candidate.name == "sensor_delay":
+        return list(_delayed(problem, candidate, values))
     if candidate.phases:
         name = candidate.phases[0]
         aside = 2.0 * np.pi * np.arange(PHASES_TRIED) / PHASES_TRIED - values[name]
@@ -210,6 +213,23 @@ def _turned(problem: Problem, candidate: Candidate, values: dict[str, float]) ->
         late = change * metres / speed if metres else np.full(len(speed), change)
         phase = np.exp(-2j * np.pi * problem.frames.frequencies * late[:, None]).astype(np.complex64)
         found.append(({**values, name: float(np.clip(values[name] + change, free.low, free.high))}, phase))
+    return found
+
+
+def _delayed(problem: Problem, candidate: Candidate, values: dict[str, float]) -> Turned:
+    """All delays by that of the smallest one, whose signature is the channel's derivative: (e^-iwd - 1) / (e^-iwe - 1).
+
+    A late channel is like itself a little later only within a part of a turn of its loudest wave.
+    """
+    free = candidate.parameters["delay"]
+    if free.smallest is None or values["delay"] > 1.01 * free.smallest:
+        return [(values, None)]
+    turn = np.exp(-2j * np.pi * problem.frames.frequencies[1:] * values["delay"]) - 1.0
+    found: Turned = []
+    for delay in DELAYS_TRIED[free.high >= DELAYS_TRIED]:
+        factor = np.exp(-2j * np.pi * problem.frames.frequencies[1:] * delay) - 1.0
+        whole = np.concatenate([[delay / values["delay"]], factor / turn])
+        found.append(({**values, "delay": float(delay)}, whole[None].astype(np.complex64)))
     return found
 
 

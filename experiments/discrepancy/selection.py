@@ -1,5 +1,6 @@
 """Selection: shortlisted effects are fitted with all nuisances; a second one joins where the first leaves something."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,12 +11,11 @@ import numpy as np
 from experiments.discrepancy.candidates import STRETCHES, Candidate
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
 from experiments.discrepancy.empirical import fit_empirical
-from experiments.discrepancy.fitting import Fit, Problem, improved, linearised, restarted, starting_fit, with_candidates
+from experiments.discrepancy.fitting import Fit, Problem, improved, restarted, starting_fit, with_candidates
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
 from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.refining import (
-    BUDGET,
     WHITE,
     noting,
     other_laws,
@@ -42,7 +42,7 @@ ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
 SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
 PLACES = 2  # where a law without a name is tried
 SLIGHT = 0.1  # of the size at which it looks best, from where a fit sets out once more that ended behind the nuisances
-SWAPPED = 2  # other first effects that are tried beside the best second one
+FIRSTS = 3  # effects beside which a second one is looked for
 
 
 @dataclass(frozen=True)
@@ -69,19 +69,17 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     """One effect, or two where one leaves something; each of two goes where the other alone does as well."""
     left_out: list[str] = []
     tell = noting(tell, left_out)
-    null = concluded(problem, improved(problem, linearised(problem, null.fit, sensors_only=True), tell))
     screened = tuple(screen(problem, null.fit, found, tell))
     if not _promising(located, screened, tell):
         stand = _with_law(Stand(problem, null, []), found, tell)
         return Selection(problem, null, screened, (), decide(problem, null, located, []), stand.tabled)
-    fitted = _fitted(problem, null, shortlist(screened), tell)
+    fitted = _fitted(problem, null, screened, found, tell)
     stand = Stand(problem, _fair(problem, null, fitted, tell), fitted)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
     stand = _with_law(_nearer(stand, tell), found, tell)
     stand = _other_law(stand, tell)
     if stand.leader is stand.best:
         stand = _with_law(_further(stand, found, tell), found, tell)
-    stand = _from_home(stand, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
     tabled = stand.tabled if stand.unexplained else None
@@ -137,50 +135,64 @@ class Stand:
         return something_left(self.problem, self.best)
 
 
-def _fitted(problem: Problem, null: Hypothesis, chosen: Sequence[Screened], tell: Tell) -> list[Hypothesis]:
-    """The shortlist, but for those that have no chance beside one that leaves only noise."""
+def _fitted(
+    problem: Problem, null: Hypothesis, screened: Sequence[Screened], found: Sequence[Candidate], tell: Tell
+) -> list[Hypothesis]:
+    """The shortlist, but for those that have no chance beside one that leaves only noise. Where nuisances alone leave
+    much they have been bent far, and effects are looked for and fitted from the nominal build too.
+    """
+    bases = [(null.fit, _shortlisted(screened))]
+    if held_out_gap(problem, null.fit) > LARGE:
+        home = starting_fit(problem, _at_home(problem, null))
+        bases.insert(0, (home, _shortlisted(screen(problem, home, found, tell))))
     fitted: list[Hypothesis] = []
-    far = held_out_gap(problem, null.fit) > LARGE
-    home = starting_fit(problem, _at_home(problem, null)) if far else null.fit
-    for one in chosen:
-        if one.gain < PROMISING or (fitted and not time_for(problem, "fit", one.candidate.label, tell)):
+    for label in _in_turn([chosen for _, chosen in bases]):
+        if fitted and not time_for(problem, "fit", label, tell):
             continue
-        if fitted and _hopeless(one, chosen, max(fitted, key=lambda other: other.log_evidence), problem):
+        best = max(fitted, key=lambda one: one.log_evidence, default=None)
+        if best is not None and all(_hopeless(label, chosen, best, problem) for _, chosen in bases):
             continue
-        starts = [(one.z, [one.values]), (null.fit.z, [one.values]), (one.z, [one.tried])]
-        starts += [(one.z, [values]) for values in _stretched(one)]
-        if far:
-            starts += [(home.z, [values]) for values in (one.values, *_sizes(one))]
-        made = hypothesis(problem, home if far else null.fit, (one.candidate,), starts, tell)
-        if made is None or made.log_evidence < null.log_evidence:
-            slight = [(null.fit.z, [scaled(one.candidate, one.values, SLIGHT)])]
-            other = hypothesis(problem, null.fit, (one.candidate,), slight, tell)
-            made = max(
-                (fit for fit in (made, other) if fit is not None), key=lambda fit: fit.log_evidence, default=None
-            )
+        made: Hypothesis | None = None
+        for base, chosen in bases:
+            if made is None or (something_left(problem, made) and label in chosen):
+                made = _better(made, _begun(problem, null, base, _any_of(label, chosen, bases), tell))
         if made is not None:
             fitted.append(made)
             tell(f"{made.label}: {made.log_evidence - null.log_evidence:+.1f} nats")
     return fitted
 
 
-def _from_home(stand: Stand, tell: Tell) -> Stand:
-    """With the best effect fitted from the nominal build too, where nuisances alone had been bent far: two ends of one
-    valley (a lighter vehicle with less friction) cost nearly the same on the way and not at its bottom.
-    """
-    problem, best = stand.problem, stand.best
-    if best is stand.null or held_out_gap(problem, stand.null.fit) < LARGE:
-        return stand
-    home = starting_fit(problem, _at_home(problem, best))
-    try:
-        fit = with_candidates(problem, home, best.candidates, [(home.z, best.fit.shares)])
-    except InputError:
-        return stand
-    other = polished(problem, concluded(problem, improved(problem, fit, tell)), tell)
-    tell(f"{best.label} from the nominal build: {other.log_evidence - best.log_evidence:+.1f} nats")
-    if other.log_evidence <= best.log_evidence:
-        return stand
-    return replace(stand, fitted=[other if one is best else one for one in stand.fitted])
+def _shortlisted(screened: Sequence[Screened]) -> dict[str, Screened]:
+    return {one.candidate.label: one for one in shortlist(screened) if one.gain > PROMISING}
+
+
+def _in_turn(lists: Sequence[dict[str, Screened]]) -> list[str]:
+    """Labels of all lists, the first of each, then the second of each."""
+    turns = itertools.zip_longest(*lists)
+    return list(dict.fromkeys(label for turn in turns for label in turn if label is not None))
+
+
+def _any_of(label: str, chosen: dict[str, Screened], bases: Sequence[tuple[Fit, dict[str, Screened]]]) -> Screened:
+    return chosen[label] if label in chosen else next(other[label] for _, other in bases if label in other)
+
+
+def _better(one: Hypothesis | None, other: Hypothesis | None) -> Hypothesis | None:
+    both = [fit for fit in (one, other) if fit is not None]
+    return max(both, key=lambda fit: fit.log_evidence, default=None)
+
+
+def _begun(problem: Problem, null: Hypothesis, base: Fit, one: Screened, tell: Tell) -> Hypothesis | None:
+    """A screened effect fitted from where it was screened, or from the nominal build at all of its sizes."""
+    starts = [(one.z, [one.values]), (base.z, [one.values]), (one.z, [one.tried])]
+    if base is not null.fit:
+        starts = [(base.z, [values]) for values in (one.values, *_sizes(one))]
+        return hypothesis(problem, base, (one.candidate,), starts, tell)
+    starts += [(one.z, [values]) for values in _stretched(one)]
+    made = hypothesis(problem, base, (one.candidate,), starts, tell)
+    if made is None or made.log_evidence < null.log_evidence:
+        slight = [(base.z, [scaled(one.candidate, one.values, SLIGHT)])]
+        made = _better(made, hypothesis(problem, base, (one.candidate,), slight, tell))
+    return made
 
 
 def _stretched(one: Screened) -> list[dict[str, float]]:
@@ -271,14 +283,16 @@ def _other_law(stand: Stand, tell: Tell) -> Stand:
     return stand
 
 
-def _hopeless(one: Screened, chosen: Sequence[Screened], best: Hypothesis, problem: Problem) -> bool:
+def _hopeless(label: str, chosen: dict[str, Screened], best: Hypothesis, problem: Problem) -> bool:
     """Whether a hypothesis that leaves only noise is there already and this one's signature does far less, or next to
     nothing beside one that takes much.
     """
-    leader = max(other.gain for other in chosen)
-    if one.gain < NEGLIGIBLE * leader - FAIR_CHANCE:
+    if label not in chosen:
         return True
-    return held_out_gap(problem, best.fit) < WHITE and one.gain < HOPELESS * leader - FAIR_CHANCE
+    gain, leader = chosen[label].gain, max(other.gain for other in chosen.values())
+    if gain < NEGLIGIBLE * leader - FAIR_CHANCE:
+        return True
+    return held_out_gap(problem, best.fit) < WHITE and gain < HOPELESS * leader - FAIR_CHANCE
 
 
 def _fair(problem: Problem, null: Hypothesis, fitted: Sequence[Hypothesis], tell: Tell) -> Hypothesis:
@@ -295,8 +309,9 @@ def _fair(problem: Problem, null: Hypothesis, fitted: Sequence[Hypothesis], tell
 
 
 def _noise_there(stand: Stand, tell: Tell) -> Stand:
-    """The noise as the best hypothesis passes the track's errors on, and the nearest classes fitted on with it, where
-    two classes are close or something is left.
+    """The noise as the best hypothesis passes the track's errors on, where two classes are close or something is left;
+    the nearest classes are fitted on with it, and in the latter case those that take most, borne out or not: either may
+    be one of two.
     """
     judged = stand.judged
     if not judged or judged[0].evidence < 0.5 * ENOUGH or not (_close(judged) or stand.unexplained):
@@ -305,10 +320,11 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
     tell(f"track errors propagated through {first.label}")
     problem = stand.problem.with_noise(first.fit.z, first.fit.effects)
     reach = max(2.0 * RIVAL, OUT_OF_REACH * judged[0].standing)
+    close = [one.hypothesis for one in judged if one.standing > judged[0].standing - reach]
+    most = sorted(stand.fitted, key=lambda one: -one.log_evidence)[: FIRSTS if stand.unexplained else 0]
     nearest: dict[frozenset[str], Hypothesis] = {}
-    for one in judged:
-        if one.standing > judged[0].standing - reach:
-            nearest.setdefault(one.hypothesis.classes, one.hypothesis)
+    for one in (*(close[:1]), *most, *close):
+        nearest.setdefault(one.classes, one)
     near = list(nearest.values())[:NEAREST]
     return Stand(problem, again(problem, stand.null, tell), [again(problem, one, tell) for one in near])
 
@@ -330,48 +346,49 @@ def _close(judged: Sequence[Judged]) -> bool:
 
 def _further(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     """With a second effect beside the best, where one is promising: of all where something is left, else of those
-    that are quickly looked at.
+    that are quickly looked at. What is left then may be so because the best is not even half of it, so others that
+    take much by themselves, borne out or not, are tried as the first of two as well.
     """
-    problem, first = stand.problem, stand.best
-    if first is stand.null or not time_for(problem, "further", "a further effect", tell):
+    if stand.best is stand.null:
         return stand
-    rest = [one for one in found if one.equivalence not in first.classes and (stand.unexplained or not one.local)]
-    base = _base(stand)
-    screened = best_of(screen(problem, base, rest, tell))
-    loud = PROMISING if stand.unexplained else GLANCE
-    seconds = [one for one in screened if (one.gain if stand.unexplained else one.robust) > loud]
-    chosen = [*_first_of(seconds, False), *_first_of(seconds, True)]
-    if chosen:
-        tell(f"beside {first.label}: {', '.join(one.candidate.label for one in chosen)}")
-    made = [
-        _paired(problem, first, base, one, tell)
-        for one in chosen
-        if time_for(problem, "end", f"{first.label} with {one.candidate.label}", tell)
-    ]
-    pairs = [one for one in made if one is not None]
-    return replace(stand, fitted=[*stand.fitted, *pairs, *_swapped(stand, pairs, tell)])
+    pairs: list[Hypothesis] = []
+    for first in _firsts(stand):
+        if not time_for(stand.problem, "further", f"a further effect beside {first.label}", tell):
+            break
+        rest = [one for one in found if one.equivalence not in first.classes and (stand.unexplained or not one.local)]
+        base = _base(stand.problem, first)
+        screened = best_of(screen(stand.problem, base, rest, tell))
+        loud = PROMISING if stand.unexplained else GLANCE
+        seconds = [one for one in screened if (one.gain if stand.unexplained else one.robust) > loud]
+        chosen = [*_first_of(seconds, False), *_first_of(seconds, True)]
+        if chosen:
+            tell(f"beside {first.label}: {', '.join(one.candidate.label for one in chosen)}")
+        for one in chosen:
+            if time_for(stand.problem, "end", f"{first.label} with {one.candidate.label}", tell):
+                made = _paired(stand.problem, first, base, one, tell)
+                pairs += [made] if made is not None else []
+        if pairs and not something_left(stand.problem, max(pairs, key=lambda one: one.log_evidence)):
+            break
+    return replace(stand, fitted=[*stand.fitted, *pairs, *_second_alone(stand, pairs, tell)])
 
 
-def _swapped(stand: Stand, pairs: Sequence[Hypothesis], tell: Tell) -> list[Hypothesis]:
-    """The second effect of the best pair with other first ones, and alone."""
+def _firsts(stand: Stand) -> list[Hypothesis]:
+    """The best, and where it leaves something those that take most by themselves; each class once."""
+    ordered = sorted(stand.fitted, key=lambda one: -one.log_evidence) if stand.unexplained else []
+    firsts = {one.classes: one for one in reversed(ordered) if one.log_evidence > stand.null.log_evidence}
+    others = [one for one in reversed(firsts.values()) if one.classes != stand.best.classes]
+    return [stand.best, *sorted(others, key=lambda one: -one.log_evidence)][:FIRSTS]
+
+
+def _second_alone(stand: Stand, pairs: Sequence[Hypothesis], tell: Tell) -> list[Hypothesis]:
+    """The second effect of the best pair by itself."""
     if not pairs:
         return []
-    problem = stand.problem
     best = max(pairs, key=lambda one: one.log_evidence)
     second, values = best.candidates[1], best.values[1]
     tell(f"{best.label}: {best.log_evidence - stand.best.log_evidence:+.1f} nats more")
-    others: list[Hypothesis] = []
-    for one in stand.judged[1:]:
-        classes = {*best.classes, *(other.candidate.equivalence for other in others)}
-        if problem.forward.meter.spent > BUDGET["end"]:
-            break
-        if len(others) < SWAPPED and one.hypothesis.candidate.equivalence not in classes:
-            both = (one.hypothesis.candidate, second)
-            starts = [(one.hypothesis.fit.z, [one.hypothesis.values[0], values])]
-            swapped = hypothesis(problem, one.hypothesis.fit, both, starts, tell)
-            others += [swapped] if swapped is not None else []
-    alone = hypothesis(problem, best.fit, (second,), [(best.fit.z, [values])], tell)
-    return [*others, *([alone] if alone is not None else [])]
+    alone = hypothesis(stand.problem, best.fit, (second,), [(best.fit.z, [values])], tell)
+    return [alone] if alone is not None else []
 
 
 def _first_of(screened: Sequence[Screened], in_places: bool) -> list[Screened]:
@@ -383,9 +400,8 @@ def _first_of(screened: Sequence[Screened], in_places: bool) -> list[Screened]:
     return list(names.values())[: SECONDS[in_places]]
 
 
-def _base(stand: Stand) -> Fit:
-    """Where a further effect is looked for: at the best effect, with the nominal build where much is left."""
-    problem, first = stand.problem, stand.best
+def _base(problem: Problem, first: Hypothesis) -> Fit:
+    """Where a further effect is looked for: at the first one, with the nominal build where much is left."""
     if held_out_gap(problem, first.fit) < LARGE:
         return first.fit
     home = starting_fit(problem, _at_home(problem, first))

@@ -18,7 +18,7 @@ from experiments.discrepancy.journal import Journal
 from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.places import tones
-from experiments.discrepancy.refining import nuisances_alone, other_laws, unbiased
+from experiments.discrepancy.refining import nuisances_alone, other_laws, polished
 from experiments.discrepancy.screening import Screened
 from experiments.discrepancy.selection import select
 from railsim.errors import InputError
@@ -84,7 +84,8 @@ def investigate(
     located = locate(problem, null.fit)
     if located.worth_looking:
         problem, null = _better_law(problem, null, tell)
-        located = locate(problem, null.fit)
+    null = polished(problem, null, tell)
+    located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
     context = replace(context_of(problem, located), tones=tones(problem, null.fit))
     tell("tones: " + (", ".join(f"{one:.2f} Hz" for one, _ in context.tones) or "none"))
@@ -105,7 +106,7 @@ def _settled(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, H
     """Nuisances alone, fitted on with the sensors' noise levels and the model's share of the noise read from them."""
     problem = problem.with_level(null.fit.stacked)
     problem = problem.with_covariance(null.fit.stacked, problem.bank.propagated if problem.bank else None)
-    return problem, unbiased(problem, again(problem, null, tell), tell)
+    return problem, again(problem, null, tell)
 
 
 def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:

@@ -3,11 +3,11 @@
 import numpy as np
 
 from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.fitting import Fit, Problem, _taught
+from experiments.discrepancy.fitting import Fit, Problem, _taught, linearised, restarted, starting_fit
 from experiments.discrepancy.forward import Alignment, Forward
 from experiments.discrepancy.frames import Frames
 from experiments.discrepancy.noise import whitener
-from experiments.discrepancy.refining import nuisances_alone, unbiased
+from experiments.discrepancy.refining import nuisances_alone, polished
 
 K, F, C = 5, 4, 2
 REACH = 0.1  # m, that start and end of the run are off
@@ -57,5 +57,22 @@ def test_nuisances_explain_a_recording_that_nuisances_made(problem: Problem):
         if one.kind in ("start", "speed"):
             truth[number] *= REACH / max(one.std * (1.0 if one.kind == "start" else 100.0), REACH)  # decimetres
     recording = problem.but(measured=problem.stacked(problem.forward.predict(truth)))
-    found = unbiased(recording, nuisances_alone(recording, np.zeros(len(truth)), print), print)
+    found = polished(recording, nuisances_alone(recording, np.zeros(len(truth)), print), print)
     assert found.fit.cost(problem.train) <= 0.5 * float(truth @ truth)
+
+
+def test_derivatives_made_at_a_point_predict_what_a_small_step_away_is_like(problem: Problem):
+    """Along the track above all: sections a little later or earlier look much alike, so errors of a few per cent in the
+    large derivatives by start and speed would drown all else, and fits would stop where nothing is.
+    """
+    rng = np.random.default_rng(3)
+    least, most = problem.forward.bounds
+    along = np.array([one.kind in ("start", "speed") for one in problem.forward.nuisances])
+    z = np.where(along, 0.0, np.clip(rng.standard_normal(len(least)), 0.8 * least, 0.8 * most))
+    fit = linearised(problem, starting_fit(problem, z))
+    for which, off in ((along, 0.01), (~along, 0.03)):
+        step = np.clip(z + np.where(which, 0.01 * rng.standard_normal(len(z)), 0.0), least, most) - z
+        change = restarted(problem, fit, z + step).stacked - fit.stacked
+        told = np.tensordot(step, fit.columns, axes=1)
+        white = [np.linalg.norm(problem.whitened(one)[problem.train]) for one in (change - told, change)]
+        assert white[0] < off * white[1]
