@@ -22,8 +22,7 @@ FURTHER = 5.0  # nats that a second effect must bring beyond its own evidence,
 COARSE = 0.005  # and this share of what the first brings: what the model itself is wrong by
 BORNE_OUT = 0.2  # of the training frames' evidence, frame for frame, that held-out frames must show
 HARMLESS = 3.0  # nats that an effect of one place, which held-out frames may not have seen, may cost there
-CLEARLY = 20.0  # nats by which a tabled law must be ahead of a named effect,
-TABLED = 0.02  # and this share of what the effect brings
+CLEARLY = 20.0  # nats by which a tabled law must be ahead of a named effect, and as coarse a share as above
 
 
 @dataclass(frozen=True)
@@ -177,7 +176,7 @@ def contested(decision: Decision, null: Hypothesis, law: Hypothesis) -> Decision
 def ahead(null: Hypothesis, named: Hypothesis, law: Hypothesis) -> bool:
     """Whether a tabled law is clearly better than an effect of the library."""
     gain = max(0.0, named.log_evidence - null.log_evidence)
-    return law.log_evidence > named.log_evidence + CLEARLY + TABLED * gain
+    return law.log_evidence > named.log_evidence + CLEARLY + COARSE * gain
 
 
 def _share_gone(problem: Problem, located: Located, first: Judged) -> float:

@@ -5,6 +5,7 @@ gain, and the likeness of the residual's spectrum to the effect's. Signatures co
 with a place or a time of their own are run for this recording.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -323,7 +324,9 @@ def _matched(
 def _stretches(
     problem: Problem, fit: Fit, projection: Projection, candidate: Candidate, change_of: ChangeOf
 ) -> list[dict[str, float]]:
-    """From where to where it may be: run over the whole way, frames before and after a stretch left out."""
+    """From where to where it may be: run over the whole way, frames before and after a stretch left out. Sections that
+    do not train say nothing: a begin or an end there is in their middle, and what may last to the end does.
+    """
     free = candidate.parameters
     at = np.append(distance_at(problem, problem.frames.starts), free["place"].high)
     first, last = np.triu_indices(len(at), 1)
@@ -337,9 +340,11 @@ def _stretches(
             continue
         sums = projection.stretches(projection.row(_white(problem, change)))
         _, which, *_ = projection.weighed(*(one[trained[last]] - one[trained[first]] for one in sums))
-        end = free["length"].high if last[which] == len(at) - 1 else at[last[which]] - at[first[which]]
-        begin = float(np.clip(at[first[which]], free["place"].low, free["place"].high))
-        found.append({**whole, "place": begin, "length": max(float(end), free["length"].low)})
+        begins, ends = at[trained == trained[first[which]]], at[trained == trained[last[which]]]
+        begin = float(np.clip(begins.mean(), free["place"].low, free["place"].high))
+        end = math.inf if ends[-1] == at[-1] else float(ends.mean())
+        length = float(np.clip(end - begin, free["length"].low, free["length"].high))
+        found.append({**whole, "place": begin, "length": length})
     return found
 
 
