@@ -20,6 +20,8 @@ UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no nam
 ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
 DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
 SHORT = ("rail_joints", "hanging_sleepers")  # effects of a place that is short against a section
+UNEVEN = ("soft_track",)  # waves about a mean
+BESIDE = (0.0, -1 / 3, 1 / 3, -2 / 3, 2 / 3)  # turns by the middle of the run that such a wave may be off its tone
 STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place on over a length
 TIMES = ("begin",)  # fields that are a time of the run [s]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
@@ -192,8 +194,19 @@ class Candidate:
             value = {"wavelength": wavelength, "period": 1.0 / frequency, "frequency": frequency}.get(str(name))
             if value is None or not free[str(name)].low <= value <= free[str(name)].high:
                 continue
+            if self.uneven:
+                for turns in BESIDE:
+                    yield {**sizes[0], str(name): 1.0 / (1.0 / value + turns / float(np.mean(self.context.distance)))}
+                continue
             for values in (sizes[0], sizes[-1]) if free[str(name)].absent is None else sizes[:1]:
                 yield {**values, str(name): value}
+
+    @property
+    def uneven(self) -> bool:
+        """Whether its wave is about a mean that acts as well: its signature is not that of a wave a little longer,
+        turned.
+        """
+        return self.name in UNEVEN
 
     @property
     def short(self) -> bool:

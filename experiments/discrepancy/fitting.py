@@ -34,7 +34,8 @@ from railsim.errors import InputError
 SEED = 20110901  # of the perturbed tracks: the same in every run, so that evidence can be compared
 SHORTENED = (1.0, 0.4, 0.1)  # shares of a step that are tried
 MOST_STEPS = 12
-FRESH = 2  # times that a fit that is held up goes on with the derivatives with which it began
+SLOW = 0.003  # of what all steps brought together, that the last one must bring to go on
+FRESH = 1  # times that a fit that is held up goes on with the derivatives with which it began
 CONVERGED = 0.3  # nats that a step must be expected to bring
 SHARE_SCALE = 0.2  # of an effect's number, beside one standard deviation of a nuisance, in the secant condition
 SHOWN = 1.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
@@ -260,7 +261,7 @@ def improved(problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda te
 
 
 def _improved(problem: Problem, fit: Fit) -> Fit:
-    begun, small, fresh, here = fit, 0, FRESH, fit
+    begun, fresh, here = fit, FRESH, fit
     for _ in range(MOST_STEPS):
         moved, expected = _step(problem, fit)
         gain = fit.cost(problem.train) - moved.cost(problem.train)
@@ -269,8 +270,7 @@ def _improved(problem: Problem, fit: Fit) -> Fit:
             fresh -= 1
             continue
         fit = moved
-        small = small + 1 if gain < CONVERGED else 0
-        if expected < CONVERGED or small > 1:
+        if gain < max(CONVERGED, SLOW * (begun.cost(problem.train) - fit.cost(problem.train))):
             break
     return fit
 

@@ -11,9 +11,9 @@ from railsim.errors import InputError
 WHITE = 1.03  # held-out gap from which nothing is left to explain
 LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 ROUNDS = 2
-WORTH = 30.0  # nats that a further linearisation must have brought to go on: the next brings a tenth or less
+WORTH = 150.0  # nats that a further linearisation must have brought to go on: the next brings a hundredth of it
 LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
-BUDGET = {"fit": 500.0, "linearise": 900.0, "law": 1000.0, "further": 1200.0, "end": 1500.0}
+BUDGET = {"fit": 400.0, "linearise": 700.0, "law": 800.0, "further": 900.0, "end": 1200.0}
 """Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
 
 

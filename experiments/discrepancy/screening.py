@@ -239,7 +239,7 @@ def _detuned(
 ) -> Iterator[tuple[dict[str, float], Any]]:
     """Wavelengths whose waves are up to `DETUNED` turns ahead or behind by the middle of the run."""
     name = next((one for one in values if one == "wavelength"), None)
-    if name is None or candidate.short:
+    if name is None or candidate.short or candidate.uneven:
         return
     free = candidate.parameters[name]
     s = distance_at(problem, problem.frames.middles)

@@ -248,8 +248,8 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand
 
 
 def _nearer(stand: Stand, tell: Tell) -> Stand:
-    """With derivatives made anew at the best effect, where it leaves something."""
-    if stand.best is stand.null or not stand.unexplained:
+    """With derivatives made anew at the best effect: what it has not taken itself, a second one would."""
+    if stand.best is stand.null:
         return stand
     better = polished(stand.problem, stand.best, tell)
     return replace(stand, fitted=[better if one is stand.best else one for one in stand.fitted])

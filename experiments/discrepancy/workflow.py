@@ -8,7 +8,7 @@ import numpy as np
 from experiments.discrepancy.alignment import align
 from experiments.discrepancy.bank import open_bank
 from experiments.discrepancy.candidates import Candidate, Context, candidates
-from experiments.discrepancy.decide import ENOUGH, Decision, Judged, contested
+from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, contested, held_out_gap
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.forward import Forward, continued
@@ -84,7 +84,8 @@ def investigate(
     located = locate(problem, null.fit)
     if located.worth_looking:
         problem, null = _better_law(problem, null, tell)
-    null = polished(problem, null, tell)
+    if held_out_gap(problem, null.fit) < LARGE:  # else they are bent to explain what is no nuisance
+        null = polished(problem, null, tell)
     located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
     context = replace(context_of(problem, located), tones=tones(problem, null.fit))
