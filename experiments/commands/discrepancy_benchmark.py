@@ -26,11 +26,14 @@ def execute(given: argparse.Namespace) -> Outcome:
     folder = Path(given.out)
     folder.mkdir(parents=True, exist_ok=True)
     rule = given.score or rule_hash()
+    kept_in = Path(given.rows) if given.rows else None
     if given.score:
         renew_expected(given.model, folder, given.seed, given.duration, rule, _say)
     else:
-        run_benchmark(given.model, folder, given.cases, given.seed, given.duration, _say, given.laws, _part(given.part))
-    rows = read_rows(folder, rule)
+        run_benchmark(
+            given.model, folder, given.cases, given.seed, given.duration, _say, given.laws, _part(given.part), kept_in
+        )
+    rows = read_rows(folder, rule, kept_in, given.seed)
     if given.score and not rows:
         raise InputError(f"--score {rule}: no row of that rule in '{folder}/results'; take the \"rule\" of a row")
     found = score(rows)

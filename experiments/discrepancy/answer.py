@@ -5,12 +5,15 @@ from typing import Any
 
 from experiments.discrepancy.adding import gaps, predicted_after
 from experiments.discrepancy.evidence import Evidence
+from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.verdict import verdict
 from experiments.discrepancy.workflow import Findings, investigate
 
 
-def answer(evidence: Evidence, withheld: Sequence[str] = ()) -> tuple[dict[str, Any], Findings]:
+def answer(
+    evidence: Evidence, withheld: Sequence[str] = (), tell: Tell = lambda text: None
+) -> tuple[dict[str, Any], Findings]:
     """The verdict, by the compiled engine, and what it rests on; `withheld`: classes of effects to do without."""
-    findings = investigate(evidence, lambda text: None, withheld=withheld)
+    findings = investigate(evidence, tell, withheld=withheld)
     whole, channels = gaps(findings, predicted_after(findings, "compiled"))
     return verdict(findings, whole, channels), findings

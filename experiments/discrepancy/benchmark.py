@@ -13,6 +13,7 @@ import numpy as np
 
 from experiments.discrepancy import oracle
 from experiments.discrepancy.answer import answer
+from experiments.discrepancy.benchmark_rows import keep, kept
 from experiments.discrepancy.blind_plan import nominal_of, setting_of
 from experiments.discrepancy.evidence import gather
 from experiments.discrepancy.oracle import effect_of, expected_evidence, true_gap
@@ -34,19 +35,23 @@ def run_benchmark(
     tell: Callable[[str], None],
     laws: str = "",
     part: tuple[int, int] = (0, 1),
+    rows: Path | None = None,
 ) -> None:
     """All cases that have no result of this rule yet; stop at any time, it goes on from there.
 
     `laws`: YAML file of effects from outside the library. `part` (i, n): every n-th case from the i-th on, so that
-    several processes can share a folder.
+    several processes can share a folder. `rows`: file of what was answered elsewhere, to which it is added.
     """
     rule = rule_hash()
+    elsewhere = {one["case"] for one, _ in kept(rows, rule, seed) if one.get("duration") == duration} if rows else set()
 
     def label(number: int) -> dict[str, Any]:
         return read_json(folder / "sealed" / f"{number:04d}.json", "a label")
 
     for number in range(part[0], count, part[1]):
         row = folder / "results" / f"{number:04d}.json"
+        if number in elsewhere:
+            continue
         if row.is_file() and read_json(row, ROW).get("rule") == rule:
             continue
         recording = folder / "recordings" / f"{number:04d}"
@@ -61,9 +66,20 @@ def run_benchmark(
         begun, worked = time.monotonic(), time.process_time()
         verdict, findings = _solve(nominal_of(model, setting_of(seed, number), duration), recording, label(number))
         spent = {"seconds": round(time.monotonic() - begun, 1), "cpu": round(time.process_time() - worked, 1)}
-        found = {"rule": rule, "case": number, "seed": seed, **spent, "memory": _peak(), "verdict": verdict}
+        found = {
+            "rule": rule,
+            "case": number,
+            "seed": seed,
+            "duration": duration,
+            **spent,
+            "memory": _peak(),
+            "verdict": verdict,
+        }
         row.parent.mkdir(parents=True, exist_ok=True)
-        _write(row, found | _known_after(label(number), findings))
+        found |= _known_after(label(number), findings)
+        _write(row, found)
+        if rows:
+            keep(rows, found, label(number))
         tell(f"case {number}: {verdict['status']} {verdict['effect'] or ''} in {spent['seconds']:.0f} s")
 
 

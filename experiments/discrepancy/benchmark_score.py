@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from experiments.discrepancy.benchmark import ROW
+from experiments.discrepancy.benchmark_rows import kept
 from experiments.discrepancy.rule import rule_hash
 from railsim.files import read_json
 
@@ -19,15 +20,21 @@ the numbers that are fitted.
 """
 
 
-def read_rows(folder: Path, rule: str = "") -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """(result, label) of every case that a rule has answered, the present one if none is stated."""
+def read_rows(
+    folder: Path, rule: str = "", elsewhere: Path | None = None, seed: int | None = None
+) -> list[tuple[dict[str, Any], dict[str, Any]]]:
+    """(result, label) of every case that a rule has answered, the present one if none is stated; `elsewhere`: file of
+    rows that need not be in the folder.
+    """
     rule = rule or rule_hash()
     rows = []
     for path in sorted((folder / "results").glob("*.json")):
         row = read_json(path, ROW)
         if row.get("rule") == rule:
             rows.append((row, read_json(folder / "sealed" / path.name, "a label")))
-    return rows
+    here = {row["case"] for row, _ in rows}
+    more = kept(elsewhere, rule, seed) if elsewhere else []
+    return sorted([*rows, *(one for one in more if one[0]["case"] not in here)], key=lambda one: one[0]["case"])
 
 
 def score(rows: list[tuple[dict[str, Any], dict[str, Any]]]) -> dict[str, Any]:

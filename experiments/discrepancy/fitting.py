@@ -1,9 +1,10 @@
 """Fit: maximum of the posterior of the nuisances, and of effects' numbers, by Gauss-Newton steps.
 
 Derivatives come from the bank of the nominal scenario and learn from every run of the model (Broyden 1965), so that a
-fit needs no linearisation of its own.
+fit converges without a run for each; where they decide, they are made anew (`linearised`).
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -36,6 +37,7 @@ SHORTENED = (1.0, 0.4, 0.1)  # shares of a step that are tried
 MOST_STEPS = 12
 SLOW = 0.003  # of what all steps brought together, that the last one must bring to go on
 FRESH = 1  # times that a fit that is held up goes on with the derivatives with which it began
+LEEWAY = 2.0  # times what a step is expected to bring, that all further ones may
 CONVERGED = 0.3  # nats that a step must be expected to bring
 SHARE_SCALE = 0.2  # of an effect's number, beside one standard deviation of a nuisance, in the secant condition
 SHOWN = 1.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
@@ -253,17 +255,20 @@ def _linearised(problem: Problem, fit: Fit) -> Fit:
     return replace(fit, columns=columns, jacobian=problem.whitened_columns(columns))
 
 
-def improved(problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda text: None) -> Fit:
-    """The fit's maximum of the posterior on training frames."""
-    fit = _kept(problem, "improved", fit, fit.candidates, (), lambda: _improved(problem, fit))
+def improved(
+    problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda text: None, level: float = math.inf
+) -> Fit:
+    """The fit's maximum of the posterior on training frames; given up where its cost will not come down to `level`."""
+    numbers = () if math.isinf(level) else (np.array(level),)
+    fit = _kept(problem, "improved", fit, fit.candidates, numbers, lambda: _improved(problem, fit, level))
     tell(f"fitted {', '.join(one.label for one in fit.candidates) or 'nuisances'}: cost {fit.cost(problem.train):.0f}")
     return fit
 
 
-def _improved(problem: Problem, fit: Fit) -> Fit:
+def _improved(problem: Problem, fit: Fit, level: float) -> Fit:
     begun, fresh, here = fit, FRESH, fit
     for _ in range(MOST_STEPS):
-        moved, expected = _step(problem, fit)
+        moved, expected = _step(problem, fit, level)
         gain = fit.cost(problem.train) - moved.cost(problem.train)
         if gain <= 0.0 and expected > CONVERGED and fresh and not _same_place(moved, here):
             here = fit = _with_columns(problem, moved, begun)
@@ -322,8 +327,10 @@ def _kept(
     return Fit(candidates=candidates, effects=Shares(candidates).effects(found["shares"]), **found)
 
 
-def _step(problem: Problem, fit: Fit) -> tuple[Fit, float]:
-    """After one step (the same point where none helps, with what was learnt), and the gain that was expected."""
+def _step(problem: Problem, fit: Fit, level: float) -> tuple[Fit, float]:
+    """After one step (the same point where none helps, with what was learnt), and the gain that was expected: none
+    where even `LEEWAY` times what is expected would not do.
+    """
     shares = Shares(fit.candidates)
     normal, gradient = normal_equations(fit.jacobian, fit.residual, problem.train)
     matrix, downhill, at = shares.scaled(normal, gradient, fit.z, fit.shares)
@@ -336,6 +343,8 @@ def _step(problem: Problem, fit: Fit) -> tuple[Fit, float]:
             expected = float(downhill @ step - 0.5 * step @ matrix @ step)
             if expected < 0.1 * CONVERGED:
                 return fit, expected
+            if fit.cost(problem.train) - LEEWAY * expected > level:
+                return fit, 0.0
         z, there = target[:n], shares.unscaled(target[n:])
         try:
             found = _at(problem, fit.candidates, z, there, fit.columns, fit.jacobian)

@@ -65,16 +65,23 @@ Start = tuple[np.ndarray, Sequence[dict[str, float]]]
 
 
 def hypothesis(
-    problem: Problem, null: Fit, candidates: tuple[Candidate, ...], starts: Sequence[Start], tell: Tell
+    problem: Problem,
+    null: Fit,
+    candidates: tuple[Candidate, ...],
+    starts: Sequence[Start],
+    tell: Tell,
+    level: float = math.inf,
 ) -> Hypothesis | None:
-    """Fitted from the best of some starts (nuisances, numbers of each effect); None where the model runs at none."""
+    """Fitted from the best of some starts (nuisances, numbers of each effect), given up where its cost will not come
+    down to `level`; None where the model runs at none.
+    """
     shares = Shares(candidates)
     try:
         begun = with_candidates(problem, null, candidates, [(z, shares.of(values)) for z, values in starts])
     except InputError as error:
         tell(f"{' + '.join(one.label for one in candidates)}: {error}")
         return None
-    return concluded(problem, improved(problem, begun, tell))
+    return concluded(problem, improved(problem, begun, tell, level))
 
 
 def concluded(problem: Problem, fit: Fit) -> Hypothesis:

@@ -9,15 +9,18 @@ import numpy as np
 
 from experiments.discrepancy.candidates import DISTANCES, TIMES
 from experiments.discrepancy.decide import held_out_gap
-from experiments.discrepancy.fitting import WEIGHT, Problem, improved, starting_fit
-from experiments.discrepancy.hypothesis import DROPPED
-from experiments.discrepancy.refining import nuisances_alone, polished
+from experiments.discrepancy.fitting import WEIGHT, Problem, improved, linearised, starting_fit
+from experiments.discrepancy.hypothesis import DROPPED, Hypothesis, concluded
+from experiments.discrepancy.refining import nuisances_alone
 from experiments.discrepancy.workflow import Findings
 from railsim import effects as library
 from railsim.effects.interface import Effect, Setup
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.registry import discover
+
+ROUNDS, SETTLED = 5, 1.0  # linearisations at most, and nats that one must bring for another
+SURELY = 1000.0  # nats beyond which it does not matter how much exactly: derivatives made anew take a sixth at most
 
 
 def effect_of(settings: Mapping[str, Any]) -> Effect:
@@ -44,11 +47,23 @@ def _expected(problem: Problem, effect: Effect) -> float:
         hidden = problem.but(measured=problem.stacked(problem.forward.predict(nominal, (effect,))))
     except InputError:
         return 0.0
-    null = polished(hidden, nuisances_alone(hidden, nominal, _silent), _silent).fit
-    frames = 0.5 * ((WEIGHT * null.residual[problem.train]) ** 2).sum(axis=(1, 2))
+    null = nuisances_alone(hidden, nominal, _silent)
+    for _ in range(ROUNDS):
+        if _brought(hidden, null, effect) > SURELY:
+            break
+        better = concluded(hidden, improved(hidden, linearised(hidden, null.fit)))
+        if better.log_evidence < null.log_evidence + SETTLED:
+            break
+        null = better
+    return _brought(hidden, null, effect)
+
+
+def _brought(problem: Problem, null: Hypothesis, effect: Effect) -> float:
+    """What nuisances alone leave, without the loudest sections of what acts everywhere."""
+    frames = 0.5 * ((WEIGHT * null.fit.residual[problem.train]) ** 2).sum(axis=(1, 2))
     local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
     loudest = 0.0 if local else float(np.sort(frames)[::-1][:DROPPED].sum())
-    gain = null.cost(problem.train) - loudest
+    gain = null.fit.cost(problem.train) - loudest
     return max(0.0, gain) if np.isfinite(gain) else 0.0
 
 

@@ -7,6 +7,7 @@ from railsim import effects as library
 
 OUTSIDE = (
     "benchmark.py",
+    "benchmark_rows.py",
     "benchmark_score.py",
     "countdown.py",
     "elsewhere.py",

@@ -172,7 +172,7 @@ def screen(
             continue
         turned = _turned(problem, one, values)
         if len(turned) > 1:
-            judged.append(_judge(problem, fit, projection, one, signature, turned))
+            judged.append(judged_signature(problem, fit, projection, one, signature, turned))
         else:
             waiting.append((one, values, _white(problem, signature)))
     for first in range(0, len(waiting), TOGETHER):
@@ -267,7 +267,11 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
 
     def run(job: tuple[Candidate, dict[str, float]]) -> Screened | None:
         change = change_of(*job)
-        return None if change is None else _judge(problem, fit, projection, job[0], change, _turned(problem, *job))
+        return (
+            None
+            if change is None
+            else judged_signature(problem, fit, projection, job[0], change, _turned(problem, *job))
+        )
 
     def placed(one: Candidate) -> list[dict[str, float]]:
         middle = next(iter(one.sizes()))
@@ -357,7 +361,7 @@ def best_of(screened: Sequence[Screened]) -> list[Screened]:
     return sorted(best.values(), key=lambda one: -one.robust)
 
 
-def _judge(
+def judged_signature(
     problem: Problem,
     fit: Fit,
     projection: Projection,

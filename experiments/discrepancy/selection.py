@@ -11,7 +11,7 @@ import numpy as np
 from experiments.discrepancy.candidates import STRETCHES, Candidate
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
 from experiments.discrepancy.empirical import fit_empirical
-from experiments.discrepancy.fitting import Fit, Problem, improved, restarted, starting_fit, with_candidates
+from experiments.discrepancy.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit, with_candidates
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
 from experiments.discrepancy.latent import LatentForce, latent_forces
 from experiments.discrepancy.locate import Located, locate
@@ -24,10 +24,10 @@ from experiments.discrepancy.refining import (
     time_for,
     under,
 )
+from experiments.discrepancy.renewing import PROMISING, renewed
 from experiments.discrepancy.screening import Screened, best_of, scaled, screen, shortlist
 from railsim.errors import InputError
 
-PROMISING = 4.0  # nats that a signature must gain to be fitted
 WORTH_FITTING = 5.0  # the same without its loudest sections, where nothing in the residual is significant
 HOPELESS = 0.2  # of the leader's gain
 NEGLIGIBLE = 0.03  # of the leader's gain
@@ -37,7 +37,8 @@ RIVAL = 30.0  # nats between two classes below which the noise is propagated ane
 FAR_BEHIND = 300.0  # nats behind the best from which a hypothesis is not followed any further,
 OUT_OF_REACH = 0.3  # or this share of what the best brings, if that is more
 NEAREST = 4  # classes that are fitted on with the noise of the best
-GLANCE = 15.0  # nats that a signature must gain without its loudest sections, where no cell is significant
+HALF_SEEN = 0.75  # of the next, where the derivatives by the nuisances are still the nominal vehicle's
+GLANCE = 8.0  # nats that a signature must gain without its loudest sections, where no cell is significant
 ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
 SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
 PLACES = 2  # where a law without a name is tried
@@ -69,16 +70,16 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     """One effect, or two where one leaves something; each of two goes where the other alone does as well."""
     left_out: list[str] = []
     tell = noting(tell, left_out)
-    screened = tuple(screen(problem, null.fit, found, tell))
+    null, screened = _looked_at(problem, null, located, found, tell)
     if not _promising(located, screened, tell):
         stand = _with_law(Stand(problem, null, []), found, tell)
         return Selection(problem, null, screened, (), decide(problem, null, located, []), stand.tabled)
-    fitted = _fitted(problem, null, screened, found, tell)
-    stand = Stand(problem, _fair(problem, null, fitted, tell), fitted)
+    stand = _fair(_fitted(problem, null, screened, found, tell), tell)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
-    stand = _with_law(_nearer(stand, tell), found, tell)
-    stand = _other_law(stand, tell)
-    if stand.leader is stand.best:
+    stand = _with_law(_other_law(_nearer(stand, tell), tell), found, tell)
+    if stand.leader is not stand.best:
+        stand = _other_law(stand, tell)
+    else:
         stand = _with_law(_further(stand, found, tell), found, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
@@ -87,7 +88,23 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     return Selection(stand.problem, stand.null, screened, tuple(stand.judged), decision, tabled, not_tried)
 
 
-def _promising(located: Located, screened: Sequence[Screened], tell: Tell) -> bool:
+def _looked_at(
+    problem: Problem, null: Hypothesis, located: Located, found: Sequence[Candidate], tell: Tell
+) -> tuple[Hypothesis, tuple[Screened, ...]]:
+    """Nuisances alone and the signatures beside them. Where much is left these are no more than hints. Where nothing
+    was, the derivatives by the nuisances are made anew only if a signature seems worth it.
+    """
+    screened = tuple(screen(problem, null.fit, found, tell))
+    if held_out_gap(problem, null.fit) > LARGE:
+        return null, screened
+    screened = renewed(problem, null.fit, screened)
+    if not located.worth_looking and _promising(located, screened, tell, HALF_SEEN):
+        null = polished(problem, null, tell)
+        screened = renewed(problem, null.fit, screened)
+    return null, screened
+
+
+def _promising(located: Located, screened: Sequence[Screened], tell: Tell, share: float = 1.0) -> bool:
     """Whether a signature is worth a fit: the less the residual itself says, the louder it must be."""
     loudest = max(screened, key=lambda one: one.robust, default=None)
     if loudest is None or max(one.gain for one in screened) < PROMISING:
@@ -95,7 +112,7 @@ def _promising(located: Located, screened: Sequence[Screened], tell: Tell) -> bo
     tell(f"loudest signature: {loudest.candidate.label} {loudest.robust:+.1f} nats")
     if located.significant:
         return True
-    return loudest.robust > (WORTH_FITTING if located.surprising else GLANCE)
+    return loudest.robust > share * (WORTH_FITTING if located.surprising else GLANCE)
 
 
 @dataclass(frozen=True)
@@ -123,6 +140,21 @@ class Stand:
         """The most probable where it has evidence enough, else nuisances alone."""
         return self.judged[0].hypothesis if self.judged and self.judged[0].evidence >= ENOUGH else self.null
 
+    @cached_property
+    def most(self) -> Hypothesis | None:
+        """The fitted one that takes most."""
+        return max(self.fitted, key=lambda one: one.log_evidence, default=None)
+
+    @cached_property
+    def level(self) -> float:
+        """Cost from which a fit is not followed any further: far behind that of the one that takes most, closer where
+        that leaves only noise.
+        """
+        if self.most is None:
+            return math.inf
+        gain = self.most.log_evidence - self.null.log_evidence if something_left(self.problem, self.most) else 0.0
+        return self.most.fit.cost(self.problem.train) + max(FAR_BEHIND, OUT_OF_REACH * gain)
+
     @property
     def leader(self) -> Hypothesis:
         """The law without a name where it is ahead of the best, else the best."""
@@ -137,7 +169,7 @@ class Stand:
 
 def _fitted(
     problem: Problem, null: Hypothesis, screened: Sequence[Screened], found: Sequence[Candidate], tell: Tell
-) -> list[Hypothesis]:
+) -> Stand:
     """The shortlist, but for those that have no chance beside one that leaves only noise. Where nuisances alone leave
     much they have been bent far, and effects are looked for and fitted from the nominal build too.
     """
@@ -145,21 +177,39 @@ def _fitted(
     if held_out_gap(problem, null.fit) > LARGE:
         home = starting_fit(problem, _at_home(problem, null))
         bases.insert(0, (home, _shortlisted(screen(problem, home, found, tell))))
-    fitted: list[Hypothesis] = []
+    stand = Stand(problem, null, [])
     for label in _in_turn([chosen for _, chosen in bases]):
-        if fitted and not time_for(problem, "fit", label, tell):
+        if stand.fitted and not time_for(stand.problem, "fit", label, tell):
             continue
-        best = max(fitted, key=lambda one: one.log_evidence, default=None)
-        if best is not None and all(_hopeless(label, chosen, best, problem) for _, chosen in bases):
+        before = stand.most
+        if before is not None and all(_hopeless(label, chosen, before, stand.problem) for _, chosen in bases):
             continue
-        made: Hypothesis | None = None
-        for base, chosen in bases:
-            if made is None or (something_left(problem, made) and label in chosen):
-                made = _better(made, _begun(problem, null, base, _any_of(label, chosen, bases), tell))
-        if made is not None:
-            fitted.append(made)
-            tell(f"{made.label}: {made.log_evidence - null.log_evidence:+.1f} nats")
-    return fitted
+        made = _from_all(stand, label, bases, tell)
+        if made is None:
+            continue
+        tell(f"{made.label}: {made.log_evidence - stand.null.log_evidence:+.1f} nats")
+        stand = replace(stand, fitted=[*stand.fitted, made])
+        if stand.most is made:
+            stand = _law_at_once(stand, tell)
+            if stand.problem.forward.law != problem.forward.law:
+                problem = stand.problem
+                bases = [(moved_to(problem, base), chosen) for base, chosen in bases]
+    return stand
+
+
+Bases = Sequence[tuple[Fit, dict[str, Screened]]]
+
+
+def _from_all(stand: Stand, label: str, bases: Bases, tell: Tell) -> Hypothesis | None:
+    """One of the shortlist from each base where it is on the list, until it leaves nothing or is out of reach of one
+    that does.
+    """
+    made: Hypothesis | None = None
+    for base, chosen in bases:
+        far = made is not None and made.fit.cost(stand.problem.train) > stand.level
+        if made is None or (label in chosen and not far and something_left(stand.problem, made)):
+            made = _better(made, _begun(stand, base, _any_of(label, chosen, bases), tell))
+    return made
 
 
 def _shortlisted(screened: Sequence[Screened]) -> dict[str, Screened]:
@@ -181,17 +231,18 @@ def _better(one: Hypothesis | None, other: Hypothesis | None) -> Hypothesis | No
     return max(both, key=lambda fit: fit.log_evidence, default=None)
 
 
-def _begun(problem: Problem, null: Hypothesis, base: Fit, one: Screened, tell: Tell) -> Hypothesis | None:
+def _begun(stand: Stand, base: Fit, one: Screened, tell: Tell) -> Hypothesis | None:
     """A screened effect fitted from where it was screened, or from the nominal build at all of its sizes."""
+    problem, null = stand.problem, stand.null
     starts = [(one.z, [one.values]), (base.z, [one.values]), (one.z, [one.tried])]
-    if base is not null.fit:
+    if base.z is not null.fit.z:
         starts = [(base.z, [values]) for values in (one.values, *_sizes(one))]
-        return hypothesis(problem, base, (one.candidate,), starts, tell)
+        return hypothesis(problem, base, (one.candidate,), starts, tell, stand.level)
     starts += [(one.z, [values]) for values in _stretched(one)]
-    made = hypothesis(problem, base, (one.candidate,), starts, tell)
+    made = hypothesis(problem, base, (one.candidate,), starts, tell, stand.level)
     if made is None or made.log_evidence < null.log_evidence:
         slight = [(base.z, [scaled(one.candidate, one.values, SLIGHT)])]
-        made = _better(made, hypothesis(problem, base, (one.candidate,), slight, tell))
+        made = _better(made, hypothesis(problem, base, (one.candidate,), slight, tell, stand.level))
     return made
 
 
@@ -255,7 +306,17 @@ def _nearer(stand: Stand, tell: Tell) -> Stand:
     return replace(stand, fitted=[better if one is stand.best else one for one in stand.fitted])
 
 
-def _other_law(stand: Stand, tell: Tell) -> Stand:
+def _law_at_once(stand: Stand, tell: Tell) -> Stand:
+    """With the creep law under which the effect that takes most leaves nothing, where there is one: all others are then
+    held against that.
+    """
+    if stand.best is not stand.most or held_out_gap(stand.problem, stand.best.fit) > LARGE:
+        return stand
+    other = _other_law(stand, tell, refined=False)
+    return stand if other.unexplained else other
+
+
+def _other_law(stand: Stand, tell: Tell, refined: bool = True) -> Stand:
     """With the creep law that explains what the leader leaves, where one does: which law holds is a nuisance."""
     problem, null, first = stand.problem, stand.null, stand.leader
     left = stand.unexplained if first is stand.best else something_left(problem, first)
@@ -265,7 +326,7 @@ def _other_law(stand: Stand, tell: Tell) -> Stand:
         other = problem.but(forward=problem.forward.but(law=name))
         best = under(other, first, tell)
         near = best is not None and best.log_evidence > first.log_evidence - FAR_BEHIND
-        if best is not None and near and held_out_gap(other, best.fit) > WHITE:
+        if best is not None and refined and near and held_out_gap(other, best.fit) > WHITE:
             best = polished(other, best, tell)
         if best is None or best.log_evidence < first.log_evidence + ENOUGH:
             continue
@@ -295,17 +356,17 @@ def _hopeless(label: str, chosen: dict[str, Screened], best: Hypothesis, problem
     return held_out_gap(problem, best.fit) < WHITE and gain < HOPELESS * leader - FAIR_CHANCE
 
 
-def _fair(problem: Problem, null: Hypothesis, fitted: Sequence[Hypothesis], tell: Tell) -> Hypothesis:
-    """The better of two fits of the nuisances alone: the one that there is, and one from the best hypothesis; what
+def _fair(stand: Stand, tell: Tell) -> Stand:
+    """With the better of two fits of the nuisances alone: the one that there is, and one from the best hypothesis; what
     they can do themselves is no evidence for an effect, of which a weak one has little.
     """
-    if not fitted:
-        return null
-    best = max(fitted, key=lambda one: one.log_evidence)
+    problem, null, best = stand.problem, stand.null, stand.most
+    if best is None:
+        return stand
     other = concluded(problem, improved(problem, restarted(problem, best.fit, best.fit.z), tell))
     better = max(null, other, key=lambda one: one.log_evidence)
     gain = best.log_evidence - better.log_evidence
-    return polished(problem, better, tell) if 0.0 < gain < WEAK else better
+    return replace(stand, null=polished(problem, better, tell) if 0.0 < gain < WEAK else better)
 
 
 def _noise_there(stand: Stand, tell: Tell) -> Stand:
@@ -357,7 +418,10 @@ def _further(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
             break
         rest = [one for one in found if one.equivalence not in first.classes and (stand.unexplained or not one.local)]
         base = _base(stand.problem, first)
-        screened = best_of(screen(stand.problem, base, rest, tell))
+        screened = screen(stand.problem, base, rest, tell)
+        if base is first.fit:
+            screened = renewed(stand.problem, base, screened)
+        screened = best_of(screened)
         loud = PROMISING if stand.unexplained else GLANCE
         seconds = [one for one in screened if (one.gain if stand.unexplained else one.robust) > loud]
         chosen = [*_first_of(seconds, False), *_first_of(seconds, True)]

@@ -109,17 +109,14 @@ def detectable(screened: tuple[Screened, ...]) -> dict[str, dict[str, Any]]:
 
     Between two sizes that were run the gain is taken as a power of the size; below the smallest as its square.
     """
-    found: dict[str, dict[str, Any]] = {}
+    sides: dict[tuple[str, bool], list[Screened]] = {}
     for one in screened:
-        sized = [(name, p) for name, p in one.candidate.parameters.items() if p.absent is not None]
-        if not sized or one.detect <= 0.0:
-            continue
-        name, parameter = sized[0]
-        alike = [
-            other
-            for other in screened
-            if other.candidate.label == one.candidate.label and other.size * one.size > 0.0 and other.detect > 0.0
-        ]
+        if one.size and one.detect > 0.0:
+            sides.setdefault((one.candidate.label, one.size > 0.0), []).append(one)
+    found: dict[str, dict[str, Any]] = {}
+    for alike in sides.values():
+        one = alike[0]
+        name, parameter = next((name, p) for name, p in one.candidate.parameters.items() if p.absent is not None)
         size = np.sign(one.size) * _needed([abs(other.size) for other in alike], [other.detect for other in alike])
         absent = parameter.absent or 0.0
         value = float(np.clip(absent + size, parameter.low, parameter.high))

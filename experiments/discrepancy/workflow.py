@@ -84,9 +84,10 @@ def investigate(
     located = locate(problem, null.fit)
     if located.worth_looking:
         problem, null = _better_law(problem, null, tell)
-    if held_out_gap(problem, null.fit) < LARGE:  # else they are bent to explain what is no nuisance
-        null = polished(problem, null, tell)
     located = locate(problem, null.fit)
+    if located.worth_looking and held_out_gap(problem, null.fit) < LARGE:  # else bent to explain what is no nuisance
+        null = polished(problem, null, tell)
+        located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
     context = replace(context_of(problem, located), tones=tones(problem, null.fit))
     tell("tones: " + (", ".join(f"{one:.2f} Hz" for one, _ in context.tones) or "none"))

@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 
 from experiments.discrepancy import benchmark
+from experiments.discrepancy.benchmark_rows import keep, kept
 from experiments.discrepancy.benchmark_score import read_rows
+from railsim.errors import InputError
 from railsim.files import read_json, write_json
 
 
@@ -39,3 +41,29 @@ def test_rows_are_valued_anew_once(folder: Path):
     assert read_json(folder / "results" / "0002.json", "a row")["expected"] == [5.0]
     assert [row["case"] for row, _ in read_rows(folder, "old")] == [0, 1]
     assert read_rows(folder) == []
+
+
+def test_rows_outlive_their_folder(folder: Path, tmp_path: Path):
+    path = tmp_path / "rows.jsonl"
+    for row, label in read_rows(folder, "old"):
+        keep(path, row | {"seed": 7, "more": 1}, label)
+    assert [row["case"] for row, _ in kept(path, "old", 7)] == [0, 1]
+    assert kept(path, "old", 8) == kept(path, "other") == kept(tmp_path / "none", "old") == []
+    assert read_rows(tmp_path / "elsewhere", "old", path, 7) == kept(path, "old")
+    assert [row["case"] for row, _ in read_rows(folder, "old", path)] == [0, 1]
+    path.write_text("no row\n")
+    with pytest.raises(InputError, match="line 1"):
+        kept(path, "old")
+
+
+def test_what_was_answered_elsewhere_is_not_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    path, label = tmp_path / "rows.jsonl", {"kind": "null", "effects": [], "classes": []}
+    rule = {"rule": benchmark.rule_hash(), "seed": 7, "duration": 24.0, "verdict": {"status": "none"}}
+    keep(path, rule | {"case": 0}, label)
+    for part in ("sealed", "recordings/0001"):
+        (tmp_path / part).mkdir(parents=True)
+    write_json(tmp_path / "sealed" / "0001.json", label)
+    monkeypatch.setattr(benchmark, "_solve", lambda *given: ({"status": "none", "effect": None}, None))
+    benchmark.run_benchmark("yaw_dampers", tmp_path, 2, 7, 24.0, lambda text: None, rows=path)
+    assert [row["case"] for row, _ in kept(path, rule["rule"], 7)] == [0, 1]
+    assert not (tmp_path / "results" / "0000.json").exists()

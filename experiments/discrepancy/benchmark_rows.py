@@ -1,0 +1,50 @@
+"""Rows of the blind benchmark that outlive its folder: a line of JSON for each answered case, with its label.
+
+Recordings are made again from their seed wherever they are wanted; what was answered is not asked again.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from railsim.errors import InputError
+
+Row = tuple[dict[str, Any], dict[str, Any]]
+OF_ROW = ("rule", "case", "seed", "duration", "cpu", "seconds", "memory", "expected", "expected_at_first", "true_gap")
+OF_VERDICT = ("status", "effect", "class", "further", "alternative_classes", "parameters", "place_bodies", "gap")
+OF_LABEL = ("kind", "setting", "effects", "acting", "classes", "law")
+
+
+def keep(path: Path, row: dict[str, Any], label: dict[str, Any]) -> None:
+    """Add a case: what the scoring reads of it."""
+    verdict = _part(row["verdict"], OF_VERDICT) | {"empirical": bool(row["verdict"].get("empirical"))}
+    line = json.dumps({"row": _part(row, OF_ROW) | {"verdict": verdict}, "label": _part(label, OF_LABEL)})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8") as file:
+        file.write(line + "\n")
+
+
+def kept(path: Path, rule: str, seed: int | None = None) -> list[Row]:
+    """Cases (result, label) that a rule has answered, of one seed or of all, by their numbers; none without a file.
+
+    Raises
+    ------
+    InputError : a line is no row.
+    """
+    if not path.is_file():
+        return []
+    found: dict[tuple[int, int], Row] = {}
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+        try:
+            both = json.loads(line)
+            row, label = both["row"], both["label"]
+            key = (row["seed"], row["case"])
+        except (ValueError, KeyError, TypeError):
+            raise InputError(f"{path}: line {number} is no answered case; remove that line") from None
+        if row.get("rule") == rule and seed in (None, key[0]):
+            found[key] = (row, label)
+    return [found[key] for key in sorted(found)]
+
+
+def _part(whole: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    return {name: whole[name] for name in names if name in whole}
