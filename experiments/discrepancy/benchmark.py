@@ -100,7 +100,7 @@ def renew_expected(
         problem = prepare(gather(folder / "recordings" / path.stem, nominal), lambda text: None)
         effects = [effect_of(one) for one in label["effects"]]
         first = row.get("expected_at_first", row["expected"])
-        expected = [round(one, 2) for one in expected_evidence(problem, effects)]
+        expected = [round(one, 2) for one in expected_evidence(problem, effects, label.get("specimen", {}))]
         _write(path, row | {"expected": expected, "expected_at_first": first, "oracle": now})
         tell(f"case {row['case']}: expected {first} -> {expected}")
 
@@ -117,7 +117,7 @@ def _known_after(label: dict[str, Any], findings: Findings | None) -> dict[str, 
     effects = [effect_of(one) for one in label["effects"]]
     if findings is None or not effects:
         return {"expected": [], "true_gap": None}
-    expected = [round(one, 2) for one in expected_evidence(findings.problem, effects)]
+    expected = [round(one, 2) for one in expected_evidence(findings.problem, effects, label["specimen"])]
     try:
         return {"expected": expected, "true_gap": true_gap(findings, effects, label["law"], label["specimen"])}
     except InputError:

@@ -29,42 +29,57 @@ def effect_of(settings: Mapping[str, Any]) -> Effect:
     return kinds[settings["kind"]].build({name: value for name, value in settings.items() if name != "kind"})
 
 
-def expected_evidence(problem: Problem, effects: Sequence[Effect]) -> list[float]:
-    """Gain of the logarithm of the posterior [nats] that each true effect can be expected to bring by itself, without
-    the sections that speak loudest where the rule leaves these out; 0 where the model cannot run it.
+def expected_evidence(problem: Problem, effects: Sequence[Effect], specimen: Mapping[str, float]) -> list[float]:
+    """Gain of the logarithm of the posterior [nats] that each true effect can be expected to bring beside the others,
+    without the sections that speak loudest where the rule leaves these out; 0 where the model cannot run it.
 
-    The nuisances are fitted to the effect on the nominal build without noise, and what they leave is what it brings: a
-    damper of 0.7 that a healthy one within its tolerance imitates brings little, however large its signature. The
-    workflow decides on this quantity with its noise on it, so an effect is detectable where it is large enough.
+    The nuisances are fitted, without noise, to the vehicle as it was built (`specimen`: scores by their labels) with
+    and without the effect, and what it takes to do without is what it brings: a damper of 0.7 that a healthy one within
+    its tolerance imitates brings little, however large its signature; worn wheels of a vehicle that was built with
+    little conicity are like new ones with much. The workflow decides on this quantity with its noise on it, so an
+    effect is detectable where it is large enough.
     """
     plain = problem.but(forward=problem.forward.but(law=""), journal=None)
-    return [_expected(plain, effect) for effect in effects]
+    built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
+    found = []
+    for number, effect in enumerate(effects):
+        others = [*effects[:number], *effects[number + 1 :]]
+        try:
+            found.append(_expected(_with(plain, others), effect, built))
+        except InputError:
+            found.append(0.0)
+    return found
 
 
-def _expected(problem: Problem, effect: Effect) -> float:
-    nominal = np.zeros(len(problem.forward.nuisances))
-    try:
-        hidden = problem.but(measured=problem.stacked(problem.forward.predict(nominal, (effect,))))
-    except InputError:
-        return 0.0
-    null = nuisances_alone(hidden, nominal, _silent)
+def _with(problem: Problem, effects: Sequence[Effect]) -> Problem:
+    """The problem of a nominal scenario that has some effects."""
+    evidence = problem.evidence
+    scenario = evidence.scenario.but(effects=(*evidence.scenario.effects, *effects))
+    return problem.but(forward=problem.forward.but(evidence=replace(evidence, scenario=scenario)))
+
+
+def _expected(problem: Problem, effect: Effect, built: np.ndarray) -> float:
+    hidden = problem.but(measured=problem.stacked(problem.forward.predict(built, (effect,))))
+    null = nuisances_alone(hidden, np.zeros(len(built)), _silent)
+    truly = _with(hidden, [effect])
+    known = improved(truly, starting_fit(truly, built)) if built.any() else None
+    least = known.cost(hidden.train) if known else 0.0
     for _ in range(ROUNDS):
-        if _brought(hidden, null, effect) > SURELY:
+        if _brought(hidden, null, effect) - least > SURELY:
             break
         better = concluded(hidden, improved(hidden, linearised(hidden, null.fit)))
         if better.log_evidence < null.log_evidence + SETTLED:
             break
         null = better
-    return _brought(hidden, null, effect)
+    gain = _brought(hidden, null, effect) - least
+    return max(0.0, gain) if np.isfinite(gain) else 0.0
 
 
 def _brought(problem: Problem, null: Hypothesis, effect: Effect) -> float:
-    """What nuisances alone leave, without the loudest sections of what acts everywhere."""
+    """What nuisances alone cost, without the loudest sections of what acts everywhere."""
     frames = 0.5 * ((WEIGHT * null.fit.residual[problem.train]) ** 2).sum(axis=(1, 2))
     local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
-    loudest = 0.0 if local else float(np.sort(frames)[::-1][:DROPPED].sum())
-    gain = null.fit.cost(problem.train) - loudest
-    return max(0.0, gain) if np.isfinite(gain) else 0.0
+    return null.fit.cost(problem.train) - (0.0 if local else float(np.sort(frames)[::-1][:DROPPED].sum()))
 
 
 def _silent(text: str) -> None:
@@ -80,11 +95,9 @@ def true_gap(findings: Findings, effects: Sequence[Effect], law: str, specimen: 
     InputError : the compiled engine cannot run the true model at all.
     """
     problem = findings.problem
-    evidence = problem.evidence
-    scenario = evidence.scenario.but(effects=(*evidence.scenario.effects, *effects))
-    nominal = getattr(getattr(scenario.vehicle, "adhesion", None), "law", "")
-    forward = problem.forward.but(evidence=replace(evidence, scenario=scenario), law="" if law == nominal else law)
-    true = problem.but(forward=forward)
+    nominal = getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
+    true = _with(problem, effects)
+    true = true.but(forward=true.forward.but(law="" if law == nominal else law))
     built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
     found = []
     for z in (built, findings.final.z):

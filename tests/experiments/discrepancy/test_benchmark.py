@@ -27,7 +27,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             write_json(tmp_path / part / f"{number:04d}.json", content)
     for name in ("nominal_of", "gather", "prepare"):
         monkeypatch.setattr(benchmark, name, lambda *given: None)
-    monkeypatch.setattr(benchmark, "expected_evidence", lambda problem, effects: [50.0 for _ in effects])
+    monkeypatch.setattr(benchmark, "expected_evidence", lambda problem, effects, specimen: [50.0 for _ in effects])
     return tmp_path
 
 

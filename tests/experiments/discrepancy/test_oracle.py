@@ -9,9 +9,16 @@ from railsim import load_scenario
 
 def test_larger_is_easier(problem):
     sizes = [effect_of({"kind": "weak_yaw_damper", "factor": factor}) for factor in (1.0, 0.6, 0.3, 0.1)]
-    found = expected_evidence(problem, sizes)
+    found = [expected_evidence(problem, [one], {})[0] for one in sizes]
     assert found[0] == pytest.approx(0.0, abs=1e-6)
     assert np.all(np.diff(found) > 0.0)
+
+
+def test_what_the_build_hides(problem):
+    """Worn wheels of a vehicle that was built with little conicity are like new ones with much."""
+    worn = [effect_of({"kind": "worn_profile", "severity": 0.3})]
+    slender, usual = (expected_evidence(problem, worn, {"pair.conicity": score})[0] for score in (-1.9, 0.0))
+    assert slender < 0.2 * usual
 
 
 def test_places_of_effects():
@@ -28,4 +35,4 @@ def test_the_loudest_sections_take_no_more_than_there_is(problem):
     up. Bodies' dampers, of which nuisances take most, were valued as nothing by another formula.
     """
     for kind, size in (("weak_lateral_damper", 0.1), ("weak_roll_bar", 0.1), ("weak_yaw_damper", 0.1)):
-        assert expected_evidence(problem, [effect_of({"kind": kind, "factor": size})])[0] > 1.0, kind
+        assert expected_evidence(problem, [effect_of({"kind": kind, "factor": size})], {})[0] > 1.0, kind
