@@ -36,6 +36,7 @@ WEAK = 60.0  # nats of the best effect below which nuisances alone get derivativ
 RIVAL = 30.0  # nats between two classes below which the noise is propagated anew before they are compared
 FAR_BEHIND = 300.0  # nats behind the best from which a hypothesis is not followed any further,
 OUT_OF_REACH = 0.3  # or this share of what the best brings, if that is more
+NO_RIVAL = 0.8  # of what the best brings, from which a fit is given up that leaves more than noise
 NEAREST = 4  # classes that are fitted on with the noise of the best
 HALF_SEEN = 0.75  # of the next, where the derivatives by the nuisances are still the nominal vehicle's
 GLANCE = 8.0  # nats that a signature must gain without its loudest sections, where no cell is significant
@@ -153,7 +154,7 @@ class Stand:
         if self.most is None:
             return math.inf
         gain = self.most.log_evidence - self.null.log_evidence if something_left(self.problem, self.most) else 0.0
-        return self.most.fit.cost(self.problem.train) + max(FAR_BEHIND, OUT_OF_REACH * gain)
+        return self.most.fit.cost(self.problem.train) + max(FAR_BEHIND, NO_RIVAL * gain)
 
     @property
     def leader(self) -> Hypothesis:
