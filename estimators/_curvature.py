@@ -19,7 +19,6 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.fft
-from scipy import signal
 
 from estimators._bands import transform
 from estimators._dips import welch
@@ -28,6 +27,7 @@ from estimators._roll_plane import parameters, roll_response
 from estimators._space import Way
 from railsim.errors import InputError
 from railsim.measurements import Measurements
+from railsim.sensors.errors import low_pass
 
 BOUNCE = "bogie.acceleration_z [m/s2]"
 PITCH = "bogie.rate_pitch [rad/s]"
@@ -135,12 +135,8 @@ def sensor_filter(measurements: Measurements, name: str) -> tuple[Gain, float]:
     late, corner = float(errors.get("latency", 0.0)), errors.get("bandwidth")
     if not corner:
         return np.ones_like, late
-    poles = signal.buttap(int(errors.get("bandwidth_order", 2)))[1]
-
-    def response(omega: np.ndarray) -> np.ndarray:
-        return 1 / np.prod(1j * omega[:, None] / (2 * np.pi * corner) - poles, axis=1)
-
-    return response, late
+    order = int(errors.get("bandwidth_order", 2))
+    return lambda omega: low_pass(omega, corner, order), late
 
 
 def vertical(

@@ -17,6 +17,7 @@ from scipy.signal.windows import tukey
 from railsim.measurements import Measurements
 from railsim.quality._offsets import axis_of
 from railsim.quality._signals import filled, kind_of, limit, runs, sheet
+from railsim.sensors.errors import low_pass
 
 LOW, HIGH = 1.0, 20.0  # Hz
 _COARSE = 64.0  # Hz
@@ -112,8 +113,7 @@ def response(measured: Measurements, name: str, frequency: np.ndarray) -> np.nda
     if not band:
         return np.asarray(delay)
     order = max(1, round(limit(measured, name, "bandwidth_order")))
-    poles = np.exp(1j * np.pi * (2 * np.arange(order) + order + 1) / (2 * order))
-    return np.asarray(delay * np.prod(poles / (poles - 1j * frequency[:, None] / band), axis=1))
+    return np.asarray(delay * low_pass(2.0 * np.pi * frequency, band, order))
 
 
 _Place = tuple[float, float, float]

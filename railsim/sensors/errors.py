@@ -102,6 +102,15 @@ class SensorErrors(Spec, frozen=True):
         return Rotation.from_rotvec(angles).as_matrix()
 
 
+def low_pass(omega: np.ndarray, corner: float, order: int) -> np.ndarray:
+    """Response of the Butterworth low-pass of a data sheet to angular frequencies [rad/s], of their shape; corner [Hz].
+
+    Source: Butterworth (1930), On the theory of filter amplifiers.
+    """
+    poles = np.exp(1j * np.pi * (2.0 * np.arange(order) + order + 1.0) / (2.0 * order))
+    return np.prod(-poles / (1j * omega[..., None] / (2.0 * np.pi * corner) - poles), axis=-1)
+
+
 def sample(signal: np.ndarray, step: int, delay: float) -> np.ndarray:
     """Every `step`-th value of `signal` as it was `delay` samples before; before the start it had its first value.
 

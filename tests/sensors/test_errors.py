@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.signal import welch
+from scipy.signal import buttap, welch
 
-from railsim.sensors.errors import SensorErrors, gauss_markov, sample
+from railsim.sensors.errors import SensorErrors, gauss_markov, low_pass, sample
 
 RATE = 1024.0
 
@@ -147,3 +147,12 @@ def test_resonance_has_its_gain_at_its_frequency_and_passes_what_is_slow():
     for frequency, gain in ((80.0, 10.0), (2.0, 1.0)):
         shaken = errors.shake(np.sin(2 * np.pi * frequency * time), 1024.0)
         assert np.abs(shaken[-4096:]).max() == pytest.approx(gain, rel=0.01)
+
+
+def test_the_stated_low_pass_is_that_of_the_filter():
+    """Against SciPy's analogue design, which is not ours."""
+    omega = np.geomspace(1.0, 1e4, 50)
+    for order in (1, 2, 5):
+        poles = buttap(order)[1]
+        expected = 1.0 / np.prod(1j * omega[:, None] / (2.0 * np.pi * 80.0) - poles, axis=1)
+        assert low_pass(omega, 80.0, order) == pytest.approx(expected, abs=1e-12)
