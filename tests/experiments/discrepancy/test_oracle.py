@@ -8,9 +8,10 @@ from railsim import load_scenario
 
 
 def test_larger_is_easier(problem):
-    sizes = [effect_of({"kind": "weak_yaw_damper", "factor": factor}) for factor in (1.0, 0.6, 0.3, 0.1)]
+    sizes = [effect_of({"kind": "weak_yaw_damper", "factor": factor}) for factor in (1.0, 0.5, 0.1)]
     found = [expected_evidence(problem, [one], {})[0] for one in sizes]
     assert found[0] == pytest.approx(0.0, abs=1e-6)
+    assert found[-1] > 1.0
     assert np.all(np.diff(found) > 0.0)
 
 
@@ -34,5 +35,5 @@ def test_the_loudest_sections_take_no_more_than_there_is(problem):
     """Their share of what the nuisances cannot take: something is left of every effect that a few sections do not make
     up. Bodies' dampers, of which nuisances take most, were valued as nothing by another formula.
     """
-    for kind, size in (("weak_lateral_damper", 0.1), ("weak_roll_bar", 0.1), ("weak_yaw_damper", 0.1)):
-        assert expected_evidence(problem, [effect_of({"kind": kind, "factor": size})], {})[0] > 1.0, kind
+    for kind in ("weak_lateral_damper", "weak_roll_bar"):
+        assert expected_evidence(problem, [effect_of({"kind": kind, "factor": 0.1})], {})[0] > 1.0, kind
