@@ -26,6 +26,7 @@ STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place o
 TIMES = ("begin",)  # fields that are a time of the run [s]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
 GRID = {"frequency": 6, "period": 8}  # values between the bounds that the bank holds
+MUCH = 0.4  # damping of a resonance that does not ring, of critical
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
 SLIGHTLY = 0.05  # m that a place is varied by for a derivative: an eighth of the shortest wave that the frames show
@@ -33,8 +34,8 @@ VARIED = 0.01  # of a number's range, by which it is varied for a derivative: a 
 SHORTEST_PERIOD = 1.0 / 60.0  # s; resonances beyond the frames' highest frequency show by their foot only
 LENGTHS = {
     "hanging_sleepers": ("length", (3.0, 8.0, 20.0)),
-    "exposed_stretch": ("length", (60.0, 250.0)),
-    "wind_gust": ("duration", (3.0, 12.0, 30.0)),
+    "exposed_stretch": ("length", (50.0, 110.0, 250.0, 600.0)),
+    "wind_gust": ("duration", (2.0, 5.0, 12.0, 30.0)),
 }
 PHASES = ("phase", "angle")  # held fields that are found all the same [rad]
 
@@ -182,8 +183,11 @@ class Candidate:
                     yield {**next(iter(self.sizes())), "wavelength": float(value)}
         for name in GRID:
             if name in free and free[name].absent is not None:  # the number itself is the size
+                usual = next(iter(self.sizes()))
                 for value in np.geomspace(SHORTEST_PERIOD, free[name].high, GRID[name]):
-                    yield {**next(iter(self.sizes())), name: float(value)}
+                    yield {**usual, name: float(value)}
+                    if "damping" in free:  # one that is much damped is more like a delay
+                        yield {**usual, name: float(value), "damping": MUCH}
 
     def at_tones(self) -> Iterator[dict[str, float]]:
         """The middle and the largest size where the residual has its tones, where it can be tuned."""

@@ -2,13 +2,13 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from experiments.discrepancy.candidates import STRETCHES, Candidate
+from experiments.discrepancy.candidates import DISTANCES, LENGTHS, STRETCHES, TIMES, Candidate
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
 from experiments.discrepancy.empirical import fit_empirical
 from experiments.discrepancy.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit, with_candidates
@@ -43,6 +43,7 @@ GLANCE = 8.0  # nats that a signature must gain without its loudest sections, wh
 ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
 SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
 PLACES = 2  # where a law without a name is tried
+KEPT_PROMISE = 0.3  # of what a signature promised, below which a fit is begun elsewhere
 SLIGHT = 0.1  # of the size at which it looks best, from where a fit sets out once more that ended behind the nuisances
 FIRSTS = 3  # effects beside which a second one is looked for
 
@@ -237,18 +238,22 @@ def _begun(stand: Stand, base: Fit, one: Screened, tell: Tell) -> Hypothesis | N
     problem, null = stand.problem, stand.null
     starts = [(one.z, [one.values]), (base.z, [one.values]), (one.z, [one.tried])]
     if base.z is not null.fit.z:
-        starts = [(base.z, [values]) for values in (one.values, *_sizes(one))]
+        starts = [(base.z, [values]) for values in (one.values, *_sizes(one), *_stretched(one))]
         return hypothesis(problem, base, (one.candidate,), starts, tell, stand.level)
     starts += [(one.z, [values]) for values in _stretched(one)]
     made = hypothesis(problem, base, (one.candidate,), starts, tell, stand.level)
-    if made is None or made.log_evidence < null.log_evidence:
-        slight = [(base.z, [scaled(one.candidate, one.values, SLIGHT)])]
-        made = _better(made, hypothesis(problem, base, (one.candidate,), slight, tell, stand.level))
+    slight = (base.z, [scaled(one.candidate, one.values, SLIGHT)])
+    for other in (starts[0], (base.z, [one.tried]), slight):
+        if made is not None and made.log_evidence > null.log_evidence + KEPT_PROMISE * one.gain:
+            break
+        made = _better(made, hypothesis(problem, base, (one.candidate,), [other], tell, stand.level))
     return made
 
 
 def _stretched(one: Screened) -> list[dict[str, float]]:
     """Begins and ends around those of a stretch that screening found to a section only, and those of the whole way."""
+    if one.candidate.name in LENGTHS and one.candidate.kind.acts_on == "load":
+        return list(_longer_and_shorter(one))
     if one.candidate.name not in STRETCHES:
         return []
     place, length = one.candidate.parameters["place"], one.candidate.parameters["length"]
@@ -260,6 +265,18 @@ def _stretched(one: Screened) -> list[dict[str, float]]:
         where = float(np.clip(begin, place.low, place.high))
         found.append({**one.values, "place": where, "length": float(np.clip(end - where, length.low, length.high))})
     return found
+
+
+def _longer_and_shorter(one: Screened) -> Iterator[dict[str, float]]:
+    """A gust that is longer or shorter with its begin, its middle or its end where they were."""
+    where = next(name for name in (*DISTANCES, *TIMES) if name in one.values)
+    begin, length = one.candidate.parameters[where], LENGTHS[one.candidate.name][0]
+    free = one.candidate.parameters[length]
+    for factor in (0.6, 1.6):
+        changed = float(np.clip(factor * one.values[length], free.low, free.high))
+        for share in (0.0, 0.5, 1.0):
+            at = one.values[where] + share * (one.values[length] - changed)
+            yield {**one.values, where: float(np.clip(at, begin.low, begin.high)), length: changed}
 
 
 def _at_home(problem: Problem, null: Hypothesis) -> np.ndarray:
