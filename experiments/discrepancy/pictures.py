@@ -122,7 +122,7 @@ def spectra(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Figur
         panel.set_visible(False)
     for panel in panels[2:]:
         panel.set_xlabel("Hz")
-    panels[0].legend(fontsize=7)
+    panels[len(chosen) - 1].legend(fontsize=7, loc="upper right")
     return figure
 
 
@@ -132,7 +132,10 @@ def _density(coefficients: np.ndarray) -> np.ndarray:
 
 def candidates(judged: Sequence[Judged], enough: float) -> Figure:
     """Evidence of every fitted effect."""
-    shown = list(judged)[:10][::-1]
+    best: dict[str, Judged] = {}
+    for one in judged:  # the most probable first: a second fit of the same effects is not shown
+        best.setdefault(one.hypothesis.label, one)
+    shown = list(best.values())[:10][::-1]
     figure = Figure(figsize=(7.5, 1.2 + 0.32 * len(shown)), layout="constrained")
     panel = figure.subplots()
     colours = [AFTER if one.evidence >= enough and one.borne_out else "#bbbbbb" for one in shown]
@@ -140,7 +143,7 @@ def candidates(judged: Sequence[Judged], enough: float) -> Figure:
     panel.set_yticks(range(len(shown)), [one.hypothesis.label for one in shown], fontsize=8)
     panel.set_xscale("symlog", linthresh=10.0)
     panel.axvline(enough, color="#888888", linewidth=0.8, linestyle="--")
-    panel.set_xlabel("evidence against nuisances alone in nats (dashed: needed; grey: not accepted)")
+    panel.set_xlabel("evidence against nuisances alone [nats]\n(dashed: needed; grey: not accepted)")
     return figure
 
 
