@@ -2,13 +2,13 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from experiments.discrepancy.candidates import DISTANCES, LENGTHS, STRETCHES, TIMES, Candidate
+from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
 from experiments.discrepancy.empirical import fit_empirical
 from experiments.discrepancy.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit, with_candidates
@@ -26,6 +26,7 @@ from experiments.discrepancy.refining import (
 )
 from experiments.discrepancy.renewing import PROMISING, renewed
 from experiments.discrepancy.screening import Screened, best_of, scaled, screen, shortlist
+from experiments.discrepancy.starts import all_sizes, stretched
 from railsim.errors import InputError
 
 WORTH_FITTING = 5.0  # the same without its loudest sections, where nothing in the residual is significant
@@ -40,7 +41,6 @@ NO_RIVAL = 0.8  # of what the best brings, from which a fit is given up that lea
 NEAREST = 4  # classes that are fitted on with the noise of the best
 HALF_SEEN = 0.75  # of the next, where the derivatives by the nuisances are still the nominal vehicle's
 GLANCE = 8.0  # nats that a signature must gain without its loudest sections, where no cell is significant
-ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
 SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
 PLACES = 2  # where a law without a name is tried
 KEPT_PROMISE = 0.3  # of what a signature promised, below which a fit is begun elsewhere
@@ -169,22 +169,33 @@ class Stand:
         return something_left(self.problem, self.best)
 
 
+@dataclass(frozen=True)
+class Base:
+    """A fit of the nuisances from which effects are fitted, those shortlisted there by label, and whether it is of the
+    nominal build.
+    """
+
+    fit: Fit
+    chosen: dict[str, Screened]
+    nominal: bool = False
+
+
 def _fitted(
     problem: Problem, null: Hypothesis, screened: Sequence[Screened], found: Sequence[Candidate], tell: Tell
 ) -> Stand:
     """The shortlist, but for those that have no chance beside one that leaves only noise. Where nuisances alone leave
     much they have been bent far, and effects are looked for and fitted from the nominal build too.
     """
-    bases = [(null.fit, _shortlisted(screened))]
+    bases = [Base(null.fit, _shortlisted(screened))]
     if held_out_gap(problem, null.fit) > LARGE:
         home = starting_fit(problem, _at_home(problem, null))
-        bases.insert(0, (home, _shortlisted(screen(problem, home, found, tell))))
+        bases.insert(0, Base(home, _shortlisted(screen(problem, home, found, tell)), nominal=True))
     stand = Stand(problem, null, [])
-    for label in _in_turn([chosen for _, chosen in bases]):
+    for label in _in_turn([base.chosen for base in bases]):
         if stand.fitted and not time_for(stand.problem, "fit", label, tell):
             continue
         before = stand.most
-        if before is not None and all(_hopeless(label, chosen, before, stand.problem) for _, chosen in bases):
+        if before is not None and all(_hopeless(label, base.chosen, before, stand.problem) for base in bases):
             continue
         made = _from_all(stand, label, bases, tell)
         if made is None:
@@ -195,22 +206,20 @@ def _fitted(
             stand = _law_at_once(stand, tell)
             if stand.problem.forward.law != problem.forward.law:
                 problem = stand.problem
-                bases = [(moved_to(problem, base), chosen) for base, chosen in bases]
+                bases = [replace(base, fit=moved_to(problem, base.fit)) for base in bases]
     return stand
 
 
-Bases = Sequence[tuple[Fit, dict[str, Screened]]]
-
-
-def _from_all(stand: Stand, label: str, bases: Bases, tell: Tell) -> Hypothesis | None:
+def _from_all(stand: Stand, label: str, bases: Sequence[Base], tell: Tell) -> Hypothesis | None:
     """One of the shortlist from each base where it is on the list, until it leaves nothing or is out of reach of one
     that does.
     """
     made: Hypothesis | None = None
-    for base, chosen in bases:
+    one = next(base.chosen[label] for base in bases if label in base.chosen)
+    for base in bases:
         far = made is not None and made.fit.cost(stand.problem.train) > stand.level
-        if made is None or (label in chosen and not far and something_left(stand.problem, made)):
-            made = _better(made, _begun(stand, base, _any_of(label, chosen, bases), tell))
+        if made is None or (label in base.chosen and not far and something_left(stand.problem, made)):
+            made = _better(made, _begun(stand, base, base.chosen.get(label, one), tell))
     return made
 
 
@@ -224,23 +233,19 @@ def _in_turn(lists: Sequence[dict[str, Screened]]) -> list[str]:
     return list(dict.fromkeys(label for turn in turns for label in turn if label is not None))
 
 
-def _any_of(label: str, chosen: dict[str, Screened], bases: Sequence[tuple[Fit, dict[str, Screened]]]) -> Screened:
-    return chosen[label] if label in chosen else next(other[label] for _, other in bases if label in other)
-
-
 def _better(one: Hypothesis | None, other: Hypothesis | None) -> Hypothesis | None:
     both = [fit for fit in (one, other) if fit is not None]
     return max(both, key=lambda fit: fit.log_evidence, default=None)
 
 
-def _begun(stand: Stand, base: Fit, one: Screened, tell: Tell) -> Hypothesis | None:
+def _begun(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis | None:
     """A screened effect fitted from where it was screened, or from the nominal build at all of its sizes."""
-    problem, null = stand.problem, stand.null
+    problem, null, base = stand.problem, stand.null, begun.fit
     starts = [(one.z, [one.values]), (base.z, [one.values]), (one.z, [one.tried])]
-    if base.z is not null.fit.z:
-        starts = [(base.z, [values]) for values in (one.values, *_sizes(one), *_stretched(one))]
+    if begun.nominal:
+        starts = [(base.z, [values]) for values in (one.values, *all_sizes(one), *stretched(one))]
         return hypothesis(problem, base, (one.candidate,), starts, tell, stand.level)
-    starts += [(one.z, [values]) for values in _stretched(one)]
+    starts += [(one.z, [values]) for values in stretched(one)]
     made = hypothesis(problem, base, (one.candidate,), starts, tell, stand.level)
     slight = (base.z, [scaled(one.candidate, one.values, SLIGHT)])
     for other in (starts[0], (base.z, [one.tried]), slight):
@@ -250,48 +255,12 @@ def _begun(stand: Stand, base: Fit, one: Screened, tell: Tell) -> Hypothesis | N
     return made
 
 
-def _stretched(one: Screened) -> list[dict[str, float]]:
-    """Begins and ends around those of a stretch that screening found to a section only, and those of the whole way."""
-    if one.candidate.name in LENGTHS and one.candidate.kind.acts_on == "load":
-        return list(_longer_and_shorter(one))
-    if one.candidate.name not in STRETCHES:
-        return []
-    place, length = one.candidate.parameters["place"], one.candidate.parameters["length"]
-    first, last = one.values["place"], one.values["place"] + one.values["length"]
-    pairs = [(first + metres, last) for metres in ENDS] + [(first, last + metres) for metres in ENDS]
-    pairs += [(first, math.inf), (-math.inf, last), (-math.inf, math.inf)]
-    found = []
-    for begin, end in pairs:
-        where = float(np.clip(begin, place.low, place.high))
-        found.append({**one.values, "place": where, "length": float(np.clip(end - where, length.low, length.high))})
-    return found
-
-
-def _longer_and_shorter(one: Screened) -> Iterator[dict[str, float]]:
-    """A gust that is longer or shorter with its begin, its middle or its end where they were."""
-    where = next(name for name in (*DISTANCES, *TIMES) if name in one.values)
-    begin, length = one.candidate.parameters[where], LENGTHS[one.candidate.name][0]
-    free = one.candidate.parameters[length]
-    for factor in (0.6, 1.6):
-        changed = float(np.clip(factor * one.values[length], free.low, free.high))
-        for share in (0.0, 0.5, 1.0):
-            at = one.values[where] + share * (one.values[length] - changed)
-            yield {**one.values, where: float(np.clip(at, begin.low, begin.high)), length: changed}
-
-
 def _at_home(problem: Problem, null: Hypothesis) -> np.ndarray:
     """The nominal build at the place and speed, and with the offsets, that were found: nuisances that are bent to
     explain what is no nuisance are a bad place to start from.
     """
     kept = [one.kind in ("start", "speed", "bias") for one in problem.forward.nuisances]
     return np.where(kept, np.clip(null.fit.z, -1.0, 1.0), 0.0)
-
-
-def _sizes(one: Screened) -> list[dict[str, float]]:
-    """All sizes of a candidate where the signature has its place, phase or wavelength."""
-    free = one.candidate.parameters
-    where = {name: value for name, value in one.tried.items() if free[name].absent is None}
-    return [{**values, **where} for values in one.candidate.sizes()]
 
 
 def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand:
@@ -310,7 +279,7 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand
     made: list[Hypothesis] = []
     for name, one in mates.items():
         if time_for(problem, "fit", name, tell):
-            starts = [(z, [values]) for z in (home.z, best.fit.z) for values in _sizes(one)]
+            starts = [(z, [values]) for z in (home.z, best.fit.z) for values in all_sizes(one)]
             fitted = hypothesis(problem, home, (one.candidate,), starts, tell)
             made += [fitted] if fitted is not None else []
     return replace(stand, fitted=[*stand.fitted, *made])
