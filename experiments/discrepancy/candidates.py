@@ -25,18 +25,18 @@ BESIDE = (0.0, -1 / 3, 1 / 3, -2 / 3, 2 / 3)  # turns by the middle of the run t
 STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place on over a length
 TIMES = ("begin",)  # fields that are a time of the run [s]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
-GRID = {"frequency": 6, "period": 8}  # values between the bounds that the bank holds
-MUCH = 0.4  # damping of a resonance that does not ring, of critical
+GRID = {"frequency": 6}  # values between the bounds that the bank holds
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
 SLIGHTLY = 0.05  # m that a place is varied by for a derivative: an eighth of the shortest wave that the frames show
 VARIED = 0.01  # of a number's range, by which it is varied for a derivative: a resonance makes larger ones crooked
-SHORTEST_PERIOD = 1.0 / 60.0  # s; resonances beyond the frames' highest frequency show by their foot only
 LENGTHS = {
     "hanging_sleepers": ("length", (3.0, 8.0, 20.0)),
-    "exposed_stretch": ("length", (50.0, 110.0, 250.0, 600.0)),
-    "wind_gust": ("duration", (2.0, 5.0, 12.0, 30.0)),
+    "exposed_stretch": ("length", (50.0, 110.0)),
+    "wind_gust": ("duration", (2.0, 5.0)),
 }
+REFERENCES = {"sensor_delay": {"delay": 0.002}, "sensor_resonance": {"period": 0.03, "damping": 0.4}}
+"""Filters of one channel at numbers that change all that the frames show."""
 PHASES = ("phase", "angle")  # held fields that are found all the same [rad]
 
 
@@ -107,6 +107,11 @@ class Candidate:
         return self.kind.acts_on == "sensor"
 
     @property
+    def reference(self) -> dict[str, float] | None:
+        """Of a filter of one channel: numbers whose signature makes all others."""
+        return REFERENCES.get(self.name)
+
+    @property
     def local(self) -> bool:
         """Whether it has a place or a time of its own."""
         return any(name in self.kind.model_fields for name in (*DISTANCES, *TIMES))
@@ -171,7 +176,7 @@ class Candidate:
     def banked(self) -> Iterator[dict[str, float]]:
         """All sizes, at several frequencies where it has one of its own and no place in the spectrum is usual."""
         free = self.parameters
-        for values in self.sizes():
+        for values in [self.reference] if self.reference else self.sizes():
             yield values
             for name in GRID:
                 if name in free and free[name].absent is None:
@@ -181,13 +186,6 @@ class Candidate:
             for value in np.geomspace(*LONG_WAVES):
                 if free["wavelength"].low <= value <= free["wavelength"].high:
                     yield {**next(iter(self.sizes())), "wavelength": float(value)}
-        for name in GRID:
-            if name in free and free[name].absent is not None:  # the number itself is the size
-                usual = next(iter(self.sizes()))
-                for value in np.geomspace(SHORTEST_PERIOD, free[name].high, GRID[name]):
-                    yield {**usual, name: float(value)}
-                    if "damping" in free:  # one that is much damped is more like a delay
-                        yield {**usual, name: float(value), "damping": MUCH}
 
     def at_tones(self) -> Iterator[dict[str, float]]:
         """The middle and the largest size where the residual has its tones, where it can be tuned."""
@@ -211,6 +209,11 @@ class Candidate:
         turned.
         """
         return self.name in UNEVEN
+
+    @property
+    def gust(self) -> bool:
+        """Whether it is a force that rises and falls once."""
+        return self.name in LENGTHS and self.kind.acts_on == "load"
 
     @property
     def short(self) -> bool:

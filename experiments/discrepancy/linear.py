@@ -6,6 +6,7 @@ import numpy as np
 
 from railsim.analysis.linear import Linearised, linearise
 from railsim.model import GRAVITY, Model
+from railsim.sensors.errors import low_pass
 from railsim.sensors.interface import Sensor
 
 DIRECTIONS = ("y", "z", "roll", "pitch", "yaw")
@@ -153,9 +154,7 @@ def _filter(sensor: Sensor, omega: np.ndarray) -> np.ndarray:
     answer = np.exp(-1j * omega * errors.latency)
     if errors.bandwidth is None:
         return answer
-    order, cut = errors.bandwidth_order, 2.0 * np.pi * errors.bandwidth
-    poles = cut * np.exp(1j * np.pi * (2.0 * np.arange(order) + order + 1.0) / (2.0 * order))
-    return answer * np.prod(-poles / (1j * omega[:, None] - poles), axis=1)
+    return answer * low_pass(omega, errors.bandwidth, errors.bandwidth_order)
 
 
 __all__ = ["Linearised", "Place", "answers", "places", "readings"]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from experiments.discrepancy.filters import forms
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.parallel import in_parallel
 from experiments.discrepancy.screening import Projection, Screened, judged_signature, shortlist
@@ -29,7 +30,8 @@ def renewed(problem: Problem, fit: Fit, screened: Sequence[Screened]) -> tuple[S
     truth = forward.run(fit.z, fit.effects)[1]
 
     def again(one: Screened) -> Screened | None:
-        effects = (*fit.effects, one.candidate.build(one.values))
+        values = one.candidate.reference or one.values
+        effects = (*fit.effects, one.candidate.build(values))
         try:
             if one.candidate.of_sensor:
                 prediction = forward.observe(forward.setup(fit.z, effects), truth, fit.z)
@@ -40,7 +42,8 @@ def renewed(problem: Problem, fit: Fit, screened: Sequence[Screened]) -> tuple[S
         change = problem.stacked(prediction) - fit.stacked
         if not np.isfinite(change).all() or not change.any():
             return None
-        return judged_signature(problem, fit, projection, one.candidate, change, [(one.values, None)])
+        turned = forms(one.candidate, problem.frames.frequencies, finely=True) if one.candidate.reference else None
+        return judged_signature(problem, fit, projection, one.candidate, change, turned or [(values, None)])
 
     done: set[str] = set()
     for _ in range(ROUNDS):

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from experiments.discrepancy.candidates import DISTANCES, STRETCHES, Candidate, in_tune
+from experiments.discrepancy.filters import forms
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, normal_equations
+from experiments.discrepancy.gusts import put_together
 from experiments.discrepancy.noise import split
 from experiments.discrepancy.parallel import in_parallel
 from experiments.discrepancy.places import distance_at, likely_places, loudest_places, series
@@ -25,7 +27,6 @@ PHASES_TRIED = 24
 PLACES_TRIED = np.arange(-1.5, 1.6, 0.1)  # m
 TIMES_TRIED = np.arange(-1.0, 1.1, 0.1)  # s
 STRETCH_TRIED = 20.0 * TIMES_TRIED  # m, of a load along the track
-DELAYS_TRIED = np.concatenate([np.geomspace(0.001, 0.02, 10), np.arange(0.025, 1.0, 0.01)])  # s
 DETUNED = 1.0  # turns of a wave by the middle of the run
 TOGETHER = 32  # signatures that are judged at a time
 DROPPED = 3  # sections whose gain does not count
@@ -185,15 +186,15 @@ def screen(
     return judged + _here(problem, fit, projection, found)
 
 
-Turned = list[tuple[dict[str, float], np.ndarray | None]]
+Turned = Sequence[tuple[dict[str, float], np.ndarray | None]]
 
 
 def _turned(problem: Problem, candidate: Candidate, values: dict[str, float]) -> Turned:
     """Numbers and the factor (k, f) that makes their signature of that of `values`: of what turns with a wheel at all
     phases, of what is short at places around it, of a wave at wavelengths around it.
     """
-    if candidate.name == "sensor_delay":
-        return list(_delayed(problem, candidate, values))
+    if candidate.reference:
+        return forms(candidate, problem.frames.frequencies, finely=False)
     if candidate.phases:
         name = candidate.phases[0]
         aside = 2.0 * np.pi * np.arange(PHASES_TRIED) / PHASES_TRIED - values[name]
@@ -209,28 +210,11 @@ def _turned(problem: Problem, candidate: Candidate, values: dict[str, float]) ->
     free = candidate.parameters[name]
     forward = problem.forward
     speed = forward.alignment.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
-    found: Turned = []
+    found: list[tuple[dict[str, float], np.ndarray | None]] = []
     for change in aside:
         late = change * metres / speed if metres else np.full(len(speed), change)
         phase = np.exp(-2j * np.pi * problem.frames.frequencies * late[:, None]).astype(np.complex64)
         found.append(({**values, name: float(np.clip(values[name] + change, free.low, free.high))}, phase))
-    return found
-
-
-def _delayed(problem: Problem, candidate: Candidate, values: dict[str, float]) -> Turned:
-    """All delays by that of the smallest one, whose signature is the channel's derivative: (e^-iwd - 1) / (e^-iwe - 1).
-
-    A late channel is like itself a little later only within a part of a turn of its loudest wave.
-    """
-    free = candidate.parameters["delay"]
-    if free.smallest is None or values["delay"] > 1.01 * free.smallest:
-        return [(values, None)]
-    turn = np.exp(-2j * np.pi * problem.frames.frequencies[1:] * values["delay"]) - 1.0
-    found: Turned = []
-    for delay in DELAYS_TRIED[free.high >= DELAYS_TRIED]:
-        factor = np.exp(-2j * np.pi * problem.frames.frequencies[1:] * delay) - 1.0
-        whole = np.concatenate([[delay / values["delay"]], factor / turn])
-        found.append(({**values, "delay": float(delay)}, whole[None].astype(np.complex64)))
     return found
 
 
@@ -273,6 +257,10 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
             else judged_signature(problem, fit, projection, job[0], change, _turned(problem, *job))
         )
 
+    def products(changes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        rows = np.stack([projection.row(_white(problem, change)) for change in changes])
+        return projection.along(rows), rows @ projection.residual, rows @ rows.T
+
     def placed(one: Candidate) -> list[dict[str, float]]:
         middle = next(iter(one.sizes()))
         if one.short:
@@ -281,7 +269,8 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
             return _stretches(problem, fit, projection, one, change_of)
         if not one.local:
             return list(one.at_tones())
-        return list(one.variants_of(middle))[: None if "begin" in one.parameters else 1]
+        usual = list(one.variants_of(middle))[: None if one.gust else 1]
+        return usual + (put_together(problem, one, change_of, products, projection.weighed) if one.gust else [])
 
     local = [one for one in found if one.local]
     tuned = [one for one in found if not one.local and not one.of_sensor]

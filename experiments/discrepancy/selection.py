@@ -26,7 +26,7 @@ from experiments.discrepancy.refining import (
 )
 from experiments.discrepancy.renewing import PROMISING, renewed
 from experiments.discrepancy.screening import Screened, best_of, scaled, screen, shortlist
-from experiments.discrepancy.starts import all_sizes, stretched
+from experiments.discrepancy.starts import all_sizes, elsewhere, stretched
 from railsim.errors import InputError
 
 WORTH_FITTING = 5.0  # the same without its loudest sections, where nothing in the residual is significant
@@ -171,13 +171,18 @@ class Stand:
 
 @dataclass(frozen=True)
 class Base:
-    """A fit of the nuisances from which effects are fitted, those shortlisted there by label, and whether it is of the
-    nominal build.
+    """A fit of the nuisances from which effects are fitted, what was screened there, and whether it is of the nominal
+    build.
     """
 
     fit: Fit
-    chosen: dict[str, Screened]
+    screened: Sequence[Screened]
     nominal: bool = False
+
+    @cached_property
+    def chosen(self) -> dict[str, Screened]:
+        """Those shortlisted, by label."""
+        return {one.candidate.label: one for one in shortlist(self.screened) if one.gain > PROMISING}
 
 
 def _fitted(
@@ -186,10 +191,10 @@ def _fitted(
     """The shortlist, but for those that have no chance beside one that leaves only noise. Where nuisances alone leave
     much they have been bent far, and effects are looked for and fitted from the nominal build too.
     """
-    bases = [Base(null.fit, _shortlisted(screened))]
+    bases = [Base(null.fit, screened)]
     if held_out_gap(problem, null.fit) > LARGE:
         home = starting_fit(problem, _at_home(problem, null))
-        bases.insert(0, Base(home, _shortlisted(screen(problem, home, found, tell)), nominal=True))
+        bases.insert(0, Base(home, screen(problem, home, found, tell), nominal=True))
     stand = Stand(problem, null, [])
     for label in _in_turn([base.chosen for base in bases]):
         if stand.fitted and not time_for(stand.problem, "fit", label, tell):
@@ -223,10 +228,6 @@ def _from_all(stand: Stand, label: str, bases: Sequence[Base], tell: Tell) -> Hy
     return made
 
 
-def _shortlisted(screened: Sequence[Screened]) -> dict[str, Screened]:
-    return {one.candidate.label: one for one in shortlist(screened) if one.gain > PROMISING}
-
-
 def _in_turn(lists: Sequence[dict[str, Screened]]) -> list[str]:
     """Labels of all lists, the first of each, then the second of each."""
     turns = itertools.zip_longest(*lists)
@@ -239,6 +240,16 @@ def _better(one: Hypothesis | None, other: Hypothesis | None) -> Hypothesis | No
 
 
 def _begun(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis | None:
+    """A screened effect fitted from where it was screened, a gust from where else it may be as well."""
+    made = _begun_at(stand, begun, one, tell)
+    for other in elsewhere(one, begun.screened):
+        if made is not None and not something_left(stand.problem, made):
+            break
+        made = _better(made, _begun_at(stand, begun, other, tell))
+    return made
+
+
+def _begun_at(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis | None:
     """A screened effect fitted from where it was screened, or from the nominal build at all of its sizes."""
     problem, null, base = stand.problem, stand.null, begun.fit
     starts = [(one.z, [one.values]), (base.z, [one.values]), (one.z, [one.tried])]

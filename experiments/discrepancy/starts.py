@@ -1,7 +1,7 @@
 """Starts: from which numbers of an effect a fit sets out, beside those that screening found."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -9,6 +9,8 @@ from experiments.discrepancy.candidates import DISTANCES, LENGTHS, STRETCHES, TI
 from experiments.discrepancy.screening import Screened
 
 ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
+VALLEYS = 2  # other gusts from which a fit is begun
+SAME = 0.1  # of the shorter one's length, by which two gusts that are no different may begin or end apart
 
 
 def all_sizes(one: Screened) -> list[dict[str, float]]:
@@ -20,8 +22,6 @@ def all_sizes(one: Screened) -> list[dict[str, float]]:
 
 def stretched(one: Screened) -> list[dict[str, float]]:
     """Begins and ends around those of a stretch that screening found to a section only, and those of the whole way."""
-    if one.candidate.name in LENGTHS and one.candidate.kind.acts_on == "load":
-        return list(_longer_and_shorter(one))
     if one.candidate.name not in STRETCHES:
         return []
     place, length = one.candidate.parameters["place"], one.candidate.parameters["length"]
@@ -35,13 +35,25 @@ def stretched(one: Screened) -> list[dict[str, float]]:
     return found
 
 
-def _longer_and_shorter(one: Screened) -> Iterator[dict[str, float]]:
-    """A gust that is longer or shorter with its begin, its middle or its end where they were."""
+def elsewhere(one: Screened, screened: Iterable[Screened]) -> list[Screened]:
+    """Other gusts of the same kind that promise something too, the best first: when it blows and for how long have more
+    than one valley.
+    """
+    if not one.candidate.gust:
+        return []
+    same = [other for other in screened if other.candidate.label == one.candidate.label and other.gain > 0.0]
+    found = [one]
+    for other in sorted(same, key=lambda other: -other.gain):
+        if all(_apart(other, before) for before in found):
+            found.append(other)
+    return found[1 : 1 + VALLEYS]
+
+
+def _apart(one: Screened, other: Screened) -> bool:
+    """Whether two gusts begin or end at different times."""
+    length = LENGTHS[one.candidate.name][0]
     where = next(name for name in (*DISTANCES, *TIMES) if name in one.values)
-    begin, length = one.candidate.parameters[where], LENGTHS[one.candidate.name][0]
-    free = one.candidate.parameters[length]
-    for factor in (0.6, 1.6):
-        changed = float(np.clip(factor * one.values[length], free.low, free.high))
-        for share in (0.0, 0.5, 1.0):
-            at = one.values[where] + share * (one.values[length] - changed)
-            yield {**one.values, where: float(np.clip(at, begin.low, begin.high)), length: changed}
+    begins = one.values[where], other.values[where]
+    ends = begins[0] + one.values[length], begins[1] + other.values[length]
+    far = SAME * min(one.values[length], other.values[length])
+    return abs(begins[0] - begins[1]) > far or abs(ends[0] - ends[1]) > far

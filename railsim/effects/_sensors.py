@@ -1,7 +1,10 @@
 """Faults of one measured channel."""
 
+from abc import abstractmethod
 from collections.abc import Callable
 from typing import Any, ClassVar
+
+import numpy as np
 
 from railsim.effects.interface import Effect, Setup
 from railsim.errors import InputError
@@ -39,6 +42,14 @@ class ChannelEffect(Effect, frozen=True):
             known = ", ".join(name.partition(" [")[0] for sensor in setup.sensors for name in sensor.channels())
             raise InputError(f"effect '{self.kind}': no channel '{self.channel}'; there are: {known or 'none'}")
         return setup.but(sensors=tuple(sensors))
+
+
+class FilterEffect(ChannelEffect, frozen=True):
+    """Base of faults that pass one channel through a filter."""
+
+    @abstractmethod
+    def response(self, frequency: np.ndarray) -> np.ndarray:
+        """(f,) the channel over what it would be without it, complex, at frequencies [Hz]."""
 
 
 def _apart(sensor: Sensor, place: int) -> tuple[list[Sensor], Sensor]:

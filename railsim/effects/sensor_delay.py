@@ -4,12 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
-from railsim.effects._sensors import ChannelEffect
+import numpy as np
+
+from railsim.effects._sensors import FilterEffect
 from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class SensorDelay(ChannelEffect, frozen=True):
+class SensorDelay(FilterEffect, frozen=True):
     """One channel later than its time stamps by `delay`."""
 
     delay: float = quantity(0.02, unit="s", source=CHOSEN, ge=0.0, le=0.5)
@@ -18,6 +20,10 @@ class SensorDelay(ChannelEffect, frozen=True):
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"delay": 0.002})
     signature: ClassVar[str] = "phase of one channel against the others falls in proportion to the frequency"
     references: ClassVar[tuple[str, ...]] = ("IEEE Std 1451: time stamps",)
+
+    def response(self, frequency: np.ndarray) -> np.ndarray:
+        """(f,) of what it is over what it would be without it, at frequencies [Hz]."""
+        return np.exp(-2j * np.pi * frequency * self.delay)
 
     def install(self, setup: Setup) -> Setup:
         """More latency."""

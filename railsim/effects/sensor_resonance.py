@@ -4,12 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
-from railsim.effects._sensors import ChannelEffect
+import numpy as np
+
+from railsim.effects._sensors import FilterEffect
 from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class SensorResonance(ChannelEffect, frozen=True):
+class SensorResonance(FilterEffect, frozen=True):
     """One channel through 1 / (1 - (f / frequency)^2 + 2 i damping f / frequency) before its own filter."""
 
     period: float = quantity(0.01, unit="s, 1 / frequency of the mount", source=CHOSEN, ge=0.0, le=0.06)
@@ -19,6 +21,11 @@ class SensorResonance(ChannelEffect, frozen=True):
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"period": 0.003})
     signature: ClassVar[str] = "a peak of one channel at the frequency of the mount, and less beyond"
     references: ClassVar[tuple[str, ...]] = ("ISO 5348: mechanical mounting of accelerometers",)
+
+    def response(self, frequency: np.ndarray) -> np.ndarray:
+        """(f,) of what it is over what it would be without it, at frequencies [Hz]."""
+        turn = frequency * self.period
+        return 1.0 / (1.0 - turn**2 + 2.0j * self.damping * turn)
 
     def install(self, setup: Setup) -> Setup:
         """A resonator before the sensor."""

@@ -1,14 +1,10 @@
 """What nuisances can take is no evidence for an effect; what they cannot take counts in full."""
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 
-from experiments.discrepancy.candidates import Context, candidates
 from experiments.discrepancy.fitting import WEIGHT, Fit
 from experiments.discrepancy.scores import TOLERATED
-from experiments.discrepancy.screening import Projection, _turned
+from experiments.discrepancy.screening import Projection
 
 
 def _fit(jacobian: np.ndarray, residual: np.ndarray, z: np.ndarray | None = None) -> Fit:
@@ -84,21 +80,3 @@ def test_a_stretch_of_a_signature_is_weighed_by_sums():
     assert found[1] == judged.which
     assert np.allclose(found[0], judged.gain)
     assert np.allclose(found[3], judged.move)
-
-
-def test_the_signature_of_any_delay_is_made_of_that_of_the_smallest():
-    """Against the spectrum of a channel that comes so much later."""
-    context = Context(("bogie.rate_yaw",), (50.0, 900.0), (1.0, 30.0), ())
-    late = next(one for one in candidates(context) if one.name == "sensor_delay")
-    frequencies = np.arange(1, 121) / 2.0
-    problem: Any = SimpleNamespace(frames=SimpleNamespace(frequencies=np.concatenate([[0.0], frequencies])))
-    smallest = min(late.sizes(), key=lambda one: one["delay"])
-    turned = _turned(problem, late, smallest)
-    spectrum = np.exp(-2j * np.pi * frequencies * smallest["delay"]) - 1.0
-    delays = [values["delay"] for values, _ in turned]
-    assert max(delays) > 0.9 * late.parameters["delay"].high
-    for values, factor in turned:
-        assert factor is not None
-        there = np.exp(-2j * np.pi * frequencies * values["delay"]) - 1.0
-        assert np.allclose(spectrum * factor[0, 1:], there, atol=1e-4)
-    assert [factor for _, factor in _turned(problem, late, {"delay": 0.3})] == [None]
