@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from experiments.commands.interface import Outcome, table
-from experiments.discrepancy.benchmark import renew_expected, run_benchmark
+from experiments.discrepancy.benchmark import Cases, renew_expected, run_benchmark
+from experiments.discrepancy.benchmark_rows import kept
 from experiments.discrepancy.benchmark_score import read_rows, score
 from experiments.discrepancy.rule import rule_hash
 from railsim.errors import InputError
@@ -26,16 +27,18 @@ def execute(given: argparse.Namespace) -> Outcome:
     folder = Path(given.out)
     folder.mkdir(parents=True, exist_ok=True)
     rule = given.score or rule_hash()
-    kept_in = Path(given.rows) if given.rows else None
+    cases = Cases(given.model, given.seed, given.duration, given.laws)
+    store = Path(given.rows) if given.rows else None
     if given.score:
-        renew_expected(given.model, folder, given.seed, given.duration, rule, _say)
+        renew_expected(cases, folder, rule, _say)
     else:
-        run_benchmark(
-            given.model, folder, given.cases, given.seed, given.duration, _say, given.laws, _part(given.part), kept_in
-        )
-    rows = read_rows(folder, rule, kept_in, given.seed)
+        first, step = _part(given.part)
+        run_benchmark(cases, folder, range(first, given.cases, step), _say, store)
+    rows = read_rows(folder, rule, kept(store, rule, given.seed, given.duration) if store else ())
     if given.score and not rows:
-        raise InputError(f"--score {rule}: no row of that rule in '{folder}/results'; take the \"rule\" of a row")
+        places = " or ".join(f"'{one}'" for one in (folder / "results", store) if one)
+        asked = f"seed {given.seed} and {given.duration:g} s"
+        raise InputError(f'--score {rule}: no row of that rule with {asked} in {places}; take the "rule" of a row')
     found = score(rows)
     return Outcome(found | {"rule": rule}, f"rule {rule}\n" + _text(found))
 

@@ -5,7 +5,8 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,29 +27,48 @@ from railsim.scenario import Scenario
 ROW = "a result of the benchmark"
 
 
+@dataclass(frozen=True)
+class Cases:
+    """Which cases: all that follows from these is the same on every machine.
+
+    Attributes
+    ----------
+    model : nominal scenario. duration : s, of each recording. laws : YAML file of effects from outside the library.
+    """
+
+    model: str
+    seed: int
+    duration: float
+    laws: str = ""
+
+    def nominal(self, number: int) -> Scenario:
+        """The nominal scenario of a case."""
+        return nominal_of(self.model, setting_of(self.seed, number), self.duration)
+
+
 def run_benchmark(
-    model: str,
+    cases: Cases,
     folder: Path,
-    count: int,
-    seed: int,
-    duration: float,
+    numbers: Sequence[int],
     tell: Callable[[str], None],
-    laws: str = "",
-    part: tuple[int, int] = (0, 1),
     rows: Path | None = None,
 ) -> None:
-    """All cases that have no result of this rule yet; stop at any time, it goes on from there.
+    """Those of the numbers that have no result of this rule yet; stop at any time, it goes on from there.
 
-    `laws`: YAML file of effects from outside the library. `part` (i, n): every n-th case from the i-th on, so that
-    several processes can share a folder. `rows`: file of what was answered elsewhere, to which it is added.
+    `rows`: file of what was answered elsewhere, to which it is added. Several processes can share a folder if they have
+    different numbers.
+
+    Raises
+    ------
+    InputError : a case cannot be made.
     """
     rule = rule_hash()
-    elsewhere = {one["case"] for one, _ in kept(rows, rule, seed) if one.get("duration") == duration} if rows else set()
+    elsewhere = {one["case"] for one, _ in kept(rows, rule, cases.seed, cases.duration)} if rows else set()
 
     def label(number: int) -> dict[str, Any]:
         return read_json(folder / "sealed" / f"{number:04d}.json", "a label")
 
-    for number in range(part[0], count, part[1]):
+    for number in numbers:
         row = folder / "results" / f"{number:04d}.json"
         if number in elsewhere:
             continue
@@ -56,21 +76,15 @@ def run_benchmark(
             continue
         recording = folder / "recordings" / f"{number:04d}"
         if not recording.is_dir():
-            make = [model, str(folder), str(seed), str(number), str(duration), *([laws] if laws else [])]
-            command = [sys.executable, "-m", "experiments.discrepancy.blind_cases", *make]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-            if done.returncode:
-                raise InputError(
-                    f"case {number} could not be made: {(done.stderr.strip() or 'no reason').splitlines()[-1]}"
-                )
+            _make(cases, folder, number)
         begun, worked = time.monotonic(), time.process_time()
-        verdict, findings = _solve(nominal_of(model, setting_of(seed, number), duration), recording, label(number))
+        verdict, findings = _solve(cases.nominal(number), recording, label(number))
         spent = {"seconds": round(time.monotonic() - begun, 1), "cpu": round(time.process_time() - worked, 1)}
         found = {
             "rule": rule,
             "case": number,
-            "seed": seed,
-            "duration": duration,
+            "seed": cases.seed,
+            "duration": cases.duration,
             **spent,
             "memory": _peak(),
             "verdict": verdict,
@@ -83,9 +97,18 @@ def run_benchmark(
         tell(f"case {number}: {verdict['status']} {verdict['effect'] or ''} in {spent['seconds']:.0f} s")
 
 
-def renew_expected(
-    model: str, folder: Path, seed: int, duration: float, rule: str, tell: Callable[[str], None]
-) -> None:
+def _make(cases: Cases, folder: Path, number: int) -> None:
+    """A case, in a process of its own."""
+    given = [cases.model, str(folder), str(cases.seed), str(number), str(cases.duration)]
+    command = [sys.executable, "-m", "experiments.discrepancy.blind_cases", *given]
+    done = subprocess.run(
+        [*command, *([cases.laws] if cases.laws else [])], capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        raise InputError(f"case {number} could not be made: {(done.stderr.strip() or 'no reason').splitlines()[-1]}")
+
+
+def renew_expected(cases: Cases, folder: Path, rule: str, tell: Callable[[str], None]) -> None:
     """What the true effects of answered cases could bring, by the oracle as it is now; verdicts stay untouched.
 
     Rows say by which oracle they were valued; the first value is kept beside the new one.
@@ -96,8 +119,7 @@ def renew_expected(
         label = read_json(folder / "sealed" / path.name, "a label")
         if row.get("rule") != rule or row.get("oracle") == now or not label["effects"] or not row.get("expected"):
             continue
-        nominal = nominal_of(model, setting_of(seed, row["case"]), duration)
-        problem = prepare(gather(folder / "recordings" / path.stem, nominal), lambda text: None)
+        problem = prepare(gather(folder / "recordings" / path.stem, cases.nominal(row["case"])), lambda text: None)
         effects = [effect_of(one) for one in label["effects"]]
         first = row.get("expected_at_first", row["expected"])
         expected = [round(one, 2) for one in expected_evidence(problem, effects, label.get("specimen", {}))]

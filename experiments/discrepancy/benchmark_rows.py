@@ -24,8 +24,8 @@ def keep(path: Path, row: dict[str, Any], label: dict[str, Any]) -> None:
         file.write(line + "\n")
 
 
-def kept(path: Path, rule: str, seed: int | None = None) -> list[Row]:
-    """Cases (result, label) that a rule has answered, of one seed or of all, by their numbers; none without a file.
+def kept(path: Path, rule: str, seed: int, duration: float) -> list[Row]:
+    """Cases (result, label) of a seed and a duration that a rule has answered, by their numbers; none without a file.
 
     Raises
     ------
@@ -33,17 +33,18 @@ def kept(path: Path, rule: str, seed: int | None = None) -> list[Row]:
     """
     if not path.is_file():
         return []
-    found: dict[tuple[int, int], Row] = {}
+    found: dict[int, Row] = {}
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
         try:
             both = json.loads(line)
             row, label = both["row"], both["label"]
-            key = (row["seed"], row["case"])
+            own = (row["rule"], row["seed"], row["duration"])
+            case = int(row["case"])
         except (ValueError, KeyError, TypeError):
             raise InputError(f"{path}: line {number} is no answered case; remove that line") from None
-        if row.get("rule") == rule and seed in (None, key[0]):
-            found[key] = (row, label)
-    return [found[key] for key in sorted(found)]
+        if own == (rule, seed, duration):
+            found[case] = (row, label)
+    return [found[case] for case in sorted(found)]
 
 
 def _part(whole: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:

@@ -2,13 +2,14 @@
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from experiments.discrepancy.benchmark import ROW
-from experiments.discrepancy.benchmark_rows import kept
+from experiments.discrepancy.benchmark_rows import Row
 from experiments.discrepancy.rule import rule_hash
 from railsim.files import read_json
 
@@ -20,24 +21,20 @@ the numbers that are fitted.
 """
 
 
-def read_rows(
-    folder: Path, rule: str = "", elsewhere: Path | None = None, seed: int | None = None
-) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """(result, label) of every case that a rule has answered, the present one if none is stated; `elsewhere`: file of
-    rows that need not be in the folder.
+def read_rows(folder: Path, rule: str = "", elsewhere: Sequence[Row] = ()) -> list[Row]:
+    """(result, label) of every case that a rule has answered, the present one if none is stated; `elsewhere`: rows that
+    need not be in the folder.
     """
     rule = rule or rule_hash()
-    rows = []
+    found = {row["case"]: (row, label) for row, label in elsewhere}
     for path in sorted((folder / "results").glob("*.json")):
         row = read_json(path, ROW)
         if row.get("rule") == rule:
-            rows.append((row, read_json(folder / "sealed" / path.name, "a label")))
-    here = {row["case"] for row, _ in rows}
-    more = kept(elsewhere, rule, seed) if elsewhere else []
-    return sorted([*rows, *(one for one in more if one[0]["case"] not in here)], key=lambda one: one[0]["case"])
+            found[row["case"]] = (row, read_json(folder / "sealed" / path.name, "a label"))
+    return [found[case] for case in sorted(found)]
 
 
-def score(rows: list[tuple[dict[str, Any], dict[str, Any]]]) -> dict[str, Any]:
+def score(rows: Sequence[Row]) -> dict[str, Any]:
     """Contract shape: metrics with Wilson intervals, figures with their spread, right names by class and outcomes by
     setting, and verdict counts by truth.
     """
@@ -73,7 +70,7 @@ def _shares(counts: dict[str, list[bool]]) -> dict[str, dict[str, float | int]]:
     return {name: wilson(sum(values), len(values)) for name, values in sorted(counts.items())}
 
 
-def figures(rows: list[tuple[dict[str, Any], dict[str, Any]]]) -> dict[str, dict[str, Any]]:
+def figures(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
     """Medians of what is no share, with their 95 % intervals (order statistics) and extremes."""
     found: dict[str, list[float]] = defaultdict(list)
     for row, label in rows:

@@ -34,7 +34,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_rows_are_valued_anew_once(folder: Path):
     said: list[str] = []
     for _ in range(2):
-        benchmark.renew_expected("model", folder, 1, 24.0, "old", said.append)
+        benchmark.renew_expected(benchmark.Cases("model", 1, 24.0), folder, "old", said.append)
     assert len(said) == 1
     row = read_json(folder / "results" / "0000.json", "a row")
     assert (row["expected"], row["expected_at_first"], row["verdict"]) == ([50.0], [5.0], {"status": "none"})
@@ -46,14 +46,16 @@ def test_rows_are_valued_anew_once(folder: Path):
 def test_rows_outlive_their_folder(folder: Path, tmp_path: Path):
     path = tmp_path / "rows.jsonl"
     for row, label in read_rows(folder, "old"):
-        keep(path, row | {"seed": 7, "more": 1}, label)
-    assert [row["case"] for row, _ in kept(path, "old", 7)] == [0, 1]
-    assert kept(path, "old", 8) == kept(path, "other") == kept(tmp_path / "none", "old") == []
-    assert read_rows(tmp_path / "elsewhere", "old", path, 7) == kept(path, "old")
-    assert [row["case"] for row, _ in read_rows(folder, "old", path)] == [0, 1]
+        keep(path, row | {"seed": 7, "duration": 24.0, "more": 1}, label)
+    there = kept(path, "old", 7, 24.0)
+    assert [row["case"] for row, _ in there] == [0, 1]
+    others = [kept(path, "old", 8, 24.0), kept(path, "old", 7, 60.0), kept(path, "other", 7, 24.0)]
+    assert others == [[], [], []] and kept(tmp_path / "none", "old", 7, 24.0) == []
+    assert read_rows(tmp_path / "elsewhere", "old", there) == there
+    assert [row["case"] for row, _ in read_rows(folder, "old", there)] == [0, 1]
     path.write_text("no row\n")
     with pytest.raises(InputError, match="line 1"):
-        kept(path, "old")
+        kept(path, "old", 7, 24.0)
 
 
 def test_what_was_answered_elsewhere_is_not_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -64,6 +66,7 @@ def test_what_was_answered_elsewhere_is_not_asked_again(tmp_path: Path, monkeypa
         (tmp_path / part).mkdir(parents=True)
     write_json(tmp_path / "sealed" / "0001.json", label)
     monkeypatch.setattr(benchmark, "_solve", lambda *given: ({"status": "none", "effect": None}, None))
-    benchmark.run_benchmark("yaw_dampers", tmp_path, 2, 7, 24.0, lambda text: None, rows=path)
-    assert [row["case"] for row, _ in kept(path, rule["rule"], 7)] == [0, 1]
+    cases = benchmark.Cases("yaw_dampers", 7, 24.0)
+    benchmark.run_benchmark(cases, tmp_path, range(2), lambda text: None, path)
+    assert [row["case"] for row, _ in kept(path, benchmark.rule_hash(), 7, 24.0)] == [0, 1]
     assert not (tmp_path / "results" / "0000.json").exists()
