@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import EngFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from experiments.discrepancy.decide import Judged
 from experiments.discrepancy.fitting import Problem
@@ -155,8 +155,10 @@ def latent(forces: Sequence[LatentForce]) -> Figure:
     for panel, one in zip(panels, shown, strict=False):
         panel.errorbar(one.curve[:, 0], one.curve[:, 1], one.curve[:, 2], color=AFTER, marker="o", markersize=3)
         panel.axhline(0.0, color="#bbbbbb", linewidth=0.6)
-        panel.set(xlabel=one.state, ylabel=f"missing force in {one.place.unit}")
+        state, _, unit = one.state.rstrip("]").partition(" [")
+        panel.set(xlabel=state, ylabel="missing force")
         panel.set_title(f"{one.place.label}\nevidence {one.gain:.0f} nats, follows it to {one.follows:.0%}", fontsize=8)
         panel.xaxis.set_major_locator(MaxNLocator(4))
-        panel.ticklabel_format(style="sci", axis="both", scilimits=(-3, 4))
+        panel.xaxis.set_major_formatter(EngFormatter(unit))
+        panel.yaxis.set_major_formatter(EngFormatter(one.place.unit))
     return figure
