@@ -8,9 +8,11 @@ from typing import Any
 from experiments.commands.interface import Outcome, table
 from experiments.discrepancy.benchmark import Cases, renew_expected, run_benchmark
 from experiments.discrepancy.benchmark_rows import kept
-from experiments.discrepancy.benchmark_score import read_rows, score
+from experiments.discrepancy.benchmark_score import page, read_rows, score
 from experiments.discrepancy.rule import rule_hash
 from railsim.errors import InputError
+
+PAGE = "RESULTS.md"
 
 
 def _part(text: str) -> tuple[int, int]:
@@ -40,6 +42,7 @@ def execute(given: argparse.Namespace) -> Outcome:
         asked = f"seed {given.seed} and {given.duration:g} s"
         raise InputError(f'--score {rule}: no row of that rule with {asked} in {places}; take the "rule" of a row')
     found = score(rows)
+    (folder / PAGE).write_text(page(rows, rule), encoding="utf-8")
     return Outcome(found | {"rule": rule}, f"rule {rule}\n" + _text(found))
 
 

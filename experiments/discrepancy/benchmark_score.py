@@ -1,4 +1,4 @@
-"""Scores of the blind benchmark: rates with confidence intervals, and the confusion table."""
+"""Scores of the blind benchmark: rates with confidence intervals, the confusion table, and a page for people."""
 
 import math
 from collections import Counter, defaultdict
@@ -185,3 +185,89 @@ def wilson(successes: int, cases: int) -> dict[str, float | int]:
     middle = (share + z2 / (2 * cases)) / (1 + z2 / cases)
     reach = COVERED * math.sqrt(share * (1 - share) / cases + z2 / (4 * cases**2)) / (1 + z2 / cases)
     return {"value": share, "low": max(0.0, middle - reach), "high": min(1.0, middle + reach), "cases": cases}
+
+
+TARGETS = {
+    "right name": (0.9, True),
+    "truth in the stated set": (0.97, True),
+    "wrong name": (0.03, False),
+    "false alarm": (0.01, False),
+    "unknown where it is outside the library": (0.9, True),
+    "place of an unknown": (0.8, True),
+    "two-sigma interval covers": (0.9, True),
+    "pair exactly right": (0.6, True),
+}
+"""Shares that are asked for, and whether at least or at most."""
+
+
+def page(rows: Sequence[Row], rule: str) -> str:
+    """Markdown: shares against their targets, medians, and every case with something in it or with a false alarm."""
+    found = score(rows)
+    lines = [
+        f"Rule `{rule}`: {len(rows)} cases, {sum(bool(label['effects']) for _, label in rows)} with something in them."
+    ]
+    lines += ["", "| share of | cases | value (95 % interval) | target | |", "|---|---|---|---|---|"]
+    for name, one in found["metrics"].items():
+        between = f"{one['value']:.1%} ({one['low']:.1%} to {one['high']:.1%})"
+        lines.append(f"| {name} | {one['cases']} | {between} | {_target(name, one)} |")
+    lines += ["", "| median of | cases | value (95 % interval) | least, most |", "|---|---|---|---|"]
+    for name, one in found["figures"].items():
+        between = f"{one['value']:.3g} ({one['low']:.3g} to {one['high']:.3g})"
+        lines.append(f"| {name} | {one['cases']} | {between} | {one['least']:.3g}, {one['most']:.3g} |")
+    lines += [
+        "",
+        "| case | truth (setting, creep law; nats to be expected) | verdict | gap: nuisances only, after, true model |",
+    ]
+    lines += ["|---|---|---|---|", *(_line(row, label) for row, label in rows if _told(row, label))]
+    return "\n".join(lines) + "\n"
+
+
+def _target(name: str, one: dict[str, Any]) -> str:
+    """What is asked for, and whether the share and its whole interval are there."""
+    if name not in TARGETS:
+        return "| "
+    wanted, at_least = TARGETS[name]
+    reached = [(value >= wanted) == at_least or value == wanted for value in (one["value"], one["low"], one["high"])]
+    shown = all(reached[1:])
+    held = "held" if shown else "held; interval does not show it" if reached[0] else "NOT HELD"
+    return f"{'at least' if at_least else 'at most'} {wanted:.0%} | {held}"
+
+
+def _told(row: dict[str, Any], label: dict[str, Any]) -> bool:
+    return bool(label["effects"]) or row["verdict"]["status"] != "none"
+
+
+def _line(row: dict[str, Any], label: dict[str, Any]) -> str:
+    verdict, outcomes = row["verdict"], _outcomes(row, label)
+    nats = row.get("expected", [])
+    truth = " and ".join(_effect(one) for one in label["effects"]) or f"{label['kind']}"
+    kind = f"{label['kind']}, " if label["kind"] in ("withheld", "foreign") else ""
+    where = f"{kind}{label.get('setting', 'home')}, {label['law']}"
+    expected = "; " + ", ".join(f"{one:.0f}" for one in nats) if nats else ""
+    said = verdict["status"]
+    if said == "named":
+        names = [verdict["effect"], *(one["effect"] for one in verdict.get("further", []))]
+        first = next(iter(verdict["parameters"].values()), None)
+        size = f", {first['value']:.3g} ({first['low']:.3g} to {first['high']:.3g})" if first else ""
+        said = f"`{'` and `'.join(names)}`{size}"
+    wrong = [
+        name for name, held in outcomes.items() if held == (name in UNWANTED) and not name.endswith((" null", " decoy"))
+    ]
+    gap, true = verdict.get("gap") or {}, row.get("true_gap")
+    gaps = [gap.get("nuisance_only"), gap.get("after"), true]
+    shown = ", ".join("-" if one is None else f"{one:.3g}" for one in gaps)
+    missed = f" (**{'; '.join(_words(name) for name in wrong)}**)" if wrong else ""
+    return f"| {row['case']} | {truth} ({where}{expected}) | {said}{missed} | {shown} |"
+
+
+UNWANTED = ("refused to say anything", "false alarm", "wrong name")
+
+
+def _words(name: str) -> str:
+    return name if name in UNWANTED else f"not: {name}"
+
+
+def _effect(one: dict[str, Any]) -> str:
+    """Name and first number of an effect of a label."""
+    numbers = [value for key, value in one.items() if isinstance(value, float) and key not in ("onset", "ramp")]
+    return f"`{one['kind']}`" + (f" {numbers[0]:.3g}" if numbers else "")

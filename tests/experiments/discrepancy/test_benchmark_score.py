@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
-from experiments.discrepancy.benchmark_score import score, wilson
+from experiments.discrepancy.benchmark_score import page, score, wilson
 
 
 def _row(status: str, effect: str | None, named: str | None, expected: Any = None, **more: Any) -> dict[str, Any]:
@@ -87,3 +87,26 @@ def test_a_refusal_is_neither_right_nor_an_alarm():
     ]
     assert found["false alarm"]["cases"] == 1
     assert found["refused to say anything"]["value"] == 0.5
+
+
+def test_the_page_holds_shares_against_targets_and_tells_every_case_that_is_not_empty():
+    gap = {"gap": {"nuisance_only": 1.5, "after": 0.95}}
+    rows = [
+        (_row("named", "weak_yaw_damper", "weak_yaw_damper", **SURE, **gap), _label("effect", DAMPER)),
+        (_row("named", "payload", "payload", **gap), _label("effect", DAMPER)),
+        *((_row("none", None, None), _label("null")) for _ in range(400)),
+        (_row("unknown", None, None), _label("null")),
+    ]
+    rows = [
+        (row | {"case": number, "true_gap": None}, label | {"law": "polach"})
+        for number, (row, label) in enumerate(rows)
+    ]
+    lines = page(rows, "abc").splitlines()
+    assert lines[0] == "Rule `abc`: 403 cases, 2 with something in them."
+    told = {line.split("|")[1].strip(): line for line in lines if line.startswith("|")}
+    assert "NOT HELD" in told["right name"] and "NOT HELD" in told["wrong name"]
+    assert told["false alarm"].endswith("| at most 1% | held; interval does not show it |")
+    cases = [name for name in told if name.isdigit()]
+    assert cases == ["0", "1", "402"]
+    assert "0.32 (0.25 to 0.4) | 1.5, 0.95, - |" in told["0"] and "**" not in told["0"]
+    assert "wrong name" in told["1"] and "false alarm" in told["402"]
