@@ -370,14 +370,20 @@ def _fair(stand: Stand, tell: Tell) -> Stand:
 def _noise_there(stand: Stand, tell: Tell) -> Stand:
     """The noise as the best hypothesis passes the track's errors on, where two classes are close or something is left;
     the nearest classes are fitted on with it, and in the latter case those that take most, borne out or not: either may
-    be one of two.
+    be one of two. Where the best is weak and leaves nothing, as nuisances alone pass them on: at short waves all
+    that is predicted is the track file's error, which a stiffness that is not the nominal one changes in each channel
+    by another share.
     """
     judged = stand.judged
-    if not judged or judged[0].evidence < 0.5 * ENOUGH or not (_close(judged) or stand.unexplained):
+    if not judged or judged[0].evidence < 0.5 * ENOUGH:
+        return stand
+    weak = judged[0].evidence < WEAK and not stand.unexplained
+    if not (weak or _close(judged) or stand.unexplained):
         return stand
     first = judged[0].hypothesis
-    tell(f"track errors propagated through {first.label}")
-    problem = stand.problem.with_noise(first.fit.z, first.fit.effects)
+    through = stand.null if weak else first
+    tell(f"track errors propagated through {through.label}")
+    problem = stand.problem.with_noise(through.fit.z, through.fit.effects)
     reach = max(2.0 * RIVAL, OUT_OF_REACH * judged[0].standing)
     close = [one.hypothesis for one in judged if one.standing > judged[0].standing - reach]
     most = sorted(stand.fitted, key=lambda one: -one.log_evidence)[: FIRSTS if stand.unexplained else 0]
