@@ -158,7 +158,8 @@ def latent(forces: Sequence[LatentForce]) -> Figure:
         state, _, unit = one.state.rstrip("]").partition(" [")
         panel.set(xlabel=state, ylabel="missing force")
         panel.set_title(f"{one.place.label}\nevidence {one.gain:.0f} nats, follows it to {one.follows:.0%}", fontsize=8)
-        panel.xaxis.set_major_locator(MaxNLocator(4))
+        panel.xaxis.set_major_locator(MaxNLocator(3))
+        panel.tick_params(labelsize=8)
         panel.xaxis.set_major_formatter(EngFormatter(unit))
         panel.yaxis.set_major_formatter(EngFormatter(one.place.unit))
     return figure
