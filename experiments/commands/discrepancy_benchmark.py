@@ -42,7 +42,9 @@ def execute(given: argparse.Namespace) -> Outcome:
         asked = f"seed {given.seed} and {given.duration:g} s"
         raise InputError(f'--score {rule}: no row of that rule with {asked} in {places}; take the "rule" of a row')
     found = score(rows)
-    (folder / PAGE).write_text(page(rows, rule), encoding="utf-8")
+    part = folder / f"{PAGE}.part"
+    part.write_text(page(rows, rule), encoding="utf-8")
+    part.replace(folder / PAGE)  # whole or not at all
     return Outcome(found | {"rule": rule}, f"rule {rule}\n" + _text(found))
 
 

@@ -41,13 +41,14 @@ def put_together(
     length, force = LENGTHS[candidate.name][0], next(name for name, one in free.items() if one.smallest is not None)
     starts = problem.frames.starts
     hop = float(starts[1] - starts[0])
-    at = distance_at(problem, starts) if where in DISTANCES else starts
+    at, peaks = starts, starts + hop
+    if where in DISTANCES:
+        at, peaks = distance_at(problem, at), distance_at(problem, peaks)
     short = {where: float(at[1]), length: float(at[3] - at[1])}
     change = change_of(candidate, {**middle, **short})
     if change is None:
         return []
     along, across, gram = rows_of(np.stack([_later(change, number - 1) for number in range(len(starts))]))
-    peaks = np.interp(starts + hop, starts, at) if where in TIMES else distance_at(problem, starts + hop)
     step = float(np.median(np.diff(at)))
     found: list[tuple[float, float, dict[str, float]]] = []
     long = SHORTEST * step
