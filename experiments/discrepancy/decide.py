@@ -8,6 +8,7 @@ import numpy as np
 
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem
+from experiments.discrepancy.frames import REDUNDANCY
 from experiments.discrepancy.hypothesis import Hypothesis, robust_evidence
 from experiments.discrepancy.locate import Cell, Located, locate
 
@@ -18,8 +19,8 @@ SURE = 0.9  # share of the probability that names
 IN_SET = 0.02  # share from which an alternative is listed
 UNEXPLAINED = 0.6  # share of the excess in significant cells that a named effect must take
 LARGE = 1.3  # held-out gap (root mean square) from which nuisances alone are far from the truth
-FURTHER = 5.0  # nats that a second effect must bring beyond its own evidence,
-COARSE = 0.005  # and this share of what the first brings: what the model itself is wrong by
+FURTHER = 5.0  # nats that a second effect costs
+COARSE = 0.005  # share of what an effect brings that the model itself may be wrong by
 BORNE_OUT = 0.2  # of the training frames' evidence, frame for frame, that held-out frames must show
 HARMLESS = 3.0  # nats that an effect of one place, which held-out frames may not have seen, may cost there
 CLEARLY = 20.0  # nats by which a tabled law must be ahead of a named effect, and as coarse a share as above
@@ -113,10 +114,17 @@ def _figures(
     whole = one.log_evidence - null.log_evidence
     if alone is not None:
         first, _, there, _ = _figures(problem, null, alone, others)
-        borne_out = borne_out and gain > FURTHER + COARSE * max(0.0, first)
+        borne_out = borne_out and gain > ENOUGH + min(COARSE * max(0.0, first), excess(problem, alone))
         gain, outside, whole = first + gain - FURTHER, there + outside, whole - FURTHER
     standing = min(gain, 0.0) - ENOUGH if not borne_out else whole if gain >= ENOUGH else gain
     return gain, standing, outside, borne_out
+
+
+def excess(problem: Problem, one: Hypothesis) -> float:
+    """Nats that a hypothesis leaves over the stated noise on training frames."""
+    heard = problem.white.good[problem.train].sum() * 2 * one.fit.residual.shape[1] if problem.white else 0
+    left = 0.5 * float(np.sum((WEIGHT * one.fit.residual[problem.train]) ** 2))
+    return max(0.0, left - 0.5 * float(heard) / REDUNDANCY)
 
 
 def _evidence(problem: Problem, before: Hypothesis, one: Hypothesis, further: Sequence[Candidate]) -> float:

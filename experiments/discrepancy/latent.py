@@ -13,7 +13,8 @@ from experiments.discrepancy.frames import REDUNDANCY, Frames
 from experiments.discrepancy.linear import Place, answers, places, readings
 from experiments.discrepancy.memory import MemoryTruth
 
-BINS = 16
+EDGES = (0.0, 0.01, 0.03, 0.07, 0.14, 0.22, 0.3, 0.4, 0.5, 0.6, 0.7, 0.78, 0.86, 0.93, 0.97, 0.99, 1.0)
+"""Quantiles of the state between which a curve has a point: narrow where a law that stiffens says most."""
 SMOOTHED = 3  # frequency bins to each side over which the force's density is taken
 
 
@@ -25,7 +26,7 @@ class LatentForce:
     ----------
     explained : share of the residual's excess on held-out frames that it takes. gain : nats, training frames, less half
     a logarithm per number fitted. time [s], force : smoothed. state : name and unit of what it follows best.
-    curve : (bins, 3) state, mean force, standard error. follows : share of the force's variance that the curve has.
+    curve : (points, 3) state, mean force, standard error. follows : share of the force's variance that the curve has.
     """
 
     place: Place
@@ -131,12 +132,12 @@ def _states(truth: MemoryTruth, place: Place) -> dict[str, np.ndarray]:
 
 
 def _curve(state: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, float]:
-    """Mean force in bins of equal count, and the share of its variance that the bins' means have."""
-    edges = np.quantile(state, np.linspace(0.0, 1.0, BINS + 1))
-    which = np.clip(np.searchsorted(edges, state, side="right") - 1, 0, BINS - 1)
+    """Mean force in bins, and the share of its variance that the bins' means have."""
+    edges = np.quantile(state, EDGES)
+    which = np.clip(np.searchsorted(edges, state, side="right") - 1, 0, len(EDGES) - 2)
     rows = []
     fitted = np.zeros_like(force)
-    for number in range(BINS):
+    for number in range(len(EDGES) - 1):
         inside = which == number
         if inside.sum() < 4:
             continue

@@ -14,6 +14,7 @@ MISFIT = 1.25  # mean square that the noise model itself may be wrong by
 FALSE_SHARE = 0.01  # of the cells that are called significant (Benjamini and Hochberg 1995)
 DROPPED = 3  # loudest frames that do not count
 CURVED = 1e-4  # 1/m
+BENT = 2  # strained nuisances from which these have been bent to explain what is none
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,11 @@ class Located:
     def worth_looking(self) -> bool:
         """Whether anything asks for an effect."""
         return bool(self.significant or self.surprising)
+
+    @property
+    def bent(self) -> bool:
+        """Whether more nuisances are far from their prior than chance would bring there."""
+        return len(self.surprising) >= BENT
 
     def plain(self) -> dict[str, Any]:
         """For the verdict."""

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
-from experiments.discrepancy.empirical import fit_empirical
+from experiments.discrepancy.empirical import fit_empirical, follows_a_state
 from experiments.discrepancy.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit, with_candidates
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
-from experiments.discrepancy.latent import LatentForce, latent_forces
+from experiments.discrepancy.latent import LatentForce
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.refining import (
     WHITE,
@@ -26,7 +24,7 @@ from experiments.discrepancy.refining import (
 )
 from experiments.discrepancy.renewing import PROMISING, renewed
 from experiments.discrepancy.screening import Screened, best_of, scaled, screen, shortlist
-from experiments.discrepancy.starts import all_sizes, elsewhere, stretched
+from experiments.discrepancy.starts import all_sizes, at_home, elsewhere, stretched
 from railsim.errors import InputError
 
 WORTH_FITTING = 5.0  # the same without its loudest sections, where nothing in the residual is significant
@@ -42,7 +40,6 @@ NEAREST = 4  # classes that are fitted on with the noise of the best
 HALF_SEEN = 0.75  # of the next, where the derivatives by the nuisances are still the nominal vehicle's
 GLANCE = 8.0  # nats that a signature must gain without its loudest sections, where no cell is significant
 SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
-PLACES = 2  # where a law without a name is tried
 KEPT_PROMISE = 0.3  # of what a signature promised, below which a fit is begun elsewhere
 SLIGHT = 0.1  # of the size at which it looks best, from where a fit sets out once more that ended behind the nuisances
 FIRSTS = 3  # effects beside which a second one is looked for
@@ -73,10 +70,11 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     left_out: list[str] = []
     tell = noting(tell, left_out)
     null, screened = _looked_at(problem, null, located, found, tell)
-    if not _promising(located, screened, tell):
+    bent = located.bent or held_out_gap(problem, null.fit) > LARGE
+    if not bent and not _promising(located, screened, tell):
         stand = _with_law(Stand(problem, null, []), found, tell)
         return Selection(problem, null, screened, (), decide(problem, null, located, []), stand.tabled)
-    stand = _fair(_fitted(problem, null, screened, found, tell), tell)
+    stand = _fair(_fitted(problem, null, screened, found if bent else (), tell), tell)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
     stand = _with_law(_other_law(_nearer(stand, tell), tell), found, tell)
     if stand.leader is not stand.best:
@@ -85,7 +83,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         stand = _with_law(_further(stand, found, tell), found, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
-    tabled = stand.tabled if stand.unexplained else None
+    tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best else None
     not_tried = tuple(dict.fromkeys(left_out))
     return Selection(stand.problem, stand.null, screened, tuple(stand.judged), decision, tabled, not_tried)
 
@@ -188,12 +186,12 @@ class Base:
 def _fitted(
     problem: Problem, null: Hypothesis, screened: Sequence[Screened], found: Sequence[Candidate], tell: Tell
 ) -> Stand:
-    """The shortlist, but for those that have no chance beside one that leaves only noise. Where nuisances alone leave
-    much they have been bent far, and effects are looked for and fitted from the nominal build too.
+    """The shortlist, but for those that have no chance beside one that leaves only noise. Where nuisances alone have
+    been bent far, effects (`found`) are looked for and fitted from the nominal build too.
     """
     bases = [Base(null.fit, screened)]
-    if held_out_gap(problem, null.fit) > LARGE:
-        home = starting_fit(problem, _at_home(problem, null))
+    if found:
+        home = starting_fit(problem, at_home(problem, null.fit))
         bases.insert(0, Base(home, screen(problem, home, found, tell), nominal=True))
     stand = Stand(problem, null, [])
     for label in _in_turn([base.chosen for base in bases]):
@@ -212,7 +210,12 @@ def _fitted(
             if stand.problem.forward.law != problem.forward.law:
                 problem = stand.problem
                 bases = [replace(base, fit=moved_to(problem, base.fit)) for base in bases]
-    return stand
+    most = stand.most
+    near = most is not None and most.log_evidence > stand.null.log_evidence - FAR_BEHIND
+    if most is None or not found or not near or held_out_gap(problem, null.fit) > LARGE:
+        return stand
+    better = polished(problem, most, tell)  # as nuisances alone have been
+    return replace(stand, fitted=[better if one is most else one for one in stand.fitted])
 
 
 def _from_all(stand: Stand, label: str, bases: Sequence[Base], tell: Tell) -> Hypothesis | None:
@@ -266,14 +269,6 @@ def _begun_at(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesi
     return made
 
 
-def _at_home(problem: Problem, null: Hypothesis) -> np.ndarray:
-    """The nominal build at the place and speed, and with the offsets, that were found: nuisances that are bent to
-    explain what is no nuisance are a bad place to start from.
-    """
-    kept = [one.kind in ("start", "speed", "bias") for one in problem.forward.nuisances]
-    return np.where(kept, np.clip(null.fit.z, -1.0, 1.0), 0.0)
-
-
 def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand:
     """With the other effects of the best one's class, where it leaves something: they look alike and are not the same,
     and the signature of a large one at the nominal vehicle may be too unlike to be on the shortlist.
@@ -286,7 +281,7 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand
     for one in best_of(screened):
         if one.candidate.equivalence in best.classes and one.candidate.name not in tried:
             mates.setdefault(one.candidate.name, one)
-    home = starting_fit(problem, _at_home(problem, best))
+    home = starting_fit(problem, at_home(problem, best.fit))
     made: list[Hypothesis] = []
     for name, one in mates.items():
         if time_for(problem, "fit", name, tell):
@@ -395,11 +390,14 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
 
 
 def _with_law(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
-    """With a law without a name where the best effect leaves something and none was fitted yet."""
-    if stand.tabled is not None or not found or not stand.unexplained:
+    """With a law without a name where none was fitted yet and the best effect leaves something, be it only a force that
+    follows a state.
+    """
+    if stand.tabled is not None or not found:
         return stand
-    forces = latent_forces(stand.problem, stand.null.fit, PLACES)
-    return replace(stand, tabled=fit_empirical(stand.problem, stand.null, found[0].context, forces, tell))
+    if not (stand.unexplained or (stand.best is not stand.null and follows_a_state(stand.problem, stand.best.fit))):
+        return stand
+    return replace(stand, tabled=fit_empirical(stand.problem, stand.null, found[0].context, tell))
 
 
 def _close(judged: Sequence[Judged]) -> bool:
@@ -472,7 +470,7 @@ def _base(problem: Problem, first: Hypothesis) -> Fit:
     """Where a further effect is looked for: at the first one, with the nominal build where much is left."""
     if held_out_gap(problem, first.fit) < LARGE:
         return first.fit
-    home = starting_fit(problem, _at_home(problem, first))
+    home = starting_fit(problem, at_home(problem, first.fit))
     try:
         return with_candidates(problem, home, first.candidates, [(home.z, first.fit.shares)])
     except InputError:

@@ -1,4 +1,4 @@
-"""Starts: from which numbers of an effect a fit sets out, beside those that screening found."""
+"""Starts: from which nuisances and numbers of an effect a fit sets out, beside those that screening found."""
 
 import math
 from collections.abc import Iterable
@@ -6,11 +6,20 @@ from collections.abc import Iterable
 import numpy as np
 
 from experiments.discrepancy.candidates import DISTANCES, LENGTHS, STRETCHES, TIMES
+from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.screening import Screened
 
 ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
 VALLEYS = 2  # other gusts from which a fit is begun
 SAME = 0.1  # of the shorter one's length, by which two gusts that are no different may begin or end apart
+
+
+def at_home(problem: Problem, fit: Fit) -> np.ndarray:
+    """The nominal build at the place and speed, and with the offsets, that were found: nuisances that are bent to
+    explain what is no nuisance are a bad place to start from.
+    """
+    kept = [one.kind in ("start", "speed", "bias") for one in problem.forward.nuisances]
+    return np.where(kept, np.clip(fit.z, -1.0, 1.0), 0.0)
 
 
 def all_sizes(one: Screened) -> list[dict[str, float]]:

@@ -8,11 +8,11 @@ import numpy as np
 from experiments.discrepancy.alignment import align
 from experiments.discrepancy.bank import open_bank
 from experiments.discrepancy.candidates import Candidate, Context, candidates
-from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, contested, held_out_gap
+from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, contested, excess, held_out_gap
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.forward import Forward, continued
-from experiments.discrepancy.frames import REDUNDANCY, frames_of, held_out, stack
+from experiments.discrepancy.frames import frames_of, held_out, stack
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
 from experiments.discrepancy.journal import Journal
 from experiments.discrepancy.latent import LatentForce, latent_forces
@@ -119,18 +119,12 @@ def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem
         changed = problem.but(forward=problem.forward.but(law=name))
         try:
             alone = nuisances_alone(changed, np.zeros(len(null.fit.z)), tell)
-            if alone.log_evidence > null.log_evidence + max(ENOUGH, EXPLAINED * _excess(problem, null)):
+            if alone.log_evidence > null.log_evidence + max(ENOUGH, EXPLAINED * excess(problem, null)):
                 tell(f"creep law {name}: {alone.log_evidence - null.log_evidence:+.1f} nats")
                 return _settled(changed, alone, tell)
         except InputError as error:
             tell(f"creep law {name}: {error}")
     return problem, null
-
-
-def _excess(problem: Problem, null: Hypothesis) -> float:
-    """Nats that are left over the stated noise on training frames."""
-    heard = problem.white.good[problem.train].sum() * 2 * null.fit.residual.shape[1] if problem.white else 0
-    return max(0.0, null.fit.cost(problem.train) - 0.5 * float(heard) / REDUNDANCY)
 
 
 def context_of(problem: Problem, located: Located) -> Context:

@@ -67,6 +67,16 @@ def test_rounded_flat_is_half_as_deep_as_the_chord_of_a_fresh_one():
         assert flat_depth(length, RADIUS) == pytest.approx(0.5 * RADIUS * (1 - np.cos(length / 2 / RADIUS)), rel=2e-3)
 
 
+def test_flat_too_short_to_matter_does_not_shorten_the_step():
+    """A fit that lets a flat shrink to nothing would else take minutes for each run."""
+    setups = [
+        scenario([{"kind": "wheel_flat", "length": length, "side": "left"}]).setup for length in (0.04, 0.02, 0.001)
+    ]
+    steps = [setup.longest_step for setup in setups]
+    assert steps[0] == pytest.approx(2.0 * steps[1])
+    assert steps[2] == steps[1]
+
+
 def test_flat_is_as_long_and_deep_as_stated():
     model = scenario([{"kind": "wheel_flat", "length": 0.05, "angle": 6.0, "side": "right"}]).model
     assert model.wheelsets[0].roundness is not None

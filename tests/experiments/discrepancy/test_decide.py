@@ -9,6 +9,7 @@ import pytest
 from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.decide import ENOUGH, Decision, Judged, ahead, contested, judge
 from experiments.discrepancy.fitting import WEIGHT, Fit
+from experiments.discrepancy.frames import REDUNDANCY
 from experiments.discrepancy.hypothesis import Hypothesis
 
 FRAMES = 30
@@ -31,7 +32,7 @@ def _hypothesis(names: tuple[str, ...], train: float, test: float) -> Hypothesis
 @pytest.fixture
 def problem() -> Any:
     """Masks, and a gap of one."""
-    white = SimpleNamespace(mean_square=lambda residual, frames: 1.0)
+    white = SimpleNamespace(mean_square=lambda residual, frames: 1.0, good=np.zeros((FRAMES, 1)))
     return SimpleNamespace(train=TRAIN, test=~TRAIN, white=white)
 
 
@@ -62,11 +63,18 @@ def test_a_second_effect_that_harms_held_out_sections_is_none(problem: Any):
     assert judge(problem, NULL, [first, better])[0].hypothesis is better
 
 
-def test_a_second_effect_must_bring_more_than_the_model_is_wrong_by(problem: Any):
-    """Half a per cent of the first's evidence."""
-    first = _hypothesis(("weak_roll_bar",), 45.0, 45.0)
-    little = _hypothesis(("weak_roll_bar", "payload"), 45.2, 45.2)
-    assert judge(problem, NULL, [first, little])[0].hypothesis is first
+@pytest.mark.parametrize(("noise", "is_there"), [(0.0, False), (10.0, True)])
+def test_a_second_effect_must_bring_more_than_the_model_is_wrong_by(problem: Any, noise: float, is_there: bool):
+    """Half a per cent of the first's evidence, where the first leaves that much over the noise."""
+    first, second = (
+        Hypothesis(one.fit, one.covariance, nats)
+        for one, nats in (
+            (_hypothesis(("weak_roll_bar",), 45.0, 45.0), 1e6),
+            (_hypothesis(("weak_roll_bar", "payload"), 45.5, 45.5), 1e6 + 30.0),
+        )
+    )
+    problem.white.good[:] = noise * REDUNDANCY
+    assert judge(problem, NULL, [first, second])[0].hypothesis is (second if is_there else first)
 
 
 def test_loudest_sections_let_nothing_in_but_count_between_what_is_in(problem: Any):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.discrepancy.candidates import Context
-from experiments.discrepancy.empirical import POINTS, tabled_law
+from experiments.discrepancy.empirical import tabled_law
 from experiments.discrepancy.fitting import Problem
 from experiments.discrepancy.latent import LatentForce
 from experiments.discrepancy.linear import Place
@@ -31,11 +31,28 @@ def test_a_law_says_at_every_state_what_its_points_say(problem: Problem, state: 
     assert list(law.parameters) == list(values)
     effect = law.build(values)
     assert isinstance(effect, EmpiricalForce)
-    over = effect.velocity if law.velocity else effect.displacement
+    over = np.array(effect.velocity if law.velocity else effect.displacement)
     table = np.array(effect.force)
-    assert np.allclose(over, law.states)
-    assert np.allclose(table[0] if law.velocity else table[:, 0], 2e5 * np.array(law.states))
-    assert len(over) == POINTS
+    assert np.allclose(table[0] if law.velocity else table[:, 0], 2e5 * over)
+    assert over[0] < law.states[0] < law.states[-1] < over[-1]
+
+
+def test_a_law_that_stiffens_is_followed_between_and_beyond_its_points(problem: Problem):
+    """A cubic spring: to a few per cent of its largest force within what was seen, on straight beyond."""
+    states = np.linspace(-0.02, 0.02, 16)
+    curve = np.column_stack([states, -3e9 * states**3, np.full(16, 1.0)])
+    force = LatentForce(
+        Place("body", "bogie", "y"), 0.9, 100.0, np.zeros(1), np.zeros(1), "relative displacement [m]", curve, 0.9
+    )
+    made = tabled_law(CONTEXT, force, problem.forward.setup(np.zeros(len(problem.forward.nuisances))).model)
+    assert made is not None
+    effect = made[0].build(made[1])
+    assert isinstance(effect, EmpiricalForce)
+    over, table = np.array(effect.displacement), np.array(effect.force)[:, 0]
+    inside = np.abs(over) <= 0.02
+    assert np.abs(table - 3e9 * over**3)[inside].max() < 0.02 * 3e9 * 0.02**3
+    steepest = np.diff(table)[-2] / np.diff(over)[-2]
+    assert np.diff(table)[-1] / np.diff(over)[-1] == pytest.approx(steepest, rel=0.2)
 
 
 def test_a_force_that_follows_no_state_makes_no_law(problem: Problem):
