@@ -1,4 +1,4 @@
-"""Folders of results that are there whole or not at all: write aside, then rename."""
+"""Folders and files of results that are there whole or not at all: write aside, then rename."""
 
 import errno
 import fcntl
@@ -52,9 +52,28 @@ def write_folder_atomically(target: Path | str) -> Iterator[Path]:
         shutil.rmtree(aside, ignore_errors=True)
 
 
+def replace_file(path: Path, content: bytes) -> None:
+    """Write a file aside and rename it; after a crash there is the old one or the new one."""
+    aside = path.with_name(f".{path.name}.partial-{os.getpid()}")
+    try:
+        with aside.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(aside, path)
+    finally:
+        with suppress(FileNotFoundError):
+            aside.unlink()
+
+
 def write_json(path: Path, values: dict[str, Any]) -> None:
-    """Write `values` as indented JSON with a final newline; keys keep their order; NaN and infinity are refused."""
-    path.write_text(json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    """Write `values` as JSON."""
+    path.write_text(json_text(values), encoding="utf-8")
+
+
+def json_text(values: dict[str, Any]) -> str:
+    """Indented JSON with a final newline; keys keep their order; NaN and infinity are refused."""
+    return json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def read_json(path: Path, what: str) -> dict[str, Any]:

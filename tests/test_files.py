@@ -1,4 +1,4 @@
-"""Folders that appear whole or not at all."""
+"""Folders and files that appear whole or not at all."""
 
 import errno
 import os
@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from railsim.errors import InputError
-from railsim.files import MARKER, read_json, write_folder_atomically, write_json
+from railsim.files import MARKER, read_json, replace_file, write_folder_atomically, write_json
 from railsim.parquet import read_column, read_names, write_frame
 
 
@@ -80,3 +80,19 @@ def test_parquet_keeps_every_bit_and_refuses_words(tmp_path: Path) -> None:
     pd.DataFrame({"a": ["word"]}).to_parquet(tmp_path / "y.parquet")
     with pytest.raises(InputError, match="column 'a' holds .*; every column must hold numbers"):
         read_names(tmp_path / "y.parquet")
+
+
+def test_a_file_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "table.txt"
+    replace_file(path, b"old")
+    replace_file(path, b"new")
+    assert path.read_bytes() == b"new"
+
+    def stopped(source: object, target: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("railsim.files.os.replace", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        replace_file(path, b"newer")
+    assert path.read_bytes() == b"new"
+    assert [one.name for one in tmp_path.iterdir()] == ["table.txt"]

@@ -11,6 +11,7 @@ from experiments.discrepancy.benchmark_rows import kept
 from experiments.discrepancy.benchmark_score import page, read_rows, score
 from experiments.discrepancy.rule import rule_hash
 from railsim.errors import InputError
+from railsim.files import replace_file
 
 PAGE = "RESULTS.md"
 
@@ -42,9 +43,7 @@ def execute(given: argparse.Namespace) -> Outcome:
         asked = f"seed {given.seed} and {given.duration:g} s"
         raise InputError(f'--score {rule}: no row of that rule with {asked} in {places}; take the "rule" of a row')
     found = score(rows)
-    part = folder / f"{PAGE}.part"
-    part.write_text(page(rows, rule), encoding="utf-8")
-    part.replace(folder / PAGE)  # whole or not at all
+    replace_file(folder / PAGE, page(rows, rule).encode())
     return Outcome(found | {"rule": rule}, f"rule {rule}\n" + _text(found))
 
 

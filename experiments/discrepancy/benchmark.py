@@ -21,7 +21,7 @@ from experiments.discrepancy.oracle import effect_of, expected_evidence, true_ga
 from experiments.discrepancy.rule import rule_hash
 from experiments.discrepancy.workflow import Findings, prepare
 from railsim.errors import InputError
-from railsim.files import read_json, write_json
+from railsim.files import json_text, read_json, replace_file
 from railsim.scenario import Scenario
 
 ROW = "a result of the benchmark"
@@ -129,9 +129,7 @@ def renew_expected(cases: Cases, folder: Path, rule: str, tell: Callable[[str], 
 
 def _write(path: Path, row: dict[str, Any]) -> None:
     """Whole or not at all."""
-    part = path.with_suffix(".part")
-    write_json(part, row)
-    part.replace(path)
+    replace_file(path, json_text(row).encode())
 
 
 def _known_after(label: dict[str, Any], findings: Findings | None) -> dict[str, Any]:

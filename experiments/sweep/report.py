@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from experiments.commands.interface import show
 from experiments.sweep import analysis, pictures
 from experiments.sweep.analysis import Frame
-from experiments.sweep.store import REPORT, TABLE, read_settings, replace_file, task_facts
+from experiments.sweep.store import REPORT, TABLE, read_settings, task_facts
 from experiments.sweep.table import read_table
-from railsim.files import read_json
+from railsim.files import read_json, replace_file
 
 DPI = 110
 MOST_ROWS = 60  # of a table on the page; the Parquet table holds all

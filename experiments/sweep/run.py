@@ -14,9 +14,10 @@ from tqdm import tqdm
 from experiments.sweep.executors import Executor
 from experiments.sweep.plan import Plan, make_plan
 from experiments.sweep.settings import Sweep
-from experiments.sweep.store import TABLE, Store, open_store, replace_file, write_throughput
+from experiments.sweep.store import TABLE, Store, open_store, write_throughput
 from experiments.sweep.table import assemble, table_bytes
 from experiments.sweep.task import Task
+from railsim.files import replace_file
 
 ENOUGH = 20  # tasks in a session from which on its speed is worth a number
 ALONE = 0.02  # share of the tasks that are timed again on one worker alone

@@ -2,7 +2,6 @@
 
 import fcntl
 import json
-import os
 import shutil
 import time
 from collections.abc import Iterator
@@ -14,7 +13,7 @@ from typing import Any
 from experiments.sweep.plan import Plan, program_digest
 from experiments.sweep.task import Task
 from railsim.errors import InputError
-from railsim.files import read_json, write_json
+from railsim.files import read_json, replace_file, write_json
 from railsim.recording import software_versions
 
 FORMAT, FORMAT_VERSION = "railsim sweep", 1
@@ -81,20 +80,6 @@ def open_store(folder: Path, plan: Plan) -> Iterator[Store]:
         reason = error.strerror or str(error)
         text = f"cannot write '{folder}': {reason}; name a folder that can be written (what is finished is kept)"
         raise InputError(text) from None
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file aside and rename it; after a crash there is the old one or the new one."""
-    aside = path.with_name(f".{path.name}.partial-{os.getpid()}")
-    try:
-        with aside.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-    finally:
-        with suppress(FileNotFoundError):
-            aside.unlink()
 
 
 def read_settings(folder: Path) -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 import importlib.resources
 import os
-import tempfile
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from railsim.errors import InputError
+from railsim.files import replace_file
 from railsim.track.track import UNITS, Track, fault
 
 DISTANCE = "s [m]"
@@ -94,17 +94,9 @@ def write_track(track: Track, path: str | os.PathLike[str]) -> None:
     ------
     InputError : the place cannot be written.
     """
-    target = Path(path)
-    aside = None
     try:
-        handle, aside = tempfile.mkstemp(prefix=f".{target.name}.partial-", dir=target.parent)
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(format_track(track))
-        os.chmod(aside, 0o644)
-        os.replace(aside, target)
+        replace_file(Path(path), format_track(track).encode())
     except OSError as error:
-        if aside is not None:
-            Path(aside).unlink(missing_ok=True)
         raise InputError(f"cannot write track '{path}': {error.strerror}; choose another place") from None
 
 
