@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args, get_origin
 
@@ -26,6 +26,8 @@ STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place o
 TIMES = ("begin",)  # fields that are a time of the run [s]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
 GRID = {"frequency": 6}  # values between the bounds that the bank holds
+SHAPES = {"share": (0.4, 0.7), "variation": (0.5,)}
+"""Further values of what shapes an effect: a damper that keeps most of its slope is not like one that loses it."""
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
 SLIGHTLY = 0.05  # m that a place is varied by for a derivative: an eighth of the shortest wave that the frames show
@@ -176,16 +178,25 @@ class Candidate:
     def banked(self) -> Iterator[dict[str, float]]:
         """All sizes, at several frequencies where it has one of its own and no place in the spectrum is usual."""
         free = self.parameters
-        for values in [self.reference] if self.reference else self.sizes():
+        for values in [self.reference] if self.reference else self._shaped(self.sizes()):
             yield values
             for name in GRID:
                 if name in free and free[name].absent is None:
                     for value in np.geomspace(free[name].low, free[name].high, GRID[name]):
                         yield {**values, name: float(value)}
         if "wavelength" in free and not self.local:
+            middle = list(self._shaped([next(iter(self.sizes()))]))
             for value in np.geomspace(*LONG_WAVES):
                 if free["wavelength"].low <= value <= free["wavelength"].high:
-                    yield {**next(iter(self.sizes())), "wavelength": float(value)}
+                    yield from ({**values, "wavelength": float(value)} for values in middle)
+
+    def _shaped(self, sizes: Iterable[dict[str, float]]) -> Iterator[dict[str, float]]:
+        """Sizes in the usual shape and in others."""
+        free = self.parameters
+        names = [name for name in SHAPES if name in free and free[name].absent is None]
+        for values in sizes:
+            yield values
+            yield from ({**values, name: value} for name in names for value in SHAPES[name])
 
     def at_tones(self) -> Iterator[dict[str, float]]:
         """The middle and the largest size where the residual has its tones, where it can be tuned."""
@@ -197,8 +208,8 @@ class Candidate:
             if value is None or not free[str(name)].low <= value <= free[str(name)].high:
                 continue
             if self.uneven:
-                for turns in BESIDE:
-                    yield {**sizes[0], str(name): 1.0 / (1.0 / value + turns / float(np.mean(self.context.distance)))}
+                for values, turns in itertools.product(self._shaped(sizes[:1]), BESIDE):
+                    yield {**values, str(name): 1.0 / (1.0 / value + turns / float(np.mean(self.context.distance)))}
                 continue
             for values in (sizes[0], sizes[-1]) if free[str(name)].absent is None else sizes[:1]:
                 yield {**values, str(name): value}

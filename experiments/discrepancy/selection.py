@@ -69,7 +69,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     """One effect, or two where one leaves something; each of two goes where the other alone does as well."""
     left_out: list[str] = []
     tell = noting(tell, left_out)
-    null, screened = _looked_at(problem, null, located, found, tell)
+    null, screened, located = _looked_at(problem, null, located, found, tell)
     bent = located.bent or held_out_gap(problem, null.fit) > LARGE
     if not bent and not _promising(located, screened, tell):
         stand = _with_law(Stand(problem, null, []), found, tell)
@@ -90,18 +90,20 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
 
 def _looked_at(
     problem: Problem, null: Hypothesis, located: Located, found: Sequence[Candidate], tell: Tell
-) -> tuple[Hypothesis, tuple[Screened, ...]]:
-    """Nuisances alone and the signatures beside them. Where much is left these are no more than hints. Where nothing
-    was, the derivatives by the nuisances are made anew only if a signature seems worth it.
+) -> tuple[Hypothesis, tuple[Screened, ...], Located]:
+    """Nuisances alone, the signatures beside them and what they leave. Where much is left signatures are no more than
+    hints. Where nothing was, the derivatives by the nuisances are made anew only if a signature seems worth it; all are
+    then looked at again, for the nuisances may have been bent by what old derivatives did not show.
     """
     screened = tuple(screen(problem, null.fit, found, tell))
     if held_out_gap(problem, null.fit) > LARGE:
-        return null, screened
+        return null, screened, located
     screened = renewed(problem, null.fit, screened)
     if not located.worth_looking and _promising(located, screened, tell, HALF_SEEN):
         null = polished(problem, null, tell)
-        screened = renewed(problem, null.fit, screened)
-    return null, screened
+        screened = renewed(problem, null.fit, screen(problem, null.fit, found, tell))
+        located = locate(problem, null.fit)
+    return null, screened, located
 
 
 def _promising(located: Located, screened: Sequence[Screened], tell: Tell, share: float = 1.0) -> bool:

@@ -48,7 +48,7 @@ def test_a_wave_is_varied_by_less_than_a_turn_at_the_end_of_the_run():
 def test_tones_say_wavelengths_frequencies_and_waves_a_turn():
     heard = replace(CONTEXT, tones=((10.2, 2.95), (31.8, 0.943)), wheel_radius=0.45)
     found = {one.name: one for one in in_tune(candidates(heard))}
-    soft = [one["wavelength"] for one in found["soft_track"].at_tones()]
+    soft = list(dict.fromkeys(one["wavelength"] for one in found["soft_track"].at_tones()))
     assert soft[0] == 2.95 and soft[len(soft) // 2] == 0.943
     turns = [475.0 * (1.0 / one - 1.0 / 2.95) for one in soft[: len(soft) // 2]]  # by the middle of the run
     assert np.allclose(sorted(turns), [-2 / 3, -1 / 3, 0.0, 1 / 3, 2 / 3])
@@ -63,3 +63,18 @@ def test_what_has_a_place_or_a_time_begins_on_the_run():
     place, begin = found["exposed_stretch"]["place"], found["wind_gust"]["begin"]
     assert (place.low, place.high) == (300.0, 900.0)
     assert (begin.low, begin.high) == (2.0, 20.0)
+
+
+def test_the_bank_holds_every_size_in_more_than_one_shape():
+    """A blow-off that keeps 0.84 of its slope has next to nothing in common with one that keeps 0.1 at any velocity."""
+    made = {one.name: one for one in candidates(replace(CONTEXT, tones=((1.2, 21.0),)))}
+    for name in ("lateral_damper_blow_off", "yaw_damper_blow_off"):
+        kept: dict[float, set[float]] = {}
+        for values in made[name].banked():
+            kept.setdefault(values["velocity"], set()).add(values["share"])
+        assert all({0.1, 0.4, 0.7} <= shares for shares in kept.values())
+    soft = made["soft_track"]
+    long = {(values["wavelength"], values["variation"]) for values in soft.banked() if values["wavelength"] > 7.0}
+    assert len(long) == 2 * len({wavelength for wavelength, _ in long}) > 2
+    assert {values["variation"] for values in soft.at_tones()} == {0.1, 0.5}
+    assert [values["share"] for values in made["secondary_asymmetry"].banked() if values["share"] == 0.7] == []
