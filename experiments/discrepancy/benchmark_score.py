@@ -14,6 +14,7 @@ from experiments.discrepancy.rule import rule_hash
 from railsim.files import read_json
 
 COVERED = 1.96
+MADE_UP = "second effect that is not there, beside the right name"
 LEAST_CLOSED = 0.02  # of the gap, below which its share is noise
 DETECTABLE = 27.0
 """Expected evidence [nats] g from which g - 1.645 sqrt(2 g) is at least 15: the 10 that the rule asks for, and 5 for
@@ -150,6 +151,7 @@ def _outcomes(row: dict[str, Any], label: dict[str, Any]) -> dict[str, bool]:
         "right name": status == "named" and named == right,
         "truth in the stated set": status in ("named", "ambiguous") and right in listed,
         "wrong name": status == "named" and named != right,
+        **({MADE_UP: bool(verdict.get("further"))} if status == "named" and named == right else {}),
         "detected": status in ("named", "ambiguous", "unknown"),
         **_covered(verdict, label),
     }
@@ -260,7 +262,7 @@ def _line(row: dict[str, Any], label: dict[str, Any]) -> str:
     return f"| {row['case']} | {truth} ({where}{expected}) | {said}{missed} | {shown} |"
 
 
-UNWANTED = ("refused to say anything", "false alarm", "wrong name")
+UNWANTED = ("refused to say anything", "false alarm", "wrong name", MADE_UP)
 
 
 def _words(name: str) -> str:

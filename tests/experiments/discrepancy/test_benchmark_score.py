@@ -33,6 +33,22 @@ def test_right_wrong_and_missed_names():
     assert found["two-sigma interval covers"]["cases"] == 1
 
 
+def test_a_second_effect_that_is_made_up_does_not_hide_behind_the_right_name():
+    right = _row("named", "weak_yaw_damper", "weak_yaw_damper", **SURE)
+    more = _row(
+        "named", "weak_yaw_damper", "weak_yaw_damper", **SURE, further=[{"class": "payload", "effect": "payload"}]
+    )
+    rows = [
+        (one | {"case": number}, _label("effect", DAMPER) | {"law": "polach"})
+        for number, one in enumerate((right, more))
+    ]
+    found = score(rows)["metrics"]
+    assert found["right name"]["value"] == 1.0
+    assert found["second effect that is not there, beside the right name"]["value"] == 0.5
+    told = [line for line in page(rows, "abc").splitlines() if line.startswith(("| 0 |", "| 1 |"))]
+    assert ["not there" in line for line in told] == [False, True]
+
+
 def test_too_small_an_effect_is_no_miss():
     found = score([(_row("none", None, None, expected=[12.0]), _label("effect", DAMPER))])["metrics"]
     assert "right name" not in found
