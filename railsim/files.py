@@ -54,7 +54,7 @@ def write_folder_atomically(target: Path | str) -> Iterator[Path]:
 
 def replace_file(path: Path, content: bytes) -> None:
     """Write a file aside and rename it; after a crash there is the old one or the new one."""
-    aside = path.with_name(f".{path.name}.partial-{os.getpid()}")
+    aside = path.parent / f".{path.name}.partial-{os.getpid()}"
     try:
         with aside.open("wb") as file:
             file.write(content)

@@ -144,14 +144,15 @@ def _outcomes(row: dict[str, Any], label: dict[str, Any]) -> dict[str, bool]:
             "pair exactly right": status == "named" and said == set(label["classes"]),
             "pair at least half right": status == "named" and bool(said & set(label["classes"])),
         }
-    right = label["classes"][0]
+    true = label["classes"][0]
     listed = {named, *verdict.get("alternative_classes", [])}
+    right = status == "named" and named == true
     return {
         **found,
-        "right name": status == "named" and named == right,
-        "truth in the stated set": status in ("named", "ambiguous") and right in listed,
-        "wrong name": status == "named" and named != right,
-        **({MADE_UP: bool(verdict.get("further"))} if status == "named" and named == right else {}),
+        "right name": right,
+        "truth in the stated set": status in ("named", "ambiguous") and true in listed,
+        "wrong name": status == "named" and not right,
+        **({MADE_UP: bool(verdict.get("further"))} if right else {}),
         "detected": status in ("named", "ambiguous", "unknown"),
         **_covered(verdict, label),
     }

@@ -132,6 +132,8 @@ def test_unwritable_places_are_refused_and_left_clean(tmp_path: Path) -> None:
     track = Track(np.arange(4.0))
     with pytest.raises(InputError, match="cannot write track"):
         write_track(track, tmp_path / "no folder" / "x.csv")
+    with pytest.raises(InputError, match="cannot write track"):
+        write_track(track, "/")  # a place without a name
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(InputError, match="cannot write track"):
         write_track(track, tmp_path / "folder.csv")
