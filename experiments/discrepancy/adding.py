@@ -61,7 +61,7 @@ def predicted_after(findings: Findings, engine: str) -> np.ndarray:
 
 def write_model(folder: Path, evidence: Evidence, start: float, scale: float, effects: Sequence[Effect]) -> Path:
     """The nominal scenario over the measured track at the measured speed, with the effects, as a scenario file."""
-    write_track(evidence.track, folder / TRACK)
+    write_track(evidence.surveyed.expected, folder / TRACK)
     time, speed, _ = evidence.speed
     profile = Profile(kind="profile", time=tuple(time.tolist()), speed=tuple((scale * speed).round(4).tolist()))
     reach = float(evidence.track.s[-1]) - start - evidence.scenario.overhang[1]

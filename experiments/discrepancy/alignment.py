@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import butter, correlate, sosfiltfilt
 
 from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.forward import Alignment, Forward, continued
+from experiments.discrepancy.forward import Alignment, forward_over
 from railsim.errors import InputError
 
 WINDOW = 6.0  # s
@@ -24,7 +24,7 @@ def align(evidence: Evidence, tries: int = 3) -> Alignment:
     InputError : model and measurement have nothing in common in any window, so the track or the start is wrong.
     """
     alignment = Alignment(evidence.scenario.start)
-    forward = Forward(evidence, alignment, continued(evidence.track))
+    forward = forward_over(evidence, alignment)
     z = np.zeros(len(forward.nuisances))
     for number in range(tries):
         prediction = forward.but(alignment=alignment).predict(z)

@@ -20,7 +20,7 @@ import numpy as np
 
 from experiments.discrepancy.candidates import Candidate
 from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.forward import Alignment, Forward, continued
+from experiments.discrepancy.forward import Alignment, Forward, forward_over
 from experiments.discrepancy.frames import Frames, stack
 from experiments.discrepancy.noise import PERTURBED, perturbed_tracks, propagated_track_error
 from experiments.discrepancy.parallel import in_parallel
@@ -136,8 +136,8 @@ def _reference(evidence: Evidence, alignment: Alignment, frames: Frames) -> tupl
     alike = np.abs(measured / np.maximum(nominal, 0.1) - 1.0).max() < SPEED_APART and np.abs(late).max() < APART
     if alike and _same_track(evidence.track, scenario.geometry, here[0], here[-1]):
         plain = replace(evidence, track=scenario.geometry, speed=(time_, nominal, scale))
-        return Forward(plain, Alignment(scenario.start), continued(scenario.geometry)), late
-    return Forward(evidence, alignment, continued(evidence.track)), np.zeros_like(late)
+        return forward_over(plain, Alignment(scenario.start)), late
+    return forward_over(evidence, alignment), np.zeros_like(late)
 
 
 def _way(time_: np.ndarray, speed: np.ndarray) -> np.ndarray:
@@ -204,6 +204,7 @@ def _digest(reference: Forward, frames: Frames) -> str:
             "rate": e.scenario.output_rate,
             "track": reference.track.digest(),
             "track_errors": e.track_errors.model_dump(mode="json"),
+            "track_estimated": e.track_estimated,
             "speed": [np.round(one, 6).tolist() for one in e.speed[:2]] + [e.speed[2]],
             "start": [reference.alignment.start, reference.alignment.scale],
             "sensors": [sensor.model_dump(mode="json") for sensor in e.sensors],

@@ -153,6 +153,10 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
         if located.significant:
             text = "the residual is larger than the stated noise, and no effect of the library explains it"
             return Decision("unknown", tuple(judged), _certain(located), text)
+        if located.bent:
+            far = ", ".join(located.surprising)
+            text = f"only tolerances far from their data sheets explain it ({far}), and no effect of the library does"
+            return Decision("unknown", tuple(judged), _certain(located), text)
         text = "nothing is left that tolerances, sensors and the track file do not explain"
         return Decision("none", tuple(judged), 1.0 - (judged[0].probability if judged else 0.0), text)
     first = accepted[0]
@@ -204,4 +208,4 @@ def _excess(cell: Cell) -> float:
 
 def _certain(located: Located) -> float:
     """How sure it is that anything is there at all."""
-    return float(min(0.99, 1.0 - math.exp(-0.5 * len(located.significant))))
+    return float(min(0.99, 1.0 - math.exp(-0.5 * (len(located.significant) + len(located.surprising)))))

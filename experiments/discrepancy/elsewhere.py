@@ -14,7 +14,7 @@ from experiments.discrepancy.alignment import align
 from experiments.discrepancy.decide import rms
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.fitting import WEIGHT, Problem, cost
-from experiments.discrepancy.forward import Forward, continued
+from experiments.discrepancy.forward import Forward, forward_over
 from experiments.discrepancy.frames import frames_of, held_out, stack
 from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.parallel import in_parallel
@@ -76,7 +76,7 @@ def run_elsewhere(name: str, evidence: Evidence, findings: Findings, tell: Tell)
 
 def problem_of(evidence: Evidence, findings: Findings) -> Problem:
     """The recording, aligned, with the noise of the model that was found."""
-    forward = Forward(evidence, align(evidence), continued(evidence.track), law=findings.problem.forward.law)
+    forward = forward_over(evidence, align(evidence), law=findings.problem.forward.law)
     frames = frames_of(evidence.duration, min(evidence.slowest, *evidence.rates.values()))
     train, test = held_out(frames)
     measured = stack(frames, evidence.channels, evidence.samples, evidence.rates)

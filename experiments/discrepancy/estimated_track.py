@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from estimators.interface import Estimate
+from experiments.discrepancy.evidence import GivenTrack
 from railsim.errors import InputError
 from railsim.track.files import DISTANCE, read_track
 from railsim.track.survey import TrackErrors
@@ -14,7 +15,7 @@ TAKEN = ("vertical", "lateral", "cross_level")
 SPACING = 0.25  # m
 
 
-def given_track(source: str) -> tuple[Track, TrackErrors | None]:
+def given_track(source: str) -> GivenTrack:
     """Track of a file, or of an estimate's folder with its standard deviations (None where it states none).
 
     An estimate's distances count from the first sample of its own recording, so the scenario's `start` does too; what
@@ -25,7 +26,7 @@ def given_track(source: str) -> tuple[Track, TrackErrors | None]:
     InputError : neither a track file nor an estimate of one.
     """
     if not Path(source).is_dir():
-        return read_track(source), None
+        return GivenTrack(read_track(source))
     series = Estimate.open(source).series
     names = [name for name in TAKEN if f"{name} [m]" in series]
     if str(series.columns[0]) != DISTANCE or not names:
@@ -44,4 +45,5 @@ def given_track(source: str) -> tuple[Track, TrackErrors | None]:
         columns[name] = np.interp(grid, s[good], values[good])
         if f"{name}_std [m]" in series:
             spread[f"{name}_std"] = float(np.nanmedian(series[f"{name}_std [m]"].to_numpy(float)[good]))
-    return Track(grid, columns, Path(source).name), TrackErrors(**spread) if spread else None
+    errors = TrackErrors(**spread) if spread else None
+    return GivenTrack(Track(grid, columns, Path(source).name), errors, estimated=True)

@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from experiments.discrepancy.samples import sampled
+from experiments.discrepancy.surveyed import Surveyed
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.recording import read_measurements
@@ -30,6 +32,19 @@ USUAL_TRACK_ERRORS = TrackErrors(
 TRACK_MAKERS = "track_smoother, alignment_lateral or cross_level"
 
 
+class GivenTrack(NamedTuple):
+    """A track in place of the recording's own (None: its own), its errors (None: those that the recording states), and
+    whether it is an estimate, whose errors are what it leaves open.
+    """
+
+    track: Track | None = None
+    errors: TrackErrors | None = None
+    estimated: bool = False
+
+
+NO_TRACK = GivenTrack()
+
+
 @dataclass(frozen=True)
 class Evidence:
     """Measured channels that are compared, the sensors that gave them, the measured track and the nominal scenario.
@@ -38,7 +53,8 @@ class Evidence:
     ----------
     channels : names, in the order of `sensors`. samples : channel to (n,) values with NaN where lost.
     rates : channel to Hz; all divide the model's. sensors : as their data sheets say, without hidden errors.
-    track : as measured. track_errors : standard deviations of the track's rows. speed : (time [s], speed [m/s],
+    track : as measured. track_errors : standard deviations of the track's rows. track_estimated : the track is an
+    estimate, whose errors are what it leaves open. speed : (time [s], speed [m/s],
     relative standard deviation of its scale). left_out : channels that are not used, with the reason.
     slowest : Hz, of the slowest channel as it was measured.
     """
@@ -54,6 +70,12 @@ class Evidence:
     speed: tuple[np.ndarray, np.ndarray, float]
     left_out: tuple[str, ...]
     slowest: float = math.inf
+    track_estimated: bool = False
+
+    @cached_property
+    def surveyed(self) -> Surveyed:
+        """What the measured track says beyond its errors."""
+        return Surveyed(self.track, self.track_errors, self.track_estimated)
 
     @property
     def duration(self) -> float:
@@ -61,10 +83,8 @@ class Evidence:
         return min(len(self.samples[name]) / self.rates[name] for name in self.channels)
 
 
-def gather(
-    recording: Path | str, scenario: Scenario, track: Track | None = None, track_errors: TrackErrors | None = None
-) -> Evidence:
-    """Read the measured part of a recording; a track and its errors in place of the recording's own.
+def gather(recording: Path | str, scenario: Scenario, given: GivenTrack = NO_TRACK) -> Evidence:
+    """Read the measured part of a recording; a track that is given takes the place of the recording's own.
 
     Raises
     ------
@@ -83,10 +103,10 @@ def gather(
         raise InputError(
             f"the recording is {found.duration:.1f} s long; {SHORTEST:g} s are the least that can be judged"
         )
-    surveyed = track or _track(measured)
+    surveyed = given.track or _track(measured)
     stated = measured.about.get("track", {}).get("errors")
-    errors = track_errors or USUAL_TRACK_ERRORS
-    if stated and track_errors is None:
+    errors = given.errors or USUAL_TRACK_ERRORS
+    if stated and given.errors is None:
         errors = TrackErrors.build(stated, "about.json: track.errors")
     speed = measured_speed(measured, scenario, found.duration, found.begin)
     _check_reach(surveyed, scenario, speed)
@@ -99,10 +119,11 @@ def gather(
         sensors=tuple(_at_rate(s, found.rates) for s in sensors if any(name in channels for name in s.channels())),
         track=surveyed,
         track_errors=errors,
-        track_errors_stated=stated is not None or track_errors is not None,
+        track_errors_stated=stated is not None or given.errors is not None,
         speed=speed,
         left_out=(*unknown, *found.left_out),
         slowest=found.slowest,
+        track_estimated=given.estimated,
     )
 
 

@@ -9,7 +9,7 @@ from experiments.discrepancy.adding import gaps, predicted_after, write_model
 from experiments.discrepancy.alignment import align
 from experiments.discrepancy.elsewhere import named, run_elsewhere
 from experiments.discrepancy.estimated_track import given_track
-from experiments.discrepancy.evidence import Evidence, gather
+from experiments.discrepancy.evidence import NO_TRACK, Evidence, GivenTrack, gather
 from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.journal import Journal, journal_of
 from experiments.discrepancy.report import write_report
@@ -19,8 +19,6 @@ from experiments.discrepancy.workflow import Findings, investigate
 from railsim.errors import InputError
 from railsim.files import write_folder_atomically, write_json
 from railsim.scenario import Scenario
-from railsim.track.survey import TrackErrors
-from railsim.track.track import Track
 
 VERDICT = "verdict.json"
 DIGITS = 9
@@ -50,9 +48,9 @@ def explain(
     ------
     InputError : the recording cannot say anything; one line that says why.
     """
-    measured, errors = given_track(track) if track else (None, None)
-    evidence = gather(recording, scenario, measured, errors)
-    others = {name: _further(one, scenario, measured, errors) for name, one in named(further).items()}
+    given = given_track(track) if track else NO_TRACK
+    evidence = gather(recording, scenario, given)
+    others = {name: _further(one, scenario, given) for name, one in named(further).items()}
     with _going_on(evidence, sorted(only or [])) as journal, write_folder_atomically(folder) as aside:
         findings = investigate(evidence, tell, only, journal=journal)
         tell(f"last run by the {engine} engine")
@@ -88,10 +86,10 @@ def rounded(value: Any) -> Any:
     return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
 
 
-def _further(recording: str, scenario: Scenario, track: Track | None, errors: TrackErrors | None) -> Evidence:
+def _further(recording: str, scenario: Scenario, given: GivenTrack) -> Evidence:
     """A recording that takes no part; what is wrong with it is said before anything is fitted."""
     try:
-        evidence = gather(recording, scenario, track, errors)
+        evidence = gather(recording, scenario, given)
         align(evidence)
     except InputError as error:
         raise InputError(f"--held-out {recording}: {error}") from None

@@ -180,6 +180,11 @@ class Forward:
         return sensor.but(errors=sensor.errors.but(misalignment=angles))
 
 
+def forward_over(evidence: Evidence, alignment: Alignment, law: str = "") -> Forward:
+    """The nominal model over the track that the measured one lets expect."""
+    return Forward(evidence, alignment, continued(evidence.surveyed.expected), law=law)
+
+
 def ideal(errors: SensorErrors) -> SensorErrors:
     """Filter and latency only."""
     return SensorErrors(bandwidth=errors.bandwidth, bandwidth_order=errors.bandwidth_order, latency=errors.latency)

@@ -82,6 +82,7 @@ def _digest(evidence: Evidence, options: Sequence[str]) -> str:
         "scenario": evidence.scenario.to_yaml(),
         "track": evidence.track.digest(),
         "track_errors": evidence.track_errors.model_dump(mode="json"),
+        "track_estimated": evidence.track_estimated,
         "sensors": [sensor.model_dump(mode="json") for sensor in evidence.sensors],
         "rates": evidence.rates,
         "samples": key_of(*(evidence.samples[name] for name in evidence.channels), *evidence.speed[:2]),

@@ -16,7 +16,6 @@ from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
 from experiments.discrepancy.parallel import in_parallel
 from railsim.effects.interface import Effect
 from railsim.sensors.interface import Sensor
-from railsim.track.survey import survey
 from railsim.track.track import Track
 
 MODEL_ERROR = 0.03  # of the predicted amplitude, each channel on its own; illustrative
@@ -185,14 +184,9 @@ def propagated_track_error(
 
 
 def perturbed_tracks(evidence: Evidence, seed: int, count: int) -> list[Track]:
-    """The measured track with further errors of the stated size; the same for the same seed."""
+    """Tracks as likely as any other given the measured one; the same for the same seed."""
     rng = np.random.default_rng(seed)
-    tracks = []
-    for _ in range(count):
-        table = survey(evidence.track, evidence.track_errors, rng)
-        columns = {title.split(" ")[0]: table[title].to_numpy() for title in table.columns[1:]}
-        tracks.append(continued(Track(evidence.track.s, columns, evidence.track.name)))
-    return tracks
+    return [continued(evidence.surveyed.drawn(rng)) for _ in range(count)]
 
 
 def _owner(sensors: Sequence[Sensor], channel: str) -> Sensor:

@@ -12,7 +12,7 @@ from experiments.discrepancy.bank import open_bank
 from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.evidence import KINDS, Evidence
 from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
-from experiments.discrepancy.forward import Alignment, Forward, continued
+from experiments.discrepancy.forward import Alignment, forward_over
 from experiments.discrepancy.frames import frames_of, held_out
 from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.screening import Projection, screen
@@ -113,7 +113,7 @@ def nominal_problem(scenario: Scenario, tell: Tell = lambda text: None) -> Probl
     evidence = Evidence(
         scenario, channels, empty, rates, sensors, scenario.geometry, errors, True, (time, speed, 0.01), ()
     )
-    forward = Forward(evidence, Alignment(scenario.start), continued(evidence.track))
+    forward = forward_over(evidence, Alignment(scenario.start))
     frames = frames_of(evidence.duration, min(rates.values()))
     train, test = held_out(frames)
     z = np.zeros(len(forward.nuisances))

@@ -1,15 +1,15 @@
 """Selection: shortlisted effects are fitted with all nuisances; a second one joins where the first leaves something."""
 
 import itertools
-import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 from experiments.discrepancy.candidates import Candidate
-from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, ahead, decide, held_out_gap, judge
+from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, decide, held_out_gap
 from experiments.discrepancy.empirical import fit_empirical, follows_a_state
-from experiments.discrepancy.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit, with_candidates
+from experiments.discrepancy.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit
+from experiments.discrepancy.further import FIRSTS, GLANCE, with_further
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
 from experiments.discrepancy.latent import LatentForce
 from experiments.discrepancy.locate import Located, locate
@@ -24,8 +24,8 @@ from experiments.discrepancy.refining import (
 )
 from experiments.discrepancy.renewing import PROMISING, renewed
 from experiments.discrepancy.screening import Screened, best_of, scaled, screen, shortlist
+from experiments.discrepancy.stand import FAR_BEHIND, OUT_OF_REACH, Stand
 from experiments.discrepancy.starts import all_sizes, at_home, elsewhere, stretched
-from railsim.errors import InputError
 
 WORTH_FITTING = 5.0  # the same without its loudest sections, where nothing in the residual is significant
 HOPELESS = 0.2  # of the leader's gain
@@ -33,16 +33,11 @@ NEGLIGIBLE = 0.03  # of the leader's gain
 FAIR_CHANCE = 50.0  # nats that a signature may be behind in any case
 WEAK = 60.0  # nats of the best effect below which nuisances alone get derivatives of their own
 RIVAL = 30.0  # nats between two classes below which the noise is propagated anew before they are compared
-FAR_BEHIND = 300.0  # nats behind the best from which a hypothesis is not followed any further,
-OUT_OF_REACH = 0.3  # or this share of what the best brings, if that is more
-NO_RIVAL = 0.8  # of what the best brings, from which a fit is given up that leaves more than noise
+VARIANTS = 3  # other places of the best effect that are fitted too
 NEAREST = 4  # classes that are fitted on with the noise of the best
 HALF_SEEN = 0.75  # of the next, where the derivatives by the nuisances are still the nominal vehicle's
-GLANCE = 8.0  # nats that a signature must gain without its loudest sections, where no cell is significant
-SECONDS = {False: 4, True: 2}  # further effects that are fitted beside the first: everywhere, in places
 KEPT_PROMISE = 0.3  # of what a signature promised, below which a fit is begun elsewhere
 SLIGHT = 0.1  # of the size at which it looks best, from where a fit sets out once more that ended behind the nuisances
-FIRSTS = 3  # effects beside which a second one is looked for
 
 
 @dataclass(frozen=True)
@@ -76,11 +71,12 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         return Selection(problem, null, screened, (), decide(problem, null, located, []), stand.tabled)
     stand = _fair(_fitted(problem, null, screened, found if bent else (), tell), tell)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
-    stand = _with_law(_other_law(_nearer(stand, tell), tell), found, tell)
+    stand = _other_places(_other_law(_nearer(stand, tell), tell), screened, tell)
+    stand = _with_law(stand, found, tell)
     if stand.leader is not stand.best:
         stand = _other_law(stand, tell)
     else:
-        stand = _with_law(_further(stand, found, tell), found, tell)
+        stand = _with_law(with_further(stand, found, tell), found, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
     tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best else None
@@ -115,58 +111,6 @@ def _promising(located: Located, screened: Sequence[Screened], tell: Tell, share
     if located.significant:
         return True
     return loudest.robust > share * (WORTH_FITTING if located.surprising else GLANCE)
-
-
-@dataclass(frozen=True)
-class Stand:
-    """How far it is.
-
-    Attributes
-    ----------
-    problem : with the noise as it is known. null : nuisances alone. fitted : all effects that were fitted beside them.
-    tabled : a law without a name, and where it acts.
-    """
-
-    problem: Problem
-    null: Hypothesis
-    fitted: Sequence[Hypothesis]
-    tabled: tuple[Hypothesis, LatentForce] | None = None
-
-    @cached_property
-    def judged(self) -> list[Judged]:
-        """The fitted ones with their figures, the most probable first."""
-        return judge(self.problem, self.null, self.fitted)
-
-    @cached_property
-    def best(self) -> Hypothesis:
-        """The most probable where it has evidence enough, else nuisances alone."""
-        return self.judged[0].hypothesis if self.judged and self.judged[0].evidence >= ENOUGH else self.null
-
-    @cached_property
-    def most(self) -> Hypothesis | None:
-        """The fitted one that takes most."""
-        return max(self.fitted, key=lambda one: one.log_evidence, default=None)
-
-    @cached_property
-    def level(self) -> float:
-        """Cost from which a fit is not followed any further: far behind that of the one that takes most, closer where
-        that leaves only noise.
-        """
-        if self.most is None:
-            return math.inf
-        gain = self.most.log_evidence - self.null.log_evidence if something_left(self.problem, self.most) else 0.0
-        return self.most.fit.cost(self.problem.train) + max(FAR_BEHIND, NO_RIVAL * gain)
-
-    @property
-    def leader(self) -> Hypothesis:
-        """The law without a name where it is ahead of the best, else the best."""
-        law = self.tabled[0] if self.tabled else None
-        return law if law is not None and ahead(self.null, self.best, law) else self.best
-
-    @cached_property
-    def unexplained(self) -> bool:
-        """Whether the best leaves more than noise."""
-        return something_left(self.problem, self.best)
 
 
 @dataclass(frozen=True)
@@ -277,20 +221,41 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand
     """
     if stand.best is stand.null or not stand.unexplained:
         return stand
-    problem, best = stand.problem, stand.best
     tried = {one.candidate.name for one in stand.fitted}
     mates: dict[str, Screened] = {}
     for one in best_of(screened):
-        if one.candidate.equivalence in best.classes and one.candidate.name not in tried:
+        if one.candidate.equivalence in stand.best.classes and one.candidate.name not in tried:
             mates.setdefault(one.candidate.name, one)
+    return replace(stand, fitted=[*stand.fitted, *_like_best(stand, mates.values(), tell)])
+
+
+def _other_places(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand:
+    """With the best effect on other wheelsets, sides or channels, which may be its mirror image: a first wheelset that
+    is turned steers a bogie as a second one does that is turned the other way.
+    """
+    if stand.best is stand.null:
+        return stand
+    name, labels = stand.best.candidate.name, {one.candidate.label for one in stand.fitted}
+    same = sorted((one for one in screened if one.candidate.name == name), key=lambda one: -one.gain)
+    others = [one for one in same if one.candidate.label not in labels and one.gain > HOPELESS * same[0].gain]
+    made = _like_best(stand, others[:VARIANTS], tell)
+    reach = OUT_OF_REACH * (stand.best.log_evidence - stand.null.log_evidence)
+    near = [one for one in made if one.log_evidence > stand.best.log_evidence - reach]
+    made = [polished(stand.problem, one, tell) if any(one is other for other in near) else one for one in made]
+    return replace(stand, fitted=[*stand.fitted, *made])
+
+
+def _like_best(stand: Stand, others: Iterable[Screened], tell: Tell) -> list[Hypothesis]:
+    """Screened effects fitted from the best one's nuisances and from the nominal build, at all sizes."""
+    problem, best = stand.problem, stand.best
     home = starting_fit(problem, at_home(problem, best.fit))
     made: list[Hypothesis] = []
-    for name, one in mates.items():
-        if time_for(problem, "fit", name, tell):
+    for one in others:
+        if time_for(problem, "law", one.candidate.label, tell):
             starts = [(z, [values]) for z in (home.z, best.fit.z) for values in all_sizes(one)]
             fitted = hypothesis(problem, home, (one.candidate,), starts, tell)
             made += [fitted] if fitted is not None else []
-    return replace(stand, fitted=[*stand.fitted, *made])
+    return made
 
 
 def _nearer(stand: Stand, tell: Tell) -> Stand:
@@ -312,16 +277,19 @@ def _law_at_once(stand: Stand, tell: Tell) -> Stand:
 
 
 def _other_law(stand: Stand, tell: Tell, refined: bool = True) -> Stand:
-    """With the creep law that explains what the leader leaves, where one does: which law holds is a nuisance."""
+    """With the creep law under which the leader explains more: which law holds is a nuisance. Nuisances alone, and what
+    is not refined yet, are asked only where they leave something.
+    """
     problem, null, first = stand.problem, stand.null, stand.leader
     left = stand.unexplained if first is stand.best else something_left(problem, first)
-    if not left or not time_for(problem, "law", "another creep law", tell):
+    asked = left or (refined and first is not null)
+    if not asked or not time_for(problem, "law", "another creep law", tell):
         return stand
     for name in other_laws(problem):
         other = problem.but(forward=problem.forward.but(law=name))
         best = under(other, first, tell)
         near = best is not None and best.log_evidence > first.log_evidence - FAR_BEHIND
-        if best is not None and refined and near and held_out_gap(other, best.fit) > WHITE:
+        if best is not None and refined and near:
             best = polished(other, best, tell)
         if best is None or best.log_evidence < first.log_evidence + ENOUGH:
             continue
@@ -393,13 +361,16 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
 
 def _with_law(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     """With a law without a name where none was fitted yet and the best effect leaves something, be it only a force that
-    follows a state.
+    follows a state, or where nothing but nuisances far from their data sheets explains the recording.
     """
     if stand.tabled is not None or not found:
         return stand
-    if not (stand.unexplained or (stand.best is not stand.null and follows_a_state(stand.problem, stand.best.fit))):
+    problem, best = stand.problem, stand.best
+    follows = best is not stand.null and follows_a_state(problem, best.fit)
+    bent = best is stand.null and locate(problem, best.fit).bent
+    if not (stand.unexplained or follows or bent):
         return stand
-    return replace(stand, tabled=fit_empirical(stand.problem, stand.null, found[0].context, tell))
+    return replace(stand, tabled=fit_empirical(problem, stand.null, found[0].context, tell))
 
 
 def _close(judged: Sequence[Judged]) -> bool:
@@ -407,80 +378,3 @@ def _close(judged: Sequence[Judged]) -> bool:
         return False
     others = [one for one in judged if one.hypothesis.classes != judged[0].hypothesis.classes]
     return any(judged[0].standing - one.standing < RIVAL for one in others)
-
-
-def _further(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
-    """With a second effect beside the best, where one is promising: of all where something is left, else of those
-    that are quickly looked at. What is left then may be so because the best is not even half of it, so others that
-    take much by themselves, borne out or not, are tried as the first of two as well.
-    """
-    if stand.best is stand.null:
-        return stand
-    pairs: list[Hypothesis] = []
-    for first in _firsts(stand):
-        if not time_for(stand.problem, "further", f"a further effect beside {first.label}", tell):
-            break
-        rest = [one for one in found if one.equivalence not in first.classes and (stand.unexplained or not one.local)]
-        base = _base(stand.problem, first)
-        screened = screen(stand.problem, base, rest, tell)
-        if base is first.fit:
-            screened = renewed(stand.problem, base, screened)
-        screened = best_of(screened)
-        loud = PROMISING if stand.unexplained else GLANCE
-        seconds = [one for one in screened if (one.gain if stand.unexplained else one.robust) > loud]
-        chosen = [*_first_of(seconds, False), *_first_of(seconds, True)]
-        if chosen:
-            tell(f"beside {first.label}: {', '.join(one.candidate.label for one in chosen)}")
-        for one in chosen:
-            if time_for(stand.problem, "end", f"{first.label} with {one.candidate.label}", tell):
-                made = _paired(stand.problem, first, base, one, tell)
-                pairs += [made] if made is not None else []
-        if pairs and not something_left(stand.problem, max(pairs, key=lambda one: one.log_evidence)):
-            break
-    return replace(stand, fitted=[*stand.fitted, *pairs, *_second_alone(stand, pairs, tell)])
-
-
-def _firsts(stand: Stand) -> list[Hypothesis]:
-    """The best, and where it leaves something those that take most by themselves; each class once."""
-    ordered = sorted(stand.fitted, key=lambda one: -one.log_evidence) if stand.unexplained else []
-    firsts = {one.classes: one for one in reversed(ordered) if one.log_evidence > stand.null.log_evidence}
-    others = [one for one in reversed(firsts.values()) if one.classes != stand.best.classes]
-    return [stand.best, *sorted(others, key=lambda one: -one.log_evidence)][:FIRSTS]
-
-
-def _second_alone(stand: Stand, pairs: Sequence[Hypothesis], tell: Tell) -> list[Hypothesis]:
-    """The second effect of the best pair by itself."""
-    if not pairs:
-        return []
-    best = max(pairs, key=lambda one: one.log_evidence)
-    second, values = best.candidates[1], best.values[1]
-    tell(f"{best.label}: {best.log_evidence - stand.best.log_evidence:+.1f} nats more")
-    alone = hypothesis(stand.problem, best.fit, (second,), [(best.fit.z, [values])], tell)
-    return [alone] if alone is not None else []
-
-
-def _first_of(screened: Sequence[Screened], in_places: bool) -> list[Screened]:
-    """The best of the effects that act everywhere, or of those that speak in places, each name once."""
-    names: dict[str, Screened] = {}
-    for one in screened:
-        if one.candidate.speaks_in_places == in_places:
-            names.setdefault(one.candidate.name, one)
-    return list(names.values())[: SECONDS[in_places]]
-
-
-def _base(problem: Problem, first: Hypothesis) -> Fit:
-    """Where a further effect is looked for: at the first one, with the nominal build where much is left."""
-    if held_out_gap(problem, first.fit) < LARGE:
-        return first.fit
-    home = starting_fit(problem, at_home(problem, first.fit))
-    try:
-        return with_candidates(problem, home, first.candidates, [(home.z, first.fit.shares)])
-    except InputError:
-        return first.fit
-
-
-def _paired(problem: Problem, first: Hypothesis, base: Fit, one: Screened, tell: Tell) -> Hypothesis | None:
-    starts = [(z, [first.values[0], one.values]) for z in (one.z, first.fit.z)]
-    if base is not first.fit:
-        starts.append((base.z, [first.values[0], one.values]))
-    return hypothesis(problem, base, (first.candidate, one.candidate), starts, tell)

@@ -11,7 +11,7 @@ from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, contested, excess, held_out_gap
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.fitting import Fit, Problem
-from experiments.discrepancy.forward import Forward, continued
+from experiments.discrepancy.forward import forward_over
 from experiments.discrepancy.frames import frames_of, held_out, stack
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
 from experiments.discrepancy.journal import Journal
@@ -86,7 +86,7 @@ def investigate(
         problem, null = _better_law(problem, null, tell)
     located = locate(problem, null.fit)
     if located.worth_looking and held_out_gap(problem, null.fit) < LARGE:  # else bent to explain what is no nuisance
-        null = polished(problem, null, tell)
+        problem, null = _passed_on(problem, polished(problem, null, tell), tell)
         located = locate(problem, null.fit)
     tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
     context = replace(context_of(problem, located), tones=tones(problem, null.fit))
@@ -108,6 +108,14 @@ def _settled(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, H
     """Nuisances alone, fitted on with the sensors' noise levels and the model's share of the noise read from them."""
     problem = problem.with_level(null.fit.stacked)
     problem = problem.with_covariance(null.fit.stacked, problem.bank.propagated if problem.bank else None)
+    return problem, again(problem, null, tell)
+
+
+def _passed_on(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:
+    """With the track's errors as the nuisances that were found pass them on: stiffer springs pass on more of the short
+    waves than nominal ones.
+    """
+    problem = problem.with_noise(null.fit.z)
     return problem, again(problem, null, tell)
 
 
@@ -151,7 +159,7 @@ def prepare(evidence: Evidence, tell: Tell) -> Problem:
     """Aligned, cut into frames, with the noise at the nominal model."""
     alignment = align(evidence)
     tell(f"aligned: start at {alignment.start:.2f} m, speed scale {alignment.scale:.4f}")
-    forward = Forward(evidence, alignment, continued(evidence.track))
+    forward = forward_over(evidence, alignment)
     frames = frames_of(evidence.duration, min(evidence.slowest, *evidence.rates.values()))
     train, test = held_out(frames)
     measured = stack(frames, evidence.channels, evidence.samples, evidence.rates)

@@ -34,11 +34,16 @@ _ERROR_OF = {
 }
 
 
+def error_of(errors: TrackErrors, column: str) -> float:
+    """Standard deviation of a column's rows, in its unit; 0 for one that is measured without error."""
+    return float(getattr(errors, _ERROR_OF.get(column, ""), 0.0))
+
+
 def survey(track: Track, errors: TrackErrors, rng: np.random.Generator) -> pd.DataFrame:
     """What a measuring train hands over: the geometry's columns with errors; friction and stiffness it cannot see."""
     table = {DISTANCE: track.s}
     for key, column in track.columns().items():
         if key in _ERROR_OF or key == "gradient":
             noise = rng.standard_normal(column.size)
-            table[f"{key} [{UNITS[key]}]"] = column + noise * getattr(errors, _ERROR_OF.get(key, ""), 0.0)
+            table[f"{key} [{UNITS[key]}]"] = column + noise * error_of(errors, key)
     return pd.DataFrame(table)

@@ -9,7 +9,7 @@ import pytest
 from experiments.discrepancy.bank import open_bank
 from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fitting import Problem
-from experiments.discrepancy.forward import Alignment, Forward, continued
+from experiments.discrepancy.forward import Alignment, Forward, forward_over
 from experiments.discrepancy.screening import _turned
 
 CONTEXT = Context(("bogie.acceleration_y",), (30.0, 250.0), (1.0, 7.0), ((100.0, 3.0),))
@@ -35,7 +35,7 @@ def test_a_signature_moves_to_where_the_recording_began(problem: Problem):
     """1.5 m later at 30 m/s: 50 ms, half a period at 10 Hz; unmoved, the signature would not fit."""
     evidence = problem.evidence
     there = Alignment(evidence.scenario.start + 1.5)
-    forward = Forward(evidence, there, continued(evidence.track))
+    forward = forward_over(evidence, there)
     bank = open_bank(evidence, there, problem.frames)
     one = _candidate("weak_yaw_damper")
     values = next(iter(one.sizes()))

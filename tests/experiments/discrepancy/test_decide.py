@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from experiments.discrepancy.candidates import Candidate, Context, candidates
-from experiments.discrepancy.decide import ENOUGH, Decision, Judged, ahead, contested, judge
+from experiments.discrepancy.decide import ENOUGH, Decision, Judged, ahead, contested, decide, judge
 from experiments.discrepancy.fitting import WEIGHT, Fit
 from experiments.discrepancy.frames import REDUNDANCY
 from experiments.discrepancy.hypothesis import Hypothesis
+from experiments.discrepancy.locate import Located
 
 FRAMES = 30
 TRAIN = np.arange(FRAMES) < 20
@@ -96,3 +97,16 @@ def test_a_law_without_a_name_takes_it_away_where_it_is_clearly_better(problem: 
     assert contested(decision, NULL, far).status == "unknown"
     assert isinstance(judged[0], Judged)
     assert judged[0].evidence > ENOUGH
+
+
+@pytest.mark.parametrize(
+    ("strained", "said"), [((), "none"), (("payload",), "none"), (("mass", "stiffness"), "unknown")]
+)
+def test_tolerances_that_explain_it_only_far_from_their_data_sheets_are_no_explanation(
+    problem: Any, strained: tuple[str, ...], said: str
+):
+    """One may be so by chance; with several, and no effect that is borne out, something is there."""
+    located = Located((), np.zeros((FRAMES, 1)), np.zeros(FRAMES), {}, dict.fromkeys(strained, 3.0))
+    decision = decide(problem, NULL, located, judge(problem, NULL, [_hypothesis(("weak_roll_bar",), -1.0, -1.0)]))
+    assert decision.status == said
+    assert all(name in decision.reason for name in strained) or said == "none"

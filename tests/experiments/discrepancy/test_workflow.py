@@ -168,7 +168,8 @@ def test_a_track_may_come_from_an_estimate(tmp_path: Path):
     vertical = np.where(s < 5.0, np.nan, 1e-3 * np.sin(s))
     series = pd.DataFrame({"s [m]": s, "vertical [m]": vertical, "vertical_std [m]": np.full(s.size, 2e-4)})
     Estimate("track_smoother", series).save(tmp_path / "estimate")
-    track, errors = given_track(str(tmp_path / "estimate"))
+    track, errors, estimated = given_track(str(tmp_path / "estimate"))
+    assert estimated and track is not None
     assert errors is not None and np.isclose(errors.vertical_std, 2e-4) and errors.lateral_std == 0.0
     assert np.allclose(np.interp(s[20:], track.s, track.vertical), vertical[20:], atol=5e-5)
     Estimate("speed_plain", pd.DataFrame({"time [s]": s, "speed [m/s]": s})).save(tmp_path / "other")
