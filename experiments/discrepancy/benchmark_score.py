@@ -133,8 +133,9 @@ def _outcomes(row: dict[str, Any], label: dict[str, Any]) -> dict[str, bool]:
         return found | {f"false alarm on a {kind}": alarm, "false alarm": alarm}
     said = {named, *(one["class"] for one in verdict.get("further", []))}
     if not detectable(row, label):
-        text = "undetectable effect left alone or named right"
-        return found | {text: status == "none" or said == set(label["classes"])}
+        seen = {one for one, nats in zip(label["classes"], row.get("expected", []), strict=False) if nats >= DETECTABLE}
+        fair = status != "unknown" and seen <= said and said - {None} <= set(label["classes"])
+        return found | {"undetectable effect left alone or named right": fair}
     if kind in ("withheld", "foreign"):
         text = "unknown where its effect is withheld" if kind == "withheld" else "unknown where the law is foreign"
         found |= {text: status == "unknown", "unknown where it is outside the library": status == "unknown"}
@@ -191,16 +192,16 @@ def wilson(successes: int, cases: int) -> dict[str, float | int]:
 
 
 TARGETS = {
-    "right name": (0.9, True),
-    "truth in the stated set": (0.97, True),
-    "wrong name": (0.03, False),
-    "false alarm": (0.01, False),
-    "unknown where it is outside the library": (0.9, True),
-    "place of an unknown": (0.8, True),
-    "two-sigma interval covers": (0.9, True),
-    "pair exactly right": (0.6, True),
+    "right name": (0.9, 1.0),
+    "truth in the stated set": (0.97, 1.0),
+    "wrong name": (0.0, 0.03),
+    "false alarm": (0.0, 0.01),
+    "unknown where it is outside the library": (0.9, 1.0),
+    "place of an unknown": (0.8, 1.0),
+    "two-sigma interval covers": (0.9, 0.98),
+    "pair exactly right": (0.6, 1.0),
 }
-"""Shares that are asked for, and whether at least or at most."""
+"""Shares that are asked for: from, to."""
 
 
 def page(rows: Sequence[Row], rule: str) -> str:
@@ -229,11 +230,14 @@ def _target(name: str, one: dict[str, Any]) -> str:
     """What is asked for, and whether the share and its whole interval are there."""
     if name not in TARGETS:
         return "| "
-    wanted, at_least = TARGETS[name]
-    reached = [(value >= wanted) == at_least or value == wanted for value in (one["value"], one["low"], one["high"])]
+    least, most = TARGETS[name]
+    reached = [least <= value <= most for value in (one["value"], one["low"], one["high"])]
     shown = all(reached[1:])
     held = "held" if shown else "held; interval does not show it" if reached[0] else "NOT HELD"
-    return f"{'at least' if at_least else 'at most'} {wanted:.0%} | {held}"
+    asked = (
+        f"at most {most:.0%}" if not least else f"at least {least:.0%}" if most == 1.0 else f"{least:.0%} to {most:.0%}"
+    )
+    return f"{asked} | {held}"
 
 
 def _told(row: dict[str, Any], label: dict[str, Any]) -> bool:
