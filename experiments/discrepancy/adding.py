@@ -60,7 +60,7 @@ def predicted_after(findings: Findings, engine: str) -> np.ndarray:
 
 
 def write_model(folder: Path, evidence: Evidence, start: float, scale: float, effects: Sequence[Effect]) -> Path:
-    """The nominal scenario over the measured track at the measured speed, with the effects, as a scenario file."""
+    """The nominal scenario over the expected track at the measured speed, with the effects, as a scenario file."""
     write_track(evidence.surveyed.expected, folder / TRACK)
     time, speed, _ = evidence.speed
     profile = Profile(kind="profile", time=tuple(time.tolist()), speed=tuple((scale * speed).round(4).tolist()))

@@ -153,9 +153,9 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
         if located.significant:
             text = "the residual is larger than the stated noise, and no effect of the library explains it"
             return Decision("unknown", tuple(judged), _certain(located), text)
-        if located.bent:
-            far = ", ".join(located.surprising)
-            text = f"only tolerances far from their data sheets explain it ({far}), and no effect of the library does"
+        if located.far:
+            names = ", ".join(located.surprising)
+            text = f"only tolerances far from their data sheets explain it ({names}), and no effect of the library does"
             return Decision("unknown", tuple(judged), _certain(located), text)
         text = "nothing is left that tolerances, sensors and the track file do not explain"
         return Decision("none", tuple(judged), 1.0 - (judged[0].probability if judged else 0.0), text)
@@ -164,6 +164,10 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
     if share < UNEXPLAINED:
         text = f"the best effect, {first.hypothesis.label}, explains only {share:.0%} of what is left"
         return Decision("unknown", tuple(judged), _certain(located), text)
+    left = locate(problem, first.hypothesis.fit)
+    if left.far and first.gap < LARGE:  # beyond it they stand for what the model itself cannot do
+        text = f"the best effect, {first.hypothesis.label}, explains it only with tolerances far from their data sheets"
+        return Decision("unknown", tuple(judged), _certain(located), f"{text} ({', '.join(left.surprising)})")
     classes = {one.hypothesis.classes for one in accepted if one.probability >= IN_SET}
     if first.probability >= SURE or len(classes) == 1:
         return Decision("named", tuple(accepted), first.probability, "one class of effects explains it best")

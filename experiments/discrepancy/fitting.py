@@ -271,7 +271,10 @@ def _improved(problem: Problem, fit: Fit, level: float) -> Fit:
         moved, expected = _step(problem, fit, level)
         gain = fit.cost(problem.train) - moved.cost(problem.train)
         if gain <= 0.0 and expected > CONVERGED and fresh and not _same_place(moved, here):
-            here = fit = _with_columns(problem, moved, begun)
+            try:
+                here = fit = _with_columns(problem, moved, begun)
+            except InputError:  # at the edge of what runs: as good as it gets
+                break
             fresh -= 1
             continue
         fit = moved

@@ -14,7 +14,8 @@ MISFIT = 1.25  # mean square that the noise model itself may be wrong by
 FALSE_SHARE = 0.01  # of the cells that are called significant (Benjamini and Hochberg 1995)
 DROPPED = 3  # loudest frames that do not count
 CURVED = 1e-4  # 1/m
-BENT = 2  # strained nuisances from which these have been bent to explain what is none
+BENT = 2  # strained nuisances from which these may have been bent to explain what is none,
+FAR = 4  # and from which they have: two parts at the end of their tolerance are no fault
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,11 @@ class Located:
     def bent(self) -> bool:
         """Whether more nuisances are far from their prior than chance would bring there."""
         return len(self.surprising) >= BENT
+
+    @property
+    def far(self) -> bool:
+        """Whether so many nuisances are far from their prior that what is explained with them is not explained."""
+        return len(self.surprising) >= FAR
 
     def plain(self) -> dict[str, Any]:
         """For the verdict."""

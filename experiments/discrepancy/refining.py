@@ -27,7 +27,11 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
     for _ in range(ROUNDS if held_out_gap(problem, one.fit) < LARGE else 1):
         if not time_for(problem, "linearise", f"derivatives at {one.label}", tell):
             break
-        better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))
+        try:
+            better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))
+        except InputError as error:
+            tell(f"{one.label}: {error}")
+            break
         gain = better.log_evidence - one.log_evidence
         tell(f"{one.label}, linearised again: {gain:+.1f} nats")
         one = better if gain > 0.0 else one

@@ -79,7 +79,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         stand = _with_law(with_further(stand, found, tell), found, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
-    tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best else None
+    tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best or stand.by_law else None
     not_tried = tuple(dict.fromkeys(left_out))
     return Selection(stand.problem, stand.null, screened, tuple(stand.judged), decision, tabled, not_tried)
 
@@ -361,14 +361,13 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
 
 def _with_law(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     """With a law without a name where none was fitted yet and the best effect leaves something, be it only a force that
-    follows a state, or where nothing but nuisances far from their data sheets explains the recording.
+    follows a state, or where it needs nuisances far from their data sheets.
     """
     if stand.tabled is not None or not found:
         return stand
     problem, best = stand.problem, stand.best
     follows = best is not stand.null and follows_a_state(problem, best.fit)
-    bent = best is stand.null and locate(problem, best.fit).bent
-    if not (stand.unexplained or follows or bent):
+    if not (stand.unexplained or follows or stand.far):
         return stand
     return replace(stand, tabled=fit_empirical(problem, stand.null, found[0].context, tell))
 

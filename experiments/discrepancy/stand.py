@@ -9,6 +9,7 @@ from experiments.discrepancy.decide import ENOUGH, Judged, ahead, judge
 from experiments.discrepancy.fitting import Problem
 from experiments.discrepancy.hypothesis import Hypothesis
 from experiments.discrepancy.latent import LatentForce
+from experiments.discrepancy.locate import locate
 from experiments.discrepancy.refining import something_left
 
 FAR_BEHIND = 300.0  # nats behind the best from which a hypothesis is not followed any further,
@@ -61,6 +62,16 @@ class Stand:
         """The law without a name where it is ahead of the best, else the best."""
         law = self.tabled[0] if self.tabled else None
         return law if law is not None and ahead(self.null, self.best, law) else self.best
+
+    @cached_property
+    def far(self) -> bool:
+        """Whether the best explains it only with nuisances far from their data sheets."""
+        return locate(self.problem, self.best.fit).far
+
+    @property
+    def by_law(self) -> bool:
+        """Whether the best needs nuisances far from their data sheets, and a law without a name explains something."""
+        return self.tabled is not None and self.far and ahead(self.null, self.null, self.tabled[0])
 
     @cached_property
     def unexplained(self) -> bool:

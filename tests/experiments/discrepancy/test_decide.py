@@ -99,14 +99,33 @@ def test_a_law_without_a_name_takes_it_away_where_it_is_clearly_better(problem: 
     assert judged[0].evidence > ENOUGH
 
 
-@pytest.mark.parametrize(
-    ("strained", "said"), [((), "none"), (("payload",), "none"), (("mass", "stiffness"), "unknown")]
-)
+PARTS = ("body mass", "bogie mass", "damping", "stiffness")
+
+
+def _located(strained: tuple[str, ...]) -> Located:
+    return Located((), np.zeros((FRAMES, 1)), np.zeros(FRAMES), {}, dict.fromkeys(strained, 3.0))
+
+
+@pytest.mark.parametrize(("strained", "said"), [((), "none"), (PARTS[:2], "none"), (PARTS, "unknown")])
 def test_tolerances_that_explain_it_only_far_from_their_data_sheets_are_no_explanation(
     problem: Any, strained: tuple[str, ...], said: str
 ):
-    """One may be so by chance; with several, and no effect that is borne out, something is there."""
-    located = Located((), np.zeros((FRAMES, 1)), np.zeros(FRAMES), {}, dict.fromkeys(strained, 3.0))
-    decision = decide(problem, NULL, located, judge(problem, NULL, [_hypothesis(("weak_roll_bar",), -1.0, -1.0)]))
+    """Two may be so by chance; with more, and no effect that is borne out, something is there."""
+    decision = decide(problem, NULL, _located(strained), judge(problem, NULL, [_hypothesis(("payload",), -1.0, -1.0)]))
     assert decision.status == said
     assert all(name in decision.reason for name in strained) or said == "none"
+
+
+@pytest.mark.parametrize(
+    ("strained", "gap", "said"), [(PARTS[:2], 1.0, "named"), (PARTS, 1.0, "unknown"), (PARTS, 2.0, "named")]
+)
+def test_an_effect_that_needs_tolerances_far_from_their_data_sheets_is_not_named(
+    monkeypatch: pytest.MonkeyPatch, strained: tuple[str, ...], gap: float, said: str
+):
+    """But where much is left beside it: they then stand for what the model itself cannot do (a flat's impacts)."""
+    white = SimpleNamespace(mean_square=lambda residual, frames: gap**2, good=np.zeros((FRAMES, 1)))
+    problem: Any = SimpleNamespace(train=TRAIN, test=~TRAIN, white=white)
+    monkeypatch.setattr("experiments.discrepancy.decide.locate", lambda *given: _located(strained))
+    decision = decide(problem, NULL, _located(()), judge(problem, NULL, [_hypothesis(("payload",), 5.0, 5.0)]))
+    assert decision.status == said
+    assert said == "named" or all(name in decision.reason for name in strained)
