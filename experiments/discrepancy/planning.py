@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.discrepancy.bank import open_bank
+from experiments.discrepancy.bank import SEED, open_bank
 from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.evidence import KINDS, Evidence
 from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
@@ -16,6 +16,7 @@ from experiments.discrepancy.forward import Alignment, forward_over
 from experiments.discrepancy.frames import frames_of, held_out
 from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.screening import Projection, screen
+from experiments.discrepancy.surveyed import as_surveyed
 from experiments.discrepancy.verdict import detectable
 from railsim.errors import InputError
 from railsim.scenario import Scenario
@@ -110,9 +111,8 @@ def nominal_problem(scenario: Scenario, tell: Tell = lambda text: None) -> Probl
     rates = {name: sensor.rate for sensor in sensors for name in sensor.channels()}
     empty = {name: np.zeros(int(scenario.duration * rates[name]) + 1) for name in channels}
     errors: TrackErrors = scenario.track_errors
-    evidence = Evidence(
-        scenario, channels, empty, rates, sensors, scenario.geometry, errors, True, (time, speed, 0.01), ()
-    )
+    track = as_surveyed(scenario.geometry, errors, SEED)
+    evidence = Evidence(scenario, channels, empty, rates, sensors, track, errors, True, (time, speed, 0.01), ())
     forward = forward_over(evidence, Alignment(scenario.start))
     frames = frames_of(evidence.duration, min(rates.values()))
     train, test = held_out(frames)

@@ -69,6 +69,16 @@ class Surveyed:
         }
 
 
+def as_surveyed(track: Track, errors: TrackErrors, seed: int) -> Track:
+    """A track as a file would give it that has such errors; the same for the same seed."""
+    rng = np.random.default_rng(seed)
+    columns = {
+        name: values + error_of(errors, name) * rng.standard_normal(values.size)
+        for name, values in track.columns().items()
+    }
+    return Track(track.s, columns, track.name)
+
+
 @dataclass(frozen=True)
 class _Share:
     """Of each wave number at each place: the share of the track in the file's power, and that of the stated errors'

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import welch
 
-from experiments.discrepancy.surveyed import UNSURE, Surveyed
+from experiments.discrepancy.surveyed import UNSURE, Surveyed, as_surveyed
 from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
 
@@ -90,3 +90,14 @@ def test_what_was_not_measured_and_uneven_rows_stay():
     s = np.cumsum(rng.uniform(0.2, 0.3, ROWS))
     uneven = Surveyed(Track(s, {"vertical": true}, "line"), ERRORS)
     assert np.array_equal(uneven.expected.vertical, true)
+
+
+def test_a_line_is_surveyed_with_the_stated_errors_and_the_same_ones_each_time():
+    rng = np.random.default_rng(7)
+    s, true, _ = _line(rng)
+    line = Track(s, {"vertical": true, "friction": np.full(ROWS, 0.3)}, "line")
+    file = as_surveyed(line, ERRORS, 1)
+    assert np.isclose(np.std(file.vertical - true), ERROR, rtol=0.03)
+    assert file.friction is not None and np.ptp(file.friction) == 0.0
+    assert np.array_equal(file.vertical, as_surveyed(line, ERRORS, 1).vertical)
+    assert not np.array_equal(file.vertical, as_surveyed(line, ERRORS, 2).vertical)
