@@ -11,7 +11,17 @@ from railsim.errors import InputError
 
 Row = tuple[dict[str, Any], dict[str, Any]]
 OF_ROW = ("rule", "case", "seed", "duration", "cpu", "seconds", "memory", "expected", "expected_at_first", "true_gap")
-OF_VERDICT = ("status", "effect", "class", "further", "alternative_classes", "parameters", "place_bodies", "gap")
+OF_VERDICT = (
+    "status",
+    "effect",
+    "class",
+    "confidence",
+    "further",
+    "alternative_classes",
+    "parameters",
+    "place_bodies",
+    "gap",
+)
 OF_LABEL = ("kind", "setting", "effects", "acting", "classes", "law")
 
 

@@ -14,6 +14,8 @@ from experiments.discrepancy.rule import rule_hash
 from railsim.files import read_json
 
 COVERED = 1.96
+ANY = "any verdict"
+SURE_FROM = (0.0, 0.5, 0.9, 0.99)  # edges of the confidence that calibration looks at
 MADE_UP = "second effect that is not there, beside the right name"
 LEAST_CLOSED = 0.02  # of the gap, below which its share is noise
 DETECTABLE = 27.0
@@ -37,7 +39,7 @@ def read_rows(folder: Path, rule: str = "", elsewhere: Sequence[Row] = ()) -> li
 
 def score(rows: Sequence[Row]) -> dict[str, Any]:
     """Contract shape: metrics with Wilson intervals, figures with their spread, right names by class and outcomes by
-    setting, and verdict counts by truth.
+    setting, verdict counts by truth, and how often verdicts are true that are stated so surely.
     """
     counts: dict[str, list[bool]] = defaultdict(list)
     settings: dict[str, dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
@@ -61,6 +63,7 @@ def score(rows: Sequence[Row]) -> dict[str, Any]:
         "settings": {name: _shares(found) for name, found in sorted(settings.items())},
         "classes": _shares(classes),
         "confusion": {truth: dict(said) for truth, said in sorted(confusion.items())},
+        "calibration": calibration(rows),
     }
 
 
@@ -92,6 +95,41 @@ def figures(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
         if status == "unknown" and label["kind"] in ("withheld", "foreign"):  # nought where no table was found
             found["share of the true model's gap closure beyond nuisances, unknown"].append(share)
     return {name: median(values) for name, values in sorted(found.items())}
+
+
+def calibration(rows: Sequence[Row]) -> dict[str, dict[str, float | int]]:
+    """How often verdicts are true, by what they say and how sure they are: Wilson shares, with the mean confidence that
+    was stated ("stated"). Rows without one, and refusals, do not count.
+    """
+    found: dict[tuple[str, float], list[tuple[float, bool]]] = defaultdict(list)
+    for row, label in rows:
+        verdict = row["verdict"]
+        if verdict["status"] == "refused" or "confidence" not in verdict:
+            continue
+        sure = float(verdict["confidence"])
+        step = max(edge for edge in SURE_FROM if sure >= edge)
+        for status in (verdict["status"], ANY):
+            found[status, step].append((sure, is_true(row, label)))
+    table = {}
+    for status, step in sorted(found):
+        both = found[status, step]
+        share = wilson(sum(held for _, held in both), len(both))
+        table[f"{status}, from {step:g}"] = share | {"stated": float(np.mean([sure for sure, _ in both]))}
+    return table
+
+
+def is_true(row: dict[str, Any], label: dict[str, Any]) -> bool:
+    """Whether a verdict is true: what it names is there; `unknown`, something from outside the library; `none`, nothing
+    that could have been detected. An `ambiguous` one states how sure its first class is.
+    """
+    verdict, nats = row["verdict"], row.get("expected", [])
+    status = verdict["status"]
+    if status == "unknown":
+        return label["kind"] in ("withheld", "foreign")
+    if status == "none":
+        return len(nats) == len(label["effects"]) and max(nats, default=0.0) < DETECTABLE
+    further = verdict.get("further", []) if status == "named" else []
+    return {verdict["class"], *(one["class"] for one in further)} <= set(label["classes"])
 
 
 def closure(row: dict[str, Any]) -> float | None:
@@ -218,6 +256,10 @@ def page(rows: Sequence[Row], rule: str) -> str:
     for name, one in found["figures"].items():
         between = f"{one['value']:.3g} ({one['low']:.3g} to {one['high']:.3g})"
         lines.append(f"| {name} | {one['cases']} | {between} | {one['least']:.3g}, {one['most']:.3g} |")
+    lines += ["", "| stated confidence of | verdicts | stated, mean | true (95 % interval) |", "|---|---|---|---|"]
+    for name, one in found["calibration"].items():
+        between = f"{one['value']:.1%} ({one['low']:.1%} to {one['high']:.1%})"
+        lines.append(f"| {name} | {one['cases']} | {one['stated']:.1%} | {between} |")
     lines += [
         "",
         "| case | truth (setting, creep law; nats to be expected) | verdict | gap: nuisances only, after, true model |",

@@ -97,6 +97,50 @@ def test_wilson_interval_holds_the_true_share_as_often_as_it_says():
     assert abs(np.mean(covered) - 0.95) < 0.01
 
 
+def test_confidence_is_held_against_how_often_verdicts_are_true():
+    """Four sure names of which one is wrong, a `none` over an effect that could be seen, one over one that could not;
+    a refusal and a row without a confidence say nothing.
+    """
+    seen, unseen = [100.0], [3.0]
+    said = [
+        *[
+            (_row("named", "weak_yaw_damper", "weak_yaw_damper", seen, confidence=0.95, **SURE), "effect")
+            for _ in range(3)
+        ],
+        (_row("named", "payload", "payload", seen, confidence=0.95), "withheld"),
+        (_row("none", None, None, seen, confidence=0.3), "effect"),
+        (_row("none", None, None, unseen, confidence=1.0), "effect"),
+        (_row("unknown", None, None, seen, confidence=0.6), "foreign"),
+        (_row("unknown", None, None, seen, confidence=0.6), "effect"),
+        (_row("refused", None, None, seen, confidence=0.0), "effect"),
+        (_row("none", None, None, seen), "effect"),
+    ]
+    found = score([(row, _label(kind, DAMPER) | {"acting": []}) for row, kind in said])["calibration"]
+    shares = {name: (one["value"], one["cases"]) for name, one in found.items()}
+    assert shares == {
+        "named, from 0.9": (0.75, 4),
+        "none, from 0": (0.0, 1),
+        "none, from 0.99": (1.0, 1),
+        "unknown, from 0.5": (0.5, 2),
+        "any verdict, from 0": (0.0, 1),
+        "any verdict, from 0.5": (0.5, 2),
+        "any verdict, from 0.9": (0.75, 4),
+        "any verdict, from 0.99": (1.0, 1),
+    }
+    assert np.isclose(found["named, from 0.9"]["stated"], 0.95)
+
+
+def test_a_second_name_that_is_not_there_makes_a_verdict_untrue():
+    made_up = _row(
+        "named", "weak_yaw_damper", "weak_yaw_damper", confidence=1.0, **SURE, further=[{"class": "payload"}]
+    )
+    listed = _row(
+        "ambiguous", "weak_yaw_damper", "weak_yaw_damper", confidence=0.6, **SURE, further=[{"class": "payload"}]
+    )
+    found = score([(one, _label("effect", DAMPER)) for one in (made_up, listed)])["calibration"]
+    assert found["named, from 0.99"]["value"] == 0.0 and found["ambiguous, from 0.5"]["value"] == 1.0
+
+
 def test_closure_is_a_share_of_what_the_true_model_closes():
     """Nuisances leave 2.0, the true model 1.0, the verdict's 1.2: 0.8; nothing to close counts for nothing."""
     gap = {"before": 3.0, "nuisance_only": 2.0, "after": 1.2}
