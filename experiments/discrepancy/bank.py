@@ -81,9 +81,15 @@ class Bank:
                 self._kept[key] = known[key] if known[key].size else None
 
     def signature(self, candidate: Candidate, values: dict[str, float]) -> np.ndarray | None:
-        """(k, f, c) change of the coefficients by an effect of a finite size; None where the model cannot have it."""
+        """(k, f, c) change of the coefficients by an effect of a finite size; None where the model cannot have it. Of
+        what is sharp (rows, k, f, c): so many rows of truth later.
+        """
         kept = self._kept[_key(candidate, values)]
         return None if kept is None else self._moved(kept, still=bool(candidate.phases))
+
+    def kept(self, candidate: Candidate, values: dict[str, float]) -> np.ndarray | None:
+        """The same; None too where it was not asked for in `fill`."""
+        return self.signature(candidate, values) if _key(candidate, values) in self._kept else None
 
     def _moved(self, coefficients: np.ndarray, still: bool = False) -> np.ndarray:
         delay = np.zeros_like(self.delay) if still else self.delay
@@ -94,13 +100,23 @@ class Bank:
         try:
             effects = (candidate.build(values),)
             if candidate.of_sensor:
-                prediction = forward.observe(forward.setup(z, effects), truth, z)
+                found = [(forward.observe(forward.setup(z, effects), truth, z), self._base)]
+            elif candidate.sharp:
+                setup, blows = forward.run(z, effects)
+                rows = range(rows_between(forward))
+                found = [(forward.observe(setup, blows.later(late), z), self._later_base(truth, late)) for late in rows]
             else:
-                prediction = forward.predict(z, effects)
+                found = [(forward.predict(z, effects), self._base)]
         except InputError:
             return None
-        change = _stacked(forward, self.frames, prediction) - self._base
+        change = np.stack([_stacked(forward, self.frames, prediction) - base for prediction, base in found])
+        change = change if candidate.sharp else change[0]
         return change.astype(np.complex64) if np.isfinite(change).all() and change.any() else None
+
+    def _later_base(self, truth: Any, rows: int) -> np.ndarray:
+        """(k, f, c) of the nominal run, so many rows of truth later."""
+        forward, z = self.reference, np.zeros(len(self.reference.nuisances))
+        return _stacked(forward, self.frames, forward.observe(forward.setup(z), truth.later(rows), z))
 
 
 def open_bank(evidence: Evidence, alignment: Alignment, frames: Frames, tell: Tell = lambda text: None) -> Bank:
@@ -123,6 +139,11 @@ def open_bank(evidence: Evidence, alignment: Alignment, frames: Frames, tell: Te
     passed = known["propagated"] if known["propagated"].size else None
     bank = Bank(reference, frames, delay, folder, np.zeros(0), passed, known["base"])
     return replace(bank, columns=bank._moved(known["columns"]).astype(np.complex64))
+
+
+def rows_between(forward: Forward) -> int:
+    """Rows of truth between two samples of the slowest channel."""
+    return max(1, round(forward.evidence.scenario.output_rate / min(forward.evidence.rates.values())))
 
 
 def _reference(evidence: Evidence, alignment: Alignment, frames: Frames) -> tuple[Forward, np.ndarray]:

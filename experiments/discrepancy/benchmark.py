@@ -122,7 +122,8 @@ def renew_expected(cases: Cases, folder: Path, rule: str, tell: Callable[[str], 
         problem = prepare(gather(folder / "recordings" / path.stem, cases.nominal(row["case"])), lambda text: None)
         effects = [effect_of(one) for one in label["effects"]]
         first = row.get("expected_at_first", row["expected"])
-        expected = [round(one, 2) for one in expected_evidence(problem, effects, label.get("specimen", {}))]
+        found = expected_evidence(problem, effects, label["law"], label.get("specimen", {}))
+        expected = [round(one, 2) for one in found]
         _write(path, row | {"expected": expected, "expected_at_first": first, "oracle": now})
         tell(f"case {row['case']}: expected {first} -> {expected}")
 
@@ -137,7 +138,8 @@ def _known_after(label: dict[str, Any], findings: Findings | None) -> dict[str, 
     effects = [effect_of(one) for one in label["effects"]]
     if findings is None or not effects:
         return {"expected": [], "true_gap": None}
-    expected = [round(one, 2) for one in expected_evidence(findings.problem, effects, label["specimen"])]
+    found = expected_evidence(findings.problem, effects, label["law"], label["specimen"])
+    expected = [round(one, 2) for one in found]
     try:
         return {"expected": expected, "true_gap": true_gap(findings, effects, label["law"], label["specimen"])}
     except InputError:

@@ -129,6 +129,13 @@ class Candidate:
         return [name for name in PHASES if name in self.kind.held]
 
     @property
+    def sharp(self) -> bool:
+        """Whether it is a blow once a turn, of which the sensors' samples hold more than half their rate folded back:
+        a little later it is not the same signal a little later.
+        """
+        return "angle" in self.phases
+
+    @property
     def parameters(self) -> dict[str, Parameter]:
         """Free numbers."""
         fixed = {name for name, _ in self.choices} | set(self.kind.held) - {*DISTANCES, *self.phases}

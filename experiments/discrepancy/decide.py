@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.discrepancy.candidates import Candidate
-from experiments.discrepancy.fitting import WEIGHT, Fit, Problem
+from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, lost_within
 from experiments.discrepancy.frames import REDUNDANCY
 from experiments.discrepancy.hypothesis import Hypothesis, robust_evidence
 from experiments.discrepancy.locate import Cell, Located, locate
@@ -112,6 +112,9 @@ def _figures(
     )
     borne_out = outside > least
     whole = one.log_evidence - null.log_evidence
+    if further and all(other.local for other in further):  # what is in a held-out section is seen there only
+        unseen = max(0.0, outside - _share_held_out(problem) * max(0.0, gain))
+        gain, whole = gain + unseen, whole + unseen
     if alone is not None:
         first, _, there, _ = _figures(problem, null, alone, others)
         borne_out = borne_out and gain > ENOUGH + min(COARSE * max(0.0, first), excess(problem, alone))
@@ -153,7 +156,7 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
         if located.significant:
             text = "the residual is larger than the stated noise, and no effect of the library explains it"
             return Decision("unknown", tuple(judged), _certain(located), text)
-        if located.far:
+        if located.far and needs_far(problem, null, 0.0):
             names = ", ".join(located.surprising)
             text = f"only tolerances far from their data sheets explain it ({names}), and no effect of the library does"
             return Decision("unknown", tuple(judged), _certain(located), text)
@@ -164,8 +167,8 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
     if share < UNEXPLAINED:
         text = f"the best effect, {first.hypothesis.label}, explains only {share:.0%} of what is left"
         return Decision("unknown", tuple(judged), _certain(located), text)
-    left = locate(problem, first.hypothesis.fit)
-    if left.far and first.gap < LARGE:  # beyond it they stand for what the model itself cannot do
+    if needs_far(problem, first.hypothesis, first.evidence):
+        left = locate(problem, first.hypothesis.fit)
         text = f"the best effect, {first.hypothesis.label}, explains it only with tolerances far from their data sheets"
         return Decision("unknown", tuple(judged), _certain(located), f"{text} ({', '.join(left.surprising)})")
     classes = {one.hypothesis.classes for one in accepted if one.probability >= IN_SET}
@@ -175,12 +178,24 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
     return Decision("ambiguous", tuple(accepted), first.probability, text)
 
 
-def contested(decision: Decision, null: Hypothesis, law: Hypothesis) -> Decision:
+def needs_far(problem: Problem, one: Hypothesis, gain: float) -> bool:
+    """Whether a hypothesis that brings so many nats holds with nuisances far from their data sheets only: with all of
+    them within it would lose more than chance, and than what the model itself may be wrong by.
+    """
+    return locate(problem, one.fit).far and lost_within(problem, one.fit) > max(ENOUGH, COARSE * gain)
+
+
+def contested(problem: Problem, decision: Decision, null: Hypothesis, law: Hypothesis) -> Decision:
     """The verdict when a tabled law without a name was fitted too: it takes the name away from an effect that explains
-    clearly less.
+    clearly less, and what it explains is something where there seemed to be nothing, if held-out frames bear it out.
     """
     if decision.best is None:
-        return decision
+        gain = law.log_evidence - null.log_evidence
+        borne_out = _held_out(problem, null, law) > BORNE_OUT * _share_held_out(problem) * gain
+        if decision.status != "none" or not ahead(null, null, law) or not borne_out:
+            return decision
+        text = f"a force that follows the state at one place explains it better by {gain:.0f} nats, and no effect does"
+        return Decision("unknown", decision.judged, min(0.99, 1.0 - math.exp(-gain / (2.0 * CLEARLY))), text)
     named = decision.best.hypothesis
     if not ahead(null, named, law):
         return decision

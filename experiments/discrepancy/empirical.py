@@ -29,9 +29,12 @@ POINTS = 9  # whose forces are fitted
 FINER = 8  # times as many steps in the table, on a monotone cubic through the points (Fritsch and Carlson 1980)
 BEYOND = 0.5  # of the states' range to each side, over which the law goes on straight
 REACH = 4.0  # times the curve's largest force, that a point may be
-PLACES = 2  # where a law is tried
-LEAST_FOLLOWED = 0.02  # share of the force's variance that a curve must have to be tried
-HEARD = 30.0  # nats of a latent force beside a named effect, from which its curve is looked at
+LOOKED_AT = 8  # places of latent forces that are compared by what they follow
+AS_GOOD = 0.9  # of the loudest one's gain, from which a latent force may as well be the one
+CURVES = 3  # curves that are tried, those first that are followed best
+LEAST_TRIED = 0.01  # share of the force's variance that a curve must have to be tried
+LEAST_FOLLOWED = 0.02  # the same, to say that a force follows a state
+HEARD = 30.0  # nats of a latent force beside what was found, from which its curve is looked at
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ class TabledLaw(Candidate):
 def tabled_law(context: Context, force: LatentForce, model: Model) -> tuple[TabledLaw, dict[str, float]] | None:
     """The law of a latent force and its values by the smoother; None where its curve says nothing."""
     kind = discover(library, Effect).get(LAW)
-    if kind is None or len(force.curve) < POINTS or force.follows < LEAST_FOLLOWED:
+    if kind is None or len(force.curve) < POINTS or force.follows < LEAST_TRIED:
         return None
     often = np.interp(np.linspace(0.0, len(force.curve) - 1.0, POINTS), np.arange(len(force.curve)), force.curve[:, 0])
     states = 0.5 * (often + np.linspace(often[0], often[-1], POINTS))  # closer where the state is often
@@ -106,10 +109,19 @@ def tabled_law(context: Context, force: LatentForce, model: Model) -> tuple[Tabl
 
 
 def follows_a_state(problem: Problem, fit: Fit) -> bool:
-    """Whether a force that follows a state is left where nothing else is: a law that only resembles the named one."""
-    return any(
-        one.gain > HEARD and one.follows > LEAST_FOLLOWED and one.place.lower for one in latent_forces(problem, fit, 1)
-    )
+    """Whether a force that follows a state is left where nothing else is: a law that only resembles the named one, or
+    one that is too faint for any cell.
+    """
+    return any(one.gain > HEARD and one.follows > LEAST_FOLLOWED and one.place.lower for one in _likely(problem, fit))
+
+
+def _likely(problem: Problem, fit: Fit) -> list[LatentForce]:
+    """Latent forces as good as the loudest, those first that follow a state best: what joins two bodies answers nearly
+    as a force on either does from outside.
+    """
+    found = latent_forces(problem, fit, LOOKED_AT)
+    loud = [one for one in found if one.gain >= AS_GOOD * found[0].gain]
+    return sorted(loud, key=lambda one: -one.follows)
 
 
 def fit_empirical(
@@ -123,7 +135,7 @@ def fit_empirical(
         bases.insert(0, starting_fit(problem, at_home(problem, null.fit)))
     best: tuple[Hypothesis, LatentForce] | None = None
     for base in bases:
-        for force in latent_forces(problem, base, PLACES):
+        for force in _likely(problem, base)[:CURVES]:
             fitted = _fitted(problem, base, context, force, tell)
             if fitted is None or held_out_gap(problem, fitted.fit) >= held_out_gap(problem, null.fit):
                 continue

@@ -170,6 +170,18 @@ def normal_equations(jacobian: np.ndarray, residual: np.ndarray, frames: np.ndar
     return flat @ flat.T, flat @ (WEIGHT * residual[frames]).ravel()
 
 
+def lost_within(problem: Problem, fit: Fit) -> float:
+    """Nats that a fit loses by the quadratic model there if all nuisances must stay where nothing is looked for."""
+    shares = Shares(fit.candidates)
+    normal, gradient = normal_equations(fit.jacobian, fit.residual, problem.train)
+    matrix, downhill, at = shares.scaled(normal, gradient, fit.z, fit.shares)
+    usual = np.array([one.strained for one in problem.forward.nuisances])
+    within = np.clip(problem.forward.bounds, -usual, usual)
+    begun = np.concatenate([np.clip(fit.z, *within), at[len(fit.z) :]])
+    move = bounded_step(matrix, downhill - matrix @ (begun - at), begun, 1.0, within) - at
+    return max(0.0, float(0.5 * move @ matrix @ move - downhill @ move))
+
+
 def starting_fit(problem: Problem, z: np.ndarray) -> Fit:
     """Nuisances alone at z, with the bank's derivatives.
 

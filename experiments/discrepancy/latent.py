@@ -40,9 +40,8 @@ class LatentForce:
 
 
 def latent_forces(problem: Problem, fit: Fit, best: int = 3) -> list[LatentForce]:
-    """The places that explain most, best first; a channel's own reading is one.
-
-    The first comes with its curve over each of its states.
+    """The places that explain most, best first, each with its curve over each of its states; a channel's own reading is
+    one.
     """
     if problem.white is None:
         raise ValueError("state the noise first")
@@ -61,8 +60,7 @@ def latent_forces(problem: Problem, fit: Fit, best: int = 3) -> list[LatentForce
         seen = np.matmul(problem.white.inverse, gains[number][None, :, :, None])[..., 0]  # (k, f, c)
         ranked.append((place, *_smoothed(problem, white, seen)))
     ranked.sort(key=lambda one: -one[1])
-    described = [_described(problem, truth, *one) for one in ranked[:best]]
-    return [*described[0], *(one[0] for one in described[1:])] if described else []
+    return [curve for one in ranked[:best] for curve in _described(problem, truth, *one)]
 
 
 def _smoothed(problem: Problem, white: np.ndarray, seen: np.ndarray) -> tuple[float, float, np.ndarray]:

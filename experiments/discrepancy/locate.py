@@ -15,7 +15,8 @@ FALSE_SHARE = 0.01  # of the cells that are called significant (Benjamini and Ho
 DROPPED = 3  # loudest frames that do not count
 CURVED = 1e-4  # 1/m
 BENT = 2  # strained nuisances from which these may have been bent to explain what is none,
-FAR = 4  # and from which they have: two parts at the end of their tolerance are no fault
+FAR = 3  # and from which they have: two parts at the end of their tolerance are no fault
+OUTRIGHT = 4.9  # deviations of a sensor's own error, from which it is no data sheet's
 
 
 @dataclass(frozen=True)
@@ -64,8 +65,10 @@ class Located:
 
     @property
     def far(self) -> bool:
-        """Whether so many nuisances are far from their prior that what is explained with them is not explained."""
-        return len(self.surprising) >= FAR
+        """Whether so many nuisances are far from their prior, or one so far, that what is explained with them is not
+        explained.
+        """
+        return len(self.surprising) >= FAR or any(abs(z) > OUTRIGHT for z in self.surprising.values())
 
     def plain(self) -> dict[str, Any]:
         """For the verdict."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from railsim.errors import InputError
-from railsim.truth import Truth
+from railsim.truth import TIME, Truth
 
 
 class MemoryTruth(Truth):
@@ -16,6 +16,14 @@ class MemoryTruth(Truth):
         super().__init__(Path(), rate, len(rows), names, about)
         self._place = {name: number for number, name in enumerate(names)}
         self._table = rows
+
+    def later(self, rows: int) -> "MemoryTruth":
+        """The same so many rows later, the first row held before; raises InputError where there is no such row."""
+        if rows < 0 or rows >= len(self._table):
+            raise InputError(f"a run of {len(self._table)} rows cannot come {rows} rows later")
+        table = np.concatenate([np.repeat(self._table[:1], rows, axis=0), self._table[: len(self._table) - rows]])
+        table[:, self._place[TIME]] = self._table[:, self._place[TIME]]
+        return MemoryTruth(list(self._place), table, self.rate, self.about)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Channel `name`, shape (n,); raises InputError where there is none."""

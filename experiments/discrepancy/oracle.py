@@ -29,17 +29,19 @@ def effect_of(settings: Mapping[str, Any]) -> Effect:
     return kinds[settings["kind"]].build({name: value for name, value in settings.items() if name != "kind"})
 
 
-def expected_evidence(problem: Problem, effects: Sequence[Effect], specimen: Mapping[str, float]) -> list[float]:
+def expected_evidence(
+    problem: Problem, effects: Sequence[Effect], law: str, specimen: Mapping[str, float]
+) -> list[float]:
     """Gain of the logarithm of the posterior [nats] that each true effect can be expected to bring beside the others,
     without the sections that speak loudest where the rule leaves these out; 0 where the model cannot run it.
 
-    The nuisances are fitted, without noise, to the vehicle as it was built (`specimen`: scores by their labels) with
-    and without the effect, and what it takes to do without is what it brings: a damper of 0.7 that a healthy one within
-    its tolerance imitates brings little, however large its signature; worn wheels of a vehicle that was built with
-    little conicity are like new ones with much. The workflow decides on this quantity with its noise on it, so an
-    effect is detectable where it is large enough.
+    The nuisances are fitted, without noise, to the vehicle as it was built (`specimen`: scores by their labels; `law`:
+    its creep law, under another one a brake seems to be needed) with and without the effect, and what it takes to do
+    without is what it brings: a damper of 0.7 that a healthy one within its tolerance imitates brings little, however
+    large its signature; worn wheels of a vehicle that was built with little conicity are like new ones with much. The
+    workflow decides on this quantity with its noise on it, so an effect is detectable where it is large enough.
     """
-    plain = problem.but(forward=problem.forward.but(law=""), journal=None)
+    plain = _under(problem, law).but(journal=None)
     built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
     found = []
     for number, effect in enumerate(effects):
@@ -49,6 +51,12 @@ def expected_evidence(problem: Problem, effects: Sequence[Effect], specimen: Map
         except InputError:
             found.append(0.0)
     return found
+
+
+def _under(problem: Problem, law: str) -> Problem:
+    """The problem of a vehicle with that creep law."""
+    nominal = getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
+    return problem.but(forward=problem.forward.but(law="" if law == nominal else law))
 
 
 def _with(problem: Problem, effects: Sequence[Effect]) -> Problem:
@@ -95,9 +103,7 @@ def true_gap(findings: Findings, effects: Sequence[Effect], law: str, specimen: 
     InputError : the compiled engine cannot run the true model at all.
     """
     problem = findings.problem
-    nominal = getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
-    true = _with(problem, effects)
-    true = true.but(forward=true.forward.but(law="" if law == nominal else law))
+    true = _under(_with(problem, effects), law)
     built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
     found = []
     for z in (built, findings.final.z):

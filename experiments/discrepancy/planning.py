@@ -15,7 +15,8 @@ from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
 from experiments.discrepancy.forward import Alignment, forward_over
 from experiments.discrepancy.frames import frames_of, held_out
 from experiments.discrepancy.hypothesis import Tell
-from experiments.discrepancy.screening import Projection, screen
+from experiments.discrepancy.projection import Projection
+from experiments.discrepancy.screening import screen
 from experiments.discrepancy.surveyed import as_surveyed
 from experiments.discrepancy.verdict import detectable
 from railsim.errors import InputError

@@ -11,7 +11,8 @@ import numpy as np
 from experiments.discrepancy.filters import forms
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.parallel import in_parallel
-from experiments.discrepancy.screening import Projection, Screened, judged_signature, shortlist
+from experiments.discrepancy.projection import Projection
+from experiments.discrepancy.screening import Screened, judged_signature, shortlist
 from railsim.errors import InputError
 
 PROMISING = 4.0  # nats that a signature must gain to be fitted

@@ -7,27 +7,28 @@ with a place or a time of their own are run for this recording.
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from experiments.discrepancy.candidates import DISTANCES, STRETCHES, Candidate, in_tune
 from experiments.discrepancy.filters import forms
-from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, normal_equations
+from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.gusts import put_together
 from experiments.discrepancy.noise import split
 from experiments.discrepancy.parallel import in_parallel
-from experiments.discrepancy.places import distance_at, likely_places, loudest_places, series
-from experiments.discrepancy.scores import TOLERATED, Shares, at_bound, logarithmic
+from experiments.discrepancy.places import distance_at
+from experiments.discrepancy.placing import DETUNED, matched, stretches
+from experiments.discrepancy.projection import Judgement, Projection, whitened
+from experiments.discrepancy.scores import logarithmic
 from railsim.errors import InputError
 
-RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
 PHASES_TRIED = 24
+MOST_BLOWS = 400  # angles of what strikes once a turn; at 24 m/s a row of truth is a hundredth of one
 PLACES_TRIED = np.arange(-1.5, 1.6, 0.1)  # m
 TIMES_TRIED = np.arange(-1.0, 1.1, 0.1)  # s
 STRETCH_TRIED = 20.0 * TIMES_TRIED  # m, of a load along the track
-DETUNED = 1.0  # turns of a wave by the middle of the run
 TOGETHER = 32  # signatures that are judged at a time
 DROPPED = 3  # sections whose gain does not count
 SHORTLIST = (5, 4, 2)  # effects that each statistic contributes
@@ -56,100 +57,6 @@ class Screened:
     detect: float
 
 
-class Projection:
-    """Linear model of all that is fitted so far, over some frames: what of a signature it cannot take.
-
-    Numbers at the edge of their tolerance are held there, or come back if the signature lets them. All in double
-    precision: what is left of a gain of a sensor that feels gravity is a millionth of its signature.
-    """
-
-    def __init__(self, fit: Fit, frames: np.ndarray, bounds: np.ndarray | None = None) -> None:
-        shares = Shares(fit.candidates)
-        normal, gradient = normal_equations(fit.jacobian, fit.residual, frames)
-        matrix, downhill, self.at = shares.scaled(normal, gradient, fit.z, fit.shares)
-        n, m = len(fit.z), len(fit.shares)
-        scale = np.concatenate([np.ones(n), np.full(m, 0.5 / TOLERATED)])
-        flat = (WEIGHT * fit.jacobian[:, frames].astype(float)).reshape(n + m, -1)
-        self.flat = flat * scale[:, None]
-        self.frames = frames
-        self.residual = (WEIGHT * fit.residual[frames]).ravel()
-        self.bound = at_bound(self.at, bounds)
-        self._sets: list[tuple[np.ndarray, np.ndarray, float]] = []
-        for held in [self.bound, np.zeros_like(self.bound)] if self.bound.any() else [self.bound]:
-            inverse = np.zeros_like(matrix)
-            free = np.flatnonzero(held == 0)
-            inverse[np.ix_(free, free)] = np.linalg.inv(matrix[np.ix_(free, free)])
-            own = inverse @ downhill
-            self._sets.append((inverse, own, 0.5 * float(downhill @ own)))
-
-    def cleaned(self, signature: np.ndarray) -> np.ndarray:
-        """What of a signature (n,) the numbers cannot take."""
-        return signature - (self._sets[0][0] @ (self.flat @ signature)) @ self.flat
-
-    def row(self, white: np.ndarray) -> np.ndarray:
-        """(n,) of a complex whitened signature (k, f, c)."""
-        return WEIGHT * split(white[self.frames].astype(complex)).ravel()
-
-    def along(self, signatures: np.ndarray) -> np.ndarray:
-        """(p, numbers) products of signatures (p, n) with the derivatives."""
-        return (self.flat @ signatures.T).T
-
-    def judge(self, signatures: np.ndarray, along: np.ndarray | None = None) -> "Judgement":
-        """The best of some signatures (p, n), scaled as it is best, the numbers following.
-
-        With d = J r - x / std^2, M = J J^T + 1 / std^2: gain(a) = d M^-1 d / 2 + a s (r - J^T M^-1 d) - a^2 (s s - s
-        J^T M^-1 J s) / 2; what the numbers could gain by themselves is no gain.
-        """
-        along = self.along(signatures) if along is None else along
-        across, size = signatures @ self.residual, np.einsum("pn,pn->p", signatures, signatures)
-        gain, which, factor, moved, left = self.weighed(along, across, size)
-        taken = factor * signatures[which] + moved @ self.flat
-        return Judgement(which, factor, gain, moved, taken, left)
-
-    def stretches(self, signature: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Products of a signature (n,) with derivatives (t + 1, numbers), residual (t + 1,) and itself (t + 1,), summed
-        up to each frame: differences are those of the signature between two frames.
-        """
-        count = int(self.frames.sum())
-        rows = signature.reshape(count, -1)
-        along = np.einsum("mtn,tn->tm", self.flat.reshape(len(self.flat), count, -1), rows)
-        parts = along, (rows * self.residual.reshape(count, -1)).sum(axis=1), (rows**2).sum(axis=1)
-        along, across, size = (np.concatenate([0.0 * part[:1], np.cumsum(part, axis=0)]) for part in parts)
-        return along, across, size
-
-    def weighed(
-        self, along: np.ndarray, across: np.ndarray, size: np.ndarray
-    ) -> tuple[float, int, float, np.ndarray, float]:
-        """Gain of the best of some signatures, which it is, its scale, how the numbers move, and its power left, from
-        products with the derivatives (p, numbers), with the residual (p,) and with itself (p,).
-        """
-        best = (-np.inf, 0, 1.0, np.zeros(0), 0.0)
-        for inverse, own, relief in self._sets:
-            follow = along @ inverse
-            power = np.maximum(size - np.einsum("pi,pi->p", along, follow), 1e-9)
-            slope = across - along @ own
-            scale = np.clip(slope / power, *RANGE)
-            gain = relief - self._sets[0][2] + scale * slope - 0.5 * scale**2 * power
-            move = own - scale[:, None] * follow
-            gain[(move * self.bound > 1e-9).any(axis=1)] = -np.inf
-            top = int(np.argmax(gain))
-            if gain[top] > best[0]:
-                best = float(gain[top]), top, float(scale[top]), move[top], float(power[top])
-        return best
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """Which signature at which scale, gain [nats], move of the numbers, what leaves the residual (n,), power left."""
-
-    which: int
-    scale: float
-    gain: float
-    move: np.ndarray
-    taken: np.ndarray
-    power: float
-
-
 def screen(
     problem: Problem, fit: Fit, found: Sequence[Candidate], tell: Callable[[str], None] = lambda text: None
 ) -> list[Screened]:
@@ -171,19 +78,48 @@ def screen(
         signature = problem.bank.signature(one, values)
         if signature is None:
             continue
+        if one.sharp:
+            judged.append(_blows(problem, fit, projection, one, signature, values))
+            continue
         turned = _turned(problem, one, values)
         if len(turned) > 1:
             judged.append(judged_signature(problem, fit, projection, one, signature, turned))
         else:
-            waiting.append((one, values, _white(problem, signature)))
+            waiting.append((one, values, whitened(problem, signature)))
     for first in range(0, len(waiting), TOGETHER):
         batch = waiting[first : first + TOGETHER]
         rows = np.stack([projection.row(white) for _, _, white in batch])
         along = projection.along(rows)
         for number, (one, values, white) in enumerate(batch):
             found_here = projection.judge(rows[number : number + 1], along[number : number + 1])
-            judged.append(_screened(problem, fit, projection, one, values, split(white), found_here))
+            judged.append(_screened(problem, fit, projection, one, values, replace(found_here, signature=white)))
     return judged + _here(problem, fit, projection, found)
+
+
+def _blows(
+    problem: Problem,
+    fit: Fit,
+    projection: Projection,
+    candidate: Candidate,
+    signature: np.ndarray,
+    values: dict[str, float],
+) -> Screened:
+    """The best angle of a blow once a turn, of all that differ by a row of truth: whole samples later as a phase, the
+    rows between as signatures of their own.
+    """
+    white = np.stack([whitened(problem, part) for part in signature])
+    forward = problem.forward
+    speed = forward.alignment.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
+    metres = float(getattr(forward.evidence.scenario.vehicle, "wheel_radius", 0.5))
+    rate = forward.evidence.scenario.output_rate
+    name = candidate.phases[0]
+    count = math.ceil(2.0 * math.pi * metres / float(speed.min()) * rate)
+    angles = 2.0 * np.pi * np.arange(min(count, MOST_BLOWS)) / min(count, MOST_BLOWS)
+    rows = np.round((angles[:, None] - values[name]) * metres / speed * rate).astype(int)
+    part = rows % len(white)
+    factors = np.exp(-2j * np.pi * problem.frames.frequencies * ((rows - part) / rate)[..., None])
+    found = projection.judge_turned(white, factors, part)
+    return _screened(problem, fit, projection, candidate, {**values, name: float(angles[found.which])}, found)
 
 
 Turned = Sequence[tuple[dict[str, float], np.ndarray | None]]
@@ -258,15 +194,15 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
         )
 
     def products(changes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        rows = np.stack([projection.row(_white(problem, change)) for change in changes])
+        rows = np.stack([projection.row(whitened(problem, change)) for change in changes])
         return projection.along(rows), rows @ projection.residual, rows @ rows.T
 
     def placed(one: Candidate) -> list[dict[str, float]]:
         middle = next(iter(one.sizes()))
         if one.short:
-            return _matched(problem, fit, one, middle, change_of)
+            return matched(problem, fit, one, middle, change_of)
         if one.name in STRETCHES:
-            return _stretches(problem, fit, projection, one, change_of)
+            return stretches(problem, fit, projection, one, change_of)
         if not one.local:
             return list(one.at_tones())
         usual = list(one.variants_of(middle))[: None if one.gust else 1]
@@ -284,61 +220,6 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
             where = {name: value for name, value in one.tried.items() if free[name].absent is None}
             more += [(one.candidate, {**values, **where}) for values in list(one.candidate.sizes())[1:]]
     return judged + [one for one in in_parallel(run, more) if one is not None]
-
-
-ChangeOf = Callable[[Candidate, dict[str, float]], np.ndarray | None]
-
-
-def _matched(
-    problem: Problem, fit: Fit, candidate: Candidate, middle: dict[str, float], change_of: ChangeOf
-) -> list[dict[str, float]]:
-    """Places of a short dip, or first place and spacing of many, by a matched filter with one dip at the run's end."""
-    free = candidate.parameters
-    name = next(one for one in DISTANCES if one in free)
-    spacing = free.get("spacing")
-    found: list[dict[str, float]] = []
-    for alone in candidate.variants_of(middle) if spacing is None else [{**middle, "spacing": spacing.high}]:
-        at = free[name].high - min(100.0, 0.3 * (free[name].high - free[name].low))
-        if any(one.get("length") == alone.get("length") for one in found):
-            continue
-        change = change_of(candidate, {**alone, name: at})
-        if change is None:
-            continue
-        places, fits, _ = likely_places(problem, fit, change, at)
-        if spacing is None:
-            for number in loudest_places(places, fits, 1):
-                found.append({**alone, name: float(np.clip(places[number], free[name].low, free[name].high))})
-        else:
-            for first, gap in series(places, fits, (spacing.low, spacing.high)):
-                found.append({**alone, name: float(np.clip(first, free[name].low, free[name].high)), "spacing": gap})
-    return found
-
-
-def _stretches(
-    problem: Problem, fit: Fit, projection: Projection, candidate: Candidate, change_of: ChangeOf
-) -> list[dict[str, float]]:
-    """From where to where it may be: run over the whole way, frames before and after a stretch left out. Sections that
-    do not train say nothing: a begin or an end there is in their middle, and what may last to the end does.
-    """
-    free = candidate.parameters
-    at = np.append(distance_at(problem, problem.frames.starts), free["place"].high)
-    first, last = np.triu_indices(len(at), 1)
-    trained = np.concatenate([[0], np.cumsum(problem.train)])  # frames of the projection before each
-    found: list[dict[str, float]] = []
-    tried = list(candidate.at_tones()) if "wavelength" in free else [next(iter(candidate.sizes()))]
-    for values in tried:
-        whole = {**values, "place": free["place"].low, "length": free["length"].high}
-        change = change_of(candidate, whole)
-        if change is None:
-            continue
-        sums = projection.stretches(projection.row(_white(problem, change)))
-        _, which, *_ = projection.weighed(*(one[trained[last]] - one[trained[first]] for one in sums))
-        begins, ends = at[trained == trained[first[which]]], at[trained == trained[last[which]]]
-        begin = float(np.clip(begins.mean(), free["place"].low, free["place"].high))
-        end = math.inf if ends[-1] == at[-1] else float(ends.mean())
-        length = float(np.clip(end - begin, free["length"].low, free["length"].high))
-        found.append({**whole, "place": begin, "length": length})
-    return found
 
 
 def best_of(screened: Sequence[Screened]) -> list[Screened]:
@@ -359,16 +240,11 @@ def judged_signature(
     turned: Turned,
 ) -> Screened:
     """The best of some phases (places, wavelengths) of one size, made of one signature (k, f, c)."""
-    white = _white(problem, change)
-    signatures = [white if factor is None else white * factor[..., None] for _, factor in turned]
-    found = projection.judge(np.stack([projection.row(one) for one in signatures]))
-    return _screened(problem, fit, projection, candidate, turned[found.which][0], split(signatures[found.which]), found)
-
-
-def _white(problem: Problem, change: np.ndarray) -> np.ndarray:
-    if problem.white is None:
-        raise ValueError("state the noise first")
-    return problem.white.complex(change).astype(np.complex64)
+    white = whitened(problem, change)
+    still = np.ones(white.shape[:2])
+    factors = np.stack([np.broadcast_to(still if factor is None else factor, still.shape) for _, factor in turned])
+    found = projection.judge_turned(white[None], factors)
+    return _screened(problem, fit, projection, candidate, turned[found.which][0], found)
 
 
 def _screened(
@@ -377,7 +253,6 @@ def _screened(
     projection: Projection,
     candidate: Candidate,
     values: dict[str, float],
-    signature: np.ndarray,
     found: Judgement,
 ) -> Screened:
     left = projection.residual - found.taken
@@ -392,18 +267,19 @@ def _screened(
         np.clip(fit.z + found.move[:n], *problem.forward.bounds),
         found.gain,
         robust,
-        _likeness(problem, fit.residual, signature),
+        _likeness(problem, fit.residual, split(found.signature)) if found.signature is not None else 0.0,
         _size(candidate, values),
         0.5 * found.power,
     )
 
 
 def scaled(candidate: Candidate, values: dict[str, float], scale: float) -> dict[str, float]:
-    """The numbers that say how large it is, by a factor from where they say that it is absent."""
+    """The numbers that say how large it is, where what is measured is so many times larger."""
     moved = dict(values)
     for name, one in candidate.parameters.items():
         if one.absent is not None and not logarithmic(name, one):
-            moved[name] = float(np.clip(one.absent + scale * (values[name] - one.absent), one.low, one.high))
+            factor = scale ** (1.0 / candidate.kind.growth.get(name, 1.0))
+            moved[name] = float(np.clip(one.absent + factor * (values[name] - one.absent), one.low, one.high))
     return moved
 
 

@@ -11,6 +11,7 @@ from experiments.discrepancy.empirical import fit_empirical, follows_a_state
 from experiments.discrepancy.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit
 from experiments.discrepancy.further import FIRSTS, GLANCE, with_further
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
+from experiments.discrepancy.kin import kin
 from experiments.discrepancy.latent import LatentForce
 from experiments.discrepancy.locate import Located, locate
 from experiments.discrepancy.refining import (
@@ -67,9 +68,12 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     null, screened, located = _looked_at(problem, null, located, found, tell)
     bent = located.bent or held_out_gap(problem, null.fit) > LARGE
     if not bent and not _promising(located, screened, tell):
+        if not located.worth_looking and follows_a_state(problem, null.fit):
+            null = polished(problem, null, tell)
         stand = _with_law(Stand(problem, null, []), found, tell)
         return Selection(problem, null, screened, (), decide(problem, null, located, []), stand.tabled)
-    stand = _fair(_fitted(problem, null, screened, found if bent else (), tell), tell)
+    stand = _fitted(problem, null, screened, found if bent else (), tell)
+    stand = _fair(_with_kin(stand, located, screened, tell), tell)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
     stand = _other_places(_other_law(_nearer(stand, tell), tell), screened, tell)
     stand = _with_law(stand, found, tell)
@@ -229,6 +233,15 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand
     return replace(stand, fitted=[*stand.fitted, *_like_best(stand, mates.values(), tell)])
 
 
+def _with_kin(stand: Stand, located: Located, screened: Sequence[Screened], tell: Tell) -> Stand:
+    """With the effects that look like the strained nuisances; not where all are bent to explain what is no nuisance."""
+    if not located.surprising or held_out_gap(stand.problem, stand.null.fit) > LARGE:
+        return stand
+    tried = {one.candidate.label for one in stand.fitted}
+    mates = [one for one in kin(stand.problem, located, screened) if one.candidate.label not in tried]
+    return replace(stand, fitted=[*stand.fitted, *_begun_like(stand, stand.null, mates, tell)])
+
+
 def _other_places(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand:
     """With the best effect on other wheelsets, sides or channels, which may be its mirror image: a first wheelset that
     is turned steers a bogie as a second one does that is turned the other way.
@@ -246,8 +259,13 @@ def _other_places(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Sta
 
 
 def _like_best(stand: Stand, others: Iterable[Screened], tell: Tell) -> list[Hypothesis]:
-    """Screened effects fitted from the best one's nuisances and from the nominal build, at all sizes."""
-    problem, best = stand.problem, stand.best
+    """Screened effects fitted from the best one's nuisances."""
+    return _begun_like(stand, stand.best, others, tell)
+
+
+def _begun_like(stand: Stand, best: Hypothesis, others: Iterable[Screened], tell: Tell) -> list[Hypothesis]:
+    """Screened effects fitted from a hypothesis' nuisances and from the nominal build, at all sizes."""
+    problem = stand.problem
     home = starting_fit(problem, at_home(problem, best.fit))
     made: list[Hypothesis] = []
     for one in others:
@@ -366,8 +384,7 @@ def _with_law(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     if stand.tabled is not None or not found:
         return stand
     problem, best = stand.problem, stand.best
-    follows = best is not stand.null and follows_a_state(problem, best.fit)
-    if not (stand.unexplained or follows or stand.far):
+    if not (stand.unexplained or stand.far or follows_a_state(problem, best.fit)):
         return stand
     return replace(stand, tabled=fit_empirical(problem, stand.null, found[0].context, tell))
 

@@ -15,7 +15,7 @@ from experiments.discrepancy.evidence import KINDS
 from experiments.discrepancy.fitting import WEIGHT, Fit, Problem, starting_fit
 from experiments.discrepancy.hypothesis import Tell
 from experiments.discrepancy.planning import nominal_problem
-from experiments.discrepancy.screening import Projection
+from experiments.discrepancy.projection import Projection
 from experiments.discrepancy.workflow import Findings
 from railsim.effects.interface import Effect
 from railsim.errors import InputError

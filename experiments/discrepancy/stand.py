@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from experiments.discrepancy.decide import ENOUGH, Judged, ahead, judge
+from experiments.discrepancy.decide import ENOUGH, Judged, ahead, judge, needs_far
 from experiments.discrepancy.fitting import Problem
 from experiments.discrepancy.hypothesis import Hypothesis
 from experiments.discrepancy.latent import LatentForce
-from experiments.discrepancy.locate import locate
 from experiments.discrepancy.refining import something_left
 
 FAR_BEHIND = 300.0  # nats behind the best from which a hypothesis is not followed any further,
@@ -66,7 +65,8 @@ class Stand:
     @cached_property
     def far(self) -> bool:
         """Whether the best explains it only with nuisances far from their data sheets."""
-        return locate(self.problem, self.best.fit).far
+        gain = self.judged[0].evidence if self.best is not self.null else 0.0
+        return needs_far(self.problem, self.best, gain)
 
     @property
     def by_law(self) -> bool:

@@ -107,7 +107,8 @@ def lost(findings: Findings) -> dict[str, float]:
 def detectable(screened: tuple[Screened, ...]) -> dict[str, dict[str, Any]]:
     """Smallest size of each effect's first number that would be detected here, and where the effect is absent.
 
-    Between two sizes that were run the gain is taken as a power of the size; below the smallest as its square.
+    Between two sizes that were run the gain is taken as a power of the size; below the smallest as the square of what
+    is measured.
     """
     sides: dict[tuple[str, bool], list[Screened]] = {}
     for one in screened:
@@ -117,7 +118,9 @@ def detectable(screened: tuple[Screened, ...]) -> dict[str, dict[str, Any]]:
     for alike in sides.values():
         one = alike[0]
         name, parameter = next((name, p) for name, p in one.candidate.parameters.items() if p.absent is not None)
-        size = np.sign(one.size) * _needed([abs(other.size) for other in alike], [other.detect for other in alike])
+        growth = one.candidate.kind.growth.get(name, 1.0)
+        sizes, gains = [abs(other.size) for other in alike], [other.detect for other in alike]
+        size = np.sign(one.size) * _needed(sizes, gains, growth)
         absent = parameter.absent or 0.0
         value = float(np.clip(absent + size, parameter.low, parameter.high))
         kept = found.get(one.candidate.name)
@@ -126,15 +129,17 @@ def detectable(screened: tuple[Screened, ...]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _needed(sizes: list[float], gains: list[float]) -> float:
-    """The size at which the gain is `DETECTED`, on straight lines between logarithms."""
+def _needed(sizes: list[float], gains: list[float], growth: float) -> float:
+    """The size at which the gain is `DETECTED`, on straight lines between logarithms; beyond them what is measured
+    grows as that power of the size.
+    """
     order = np.argsort(sizes)
     x, y = np.log(np.array(sizes)[order]), np.log(np.maximum.accumulate(np.array(gains)[order]))
     wanted = math.log(DETECTED)
     if wanted <= y[0]:
-        return float(np.exp(x[0] + 0.5 * (wanted - y[0])))
+        return float(np.exp(x[0] + 0.5 * (wanted - y[0]) / growth))
     if wanted >= y[-1]:
-        return float(np.exp(x[-1] + 0.5 * (wanted - y[-1])))
+        return float(np.exp(x[-1] + 0.5 * (wanted - y[-1]) / growth))
     return float(np.exp(np.interp(wanted, y + 1e-9 * np.arange(len(y)), x)))
 
 

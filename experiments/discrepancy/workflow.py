@@ -98,7 +98,7 @@ def investigate(
         latent = tuple(latent_forces(problem, null.fit))
     if found.tabled is not None:
         law, where = found.tabled
-        decision = contested(decision, null, law)
+        decision = contested(problem, decision, null, law)
         empirical = law if decision.status == "unknown" else None
         latent = (where, *(one for one in latent if one.place != where.place)) if empirical else latent
     return Findings(problem, null, located, found.screened, found.judged, latent, empirical, decision, found.not_tried)

@@ -18,8 +18,9 @@ from experiments.discrepancy.decide import ENOUGH, SURE, TEMPERATURE
 from experiments.discrepancy.evidence import gather
 from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
 from experiments.discrepancy.planning import nominal_problem
+from experiments.discrepancy.projection import Projection
 from experiments.discrepancy.rule import rule_hash
-from experiments.discrepancy.screening import DROPPED, Projection
+from experiments.discrepancy.screening import DROPPED
 from experiments.discrepancy.verdict import verdict
 from experiments.discrepancy.workflow import investigate
 from railsim.cache import cache_folder

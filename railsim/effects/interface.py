@@ -95,6 +95,8 @@ class Effect(Spec, frozen=True):
     priors: ClassVar[Mapping[str, Prior]] = MappingProxyType({})
     """Where the prior is another than normal about `absent` with half the way to the farther bound (else uniform)."""
     held: ClassVar[frozenset[str]] = frozenset({"onset", "ramp"})
+    growth: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Power of a number's distance from `absent` with which what is measured grows; 1 where none is stated."""
     signature: ClassVar[str] = ""
     """In words: what it looks like."""
     acts_on: ClassVar[str] = "vehicle"

@@ -20,6 +20,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "kind": "effect" if effects else "null",
             "effects": effects,
             "classes": ["weak_yaw_damper"] * len(effects),
+            "law": "polach",
         }
         row = {"rule": rule, "case": number, "expected": [5.0] * len(effects), "verdict": {"status": "none"}}
         for part, content in (("sealed", label), ("results", row)):
@@ -27,7 +28,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             write_json(tmp_path / part / f"{number:04d}.json", content)
     for name in ("nominal_of", "gather", "prepare"):
         monkeypatch.setattr(benchmark, name, lambda *given: None)
-    monkeypatch.setattr(benchmark, "expected_evidence", lambda problem, effects, specimen: [50.0 for _ in effects])
+    monkeypatch.setattr(benchmark, "expected_evidence", lambda problem, effects, law, specimen: [50.0 for _ in effects])
     return tmp_path
 
 

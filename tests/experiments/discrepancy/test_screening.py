@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from experiments.discrepancy.candidates import Context, candidates
 from experiments.discrepancy.fitting import WEIGHT, Fit
+from experiments.discrepancy.projection import Projection
 from experiments.discrepancy.scores import TOLERATED
-from experiments.discrepancy.screening import Projection
+from experiments.discrepancy.screening import scaled
 
 
 def _fit(jacobian: np.ndarray, residual: np.ndarray, z: np.ndarray | None = None) -> Fit:
@@ -67,16 +69,30 @@ def test_a_nuisance_that_stood_in_for_an_effect_comes_back_from_its_bound():
     assert -TOLERATED - 0.1 < found.move[0] < -0.9 * (TOLERATED - 0.5)
 
 
-def test_a_stretch_of_a_signature_is_weighed_by_sums():
-    """As the signature that is nought outside it."""
+def _complex(rng: np.random.Generator, *shape: int) -> np.ndarray:
+    return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+
+
+def test_turned_signatures_are_judged_by_their_products():
+    """As each of them written out; of several parts the one that is asked for in each frame."""
     rng = np.random.default_rng(10)
-    projection = Projection(_fit(rng.standard_normal((3, 9, 4, 2)), rng.standard_normal((9, 4, 2))), np.ones(9, bool))
-    own = rng.standard_normal(72)
-    first, last = np.triu_indices(10, 1)
-    along, across, size = projection.stretches(own)
-    found = projection.weighed(*(one[last] - one[first] for one in (along, across, size)))
-    inside = (np.arange(9) >= first[:, None]) & (np.arange(9) < last[:, None])
-    judged = projection.judge(np.repeat(inside, 8, axis=1) * own)
-    assert found[1] == judged.which
-    assert np.allclose(found[0], judged.gain)
-    assert np.allclose(found[3], judged.move)
+    frames = np.arange(9) < 7
+    projection = Projection(_fit(rng.standard_normal((3, 9, 4, 6)), rng.standard_normal((9, 4, 6))), frames)
+    parts, factors, which = _complex(rng, 2, 9, 4, 3), _complex(rng, 5, 9, 4), rng.integers(0, 2, (5, 9))
+    found = projection.judge_turned(parts, factors, which)
+    written = [parts[part, np.arange(9)] * factor[..., None] for part, factor in zip(which, factors, strict=True)]
+    judged = projection.judge(np.stack([projection.row(one) for one in written]))
+    assert found.which == judged.which
+    assert np.allclose([found.gain, found.scale, found.power], [judged.gain, judged.scale, judged.power])
+    assert np.allclose(found.taken, judged.taken)
+    assert found.signature is not None and np.allclose(found.signature, written[found.which])
+
+
+def test_sizes_are_scaled_by_what_is_measured():
+    """A flat's dip has an area that grows with the cube of its length (Newton and Clark 1979)."""
+    context = Context((), (0.0, 300.0), (0.0, 10.0), ((150.0, 5.0),))
+    found = {one.name: one for one in candidates(context)}
+    flat = scaled(found["wheel_flat"], {"length": 0.04, "angle": 1.0}, 0.125)
+    assert np.isclose(flat["length"], 0.02) and flat["angle"] == 1.0
+    load = scaled(found["crosswind"], {"force": 4000.0}, 0.5)
+    assert np.isclose(load["force"], 2000.0)
