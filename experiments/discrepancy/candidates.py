@@ -172,15 +172,16 @@ class Candidate:
             yield middle | dict(zip(sized, last, strict=True))
 
     @property
-    def _ratio(self) -> float:
-        """Between a size and the next: a large effect is not like a small one made larger, but for what turns with a
-        wheel and what sensors add; what is run anew for each recording, or at many frequencies, must do with few.
+    def linear(self) -> bool:
+        """Whether a large one is much like a small one made larger: what turns with a wheel, what sensors add, and what
+        has a place or a frequency of its own, which must do with few sizes.
         """
-        return (
-            FEW
-            if self.phases or self.of_sensor or self.local or any(name in GRID for name in self.parameters)
-            else CLOSE
-        )
+        return bool(self.phases or self.of_sensor or self.local or any(name in GRID for name in self.parameters))
+
+    @property
+    def _ratio(self) -> float:
+        """Between a size and the next."""
+        return FEW if self.linear else CLOSE
 
     def banked(self) -> Iterator[dict[str, float]]:
         """All sizes, at several frequencies where it has one of its own and no place in the spectrum is usual."""

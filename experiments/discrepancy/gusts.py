@@ -12,7 +12,8 @@ from experiments.discrepancy.candidates import DISTANCES, LENGTHS, TIMES, Candid
 from experiments.discrepancy.fitting import Problem
 from experiments.discrepancy.places import distance_at
 
-SHORTEST, LONGEST = 3.0, 1.5  # short gusts, and runs, that a gust may last
+WORTH_RUNNING = 1.0  # nats that a gust must promise to be run beside the best
+SHORTEST, LONGEST = 2.0, 1.5  # short gusts, and runs, that a gust may last
 BEGINS = 0.5  # of a short gust's way, from one begin that is tried to the next
 LONGER = 1.15  # ratio of a length that is tried and the next
 SCALES = (-5.0, -1.0, -0.2, 0.2, 1.0, 5.0)  # of the middle size, each of which may be scaled as a signature may
@@ -70,7 +71,8 @@ def put_together(
     for _, long, values in sorted(found, key=lambda one: -one[0]):
         if all(max(long / other, other / long) > APART for other, _ in best):
             best.append((long, values))
-    return [values for _, values in best]
+    gains = {long: gain for gain, long, _ in found}
+    return [values for number, (long, values) in enumerate(best) if not number or gains[long] > WORTH_RUNNING]
 
 
 def _later(change: np.ndarray, frames: int) -> np.ndarray:

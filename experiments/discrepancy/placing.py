@@ -8,7 +8,7 @@ import numpy as np
 from experiments.discrepancy.candidates import DISTANCES, Candidate
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.places import distance_at, likely_places, loudest_places, series
-from experiments.discrepancy.projection import Projection, whitened
+from experiments.discrepancy.projection import SLIGHTEST, Projection, whitened
 
 DETUNED = 1.0  # turns of a wave by the middle of the run
 WAVES_TRIED, WAVE_PHASES = 17, 12  # of a wave over a part of the way, and phases of each
@@ -64,7 +64,8 @@ def stretches(
         for wave, phase, turn in _waves(problem, candidate, whole):
             parts = np.real(turn * along).T, np.real(turn * across), size
             sums = [np.concatenate([0.0 * part[:1], np.cumsum(part, axis=0)]) for part in parts]
-            gain, which, *_ = projection.weighed(*(one[pairs[1]] - one[pairs[0]] for one in sums))
+            parts = [one[pairs[1]] - one[pairs[0]] for one in sums]
+            gain, which, *_ = projection.weighed(parts[0], parts[1], parts[2], SLIGHTEST)
             best = max(best, (gain, which, wave, phase), key=lambda one: one[0])
         _, which, wave, phase = best
         begins, ends = at[trained == pairs[0][which]], at[trained == pairs[1][which]]

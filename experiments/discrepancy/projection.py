@@ -9,6 +9,7 @@ from experiments.discrepancy.noise import split
 from experiments.discrepancy.scores import TOLERATED, Shares, at_bound
 
 RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
+SLIGHTEST = 0.05  # the same of what is linear over all of its sizes, to smaller ones
 
 
 class Projection:
@@ -49,7 +50,7 @@ class Projection:
         """(p, numbers) products of signatures (p, n) with the derivatives."""
         return (self.flat @ signatures.T).T
 
-    def judge(self, signatures: np.ndarray, along: np.ndarray | None = None) -> "Judgement":
+    def judge(self, signatures: np.ndarray, along: np.ndarray | None = None, least: float = RANGE[0]) -> "Judgement":
         """The best of some signatures (p, n), scaled as it is best, the numbers following.
 
         With d = J r - x / std^2, M = J J^T + 1 / std^2: gain(a) = d M^-1 d / 2 + a s (r - J^T M^-1 d) - a^2 (s s - s
@@ -57,7 +58,7 @@ class Projection:
         """
         along = self.along(signatures) if along is None else along
         across, size = signatures @ self.residual, np.einsum("pn,pn->p", signatures, signatures)
-        gain, which, factor, moved, left = self.weighed(along, across, size)
+        gain, which, factor, moved, left = self.weighed(along, across, size, least)
         taken = factor * signatures[which] + moved @ self.flat
         return Judgement(which, factor, gain, moved, taken, left)
 
@@ -74,7 +75,9 @@ class Projection:
         residual = _paired(self.residual.reshape(*rows.shape[:2], -1))
         return along, (residual.conj() * rows).sum(axis=-1), (np.abs(rows) ** 2).sum(axis=-1)
 
-    def judge_turned(self, parts: np.ndarray, factors: np.ndarray, which: np.ndarray | None = None) -> "Judgement":
+    def judge_turned(
+        self, parts: np.ndarray, factors: np.ndarray, which: np.ndarray | None = None, least: float = RANGE[0]
+    ) -> "Judgement":
         """The best of what some whitened signatures (j, k, f, c) become by factors (p, k or 1, f); `which` (p, k): the
         signature that is turned in each frame, the first if None.
         """
@@ -87,23 +90,24 @@ class Projection:
             along += np.real(here @ with_numbers.reshape(len(self.flat), -1).T)
             across += np.real(here @ with_residual.ravel())
             size += np.abs(here) ** 2 @ own.ravel()
-        gain, best, factor, moved, left = self.weighed(along, across, size)
+        gain, best, factor, moved, left = self.weighed(along, across, size, least)
         signature = parts[part[best], np.arange(parts.shape[1])] * turned[best][..., None]
         taken = factor * self.row(signature) + moved @ self.flat
         return Judgement(best, factor, gain, moved, taken, left, signature)
 
     def weighed(
-        self, along: np.ndarray, across: np.ndarray, size: np.ndarray
+        self, along: np.ndarray, across: np.ndarray, size: np.ndarray, least: float = RANGE[0]
     ) -> tuple[float, int, float, np.ndarray, float]:
         """Gain of the best of some signatures, which it is, its scale, how the numbers move, and its power left, from
-        products with the derivatives (p, numbers), with the residual (p,) and with itself (p,).
+        products with the derivatives (p, numbers), with the residual (p,) and with itself (p,); none is made smaller
+        than by `least`.
         """
         best = (-np.inf, 0, 1.0, np.zeros(0), 0.0)
         for inverse, own, relief in self._sets:
             follow = along @ inverse
             power = np.maximum(size - np.einsum("pi,pi->p", along, follow), 1e-9)
             slope = across - along @ own
-            scale = np.clip(slope / power, *RANGE)
+            scale = np.clip(slope / power, least, RANGE[1])
             gain = relief - self._sets[0][2] + scale * slope - 0.5 * scale**2 * power
             move = own - scale[:, None] * follow
             gain[(move * self.bound > 1e-9).any(axis=1)] = -np.inf

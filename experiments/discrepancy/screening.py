@@ -20,7 +20,7 @@ from experiments.discrepancy.noise import split
 from experiments.discrepancy.parallel import in_parallel
 from experiments.discrepancy.places import distance_at
 from experiments.discrepancy.placing import DETUNED, matched, stretches
-from experiments.discrepancy.projection import Judgement, Projection, whitened
+from experiments.discrepancy.projection import RANGE, SLIGHTEST, Judgement, Projection, whitened
 from experiments.discrepancy.scores import logarithmic
 from railsim.errors import InputError
 
@@ -31,6 +31,7 @@ TIMES_TRIED = np.arange(-1.0, 1.1, 0.1)  # s
 STRETCH_TRIED = 20.0 * TIMES_TRIED  # m, of a load along the track
 TOGETHER = 32  # signatures that are judged at a time
 DROPPED = 3  # sections whose gain does not count
+WORTH_SIZES = 1.0  # nats at its middle size, from which what has a place is run at its other sizes
 SHORTLIST = (5, 4, 2)  # effects that each statistic contributes
 
 
@@ -91,7 +92,7 @@ def screen(
         rows = np.stack([projection.row(white) for _, _, white in batch])
         along = projection.along(rows)
         for number, (one, values, white) in enumerate(batch):
-            found_here = projection.judge(rows[number : number + 1], along[number : number + 1])
+            found_here = projection.judge(rows[number : number + 1], along[number : number + 1], _least(one))
             judged.append(_screened(problem, fit, projection, one, values, replace(found_here, signature=white)))
     return judged + _here(problem, fit, projection, found)
 
@@ -118,7 +119,7 @@ def _blows(
     rows = np.round((angles[:, None] - values[name]) * metres / speed * rate).astype(int)
     part = rows % len(white)
     factors = np.exp(-2j * np.pi * problem.frames.frequencies * ((rows - part) / rate)[..., None])
-    found = projection.judge_turned(white, factors, part)
+    found = projection.judge_turned(white, factors, part, _least(candidate))
     return _screened(problem, fit, projection, candidate, {**values, name: float(angles[found.which])}, found)
 
 
@@ -205,8 +206,9 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
             return stretches(problem, fit, projection, one, change_of)
         if not one.local:
             return list(one.at_tones())
-        usual = list(one.variants_of(middle))[: None if one.gust else 1]
-        return usual + (put_together(problem, one, change_of, products, projection.weighed) if one.gust else [])
+        if one.gust:
+            return put_together(problem, one, change_of, products, projection.weighed)
+        return list(one.variants_of(middle))[:1]
 
     local = [one for one in found if one.local]
     tuned = [one for one in found if not one.local and not one.of_sensor]
@@ -215,7 +217,7 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
     best = {one.candidate.label: one for one in sorted(judged, key=lambda one: one.robust)}
     more = []
     for one in best.values():
-        if one.gain > 0.0:
+        if one.gain > WORTH_SIZES:
             free = one.candidate.parameters
             where = {name: value for name, value in one.tried.items() if free[name].absent is None}
             more += [(one.candidate, {**values, **where}) for values in list(one.candidate.sizes())[1:]]
@@ -231,6 +233,11 @@ def best_of(screened: Sequence[Screened]) -> list[Screened]:
     return sorted(best.values(), key=lambda one: -one.robust)
 
 
+def _least(candidate: Candidate) -> float:
+    """Smallest share of a signature's size that may stand for it."""
+    return SLIGHTEST if candidate.linear else RANGE[0]
+
+
 def judged_signature(
     problem: Problem,
     fit: Fit,
@@ -243,7 +250,7 @@ def judged_signature(
     white = whitened(problem, change)
     still = np.ones(white.shape[:2])
     factors = np.stack([np.broadcast_to(still if factor is None else factor, still.shape) for _, factor in turned])
-    found = projection.judge_turned(white[None], factors)
+    found = projection.judge_turned(white[None], factors, least=_least(candidate))
     return _screened(problem, fit, projection, candidate, turned[found.which][0], found)
 
 

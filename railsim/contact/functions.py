@@ -1,6 +1,7 @@
 """Contact functions of one wheel on its rail, tabled over the lateral shift u of the wheel relative to the rail."""
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -12,9 +13,9 @@ LIFT, RADIUS, HALF_DISTANCE, AXIS_A, AXIS_B, C11, C22, C23 = range(8)
 CHANNELS = 8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContactFunctions:
-    """Left wheel; the right wheel is its mirror image unless given on its own.
+    """Left wheel; the right wheel is its mirror image unless given on its own. Tables are made once of each.
 
     Attributes
     ----------
@@ -39,6 +40,10 @@ class ContactFunctions:
         """Hertz stiffness C of N = C p^1.5 at u = 0 [N/m^1.5]; one value serves all shifts, so that the contact has
         a potential.
         """
+        return self._stiffness
+
+    @cached_property
+    def _stiffness(self) -> float:
         middle = len(self.shift) // 2
         return hertz_ellipse(1.0 / self.radius[middle], self.curvature[middle]).stiffness
 
@@ -72,14 +77,19 @@ class ContactTable:
         """Tables of a left wheel and, by mirroring u and H's argument, the right one (`right` is given as if it were
         a left wheel).
         """
-        start, spacing = float(left.shift[0]), float(left.shift[1] - left.shift[0])
-        if not np.allclose(left.shift, -left.shift[::-1], atol=1e-12) or not np.allclose(np.diff(left.shift), spacing):
-            raise ValueError("contact functions need a uniform grid that is symmetric about u = 0")
-        other = left if right is None else right
-        cells = _cells(left.shift, left.channels())
-        mirrored = (cells if other is left else _cells(other.shift, other.channels()))[::-1]
-        tables = np.stack((cells, _reversed_argument(mirrored)))
-        return cls(start, spacing, np.ascontiguousarray(tables), np.array([left.stiffness(), other.stiffness()]))
+        return _table(left, right)
+
+
+@lru_cache(maxsize=8)
+def _table(left: ContactFunctions, right: ContactFunctions | None) -> ContactTable:
+    start, spacing = float(left.shift[0]), float(left.shift[1] - left.shift[0])
+    if not np.allclose(left.shift, -left.shift[::-1], atol=1e-12) or not np.allclose(np.diff(left.shift), spacing):
+        raise ValueError("contact functions need a uniform grid that is symmetric about u = 0")
+    other = left if right is None else right
+    cells = _cells(left.shift, left.channels())
+    mirrored = (cells if other is left else _cells(other.shift, other.channels()))[::-1]
+    tables = np.stack((cells, _reversed_argument(mirrored)))
+    return ContactTable(start, spacing, np.ascontiguousarray(tables), np.array([left.stiffness(), other.stiffness()]))
 
 
 def _cells(shift: np.ndarray, channels: np.ndarray) -> np.ndarray:

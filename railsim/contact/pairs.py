@@ -1,5 +1,6 @@
 """Analytic wheel-rail pairs: a cone on a rounded rail, and a smooth worn-like pair with a flange."""
 
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -31,7 +32,7 @@ class WheelRailPair(Spec, frozen=True):
 
     def sides(self, wheel_radius: float, half_gauge: float) -> tuple[ContactFunctions, ContactFunctions | None]:
         """Contact functions of the left side; the right one is its mirror image."""
-        return self.contact_functions(wheel_radius, half_gauge), None
+        return _kept(self, wheel_radius, half_gauge), None
 
     def contact_functions(self, wheel_radius: float, half_gauge: float) -> ContactFunctions:
         """Left wheel of nominal radius r0 [m] whose contact at u = 0 lies `half_gauge` [m] from the centre line."""
@@ -67,3 +68,9 @@ class WheelRailPair(Spec, frozen=True):
             half_distance=half_gauge - integral(wheel_gain - 1.0),
             curvature=np.full_like(shift, 1.0 / self.rail_head_radius - 1.0 / self.wheel_profile_radius),
         )
+
+
+@lru_cache(maxsize=8)
+def _kept(pair: WheelRailPair, wheel_radius: float, half_gauge: float) -> ContactFunctions:
+    """A vehicle's model is made again for every run, mostly with the same wheels."""
+    return pair.contact_functions(wheel_radius, half_gauge)
