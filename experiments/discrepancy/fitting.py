@@ -6,7 +6,7 @@ fit converges without a run for each; where they decide, they are made anew (`li
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -40,8 +40,27 @@ FRESH = 1  # times that a fit that is held up goes on with the derivatives with 
 LEEWAY = 3.0  # times what a step is expected to bring, that all further ones may
 CONVERGED = 0.3  # nats that a step must be expected to bring
 SHARE_SCALE = 0.2  # of an effect's number, beside one standard deviation of a nuisance, in the secant condition
+RECENT = 2  # fits whose whitened derivatives are kept
 SHOWN = 1.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
 WEIGHT = 1.0 / np.sqrt(REDUNDANCY)
+
+
+class Recent:
+    """The last few whitened derivatives that were asked for, by the columns that they are of: those of all fits would
+    fill the memory.
+    """
+
+    def __init__(self) -> None:
+        self._kept: list[tuple[Whitener, np.ndarray, np.ndarray]] = []
+
+    def of(self, white: Whitener, columns: np.ndarray, make: Callable[[], np.ndarray]) -> np.ndarray:
+        """What is kept of these very columns and this very noise, else what is made of them now."""
+        for one in self._kept:
+            if one[0] is white and one[1] is columns:
+                return one[2]
+        made = make()
+        self._kept = [*self._kept[1 - RECENT :], (white, columns, made)]
+        return made
 
 
 @dataclass(frozen=True)
@@ -64,6 +83,7 @@ class Problem:
     level: np.ndarray | None = None
     white: Whitener | None = None
     journal: Journal | None = None
+    recent: Recent = field(default_factory=Recent, compare=False)
 
     @property
     def evidence(self) -> Evidence:
@@ -109,6 +129,18 @@ class Problem:
             found[number] = self.whitened(one)
         return found
 
+    def jacobian(self, fit: "Fit") -> np.ndarray:
+        """(nuisances + m, k, f, 2 c) whitened derivatives of a fit; raises where no noise was stated yet."""
+        if fit.jacobian is not None:
+            return fit.jacobian
+        if self.white is None:
+            raise ValueError("state the noise first")
+        return self.recent.of(self.white, fit.columns, lambda: self.whitened_columns(fit.columns))
+
+    def differentiated(self, fit: "Fit") -> "Fit":
+        """The fit with its whitened derivatives."""
+        return replace(fit, jacobian=self.jacobian(fit))
+
     def with_noise(self, z: np.ndarray, effects: Sequence[Effect] = (), runs: int = PERTURBED) -> "Problem":
         """The problem with its noise propagated through the model at z by so many runs on perturbed tracks."""
         base = self.forward.predict(z, effects)
@@ -137,7 +169,7 @@ class Fit:
     z : scores of the nuisances. candidates : effects that are fitted beside them. shares : (m,) place of each of their
     free numbers between its bounds. effects : the same, built. residual : (k, f, 2 c), whitened. stacked : (k, f, c)
     predicted coefficients. columns : (nuisances + m, k, f, c) their derivatives by z and shares. jacobian : the same,
-    whitened.
+    whitened, while it is being fitted (`Problem.jacobian` in any case).
     """
 
     z: np.ndarray
@@ -147,7 +179,7 @@ class Fit:
     residual: np.ndarray
     stacked: np.ndarray
     columns: np.ndarray
-    jacobian: np.ndarray
+    jacobian: np.ndarray | None = None
 
     def cost(self, frames: np.ndarray) -> float:
         """Negative logarithm of the posterior over some frames, but for constants."""
@@ -156,7 +188,7 @@ class Fit:
     def rewhitened(self, problem: Problem) -> "Fit":
         """The same point under another statement of the noise."""
         residual = problem.whitened(problem.measured - self.stacked)
-        return replace(self, residual=residual, jacobian=problem.whitened_columns(self.columns))
+        return replace(self, residual=residual, jacobian=None)
 
 
 def cost(residual: np.ndarray, z: np.ndarray, frames: np.ndarray) -> float:
@@ -173,7 +205,7 @@ def normal_equations(jacobian: np.ndarray, residual: np.ndarray, frames: np.ndar
 def lost_within(problem: Problem, fit: Fit) -> float:
     """Nats that a fit loses by the quadratic model there if all nuisances must stay where nothing is looked for."""
     shares = Shares(fit.candidates)
-    normal, gradient = normal_equations(fit.jacobian, fit.residual, problem.train)
+    normal, gradient = normal_equations(problem.jacobian(fit), fit.residual, problem.train)
     matrix, downhill, at = shares.scaled(normal, gradient, fit.z, fit.shares)
     usual = np.array([one.strained for one in problem.forward.nuisances])
     within = np.clip(problem.forward.bounds, -usual, usual)
@@ -201,13 +233,13 @@ def moved_to(problem: Problem, fit: Fit) -> Fit:
     ------
     InputError : the model does not run there.
     """
-    return _at(problem, fit.candidates, fit.z, fit.shares, fit.columns, problem.whitened_columns(fit.columns))
+    return _at(problem, fit.candidates, fit.z, fit.shares, fit.columns, None)
 
 
 def restarted(problem: Problem, fit: Fit, z: np.ndarray) -> Fit:
     """Nuisances alone at z, with the derivatives of another fit."""
     n = len(fit.z)
-    return _at(problem, (), z, np.zeros(0), fit.columns[:n], fit.jacobian[:n])
+    return _at(problem, (), z, np.zeros(0), fit.columns[:n], problem.jacobian(fit)[:n])
 
 
 def with_candidates(
@@ -231,7 +263,7 @@ def _begun(
     reason = InputError("no starting point")
     for z, shares in values:
         try:
-            found.append(_at(problem, candidates, z, shares, start.columns[:n], start.jacobian[:n]))
+            found.append(_at(problem, candidates, z, shares, start.columns[:n], problem.jacobian(start)[:n]))
         except InputError as error:
             reason = error
     if not found:
@@ -250,9 +282,10 @@ def linearised(problem: Problem, fit: Fit) -> Fit:
 def _linearised(problem: Problem, fit: Fit) -> Fit:
     forward = problem.forward
     setup, truth = forward.run(fit.z, fit.effects)
+    shown = [np.sum((WEIGHT * one[problem.train]) ** 2) >= SHOWN for one in problem.jacobian(fit)]
 
     def column(number: int) -> np.ndarray:
-        if np.sum((WEIGHT * fit.jacobian[number][problem.train]) ** 2) < SHOWN:
+        if not shown[number]:
             return fit.columns[number]
         step = forward.nuisances[number].step(float(fit.z[number]))
         moved = fit.z.copy()
@@ -308,7 +341,7 @@ def _with_columns(problem: Problem, fit: Fit, begun: Fit) -> Fit:
     return replace(
         fit,
         columns=np.concatenate([begun.columns[:n], own]),
-        jacobian=np.concatenate([begun.jacobian[:n], problem.whitened_columns(own)]),
+        jacobian=np.concatenate([problem.jacobian(begun)[:n], problem.whitened_columns(own)]),
     )
 
 
@@ -326,12 +359,13 @@ def _kept(
     forward = problem.forward
     labels = [one.label for one in (*start.candidates, *candidates)]
     where = repr((what, forward.engine, forward.law, forward.alignment, labels))
-    own = (start.z, start.shares, start.residual, start.columns, start.jacobian, problem.white.inverse)
+    own = (start.z, start.shares, start.residual, start.columns, problem.white.inverse)
 
     def arrays() -> dict[str, np.ndarray]:
         before = forward.meter.spent
         fit = make()
-        kept = {name: getattr(fit, name) for name in ("z", "shares", "residual", "stacked", "columns", "jacobian")}
+        names = ("z", "shares", "residual", "stacked", "columns", "jacobian")
+        kept = {name: getattr(fit, name) for name in names if getattr(fit, name) is not None}
         return kept | {"runs": np.array(forward.meter.spent - before)}
 
     before = forward.meter.spent
@@ -347,7 +381,8 @@ def _step(problem: Problem, fit: Fit, level: float) -> tuple[Fit, float]:
     where even `LEEWAY` times what is expected would not do.
     """
     shares = Shares(fit.candidates)
-    normal, gradient = normal_equations(fit.jacobian, fit.residual, problem.train)
+    jacobian = problem.jacobian(fit)
+    normal, gradient = normal_equations(jacobian, fit.residual, problem.train)
     matrix, downhill, at = shares.scaled(normal, gradient, fit.z, fit.shares)
     n = len(fit.z)
     expected = 0.0
@@ -362,11 +397,12 @@ def _step(problem: Problem, fit: Fit, level: float) -> tuple[Fit, float]:
                 return fit, 0.0
         z, there = target[:n], shares.unscaled(target[n:])
         try:
-            found = _at(problem, fit.candidates, z, there, fit.columns, fit.jacobian)
+            found = _at(problem, fit.candidates, z, there, fit.columns, jacobian)
         except InputError:
             continue
         fit = _taught(problem, fit, found)
-        found = replace(found, columns=fit.columns, jacobian=fit.jacobian)
+        jacobian = problem.jacobian(fit)
+        found = replace(found, columns=fit.columns, jacobian=jacobian)
         if found.cost(problem.train) < fit.cost(problem.train):
             return found, expected
         if share < 1.0 and number and expected < 10.0 * CONVERGED:
@@ -389,7 +425,7 @@ def _taught(problem: Problem, old: Fit, new: Fit) -> Fit:
     white = problem.whitened(missed).astype(np.float32)
     factor = (along / length).astype(np.float32)[:, None, None, None]
     columns = old.columns + factor * missed.astype(np.complex64)
-    return replace(old, columns=columns, jacobian=old.jacobian + factor * white)
+    return replace(old, columns=columns, jacobian=problem.jacobian(old) + factor * white)
 
 
 def _at(
@@ -398,7 +434,7 @@ def _at(
     z: np.ndarray,
     shares: np.ndarray,
     columns: np.ndarray,
-    jacobian: np.ndarray,
+    jacobian: np.ndarray | None,
 ) -> Fit:
     effects = Shares(candidates).effects(shares)
     stacked = problem.stacked(problem.forward.predict(z, effects))

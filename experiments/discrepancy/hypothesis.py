@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -86,7 +86,7 @@ def hypothesis(
 
 def concluded(problem: Problem, fit: Fit) -> Hypothesis:
     """A fit with its evidence: Laplace's approximation on training frames."""
-    normal, _ = normal_equations(fit.jacobian, fit.residual, problem.train)
+    normal, _ = normal_equations(problem.jacobian(fit), fit.residual, problem.train)
     n, m = len(fit.z), len(fit.shares)
     whole = normal + np.diag(np.concatenate([np.ones(n), Shares(fit.candidates).width()]))
     covariance = np.linalg.inv(whole)[n:, n:]
@@ -96,7 +96,7 @@ def concluded(problem: Problem, fit: Fit) -> Hypothesis:
         at_bound = sum(math.log(2.0) for share in fit.shares if not 1e-6 < share < 1.0 - 1e-6)
         own = min(width, 0.0) - at_bound  # a prior that is one in all over the range of shares
     log_evidence = -fit.cost(problem.train) - 0.5 * _log_determinant(normal[:n, :n] + np.eye(n)) + own
-    return Hypothesis(fit, covariance, log_evidence)
+    return Hypothesis(replace(fit, jacobian=None), covariance, log_evidence)
 
 
 def again(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:

@@ -70,7 +70,7 @@ def make_plan(scenario: Scenario, tell: Tell, only: Sequence[str] | None = None)
     tell(f"signatures of {len({one.name for one in chosen})} effects")
     screened = screen(problem, fit, chosen, tell)
     sizes = detectable(tuple(screened))
-    projection = Projection(fit, problem.train, problem.forward.bounds)
+    projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     found: dict[str, np.ndarray] = {}
     for one in sorted(screened, key=lambda one: abs(one.size)):  # the smallest size worth naming comes first
         if one.candidate.name in sizes and one.candidate.name not in found:

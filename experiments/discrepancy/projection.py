@@ -20,6 +20,8 @@ class Projection:
     """
 
     def __init__(self, fit: Fit, frames: np.ndarray, bounds: np.ndarray | None = None) -> None:
+        if fit.jacobian is None:
+            raise ValueError("give the fit its whitened derivatives (Problem.differentiated)")
         shares = Shares(fit.candidates)
         normal, gradient = normal_equations(fit.jacobian, fit.residual, frames)
         matrix, downhill, self.at = shares.scaled(normal, gradient, fit.z, fit.shares)

@@ -27,7 +27,7 @@ def renewed(problem: Problem, fit: Fit, screened: Sequence[Screened]) -> tuple[S
     InputError : the model does not run at the fit.
     """
     forward = problem.forward
-    projection = Projection(fit, problem.train, problem.forward.bounds)
+    projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     truth = forward.run(fit.z, fit.effects)[1]
 
     def again(one: Screened) -> Screened | None:

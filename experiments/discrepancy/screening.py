@@ -69,7 +69,7 @@ def screen(
     """
     if problem.bank is None:
         raise ValueError("give the problem a bank first")
-    projection = Projection(fit, problem.train, problem.forward.bounds)
+    projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     found = in_tune(found)
     banked = [(one, values) for one in found if not one.local for values in one.banked()]
     problem.bank.fill(banked, tell)

@@ -139,7 +139,7 @@ def _apart(
     signature of the other, scaled, can imitate; the lesser of both ways round.
     """
     fit: Fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
-    projection = Projection(fit, problem.train, problem.forward.bounds)
+    projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     changes = changes or [_change(problem, effects) for effects in rivals]
     own = [(WEIGHT * problem.whitened(one)[problem.train]).ravel() for one in changes]
     cleaned = [projection.cleaned(one) for one in own]

@@ -89,7 +89,7 @@ def expected(scenario: Scenario, only: Sequence[str] | None, tell: Tell) -> list
     """All effects in their first variant at three sizes, a place or a time in the middle of the run."""
     problem = nominal_problem(scenario, tell)
     fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
-    projection = Projection(fit, problem.train, problem.forward.bounds)
+    projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     first: dict[str, Candidate] = {}
     for one in candidates(context_of(problem)):
         if only is None or one.name in only:

@@ -25,7 +25,7 @@ def test_corrugation_is_found_in_phase(problem: Problem):
     def change_of(candidate: Candidate, values: dict[str, float]) -> np.ndarray | None:
         return hidden.stacked(hidden.forward.predict(z, (candidate.build(values),))) - fit.stacked
 
-    projection = Projection(fit, hidden.train, hidden.forward.bounds)
+    projection = Projection(hidden.differentiated(fit), hidden.train, hidden.forward.bounds)
     (found,) = stretches(hidden, fit, projection, one, change_of)
     ahead = np.array([150.0, 200.0, 250.0])
     turns = [(ahead - wave["place"]) / wave["wavelength"] for wave in (found, WAVE)]
