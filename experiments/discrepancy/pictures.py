@@ -148,8 +148,12 @@ def candidates(judged: Sequence[Judged], enough: float) -> Figure:
 
 
 def latent(forces: Sequence[LatentForce]) -> Figure:
-    """Force against state at the places that explain most."""
-    shown = [one for one in forces if len(one.curve)]
+    """Force against state at the places that explain most: all curves of the first, of the others the one that is
+    followed best.
+    """
+    drawn = [one for one in forces if len(one.curve)]
+    places = [one.place for one in drawn]
+    shown = [one for n, one in enumerate(drawn) if one.place == places[0] or one.place not in places[:n]]
     figure = Figure(figsize=(3.4 * max(len(shown), 1), 3.1), layout="constrained")
     panels: list[Axes] = list(np.atleast_1d(figure.subplots(1, max(len(shown), 1))))
     for panel, one in zip(panels, shown, strict=False):
