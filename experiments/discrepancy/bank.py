@@ -13,12 +13,13 @@ import zipfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.candidates import Candidate
+from experiments.discrepancy.candidates import Candidate, settings_of
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.forward import Alignment, Forward, forward_over
 from experiments.discrepancy.frames import Frames, stack
@@ -65,7 +66,7 @@ class Bank:
         names = sorted({candidate.name for candidate, _ in jobs})
         truth = None
         for number, name in enumerate(names):
-            mine = {_key(one, values): (one, values) for one, values in jobs if one.name == name}
+            mine = {settings_of(one, values): (one, values) for one, values in jobs if one.name == name}
             path = self.folder / f"effect_{name}.npz"
             known = _read(path)
             missing = [key for key in mine if key not in known]
@@ -73,8 +74,10 @@ class Bank:
                 tell(f"signatures of the nominal scenario: {name} ({number + 1} of {len(names)})")
                 if truth is None:
                     truth = self.reference.run(np.zeros(len(self.reference.nuisances)))[1]
-                run = truth
-                found = in_parallel(lambda key, mine=mine, run=run: self._signature(*mine[key], run), missing)
+                run, later = truth, cache(partial(self._later_base, truth))
+                found = in_parallel(
+                    lambda key, mine=mine, run=run, later=later: self._signature(*mine[key], run, later), missing
+                )
                 known |= {key: one if one is not None else np.zeros(0) for key, one in zip(missing, found, strict=True)}
                 _write(path, known)
             for key in mine:
@@ -84,18 +87,20 @@ class Bank:
         """(k, f, c) change of the coefficients by an effect of a finite size; None where the model cannot have it. Of
         what is sharp (rows, k, f, c): so many rows of truth later.
         """
-        kept = self._kept[_key(candidate, values)]
+        kept = self._kept[settings_of(candidate, values)]
         return None if kept is None else self._moved(kept, still=bool(candidate.phases))
 
     def kept(self, candidate: Candidate, values: dict[str, float]) -> np.ndarray | None:
         """The same; None too where it was not asked for in `fill`."""
-        return self.signature(candidate, values) if _key(candidate, values) in self._kept else None
+        return self.signature(candidate, values) if settings_of(candidate, values) in self._kept else None
 
     def _moved(self, coefficients: np.ndarray, still: bool = False) -> np.ndarray:
         delay = np.zeros_like(self.delay) if still else self.delay
         return coefficients * _phase(self.frames, delay)[..., None]
 
-    def _signature(self, candidate: Candidate, values: dict[str, float], truth: Any) -> np.ndarray | None:
+    def _signature(
+        self, candidate: Candidate, values: dict[str, float], truth: Any, later_base: Callable[[int], np.ndarray]
+    ) -> np.ndarray | None:
         forward, z = self.reference, np.zeros(len(self.reference.nuisances))
         try:
             effects = (candidate.build(values),)
@@ -104,7 +109,7 @@ class Bank:
             elif candidate.sharp:
                 setup, blows = forward.run(z, effects)
                 rows = range(rows_between(forward))
-                found = [(forward.observe(setup, blows.later(late), z), self._later_base(truth, late)) for late in rows]
+                found = [(forward.observe(setup, blows.later(late), z), later_base(late)) for late in rows]
             else:
                 found = [(forward.predict(z, effects), self._base)]
         except InputError:
@@ -248,10 +253,6 @@ def _digest(reference: Forward, frames: Frames) -> str:
             "steps": [one.step(0.0) for one in reference.nuisances],
         }
     )
-
-
-def _key(candidate: Candidate, values: dict[str, float]) -> str:
-    return json.dumps(candidate.build(values).settings(), sort_keys=True)
 
 
 def _read(path: Path) -> dict[str, np.ndarray]:

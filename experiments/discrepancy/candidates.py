@@ -1,6 +1,7 @@
 """Candidates: every effect of the library, in each of its variants, at sizes from just worth naming to large."""
 
 import itertools
+import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -250,6 +251,11 @@ class Candidate:
                 begin = {False: time - max(1.0, 0.5 * length), True: distance - 0.5 * length}
                 moved = {n: _within(free[n], begin[n in DISTANCES]) for n in where}
                 yield {**values, **moved, **({name: _within(free[name], length)} if name in free else {})}
+
+
+def settings_of(candidate: Candidate, values: Mapping[str, float]) -> str:
+    """All settings of the effect at some numbers, as one text."""
+    return json.dumps(candidate.build(values).settings(), sort_keys=True)
 
 
 def in_tune(found: Sequence[Candidate]) -> list[Candidate]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from experiments.discrepancy.bank import Bank
 from experiments.discrepancy.candidates import Candidate
+from experiments.discrepancy.changes import Changes
 from experiments.discrepancy.evidence import Evidence
 from experiments.discrepancy.forward import Forward, Prediction
 from experiments.discrepancy.frames import REDUNDANCY, Frames, stack
@@ -71,7 +72,8 @@ class Problem:
     ----------
     measured : (k, f, c). train, test : (k,) masks of frames. bank : derivatives and signatures at the nominal scenario.
     level : (c,) of the sensors' noise over their data sheets, in power. white : noise at the last point that it was
-    made for. journal : keeps fits that are done, so that a case that was stopped goes on.
+    made for. journal : keeps fits that are done, so that a case that was stopped goes on. changes : by screened effects
+    so far.
     """
 
     forward: Forward
@@ -84,6 +86,7 @@ class Problem:
     white: Whitener | None = None
     journal: Journal | None = None
     recent: Recent = field(default_factory=Recent, compare=False)
+    changes: Changes = field(default_factory=Changes, compare=False)
 
     @property
     def evidence(self) -> Evidence:
@@ -259,15 +262,18 @@ def _begun(
     problem: Problem, start: Fit, candidates: tuple[Candidate, ...], values: Sequence[tuple[np.ndarray, np.ndarray]]
 ) -> Fit:
     n = len(start.z)
-    found: list[Fit] = []
-    reason = InputError("no starting point")
-    for z, shares in values:
+    columns, jacobian = start.columns[:n], problem.jacobian(start)[:n]
+
+    def there(pair: tuple[np.ndarray, np.ndarray]) -> Fit | InputError:
         try:
-            found.append(_at(problem, candidates, z, shares, start.columns[:n], problem.jacobian(start)[:n]))
+            return _at(problem, candidates, *pair, columns, jacobian)
         except InputError as error:
-            reason = error
+            return error
+
+    tried = in_parallel(there, values)
+    found = [one for one in tried if isinstance(one, Fit)]
     if not found:
-        raise reason
+        raise next((one for one in tried if isinstance(one, InputError)), InputError("no starting point"))
     best = min(found, key=lambda one: one.cost(problem.train))
     return _with_columns(problem, best, best)
 

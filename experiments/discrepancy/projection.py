@@ -141,6 +141,7 @@ class Judgement:
 
 
 def whitened(problem: Problem, change: np.ndarray) -> np.ndarray:
+    """(k, f, c) change in standard deviations of the noise, complex; raises where no noise was stated yet."""
     if problem.white is None:
         raise ValueError("state the noise first")
     return problem.white.complex(change).astype(np.complex64)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.candidates import DISTANCES, STRETCHES, Candidate, in_tune
+from experiments.discrepancy.candidates import DISTANCES, STRETCHES, Candidate, in_tune, settings_of
 from experiments.discrepancy.filters import forms
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.gusts import put_together
@@ -173,18 +173,24 @@ def _detuned(
 
 def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Candidate]) -> list[Screened]:
     """What has a place, a time or a wavelength is run for this recording, first at its middle size where the residual
-    says that it may be, then there at its other sizes; like the bank's with the scenario's own creep law.
+    says that it may be, then there at its other sizes; like the bank's with the scenario's own creep law, and whatever
+    was run at a build near by serves again.
     """
     forward = problem.forward.but(law="")
     base = problem.stacked(forward.predict(fit.z, fit.effects)) if problem.forward.law else fit.stacked
 
+    build = fit.z[[not one.of_sensor for one in problem.forward.nuisances]]
+
     def change_of(one: Candidate, values: dict[str, float]) -> np.ndarray | None:
-        try:
-            prediction = forward.predict(fit.z, (*fit.effects, one.build(values)))
-        except InputError:
-            return None
-        change = problem.stacked(prediction) - base
-        return change if np.isfinite(change).all() else None
+        def made() -> np.ndarray | None:
+            try:
+                prediction = forward.predict(fit.z, (*fit.effects, one.build(values)))
+            except InputError:
+                return None
+            change = problem.stacked(prediction) - base
+            return change if np.isfinite(change).all() else None
+
+        return problem.changes.of(settings_of(one, values), build, made)
 
     def run(job: tuple[Candidate, dict[str, float]]) -> Screened | None:
         change = change_of(*job)

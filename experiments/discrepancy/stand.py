@@ -9,6 +9,7 @@ from experiments.discrepancy.decide import ENOUGH, Judged, ahead, judge, needs_f
 from experiments.discrepancy.fitting import Problem
 from experiments.discrepancy.hypothesis import Hypothesis
 from experiments.discrepancy.latent import LatentForce
+from experiments.discrepancy.locate import locate
 from experiments.discrepancy.refining import something_left
 
 FAR_BEHIND = 300.0  # nats behind the best from which a hypothesis is not followed any further,
@@ -66,7 +67,7 @@ class Stand:
     def far(self) -> bool:
         """Whether the best explains it only with nuisances far from their data sheets."""
         gain = self.judged[0].evidence if self.best is not self.null else 0.0
-        return needs_far(self.problem, self.best, gain)
+        return needs_far(self.problem, self.best, locate(self.problem, self.best.fit), gain)
 
     @property
     def by_law(self) -> bool:

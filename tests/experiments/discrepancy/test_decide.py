@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from experiments.discrepancy.candidates import Candidate, Context, candidates
-from experiments.discrepancy.decide import ENOUGH, Decision, Judged, ahead, contested, decide, judge
+from experiments.discrepancy.decide import ENOUGH, SUREST, Decision, Judged, ahead, contested, decide, judge
 from experiments.discrepancy.fitting import WEIGHT, Fit
 from experiments.discrepancy.frames import REDUNDANCY
 from experiments.discrepancy.hypothesis import Hypothesis
@@ -153,6 +153,18 @@ def test_an_effect_that_needs_tolerances_far_from_their_data_sheets_is_not_named
     decision = decide(problem, NULL, _located(()), judge(problem, NULL, [_hypothesis(("payload",), 5.0, 5.0)]))
     assert decision.status == said
     assert said == "named" or all(name in decision.reason for name in strained)
+
+
+@pytest.mark.parametrize(("gap", "said"), [(1.2, "named"), (1.4, "unknown")])
+def test_an_effect_that_leaves_much_on_held_out_sections_is_not_named(
+    monkeypatch: pytest.MonkeyPatch, problem: Any, gap: float, said: str
+):
+    """However much it brings: what leaves so much is not what is there, or not all of it."""
+    monkeypatch.setattr("experiments.discrepancy.decide.locate", lambda *given: _located(()))
+    problem.white.mean_square = lambda residual, frames: gap**2
+    decision = decide(problem, NULL, _located(()), judge(problem, NULL, [_hypothesis(("payload",), 45.0, 45.0)]))
+    assert decision.status == said
+    assert decision.confidence <= SUREST
 
 
 def test_one_sensor_that_is_outright_off_its_data_sheet_is_enough():
