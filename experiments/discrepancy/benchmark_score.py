@@ -15,7 +15,7 @@ from railsim.files import read_json
 
 COVERED = 1.96
 ANY = "any verdict"
-SURE_FROM = (0.0, 0.5, 0.9, 0.99)  # edges of the confidence that calibration looks at
+SURE_FROM = (0.0, 0.5, 0.9, 0.97, 0.99)  # edges of the confidence that calibration looks at
 MADE_UP = "second effect that is not there, beside the right name"
 LEAST_CLOSED = 0.02  # of the gap, below which its share is noise
 DETECTABLE = 27.0
