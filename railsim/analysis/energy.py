@@ -30,8 +30,8 @@ def energies(plant, x, scratch, out):
     for i in range(n):
         out[KINETIC] += 0.5 * plant.core.mass[i] * rate[i] * rate[i]
         total = 0.0
-        for j in range(n):
-            total += 0.5 * plant.core.stiffness[i, j] * q[j]
+        for k in range(plant.core.link_start[i], plant.core.link_start[i + 1]):
+            total += 0.5 * plant.core.link_stiffness[k] * q[plant.core.link[k]]
         out[SPRINGS] += q[i] * (total - plant.core.preload[i])
     for e in range(plant.core.elements):
         elongation = 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 
 from railsim.compiled import kernel
-from railsim.engines._kernel import derivatives
+from railsim.engines._kernel import derivatives, derivatives_and_wheels
 from railsim.engines._observe import observe
 
 SCRATCH = 128
@@ -29,15 +29,15 @@ def rk4_step(plant, t, h, x, stages, trial, scratch):
 
 
 @kernel
-def run_chunk(plant, x, first, rows, substeps, rate, out, stages, trial, scratch):
-    """Fill `rows` rows of truth at 1/rate, row k at time (first + k)/rate; x is advanced in place. Return the rows
-    that are finite.
+def run_chunk(plant, x, first, rows, substeps, rate, out, stages, trial, wheels, scratch):
+    """Fill `rows` rows of truth at 1/rate, row k at time (first + k)/rate; x is advanced in place; wheels (2 w, 10) is
+    scratch. Return the rows that are finite.
     """
     h = 1.0 / (rate * substeps)
     for k in range(rows):
         base = (first + k) / rate
-        derivatives(plant, base, x, stages[0], scratch)
-        observe(plant, base, x, stages[0], scratch, out[k])
+        derivatives_and_wheels(plant, base, x, stages[0], scratch, wheels)
+        observe(plant, base, x, stages[0], wheels, scratch, out[k])
         if not np.isfinite(np.sum(x)):
             return k
         for j in range(substeps):

@@ -12,7 +12,7 @@ State x = [q (n), q' (n), spin angle (w), spin (w), s, V, states of elements (m)
 import math
 
 from railsim.compiled import inlined, kernel
-from railsim.contact.wheel import FRICTION, wheel_forces
+from railsim.contact.wheel import FRICTION, WheelForces, wheel_forces
 from railsim.engines._extras import RAIL_RIGHT, load_value, uneven, wheel_extras
 from railsim.engines._laws import bump_stop, law_force
 from railsim.model import BUMP_STOP, GRAVITY
@@ -162,9 +162,28 @@ def contact(plant, i, side, s, velocity, spin, angle, local):
     )  # fmt: skip
 
 
+@inlined
+def wheel_row(forces: WheelForces, row):
+    """What is kept of the contact of one wheel."""
+    row[0], row[1], row[2] = forces.normal, forces.creep_force_x, forces.creep_force_y
+    row[3], row[4], row[5] = forces.creepage_x, forces.creepage_y, forces.spin_creepage
+    row[6], row[7], row[8], row[9] = forces.angle, forces.radius, forces.shift, forces.friction
+
+
 @kernel
 def derivatives(plant, t, x, out, scratch):
     """Fill out = dx/dt; scratch (128,) holds frame, pose and local coordinates."""
+    _change(plant, t, x, out, scratch, scratch[:0].reshape(0, 0), False)
+
+
+@kernel
+def derivatives_and_wheels(plant, t, x, out, scratch, wheels):
+    """The same, and wheels (2 w, 10) with what is kept of each wheel's contact, by wheelset, left before right."""
+    _change(plant, t, x, out, scratch, wheels, True)
+
+
+@inlined
+def _change(plant, t, x, out, scratch, wheels, seen):
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     q, rate = x[:n], x[n : 2 * n]
     force = out[n : 2 * n]
@@ -176,8 +195,9 @@ def derivatives(plant, t, x, out, scratch):
     for i in range(n):
         out[i] = rate[i]
         total = 0.0
-        for j in range(n):
-            total += plant.core.stiffness[i, j] * q[j] + plant.core.damping[i, j] * rate[j]
+        for k in range(plant.core.link_start[i], plant.core.link_start[i + 1]):
+            j = plant.core.link[k]
+            total += plant.core.link_stiffness[k] * q[j] + plant.core.link_damping[k] * rate[j]
         force[i] = plant.core.preload[i] - total
     for e in range(plant.core.finite):
         finite_element(plant, e, s, velocity, q, rate, force, scratch[32:])
@@ -199,7 +219,9 @@ def derivatives(plant, t, x, out, scratch):
                 force[i] -= plant.core.direction[e, i] * pull
     if plant.core.loads > 0:
         _loads(plant, t, s, force)
-    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local, scratch[32:37])
+    along, rolling, torque = _wheelsets(
+        plant, t, s, velocity, x, q, rate, force, out, here, local, scratch[32:37], wheels, seen
+    )
     if plant.core.driven:
         acceleration = _free_acceleration(plant, s, velocity, along)
     frame_motion(plant, s, velocity, acceleration, frame)
@@ -237,7 +259,7 @@ def _other_law(plant, e, t, elongation, stretching, x, out):
     return pull
 
 
-@kernel
+@inlined
 def body_coordinates(plant, b, s, velocity, q, rate, here, place, pace):
     """Fill place (6,) and pace (6,) with a body's displacements and rates; held ones are zero but for the chord's
     yaw.
@@ -251,13 +273,13 @@ def body_coordinates(plant, b, s, velocity, q, rate, here, place, pace):
         place[5], pace[5] = here[5], velocity * here[11]
 
 
-@kernel
+@inlined
 def cross(a, b, out):
     """out = a x b."""
     out[0], out[1], out[2] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@kernel
+@inlined
 def turned_arm(rotation, arm, spare, out):
     """out = rotation x arm + 1/2 rotation x (rotation x arm): how a point of a body moves by its rotation."""
     cross(rotation, arm, spare)
@@ -266,7 +288,7 @@ def turned_arm(rotation, arm, spare, out):
         out[k] = spare[k] + 0.5 * out[k]
 
 
-@kernel
+@inlined
 def lever_moment(rotation, arm, pull, work, out):
     """out = generalised moment of a force at a body's point: the gradient of `turned_arm` times the force."""
     first, second, spare = work[0:3], work[3:6], work[6:9]
@@ -279,7 +301,7 @@ def lever_moment(rotation, arm, pull, work, out):
         out[k] += 0.5 * (first[k] + second[k])
 
 
-@kernel
+@inlined
 def finite_element(plant, e, s, velocity, q, rate, force, work):
     """Linear element with its axes midway between both bodies' orientations, to second order in the rotations.
 
@@ -336,9 +358,9 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
 
 
 @inlined
-def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local, extra):
-    """Add the contact forces; return along the vehicle's x, along each wheelset's own track [N], and the torques [N m],
-    summed up.
+def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local, extra, wheels, seen):
+    """Add the contact forces, and keep them if they are `seen`; return along the vehicle's x, along each wheelset's own
+    track [N], and the torques [N m], summed up.
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     along, rolling, torques = 0.0, 0.0, 0.0
@@ -349,6 +371,9 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local, extra
         angle, spin = x[2 * n + i], x[2 * n + w + i]
         left = contact(plant, i, 0, distance, velocity, spin, angle, local)
         right = contact(plant, i, 1, distance, velocity, spin, angle, local)
+        if seen:
+            wheel_row(left, wheels[2 * i])
+            wheel_row(right, wheels[2 * i + 1])
         f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z
         m_x, m_z = left.moment_x + right.moment_x, left.moment_z + right.moment_z
         added = 0.0

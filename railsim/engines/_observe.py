@@ -3,9 +3,8 @@
 import math
 
 from railsim.compiled import kernel
-from railsim.contact.wheel import WheelForces
 from railsim.engines._channels import BODY, RUN, SPIN, TRACK, WHEEL
-from railsim.engines._kernel import contact, frame_motion, pose, wheelset_local
+from railsim.engines._kernel import frame_motion, pose, wheelset_local
 from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, EAST, LEFT_VERTICAL, ROLL, locate, value
 from railsim.track.track import CANT_BASE
@@ -48,16 +47,8 @@ def track_row(plant, s, row):
 
 
 @kernel
-def wheel_row(forces: WheelForces, row):
-    """Contact of one wheel."""
-    row[0], row[1], row[2] = forces.normal, forces.creep_force_x, forces.creep_force_y
-    row[3], row[4], row[5] = forces.creepage_x, forces.creepage_y, forces.spin_creepage
-    row[6], row[7], row[8], row[9] = forces.angle, forces.radius, forces.shift, forces.friction
-
-
-@kernel
-def observe(plant, t, x, x_dot, scratch, row):
-    """Fill a row of truth from the compiled engine's state and its derivative."""
+def observe(plant, t, x, x_dot, wheels, scratch, row):
+    """Fill a row of truth from the compiled engine's state, its derivative and what is kept of the wheels' contacts."""
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     q, rate, accel = x[:n], x[n : 2 * n], x_dot[n : 2 * n]
     s, velocity = x[2 * n + 2 * w], x_dot[2 * n + 2 * w]
@@ -82,13 +73,9 @@ def observe(plant, t, x, x_dot, scratch, row):
         track_row(plant, distance, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
         at += SPIN_COUNT + TRACK_COUNT
         for side in range(2):
-            wheel_row(
-                contact(
-                    plant, i, side, distance, velocity, row[at - TRACK_COUNT - 1], row[at - TRACK_COUNT - 2], local
-                ),
-                row[at + side * WHEEL_COUNT : at + (side + 1) * WHEEL_COUNT],
-            )
-        at += 2 * WHEEL_COUNT
+            for k in range(WHEEL_COUNT):
+                row[at + k] = wheels[2 * i + side, k]
+            at += WHEEL_COUNT
     if plant.core.primary:
         displacements(plant, q, row[at : at + 2 * w])
 

@@ -4,7 +4,7 @@ import math
 
 from railsim.compiled import kernel
 from railsim.engines._absolute import angular_velocity, place, vehicle_coordinates, wheelset_motion
-from railsim.engines._kernel import contact
+from railsim.engines._kernel import contact, wheel_row
 from railsim.engines._observe import (
     BODY_COUNT,
     RUN_COUNT,
@@ -14,7 +14,6 @@ from railsim.engines._observe import (
     displacements,
     run_row,
     track_row,
-    wheel_row,
 )
 from railsim.model import GRAVITY
 

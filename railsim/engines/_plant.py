@@ -50,8 +50,10 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
     n, b, w = coordinates, bodies, wheelsets
     fields = [
         ("mass", "f8", n),
-        ("stiffness", "f8", (n, n)),
-        ("damping", "f8", (n, n)),
+        ("link_start", "i8", n + 1),  # of each coordinate's links; the last one's end
+        ("link", "i8", n * n),  # other coordinate whose displacement or rate gives a force on this one
+        ("link_stiffness", "f8", n * n),
+        ("link_damping", "f8", n * n),
         ("preload", "f8", n),  # forces of the preloaded springs and static loads at q = 0
         ("coordinate", "i8", (b, 6)),  # index of the free coordinate, -1 where held
         ("chord_body", "i8"),
@@ -128,8 +130,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     stiffness, damping = model.assembled([element for element in model.elements if not element.finite])
     values = {
         "mass": model.mass[free],
-        "stiffness": stiffness[np.ix_(free, free)],
-        "damping": damping[np.ix_(free, free)],
+        **_links(stiffness[np.ix_(free, free)], damping[np.ix_(free, free)]),
         "preload": model.preload[free],
         "coordinate": coordinate.reshape(bodies, 6),
         "chord_body": chord,
@@ -189,6 +190,17 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     pose = _poses(track, [-model.trailing_pivot, *ahead], curved)
     knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip, speed.brake))
     return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots, tables)
+
+
+def _links(stiffness: np.ndarray, damping: np.ndarray) -> dict[str, np.ndarray]:
+    """What is not nought of two matrices (n, n), row by row."""
+    rows, columns = np.nonzero((stiffness != 0.0) | (damping != 0.0))
+    return {
+        "link_start": np.searchsorted(rows, np.arange(len(stiffness) + 1)),
+        "link": columns,
+        "link_stiffness": stiffness[rows, columns],
+        "link_damping": damping[rows, columns],
+    }
 
 
 def _path(model: Model) -> dict[str, Any]:

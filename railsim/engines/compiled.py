@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from railsim.engines._channels import channel_names
+from railsim.engines._channels import WHEEL, channel_names
 from railsim.engines._equilibrium import initial_state
 from railsim.engines._guard import check_rows
 from railsim.engines._integrate import SCRATCH, run_chunk
@@ -25,7 +25,8 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     plant = build_plant(run.model, run.track, run.speed)
     names = channel_names(run.model)
     x = initial_state(plant, run)
-    scratch = np.empty((4, len(x))), np.empty(len(x)), np.empty(SCRATCH)
+    wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
+    scratch = np.empty((4, len(x))), np.empty(len(x)), wheels, np.empty(SCRATCH)
     for first in range(0, run.rows, CHUNK):
         rows = np.zeros((min(CHUNK, run.rows - first), len(names)))
         finite = run_chunk(plant, x, first, len(rows), run.substeps, run.rate, rows, *scratch)
