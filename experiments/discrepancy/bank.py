@@ -66,7 +66,7 @@ class Bank:
         names = sorted({candidate.name for candidate, _ in jobs})
         truth = None
         for number, name in enumerate(names):
-            mine = {settings_of(one, values): (one, values) for one, values in jobs if one.name == name}
+            mine = {settings_of(one.build(values)): (one, values) for one, values in jobs if one.name == name}
             path = self.folder / f"effect_{name}.npz"
             known = _read(path)
             missing = [key for key in mine if key not in known]
@@ -87,12 +87,12 @@ class Bank:
         """(k, f, c) change of the coefficients by an effect of a finite size; None where the model cannot have it. Of
         what is sharp (rows, k, f, c): so many rows of truth later.
         """
-        kept = self._kept[settings_of(candidate, values)]
+        kept = self._kept[settings_of(candidate.build(values))]
         return None if kept is None else self._moved(kept, still=bool(candidate.phases))
 
     def kept(self, candidate: Candidate, values: dict[str, float]) -> np.ndarray | None:
         """The same; None too where it was not asked for in `fill`."""
-        return self.signature(candidate, values) if settings_of(candidate, values) in self._kept else None
+        return self.signature(candidate, values) if settings_of(candidate.build(values)) in self._kept else None
 
     def _moved(self, coefficients: np.ndarray, still: bool = False) -> np.ndarray:
         delay = np.zeros_like(self.delay) if still else self.delay

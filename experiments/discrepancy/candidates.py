@@ -253,9 +253,9 @@ class Candidate:
                 yield {**values, **moved, **({name: _within(free[name], length)} if name in free else {})}
 
 
-def settings_of(candidate: Candidate, values: Mapping[str, float]) -> str:
-    """All settings of the effect at some numbers, as one text."""
-    return json.dumps(candidate.build(values).settings(), sort_keys=True)
+def settings_of(effect: Effect) -> str:
+    """All settings of an effect, as one text."""
+    return json.dumps(effect.settings(), sort_keys=True)
 
 
 def in_tune(found: Sequence[Candidate]) -> list[Candidate]:

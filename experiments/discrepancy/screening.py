@@ -184,13 +184,17 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
     def change_of(one: Candidate, values: dict[str, float]) -> np.ndarray | None:
         def made() -> np.ndarray | None:
             try:
-                prediction = forward.predict(fit.z, (*fit.effects, one.build(values)))
+                prediction = forward.predict(fit.z, (*fit.effects, effect))
             except InputError:
                 return None
             change = problem.stacked(prediction) - base
             return change if np.isfinite(change).all() else None
 
-        return problem.changes.of(settings_of(one, values), build, made)
+        try:
+            effect = one.build(values)
+        except InputError:  # a number that it may not have, like that of a wave beside a tone
+            return None
+        return problem.changes.of(settings_of(effect), build, made)
 
     def run(job: tuple[Candidate, dict[str, float]]) -> Screened | None:
         change = change_of(*job)

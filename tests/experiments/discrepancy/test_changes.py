@@ -1,5 +1,7 @@
 """A change that was run serves again at a build near by, and only there."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from experiments.discrepancy.candidates import candidates
@@ -31,6 +33,17 @@ def test_what_the_model_cannot_have_is_not_tried_again():
     for _ in range(2):
         assert changes.of("wind", np.zeros(1), lambda: tried.append(1)) is None
     assert len(tried) == 1
+
+
+def test_a_tone_that_no_effect_may_have_is_left_out(problem: Problem):
+    """Waves beside it are a little longer than that of a track's stiffness may be."""
+    fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
+    context = replace(context_of(problem, locate(problem, fit)), tones=((0.6, 49.9),))
+    waves = [one for one in candidates(context) if one.name == "soft_track"]
+    assert any(values["wavelength"] > 50.0 for one in waves for values in one.at_tones())
+    found = screen(problem, fit, waves)
+    assert found
+    assert all(one.tried["wavelength"] <= 50.0 for one in found)
 
 
 def test_screening_again_after_a_slight_change_of_the_build_costs_no_run(problem: Problem):
