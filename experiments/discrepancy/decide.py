@@ -22,7 +22,7 @@ LARGE = 1.3  # held-out gap (root mean square) from which nuisances alone are fa
 FURTHER = 5.0  # nats that a second effect costs
 COARSE = 0.005  # share of what an effect brings that the model itself may be wrong by
 BORNE_OUT = 0.2  # of the training frames' evidence, frame for frame, that held-out frames must show
-HARMLESS = 3.0  # nats that an effect of one place, which held-out frames may not have seen, may cost there
+HARMLESS = 3.0  # nats that an effect of a place that held-out frames do not see at all may cost there
 SUREST = 0.98  # confidence that is stated at most: of 330 blind verdicts of the surest kind 322 were true (RESULTS.md)
 CLEARLY = 20.0  # nats by which a tabled law must be ahead of a named effect, and as coarse a share as above
 
@@ -108,10 +108,11 @@ def _figures(
     further = [other for other in one.candidates if other.equivalence not in before.classes]
     gain = _evidence(problem, before, one, further)
     outside = _held_out(problem, before, one)
-    least = (
-        -HARMLESS if all(other.local for other in further) else BORNE_OUT * _share_held_out(problem) * max(0.0, gain)
-    )
-    borne_out = outside > least
+    asked = BORNE_OUT * _share_held_out(problem) * max(0.0, gain)
+    if all(other.local for other in further):
+        there = _seen_held_out(problem, before, one)
+        asked = there * asked - (1.0 - there) * HARMLESS
+    borne_out = outside > asked
     whole = one.log_evidence - null.log_evidence
     if further and all(other.local for other in further):  # what is in a held-out section is seen there only
         unseen = max(0.0, outside - _share_held_out(problem) * max(0.0, gain))
@@ -143,6 +144,13 @@ def _held_out(problem: Problem, null: Hypothesis, one: Hypothesis) -> float:
     before = (WEIGHT * null.fit.residual[problem.test]) ** 2
     after = (WEIGHT * one.fit.residual[problem.test]) ** 2
     return 0.5 * float(before.sum() - after.sum())
+
+
+def _seen_held_out(problem: Problem, before: Hypothesis, one: Hypothesis) -> float:
+    """How much of a hypothesis held-out frames see, frame for frame, of what those see that train: none to all."""
+    change = ((WEIGHT * (one.fit.residual - before.fit.residual)) ** 2).sum(axis=(1, 2))
+    trained = _share_held_out(problem) * float(change[problem.train].sum())
+    return min(1.0, float(change[problem.test].sum()) / max(trained, 1e-12))
 
 
 def _share_held_out(problem: Problem) -> float:

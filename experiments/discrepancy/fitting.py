@@ -239,6 +239,16 @@ def moved_to(problem: Problem, fit: Fit) -> Fit:
     return _at(problem, fit.candidates, fit.z, fit.shares, fit.columns, None)
 
 
+def at_values(problem: Problem, fit: Fit, values: Sequence[dict[str, float]]) -> Fit:
+    """A fit's nuisances and derivatives with other numbers of its effects.
+
+    Raises
+    ------
+    InputError : the model does not run there.
+    """
+    return _at(problem, fit.candidates, fit.z, Shares(fit.candidates).of(values), fit.columns, None)
+
+
 def restarted(problem: Problem, fit: Fit, z: np.ndarray) -> Fit:
     """Nuisances alone at z, with the derivatives of another fit."""
     n = len(fit.z)

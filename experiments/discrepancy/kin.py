@@ -1,7 +1,8 @@
-"""Kin: effects that look like nuisances which stand far from their data sheets.
+"""Kin: effects that look like nuisances which stand far from their data sheets, or like a law without a name.
 
 Half the adhesion begins as friction that is lower than usual. Where the nuisance has gone as far as it may, the
-effect's own signature beside it gains nothing, and only a fit shows which of the two it is.
+effect's own signature beside it gains nothing, and only a fit shows which of the two it is. What a tabled law takes
+is the missing effect's change with the noise left out: it may say what the residual, with that noise, does not.
 """
 
 import itertools
@@ -10,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from experiments.discrepancy.fitting import Problem
+from experiments.discrepancy.hypothesis import Hypothesis
 from experiments.discrepancy.locate import Located
 from experiments.discrepancy.noise import split
 from experiments.discrepancy.screening import Screened, best_of
@@ -17,6 +19,8 @@ from experiments.discrepancy.screening import Screened, best_of
 ALIKE = 0.9  # cosine of the nominal vehicle's signature and its derivative by the nuisance
 OF_EACH = 2  # effects that one nuisance may stand for
 MOST = 5
+LIKE_LAW = 0.1  # cosine of a signature and what a tabled law takes, from which the effect may be what it stands for
+OF_LAW = 3
 
 
 def kin(problem: Problem, located: Located, screened: Sequence[Screened]) -> list[Screened]:
@@ -26,16 +30,7 @@ def kin(problem: Problem, located: Located, screened: Sequence[Screened]) -> lis
     ------
     ValueError : the problem has no bank, or no noise was stated yet.
     """
-    if problem.bank is None or problem.white is None:
-        raise ValueError("give the problem a bank and its noise first")
-    rows: list[np.ndarray] = []
-    known: list[Screened] = []
-    for one in best_of(screened):
-        signature = problem.bank.kept(one.candidate, one.tried)
-        if signature is not None and not (one.candidate.reference or one.candidate.sharp):
-            row = split(problem.white.complex(signature))[problem.train].ravel()
-            rows.append(row / max(float(np.linalg.norm(row)), 1e-30))
-            known.append(one)
+    known, rows = _signatures(problem, best_of(screened))
     places = {one.label: number for number, one in enumerate(problem.forward.nuisances)}
     liked: list[list[Screened]] = []
     for label in located.surprising:
@@ -46,3 +41,45 @@ def kin(problem: Problem, located: Located, screened: Sequence[Screened]) -> lis
     ranked = [one for turn in itertools.zip_longest(*liked) for one in turn if one is not None]
     found = {one.candidate.label: one for one in ranked}
     return list(found.values())[:MOST]
+
+
+def like_law(problem: Problem, law: Hypothesis, screened: Sequence[Screened]) -> list[Screened]:
+    """The effects whose signatures, at any size, are most like what a tabled law takes, each name once; at most
+    `OF_LAW`.
+
+    Raises
+    ------
+    InputError : the model does not run there without the law.
+    ValueError : the problem has no bank, or no noise was stated yet.
+    """
+    known, rows = _signatures(problem, screened)
+    fit = law.fit
+    own = _row(problem, fit.stacked - problem.stacked(problem.forward.predict(fit.z)))
+    like = [float(row @ own) for row in rows]
+    found: dict[str, Screened] = {}
+    for number in sorted(range(len(rows)), key=lambda number: -like[number]):
+        if like[number] > LIKE_LAW:
+            found.setdefault(known[number].candidate.name, known[number])
+    return list(found.values())[:OF_LAW]
+
+
+def _signatures(problem: Problem, screened: Sequence[Screened]) -> tuple[list[Screened], list[np.ndarray]]:
+    """Those of which the bank holds a signature that is theirs as it is, and these, of length one."""
+    if problem.bank is None:
+        raise ValueError("give the problem a bank first")
+    known: list[Screened] = []
+    rows: list[np.ndarray] = []
+    for one in screened:
+        signature = problem.bank.kept(one.candidate, one.tried)
+        if signature is not None and not (one.candidate.reference or one.candidate.sharp):
+            known.append(one)
+            rows.append(_row(problem, signature))
+    return known, rows
+
+
+def _row(problem: Problem, change: np.ndarray) -> np.ndarray:
+    """(n,) of length one, of a change (k, f, c) over the training frames; raises where no noise was stated yet."""
+    if problem.white is None:
+        raise ValueError("state the noise first")
+    row = split(problem.white.complex(change))[problem.train].ravel()
+    return row / max(float(np.linalg.norm(row)), 1e-30)

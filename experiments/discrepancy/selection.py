@@ -11,9 +11,10 @@ from experiments.discrepancy.empirical import fit_empirical, follows_a_state
 from experiments.discrepancy.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit
 from experiments.discrepancy.further import FIRSTS, GLANCE, with_further
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
-from experiments.discrepancy.kin import kin
+from experiments.discrepancy.kin import kin, like_law
 from experiments.discrepancy.latent import LatentForce
 from experiments.discrepancy.locate import Located, locate
+from experiments.discrepancy.moving import moved
 from experiments.discrepancy.refining import (
     WHITE,
     noting,
@@ -70,17 +71,18 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     if not bent and not _promising(located, screened, tell):
         if not located.worth_looking and follows_a_state(problem, null.fit):
             null = polished(problem, null, tell)
-        stand = _with_law(Stand(problem, null, []), found, tell)
-        return Selection(problem, null, screened, (), decide(problem, null, located, []), stand.tabled)
+        stand = _with_law(Stand(problem, null, []), found, screened, tell)
+        decision = decide(problem, null, located, stand.judged)
+        return Selection(problem, null, screened, tuple(stand.judged), decision, stand.tabled)
     stand = _fitted(problem, null, screened, found if bent else (), tell)
     stand = _fair(_with_kin(stand, located, screened, tell), tell)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
     stand = _other_places(_other_law(_nearer(stand, tell), tell), screened, tell)
-    stand = _with_law(stand, found, tell)
+    stand = _with_law(stand, found, screened, tell)
     if stand.leader is not stand.best:
         stand = _other_law(stand, tell)
     else:
-        stand = _with_law(with_further(stand, found, tell), found, tell)
+        stand = _with_law(with_further(stand, found, tell), found, screened, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
     tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best or stand.by_law else None
@@ -178,7 +180,7 @@ def _from_all(stand: Stand, label: str, bases: Sequence[Base], tell: Tell) -> Hy
         far = made is not None and made.fit.cost(stand.problem.train) > stand.level
         if made is None or (label in base.chosen and not far and something_left(stand.problem, made)):
             made = _better(made, _begun(stand, base, base.chosen.get(label, one), tell))
-    return made
+    return None if made is None else moved(stand.problem, made, tell)
 
 
 def _in_turn(lists: Sequence[dict[str, Screened]]) -> list[str]:
@@ -377,16 +379,23 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
     return Stand(problem, again(problem, stand.null, tell), [again(problem, one, tell) for one in near])
 
 
-def _with_law(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
+def _with_law(stand: Stand, found: Sequence[Candidate], screened: Sequence[Screened], tell: Tell) -> Stand:
     """With a law without a name where none was fitted yet and the best effect leaves something, be it only a force that
-    follows a state, or where it needs nuisances far from their data sheets.
+    follows a state, or where it needs nuisances far from their data sheets; where the law is ahead, with the effects
+    that look most like it.
     """
     if stand.tabled is not None or not found:
         return stand
     problem, best = stand.problem, stand.best
     if not (stand.unexplained or stand.far or follows_a_state(problem, best.fit)):
         return stand
-    return replace(stand, tabled=fit_empirical(problem, stand.null, found[0].context, tell))
+    stand = replace(stand, tabled=fit_empirical(problem, stand.null, found[0].context, tell))
+    if stand.tabled is None or stand.leader is stand.best:
+        return stand
+    law, tried = stand.tabled[0], {one.candidate.name for one in stand.fitted}
+    mates = [one for one in like_law(problem, law, screened) if one.candidate.name not in tried]
+    tell(f"like it: {', '.join(one.candidate.label for one in mates) or 'nothing that was not tried'}")
+    return replace(stand, fitted=[*stand.fitted, *_begun_like(stand, law, mates, tell)])
 
 
 def _close(judged: Sequence[Judged]) -> bool:

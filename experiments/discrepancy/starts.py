@@ -5,11 +5,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from experiments.discrepancy.candidates import DISTANCES, LENGTHS, STRETCHES, TIMES
+from experiments.discrepancy.candidates import DISTANCES, LENGTHS, STRETCHES, TIMES, Candidate
 from experiments.discrepancy.fitting import Fit, Problem
 from experiments.discrepancy.screening import Screened
 
 ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
+FAR_ENDS = (-160.0, -80.0, -40.0, 40.0, 80.0, 160.0)  # the same of one that is fitted and leaves something
 VALLEYS = 2  # other gusts from which a fit is begun
 SAME = 0.1  # of the shorter one's length, by which two gusts that are no different may begin or end apart
 
@@ -33,15 +34,33 @@ def stretched(one: Screened) -> list[dict[str, float]]:
     """Begins and ends around those of a stretch that screening found to a section only, and those of the whole way."""
     if one.candidate.name not in STRETCHES:
         return []
-    place, length = one.candidate.parameters["place"], one.candidate.parameters["length"]
     first, last = one.values["place"], one.values["place"] + one.values["length"]
-    pairs = [(first + metres, last) for metres in ENDS] + [(first, last + metres) for metres in ENDS]
-    pairs += [(first, math.inf), (-math.inf, last), (-math.inf, math.inf)]
-    found = []
-    for begin, end in pairs:
-        where = float(np.clip(begin, place.low, place.high))
-        found.append({**one.values, "place": where, "length": float(np.clip(end - where, length.low, length.high))})
-    return found
+    whole = [(first, math.inf), (-math.inf, last), (-math.inf, math.inf)]
+    return [_between(one.candidate, one.values, *pair) for pair in (*_moved(first, last, ENDS), *whole)]
+
+
+def with_other_ends(candidate: Candidate, values: dict[str, float]) -> list[dict[str, float]]:
+    """A fitted stretch with one end elsewhere, near and far: further off than a section a fit does not find it. A wave
+    stays in phase. Nothing of what is no stretch.
+    """
+    if candidate.name not in STRETCHES:
+        return []
+    wave = values.get("wavelength", 0.0)
+    moves = [round(metres / wave) * wave if wave else metres for metres in FAR_ENDS]
+    first, last = values["place"], values["place"] + values["length"]
+    return [_between(candidate, values, *pair) for pair in _moved(first, last, moves)]
+
+
+def _moved(first: float, last: float, moves: Iterable[float]) -> list[tuple[float, float]]:
+    """Either end so many metres further on."""
+    return [pair for metres in moves for pair in ((first + metres, last), (first, last + metres))]
+
+
+def _between(candidate: Candidate, values: dict[str, float], first: float, last: float) -> dict[str, float]:
+    """The same from there to there, as far as the run goes."""
+    place, length = candidate.parameters["place"], candidate.parameters["length"]
+    begin = float(np.clip(first, place.low, place.high))
+    return {**values, "place": begin, "length": float(np.clip(last - begin, length.low, length.high))}
 
 
 def elsewhere(one: Screened, screened: Iterable[Screened]) -> list[Screened]:
