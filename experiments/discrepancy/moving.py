@@ -65,9 +65,7 @@ def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
 
     best = float(ASIDE[int(np.argmin([worth(float(aside)) for aside in ASIDE]))])
     step = float(ASIDE[1] - ASIDE[0])
-    found = minimize_scalar(worth, bounds=(best - step, best + step), method="bounded", options={"xatol": FINE})
-    other = concluded(problem, at_values(problem, made.fit, [at(float(found.x))]))
-    tell(
-        f"{other.label}, spacing by held-out sections: {values['spacing']:.2f} m -> {other.values[0]['spacing']:.2f} m"
-    )
+    found = float(fminbound(worth, best - step, best + step, xtol=FINE))
+    other = concluded(problem, at_values(problem, made.fit, [at(found)]))
+    tell(f"{other.label}, spacing by held-out sections: {other.values[0]['spacing'] - values['spacing']:+.2f} m")
     return other if held_out_gap(problem, other.fit) < held_out_gap(problem, made.fit) else made
