@@ -35,8 +35,8 @@ class Judged:
     ----------
     evidence : nats against nuisances alone, for what acts everywhere without its loudest sections. standing : nats by
     which it is compared with others, with all sections where its evidence is enough. held_out : nats on held-out
-    frames. borne_out : whether these bear it out. probability : among classes. gap : root mean square of the whitened
-    held-out residual.
+    frames. borne_out : whether these bear it out, and it is large enough to be worth a name. probability : among
+    classes. gap : root mean square of the whitened held-out residual.
     """
 
     hypothesis: Hypothesis
@@ -112,7 +112,7 @@ def _figures(
     if all(other.local for other in further):
         there = _seen_held_out(problem, before, one)
         asked = there * asked - (1.0 - there) * HARMLESS
-    borne_out = outside > asked
+    borne_out = outside > asked and not one.slight
     whole = one.log_evidence - null.log_evidence
     if further and all(other.local for other in further):  # what is in a held-out section is seen there only
         unseen = max(0.0, outside - _share_held_out(problem) * max(0.0, gain))

@@ -239,6 +239,13 @@ def moved_to(problem: Problem, fit: Fit) -> Fit:
     return _at(problem, fit.candidates, fit.z, fit.shares, fit.columns, None)
 
 
+def without_effects(problem: Problem, fit: Fit) -> Fit:
+    """The nuisances' part of a fit with its whitened derivatives; residual and prediction stay those of the whole."""
+    n = len(fit.z)
+    jacobian, columns = problem.jacobian(fit)[:n], fit.columns[:n]
+    return replace(fit, candidates=(), shares=np.zeros(0), effects=(), columns=columns, jacobian=jacobian)
+
+
 def at_values(problem: Problem, fit: Fit, values: Sequence[dict[str, float]]) -> Fit:
     """A fit's nuisances and derivatives with other numbers of its effects.
 

@@ -13,6 +13,7 @@ from railsim.effects.interface import Effect, Parameter
 from railsim.errors import InputError
 
 DROPPED = 3
+WORTH_NAMING = 0.5  # of the smallest size that its kind says is worth naming
 OWN_ERROR = 0.05  # of an effect's size, what the model is wrong by in all sections alike; read from development cases
 Tell = Callable[[str], None]
 
@@ -54,6 +55,11 @@ class Hypothesis:
     def label(self) -> str:
         """Its effects in words."""
         return " + ".join(one.label for one in self.fit.candidates) or "nuisances alone"
+
+    @property
+    def slight(self) -> bool:
+        """Whether one of its effects is far smaller than the smallest of its kind that is worth naming."""
+        return any(_slight(*pair) for pair in zip(self.candidates, self.values, strict=True))
 
     @property
     def values(self) -> list[dict[str, float]]:
@@ -127,6 +133,15 @@ def intervals(problem: Problem, one: Hypothesis, which: int = 0) -> dict[str, di
         found[name] = {"value": value, "low": low, "high": high, "unit": p.unit}
         place += 1
     return found
+
+
+def _slight(candidate: Candidate, values: dict[str, float]) -> bool:
+    sizes = [
+        abs((values[name] - p.absent) / (p.smallest - p.absent))
+        for name, p in candidate.parameters.items()
+        if p.absent is not None and p.smallest is not None and p.smallest != p.absent
+    ]
+    return bool(sizes) and max(sizes) < WORTH_NAMING
 
 
 def _size(p: Parameter, value: float) -> float:

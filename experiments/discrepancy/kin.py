@@ -6,20 +6,21 @@ is the missing effect's change with the noise left out: it may say what the resi
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from experiments.discrepancy.fitting import Problem
+from experiments.discrepancy.fitting import Problem, without_effects
 from experiments.discrepancy.hypothesis import Hypothesis
 from experiments.discrepancy.locate import Located
 from experiments.discrepancy.noise import split
+from experiments.discrepancy.projection import Projection, whitened
 from experiments.discrepancy.screening import Screened, best_of
 
 ALIKE = 0.9  # cosine of the nominal vehicle's signature and its derivative by the nuisance
 OF_EACH = 2  # effects that one nuisance may stand for
 MOST = 5
-LIKE_LAW = 0.1  # cosine of a signature and what a tabled law takes, from which the effect may be what it stands for
+LIKE_LAW = 0.2  # cosine of a signature and what a tabled law takes, from which the effect may be what it stands for
 OF_LAW = 3
 
 
@@ -30,7 +31,9 @@ def kin(problem: Problem, located: Located, screened: Sequence[Screened]) -> lis
     ------
     ValueError : the problem has no bank, or no noise was stated yet.
     """
-    known, rows = _signatures(problem, best_of(screened))
+    pairs = list(_signatures(problem, best_of(screened)))
+    known = [one for one, _ in pairs]
+    rows = [_unit(split(whitened(problem, change))[problem.train].ravel()) for _, change in pairs]
     places = {one.label: number for number, one in enumerate(problem.forward.nuisances)}
     liked: list[list[Screened]] = []
     for label in located.surprising:
@@ -44,42 +47,38 @@ def kin(problem: Problem, located: Located, screened: Sequence[Screened]) -> lis
 
 
 def like_law(problem: Problem, law: Hypothesis, screened: Sequence[Screened]) -> list[Screened]:
-    """The effects whose signatures, at any size, are most like what a tabled law takes, each name once; at most
-    `OF_LAW`.
+    """The effects whose signatures, at any size, are most like what a tabled law takes, as far as nuisances cannot take
+    either; each name once, at most `OF_LAW`.
 
     Raises
     ------
     InputError : the model does not run there without the law.
     ValueError : the problem has no bank, or no noise was stated yet.
     """
-    known, rows = _signatures(problem, screened)
     fit = law.fit
-    own = _row(problem, fit.stacked - problem.stacked(problem.forward.predict(fit.z)))
-    like = [float(row @ own) for row in rows]
+    projection = Projection(without_effects(problem, fit), problem.train, problem.forward.bounds)
+
+    def row(change: np.ndarray) -> np.ndarray:
+        return _unit(projection.cleaned(projection.row(whitened(problem, change))))
+
+    own = row(fit.stacked - problem.stacked(problem.forward.predict(fit.z)))
+    like = [(float(row(signature) @ own), one) for one, signature in _signatures(problem, screened)]
     found: dict[str, Screened] = {}
-    for number in sorted(range(len(rows)), key=lambda number: -like[number]):
-        if like[number] > LIKE_LAW:
-            found.setdefault(known[number].candidate.name, known[number])
+    for likeness, one in sorted(like, key=lambda pair: -pair[0]):
+        if likeness > LIKE_LAW:
+            found.setdefault(one.candidate.name, one)
     return list(found.values())[:OF_LAW]
 
 
-def _signatures(problem: Problem, screened: Sequence[Screened]) -> tuple[list[Screened], list[np.ndarray]]:
-    """Those of which the bank holds a signature that is theirs as it is, and these, of length one."""
+def _signatures(problem: Problem, screened: Sequence[Screened]) -> Iterator[tuple[Screened, np.ndarray]]:
+    """Those of which the bank holds a signature (k, f, c) that is theirs as it is."""
     if problem.bank is None:
         raise ValueError("give the problem a bank first")
-    known: list[Screened] = []
-    rows: list[np.ndarray] = []
     for one in screened:
         signature = problem.bank.kept(one.candidate, one.tried)
         if signature is not None and not (one.candidate.reference or one.candidate.sharp):
-            known.append(one)
-            rows.append(_row(problem, signature))
-    return known, rows
+            yield one, signature
 
 
-def _row(problem: Problem, change: np.ndarray) -> np.ndarray:
-    """(n,) of length one, of a change (k, f, c) over the training frames; raises where no noise was stated yet."""
-    if problem.white is None:
-        raise ValueError("state the noise first")
-    row = split(problem.white.complex(change))[problem.train].ravel()
+def _unit(row: np.ndarray) -> np.ndarray:
     return row / max(float(np.linalg.norm(row)), 1e-30)

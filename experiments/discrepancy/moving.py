@@ -4,8 +4,10 @@ The ends of a stretch, and the spacing of a row of joints of which training sect
 it.
 """
 
+from typing import Any
+
 import numpy as np
-from scipy.optimize import fminbound
+from scipy.optimize import minimize_scalar
 
 from experiments.discrepancy.decide import ENOUGH, LARGE, held_out_gap
 from experiments.discrepancy.fitting import Problem, at_values
@@ -65,7 +67,7 @@ def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
 
     best = float(ASIDE[int(np.argmin([worth(float(aside)) for aside in ASIDE]))])
     step = float(ASIDE[1] - ASIDE[0])
-    found = float(fminbound(worth, best - step, best + step, xtol=FINE))
-    other = concluded(problem, at_values(problem, made.fit, [at(found)]))
+    found: Any = minimize_scalar(worth, bounds=(best - step, best + step), options={"xatol": FINE})
+    other = concluded(problem, at_values(problem, made.fit, [at(float(found.x))]))
     tell(f"{other.label}, spacing by held-out sections: {other.values[0]['spacing'] - values['spacing']:+.2f} m")
     return other if held_out_gap(problem, other.fit) < held_out_gap(problem, made.fit) else made
