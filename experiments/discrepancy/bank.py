@@ -21,7 +21,7 @@ import numpy as np
 
 from experiments.discrepancy.candidates import Candidate, settings_of
 from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.forward import Alignment, Forward, forward_over
+from experiments.discrepancy.forward import Alignment, Forward, Prediction, forward_over
 from experiments.discrepancy.frames import Frames, stack
 from experiments.discrepancy.noise import PERTURBED, perturbed_tracks, propagated_track_error
 from experiments.discrepancy.parallel import in_parallel
@@ -82,6 +82,23 @@ class Bank:
                 _write(path, known)
             for key in mine:
                 self._kept[key] = known[key] if known[key].size else None
+
+    def under(self, law: str, tell: Tell = lambda text: None) -> "Bank":
+        """The same with the derivatives of another creep law; signatures stay those of the scenario's own.
+
+        Raises
+        ------
+        InputError : the nominal model does not run with that law.
+        """
+        path = self.folder / f"nominal_{law}.npz"
+        known = _read(path)
+        if not known:
+            tell(f"derivatives of the nominal scenario under {law}, computed once")
+            known = {"columns": _derivatives(self.reference.but(law=law), self.frames)[0]}
+            _write(path, known)
+        with suppress(OSError):
+            os.utime(path)
+        return replace(self, columns=self._moved(known["columns"]).astype(np.complex64))
 
     def signature(self, candidate: Candidate, values: dict[str, float]) -> np.ndarray | None:
         """(k, f, c) change of the coefficients by an effect of a finite size; None where the model cannot have it. Of
@@ -202,6 +219,15 @@ _SMALL = {"curvature": 1e-5, "stiffness": np.inf, "friction": 0.02, "gradient": 
 
 
 def _nominal(reference: Forward, frames: Frames) -> dict[str, np.ndarray]:
+    columns, base, prediction = _derivatives(reference, frames)
+    tracks = perturbed_tracks(reference.evidence, SEED, PERTURBED)
+    z = np.zeros(len(reference.nuisances))
+    passed = propagated_track_error(reference, frames, z, (), prediction, tracks)
+    return {"base": base, "columns": columns, "propagated": np.zeros(0) if passed is None else passed}
+
+
+def _derivatives(reference: Forward, frames: Frames) -> tuple[np.ndarray, np.ndarray, Prediction]:
+    """(n, k, f, c) by the nuisances, (k, f, c) of the nominal run, and that run."""
     z = np.zeros(len(reference.nuisances))
     setup, truth = reference.run(z)
     prediction = reference.observe(setup, truth, z)
@@ -217,10 +243,7 @@ def _nominal(reference: Forward, frames: Frames) -> dict[str, np.ndarray]:
             changed = reference.predict(moved)
         return ((_stacked(reference, frames, changed) - base) / step).astype(np.complex64)
 
-    columns = np.stack(in_parallel(column, range(len(z))))
-    tracks = perturbed_tracks(reference.evidence, SEED, PERTURBED)
-    passed = propagated_track_error(reference, frames, z, (), prediction, tracks)
-    return {"base": base, "columns": columns, "propagated": np.zeros(0) if passed is None else passed}
+    return np.stack(in_parallel(column, range(len(z)))), base, prediction
 
 
 def _stacked(forward: Forward, frames: Frames, prediction: dict[str, np.ndarray]) -> np.ndarray:

@@ -229,6 +229,13 @@ def starting_fit(problem: Problem, z: np.ndarray) -> Fit:
     return _at(problem, (), z, np.zeros(0), problem.bank.columns, problem.bank_jacobian)
 
 
+def with_bank(problem: Problem, fit: Fit) -> Fit:
+    """Nuisances alone at the same point, with the bank's derivatives."""
+    if problem.bank is None:
+        raise ValueError("give the problem a bank first")
+    return replace(fit, columns=problem.bank.columns, jacobian=None)
+
+
 def moved_to(problem: Problem, fit: Fit) -> Fit:
     """The same point under another statement of the noise or another creep law.
 

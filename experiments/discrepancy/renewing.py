@@ -30,8 +30,7 @@ def renewed(problem: Problem, fit: Fit, screened: Sequence[Screened]) -> tuple[S
     projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     truth = forward.run(fit.z, fit.effects)[1]
 
-    def again(one: Screened) -> Screened | None:
-        values = one.candidate.reference or one.values
+    def change_by(one: Screened, values: dict[str, float]) -> np.ndarray | None:
         effects = (*fit.effects, one.candidate.build(values))
         try:
             if one.candidate.of_sensor:
@@ -41,10 +40,18 @@ def renewed(problem: Problem, fit: Fit, screened: Sequence[Screened]) -> tuple[S
         except InputError:
             return None
         change = problem.stacked(prediction) - fit.stacked
-        if not np.isfinite(change).all() or not change.any():
-            return None
-        turned = forms(one.candidate, problem.frames.frequencies, finely=True) if one.candidate.reference else None
-        return judged_signature(problem, fit, projection, one.candidate, change, turned or [(values, None)])
+        return change if np.isfinite(change).all() and change.any() else None
+
+    def again(one: Screened) -> Screened | None:
+        reference = one.candidate.reference
+        turned = forms(one.candidate, problem.frames.frequencies, finely=True) if reference else None
+        for values in (
+            (reference,) if reference else (one.values, one.tried)
+        ):  # a gap made so much smaller may stay open
+            change = change_by(one, values)
+            if change is not None:
+                return judged_signature(problem, fit, projection, one.candidate, change, turned or [(values, None)])
+        return None
 
     done: set[str] = set()
     for _ in range(ROUNDS):

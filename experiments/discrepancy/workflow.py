@@ -10,7 +10,7 @@ from experiments.discrepancy.bank import open_bank
 from experiments.discrepancy.candidates import Candidate, Context, candidates
 from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, contested, excess, held_out_gap
 from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.fitting import Fit, Problem
+from experiments.discrepancy.fitting import Fit, Problem, with_bank
 from experiments.discrepancy.forward import forward_over
 from experiments.discrepancy.frames import frames_of, held_out, stack
 from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
@@ -129,7 +129,8 @@ def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem
             alone = nuisances_alone(changed, np.zeros(len(null.fit.z)), tell)
             if alone.log_evidence > null.log_evidence + max(ENOUGH, EXPLAINED * excess(problem, null)):
                 tell(f"creep law {name}: {alone.log_evidence - null.log_evidence:+.1f} nats")
-                return _settled(changed, alone, tell)
+                changed = changed.but(bank=problem.bank.under(name, tell) if problem.bank else None)
+                return _settled(changed, replace(alone, fit=with_bank(changed, alone.fit)), tell)
         except InputError as error:
             tell(f"creep law {name}: {error}")
     return problem, null
