@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-NEAR = 2.0  # standard deviations of any part's tolerance, within which a change serves again
+NEAR = 3.0  # standard deviations of any part's tolerance, within which a change serves again
 
 
 class Changes:

@@ -59,9 +59,7 @@ def put_together(
             phase = np.clip((peaks - begins[:, None]) / long, 0.0, 1.0)
             shape = 0.5 * (1.0 - np.cos(2.0 * np.pi * phase))
             shape = np.concatenate([scale * shape for scale in SCALES])
-            gain, which, scale, *_ = weighed(
-                shape @ along, shape @ across, np.einsum("pk,kl,pl->p", shape, gram, shape)
-            )
+            gain, which, scale, *_ = weighed(shape @ along, shape @ across, ((shape @ gram) * shape).sum(axis=1))
             size = scale * SCALES[which // len(begins)] * middle[force]
             begin = float(begins[which % len(begins)])
             size = float(np.clip(size, free[force].low, free[force].high))

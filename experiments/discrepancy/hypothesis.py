@@ -24,12 +24,14 @@ class Hypothesis:
 
     Attributes
     ----------
-    covariance : (m, m) of the shares, nuisances marginalised. log_evidence : Laplace, training frames.
+    covariance : (m, m) of the shares, nuisances marginalised. log_evidence : Laplace, training frames. fresh : whether
+    its derivatives were made anew as often as that brought something.
     """
 
     fit: Fit
     covariance: np.ndarray
     log_evidence: float
+    fresh: bool = False
 
     @property
     def candidates(self) -> tuple[Candidate, ...]:

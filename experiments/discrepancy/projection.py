@@ -32,6 +32,7 @@ class Projection:
         self.frames = frames
         self.residual = (WEIGHT * fit.residual[frames]).ravel()
         self.bound = at_bound(self.at, bounds)
+        self._paired_flat: np.ndarray | None = None
         self._sets: list[tuple[np.ndarray, np.ndarray, float]] = []
         for held in [self.bound, np.zeros_like(self.bound)] if self.bound.any() else [self.bound]:
             inverse = np.zeros_like(matrix)
@@ -70,12 +71,16 @@ class Projection:
         made larger) frame by frame and frequency by frequency if these are turned first.
         """
         rows = _paired(self.row(white).reshape(int(self.frames.sum()), white.shape[1], -1))
-        numbers = self.flat.reshape(len(self.flat), *rows.shape[:2], 2, -1)
-        along = np.einsum("mtfc,tfc->mtf", numbers[..., 0, :], rows) - 1j * np.einsum(
-            "mtfc,tfc->mtf", numbers[..., 1, :], rows
-        )
+        along = np.moveaxis(np.matmul(self._conjugate(rows.shape[:2]), rows[..., None])[..., 0], -1, 0)
         residual = _paired(self.residual.reshape(*rows.shape[:2], -1))
         return along, (residual.conj() * rows).sum(axis=-1), (np.abs(rows) ** 2).sum(axis=-1)
+
+    def _conjugate(self, shape: tuple[int, ...]) -> np.ndarray:
+        """(t, f, numbers, c) of the derivatives; made once."""
+        if self._paired_flat is None:
+            pairs = _paired(self.flat.reshape(len(self.flat), *shape, -1))
+            self._paired_flat = np.ascontiguousarray(np.moveaxis(pairs, 0, -2).conj())
+        return self._paired_flat
 
     def judge_turned(
         self, parts: np.ndarray, factors: np.ndarray, which: np.ndarray | None = None, least: float = RANGE[0]

@@ -1,5 +1,7 @@
 """Refining: a hypothesis made better where it stands, what it leaves, and whether there is time for more."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from experiments.discrepancy.decide import LARGE, held_out_gap
@@ -24,6 +26,8 @@ def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell) -> Hypothesis:
 
 def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
     """With derivatives made anew at the hypothesis itself, as long as that brings something."""
+    if one.fresh:
+        return one
     for _ in range(ROUNDS if held_out_gap(problem, one.fit) < LARGE else 1):
         if not time_for(problem, "linearise", f"derivatives at {one.label}", tell):
             break
@@ -36,7 +40,7 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
         tell(f"{one.label}, linearised again: {gain:+.1f} nats")
         one = better if gain > 0.0 else one
         if gain < WORTH:
-            break
+            return replace(one, fresh=True)
     return one
 
 

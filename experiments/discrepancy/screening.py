@@ -73,28 +73,47 @@ def screen(
     found = in_tune(found)
     banked = [(one, values) for one in found if not one.local for values in one.banked()]
     problem.bank.fill(banked, tell)
-    judged: list[Screened] = []
-    waiting: list[tuple[Candidate, dict[str, float], np.ndarray]] = []
-    for one, values in banked:
-        signature = problem.bank.signature(one, values)
-        if signature is None:
-            continue
-        if one.sharp:
-            judged.append(_blows(problem, fit, projection, one, signature, values))
-            continue
-        turned = _turned(problem, one, values)
-        if len(turned) > 1:
-            judged.append(judged_signature(problem, fit, projection, one, signature, turned))
-        else:
-            waiting.append((one, values, whitened(problem, signature)))
-    for first in range(0, len(waiting), TOGETHER):
-        batch = waiting[first : first + TOGETHER]
-        rows = np.stack([projection.row(white) for _, _, white in batch])
-        along = projection.along(rows)
-        for number, (one, values, white) in enumerate(batch):
-            found_here = projection.judge(rows[number : number + 1], along[number : number + 1], _least(one))
-            judged.append(_screened(problem, fit, projection, one, values, replace(found_here, signature=white)))
-    return judged + _here(problem, fit, projection, found)
+    turned = [job for job in banked if _turns(*job)]
+    plain = [job for job in banked if not _turns(*job)]
+    batches = [plain[first : first + TOGETHER] for first in range(0, len(plain), TOGETHER)]
+    judged = in_parallel(lambda job: _judged_turned(problem, fit, projection, *job), turned)
+    for batch in in_parallel(lambda batch: _judged_together(problem, fit, projection, batch), batches):
+        judged += batch
+    return [one for one in judged if one is not None] + _here(problem, fit, projection, found)
+
+
+def _turns(candidate: Candidate, values: dict[str, float]) -> bool:
+    """Whether the signature of a candidate without a place stands for others: at other angles, delays or waves."""
+    return bool(candidate.reference or candidate.phases or ("wavelength" in values and not candidate.uneven))
+
+
+def _judged_turned(
+    problem: Problem, fit: Fit, projection: Projection, candidate: Candidate, values: dict[str, float]
+) -> Screened | None:
+    """One of the bank's signatures at its best angle, delay or wavelength; None where the bank has none."""
+    signature = problem.bank.signature(candidate, values) if problem.bank else None
+    if signature is None:
+        return None
+    if candidate.sharp:
+        return _blows(problem, fit, projection, candidate, signature, values)
+    return judged_signature(problem, fit, projection, candidate, signature, _turned(problem, candidate, values))
+
+
+def _judged_together(
+    problem: Problem, fit: Fit, projection: Projection, batch: Sequence[tuple[Candidate, dict[str, float]]]
+) -> list[Screened | None]:
+    """Some of the bank's signatures as they are."""
+    jobs = [(*job, problem.bank.signature(*job)) for job in batch] if problem.bank else []
+    made = [(one, values, whitened(problem, change)) for one, values, change in jobs if change is not None]
+    if not made:
+        return []
+    rows = np.stack([projection.row(white) for _, _, white in made])
+    along = projection.along(rows)
+    found: list[Screened | None] = []
+    for number, (one, values, white) in enumerate(made):
+        here = projection.judge(rows[number : number + 1], along[number : number + 1], _least(one))
+        found.append(_screened(problem, fit, projection, one, values, replace(here, signature=white)))
+    return found
 
 
 def _blows(
@@ -222,7 +241,10 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
 
     local = [one for one in found if one.local]
     tuned = [one for one in found if not one.local and not one.of_sensor]
-    first = [(one, values) for one in (*local, *tuned) for values in placed(one)]
+    found = [*local, *tuned]
+    first = [
+        (one, values) for one, several in zip(found, in_parallel(placed, found), strict=True) for values in several
+    ]
     judged = [one for one in in_parallel(run, first) if one is not None]
     best = {one.candidate.label: one for one in sorted(judged, key=lambda one: one.robust)}
     more = []

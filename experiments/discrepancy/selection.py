@@ -150,7 +150,7 @@ def _fitted(
         if stand.fitted and not time_for(stand.problem, "fit", label, tell):
             continue
         before = stand.most
-        if before is not None and all(_hopeless(label, base.chosen, before, stand.problem) for base in bases):
+        if before is not None and _out_of_question(stand.problem, label, before, bases):
             continue
         made = _from_all(stand, label, bases, tell)
         if made is None:
@@ -180,7 +180,9 @@ def _from_all(stand: Stand, label: str, bases: Sequence[Base], tell: Tell) -> Hy
         far = made is not None and made.fit.cost(stand.problem.train) > stand.level
         if made is None or (label in base.chosen and not far and something_left(stand.problem, made)):
             made = _better(made, _begun(stand, base, base.chosen.get(label, one), tell))
-    return None if made is None else moved(stand.problem, made, tell)
+    if made is None or made.fit.cost(stand.problem.train) > stand.level:
+        return made
+    return moved(stand.problem, made, tell)
 
 
 def _in_turn(lists: Sequence[dict[str, Screened]]) -> list[str]:
@@ -236,8 +238,12 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand
 
 
 def _with_kin(stand: Stand, located: Located, screened: Sequence[Screened], tell: Tell) -> Stand:
-    """With the effects that look like the strained nuisances; not where all are bent to explain what is no nuisance."""
+    """With the effects that look like the strained nuisances; not where all are bent to explain what is no nuisance,
+    nor where the best effect leaves no nuisance strained and nothing else.
+    """
     if not located.surprising or held_out_gap(stand.problem, stand.null.fit) > LARGE:
+        return stand
+    if stand.best is not stand.null and not locate(stand.problem, stand.best.fit).worth_looking:
         return stand
     tried = {one.candidate.label for one in stand.fitted}
     mates = [one for one in kin(stand.problem, located, screened) if one.candidate.label not in tried]
@@ -325,6 +331,14 @@ def _other_law(stand: Stand, tell: Tell, refined: bool = True) -> Stand:
         if alone is not None:
             return Stand(other, alone, [best, *rest])
     return stand
+
+
+def _out_of_question(problem: Problem, label: str, best: Hypothesis, bases: Sequence[Base]) -> bool:
+    """Whether one of the shortlist is hopeless beside the best; where that leaves only noise, what nuisances that have
+    been bent far make of its signature does not count beside the nominal build's.
+    """
+    asked = bases[:1] if not something_left(problem, best) else bases
+    return all(_hopeless(label, base.chosen, best, problem) for base in asked)
 
 
 def _hopeless(label: str, chosen: dict[str, Screened], best: Hypothesis, problem: Problem) -> bool:

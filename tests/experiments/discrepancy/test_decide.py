@@ -1,5 +1,6 @@
 """What counts as evidence: held-out sections must bear it out, a second effect is held against the first alone."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ from experiments.discrepancy.fitting import WEIGHT, Fit
 from experiments.discrepancy.frames import REDUNDANCY
 from experiments.discrepancy.hypothesis import Hypothesis
 from experiments.discrepancy.locate import Located
+from experiments.discrepancy.scores import Shares
 
 FRAMES = 30
 TRAIN = np.arange(FRAMES) < 20
@@ -20,13 +22,14 @@ ALL = {one.name: one for one in candidates(CONTEXT)}
 
 
 def _hypothesis(names: tuple[str, ...], train: float, test: float) -> Hypothesis:
-    """Effects with so many nats in each training and each held-out frame less than nothing explained leaves (50)."""
+    """Effects of their middle size, with so many nats in each training and each held-out frame less than nothing
+    explained leaves (50).
+    """
     chosen: tuple[Candidate, ...] = tuple(ALL[name] for name in names)
+    shares = Shares(chosen).of([next(iter(one.sizes())) for one in chosen])
     left = np.sqrt(2.0 * np.where(TRAIN, 50.0 - train, 50.0 - test)) / WEIGHT
     empty = np.zeros((0, FRAMES, 1, 1))
-    fit = Fit(
-        np.zeros(0), chosen, np.zeros(0), (), left[:, None, None], empty[0] if len(empty) else empty, empty, empty
-    )
+    fit = Fit(np.zeros(0), chosen, shares, (), left[:, None, None], empty[0] if len(empty) else empty, empty, empty)
     return Hypothesis(fit, np.zeros((0, 0)), 20.0 * train)
 
 
@@ -50,9 +53,27 @@ def test_held_out_sections_must_show_a_share_of_the_evidence(problem: Any):
     assert _borne_out(problem, _hypothesis(("weak_roll_bar",), 2.0, 0.2)) == {"weak_roll_bar": False}
 
 
-def test_what_has_one_place_need_not_show_where_it_is_not(problem: Any):
+def test_what_held_out_sections_do_not_see_they_need_not_show(problem: Any):
+    """A dip in training sections: what it does in held-out ones is a hundredth of that."""
     assert _borne_out(problem, _hypothesis(("hanging_sleepers",), 2.0, 0.0)) == {"hanging_sleepers": True}
+    assert _borne_out(problem, _hypothesis(("hanging_sleepers",), 2.0, -0.001)) == {"hanging_sleepers": True}
     assert _borne_out(problem, _hypothesis(("hanging_sleepers",), 2.0, -1.0)) == {"hanging_sleepers": False}
+
+
+def test_a_stretch_that_held_out_sections_see_must_show_there(problem: Any):
+    """Over the whole way it is no other than an effect that acts everywhere: it changes as much there, for the worse by
+    2 nats in all, or for the better.
+    """
+    assert _borne_out(problem, _hypothesis(("local_low_adhesion",), 0.2, -0.2)) == {"local_low_adhesion": False}
+    assert _borne_out(problem, _hypothesis(("local_low_adhesion",), 0.2, 0.1)) == {"local_low_adhesion": True}
+
+
+def test_what_is_far_below_the_smallest_size_worth_naming_gets_no_name(problem: Any):
+    """Friction lower by 12 %, where half is the least worth naming; by 30 % it is."""
+    for factor, named in ((0.88, False), (0.7, True)):
+        one = _hypothesis(("low_adhesion",), 20.0, 20.0)
+        fit = replace(one.fit, shares=Shares(one.candidates).of([{"factor": factor}]))
+        assert _borne_out(problem, replace(one, fit=fit)) == {"low_adhesion": named}
 
 
 def test_a_second_effect_that_harms_held_out_sections_is_none(problem: Any):
