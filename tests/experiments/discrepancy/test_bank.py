@@ -104,6 +104,21 @@ def test_a_bank_is_computed_once(problem: Problem, monkeypatch: pytest.MonkeyPat
     assert found is not None and known is not None and np.array_equal(found, known)
 
 
+def test_the_derivatives_of_another_creep_law_are_kept_beside(problem: Problem, monkeypatch: pytest.MonkeyPatch):
+    """They are what a run with that law says of its own numbers, which Polach's derivatives are not."""
+    assert problem.bank is not None
+    other = problem.bank.under("fastsim")
+    number = [one.label for one in problem.forward.nuisances].index("adhesion.k_slip")
+    forward, z = problem.forward.but(law="fastsim"), np.zeros(len(problem.forward.nuisances))
+    base = problem.stacked(forward.predict(z))
+    z[number] = 0.3
+    change = problem.stacked(forward.predict(z)) - base
+    assert _likeness(problem, other.columns[number], change) > 0.99
+    assert _likeness(problem, problem.bank.columns[number], change) < 0.97
+    monkeypatch.setattr(Forward, "run", None)
+    assert np.array_equal(problem.bank.under("fastsim").columns, other.columns)
+
+
 def test_another_speed_gets_a_bank_of_its_own(problem: Problem):
     assert problem.bank is not None
     evidence = problem.evidence

@@ -3,8 +3,9 @@
 import numpy as np
 
 from experiments.discrepancy.candidates import candidates
-from experiments.discrepancy.fitting import Problem, lost_within, starting_fit
-from experiments.discrepancy.kin import kin
+from experiments.discrepancy.fitting import Problem, lost_within, starting_fit, with_candidates
+from experiments.discrepancy.hypothesis import concluded
+from experiments.discrepancy.kin import kin, like_law
 from experiments.discrepancy.locate import locate
 from experiments.discrepancy.screening import screen
 from experiments.discrepancy.workflow import context_of
@@ -23,6 +24,18 @@ def test_friction_at_its_least_calls_low_adhesion(problem: Problem):
     named = [one.candidate.name for one in kin(problem, located, screen(problem, fit, found))]
     assert "low_adhesion" in named
     assert "weak_roll_bar" not in named
+
+
+def test_a_law_that_is_an_effect_under_another_name_calls_it(problem: Problem):
+    """Less yaw damping, found by a vehicle with other springs than the nominal one."""
+    home = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
+    found = [one for one in candidates(context_of(problem, locate(problem, home))) if one.name in KNOWN]
+    screened = screen(problem, home, found)
+    damper = next(one for one in found if one.name == "weak_yaw_damper")
+    z = np.zeros(len(home.z))
+    z[[one.label for one in problem.forward.nuisances].index("vehicle.primary_vertical_stiffness")] = 1.0
+    law = with_candidates(problem, home, (damper,), [(z, np.array([0.3]))])
+    assert like_law(problem, concluded(problem, law), screened)[0].candidate.name == "weak_yaw_damper"
 
 
 def test_what_is_lost_within_the_data_sheets(problem: Problem):
