@@ -87,14 +87,14 @@ def test_likelihood_of_a_cone_is_the_kalman_filters(cone: tuple):
 def test_a_wheel_that_bends_is_found_with_the_gauge_unknown():
     table = BASIS.radius @ (0.2 * BASIS.cone)
     half, y = record(table, 2400, 5)
-    one = likelihood(half, y, 160, 0.15)
+    one = likelihood(half, y, 200, 0.15)
     wheel, paths = one.fit()
     inner = (BASIS.shift > 5e-4) & (BASIS.shift < 2.5e-3)
     true = (BASIS.conicity @ (0.2 * BASIS.cone))[inner]
     error, std = wheel.conicity[inner] - true, np.sqrt(np.diag(wheel.covariance)[inner])
     assert np.sqrt(np.mean(error**2)) < 0.03
     assert np.abs(error / std).max() < 3.0
-    assert std.max() < 0.035  # 0.030 on one machine, a little less on another: the particles' sums are not the same
+    assert std.max() < 0.03  # of these particles; with others it was 0.025 to 0.042
     assert np.all(wheel.parameters[-2:] == pytest.approx(np.log([RAIL.level, GAUGE.level]), abs=0.4))
     assert np.isfinite(paths[EVERY + 1 : len(y) - LAG - EVERY]).all()
 
