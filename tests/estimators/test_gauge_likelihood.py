@@ -35,9 +35,9 @@ def record(table: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, np.nda
     return half + 5e-6 * rng.standard_normal(count), x + d
 
 
-def likelihood(half: np.ndarray, y: np.ndarray, particles: int, conicity: float) -> GaugeLikelihood:
+def likelihood(half: np.ndarray, y: np.ndarray, particles: int, conicity: float, draw: int = 1) -> GaugeLikelihood:
     rails = Rails(RAIL, GAUGE, (1.5, 0.3))
-    rng = np.random.default_rng(1)
+    rng = np.random.default_rng(draw)
     return GaugeLikelihood(half, y, rails, BASIS, conicity, 0.3, 3.0, rng, particles)
 
 
@@ -85,18 +85,23 @@ def test_likelihood_of_a_cone_is_the_kalman_filters(cone: tuple):
 
 
 def test_a_wheel_that_bends_is_found_with_the_gauge_unknown():
+    """In the median of five draws of the particles: a single one's deviation lies between 0.02 and 0.05."""
     table = BASIS.radius @ (0.2 * BASIS.cone)
     half, y = record(table, 2400, 5)
-    one = likelihood(half, y, 200, 0.15)
-    wheel, paths = one.fit()
     inner = (BASIS.shift > 5e-4) & (BASIS.shift < 2.5e-3)
     true = (BASIS.conicity @ (0.2 * BASIS.cone))[inner]
-    error, std = wheel.conicity[inner] - true, np.sqrt(np.diag(wheel.covariance)[inner])
-    assert np.sqrt(np.mean(error**2)) < 0.03
-    assert np.abs(error / std).max() < 3.0
-    assert std.max() < 0.03  # of these particles; with others it was 0.025 to 0.042
-    assert np.all(wheel.parameters[-2:] == pytest.approx(np.log([RAIL.level, GAUGE.level]), abs=0.4))
-    assert np.isfinite(paths[EVERY + 1 : len(y) - LAG - EVERY]).all()
+    figures = []
+    for draw in range(1, 6):
+        wheel, paths = likelihood(half, y, 100, 0.15, draw).fit()
+        error, std = wheel.conicity[inner] - true, np.sqrt(np.diag(wheel.covariance)[inner])
+        levels = np.abs(wheel.parameters[-2:] - np.log([RAIL.level, GAUGE.level]))
+        figures.append((np.sqrt(np.mean(error**2)), np.abs(error / std).max(), std.max(), *levels))
+        assert np.isfinite(paths[EVERY + 1 : len(y) - LAG - EVERY]).all()
+    rms, deviations, std, *levels = np.median(figures, axis=0)
+    assert rms < 0.03
+    assert deviations < 3.0
+    assert std < 0.03
+    assert max(levels) < 0.4
 
 
 def test_a_shifted_wheel_is_the_same_on_another_gauge():
