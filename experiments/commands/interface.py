@@ -1,5 +1,6 @@
 """What a subcommand gives back, and tables for people."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,9 +15,18 @@ class Outcome:
     held: bool = True
 
 
-def table(header: Sequence[str], rows: Sequence[Sequence[Any]], decimals: int = 3) -> str:
-    """Columns of text, aligned: numbers to the right with so many decimals, the rest to the left."""
+NARROWEST = 30  # characters of a wrapped column, however narrow the terminal is
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[Any]], decimals: int = 3, columns: int | None = None) -> str:
+    """Columns of text, aligned: numbers to the right with so many decimals, the rest to the left.
+
+    columns : characters of a line, into which the last column is wrapped; None = as long as it is.
+    """
     cells = [[*header], *([show(value, decimals) for value in row] for row in rows)]
+    if columns is not None:
+        before = sum(max(len(row[i]) for row in cells) + 2 for i in range(len(header) - 1))
+        cells = [line for row in cells for line in _wrapped(row, max(NARROWEST, columns - before))]
     widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
     right = [all(isinstance(row[i], int | float) or row[i] is None for row in rows) for i in range(len(header))]
     lines = [
@@ -28,6 +38,11 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Any]], decimals: int = 
     ]
     rule = "  ".join("-" * width for width in widths)
     return "\n".join(line.rstrip() for line in [lines[0], rule, *lines[1:]])
+
+
+def _wrapped(row: list[str], width: int) -> list[list[str]]:
+    first, *others = textwrap.wrap(row[-1], width) or [""]
+    return [[*row[:-1], first], *([""] * (len(row) - 1) + [other] for other in others)]
 
 
 def show(value: Any, decimals: int = 3) -> str:

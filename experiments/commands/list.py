@@ -1,6 +1,8 @@
 """`railsim list`: what there is, with a line on each."""
 
 import argparse
+import shutil
+import sys
 from collections.abc import Callable
 
 import estimators
@@ -31,7 +33,8 @@ def _text(kind: str, found: dict[str, str], alone: bool) -> str:
     if not found:
         return f"There are no {kind} in this version."
     rows = [[name, text] for name, text in found.items()]
-    return table([kind if not alone else "name", "description"], rows)
+    columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    return table([kind if not alone else "name", "description"], rows, columns=columns)
 
 
 def _first_line(thing: object) -> str:
@@ -39,14 +42,18 @@ def _first_line(thing: object) -> str:
 
 
 def _effects() -> dict[str, str]:
-    """Each effect's parameters with their bounds, and what it looks like."""
-    return {name: f"{_parameters(kind)}: {kind.signature}" for name, kind in effect_kinds().items()}
+    """Each effect's parameters with their bounds, what it looks like, and its class where that holds others too."""
+    return {name: f"{_parameters(kind)}: {kind.signature}{_class(kind)}" for name, kind in effect_kinds().items()}
 
 
 def _parameters(kind: type[Effect]) -> str:
     """Parameters that a fit may vary, e.g. "factor 0 to 1"."""
     found = {name: one for name, one in kind.parameters().items() if name not in kind.held}
     return ", ".join(f"{name} {one.low:g} to {one.high:g}{_unit(one.unit)}" for name, one in found.items())
+
+
+def _class(kind: type[Effect]) -> str:
+    return f" (class {kind.family})" if kind.family else ""
 
 
 def _unit(unit: str) -> str:

@@ -1,5 +1,6 @@
 """The command on good input: shapes of the JSON, files, exit codes."""
 
+import argparse
 import ctypes
 import json
 import signal
@@ -15,7 +16,8 @@ import pandas as pd
 import pytest
 
 from experiments.cli import KINDS, build_parser, main
-from experiments.commands.list import LISTERS
+from experiments.commands.interface import table
+from experiments.commands.list import LISTERS, execute
 from railsim import Recording
 from tests.experiments.conftest import ROOT, Command
 
@@ -120,6 +122,24 @@ def test_list_shows_every_kind(railsim_here: Command):
     assert {row["name"] for row in found["tracks"]} >= {"curve_r400", "smooth"}
     nameless = [(kind, row) for kind, rows in found.items() for row in rows if not row["description"]]
     assert nameless == []
+
+
+def test_long_descriptions_are_wrapped_into_a_terminal_and_nowhere_else(monkeypatch: pytest.MonkeyPatch):
+    rows = [["short", "one two three four five six seven eight nine ten"], ["name", ""]]
+    wrapped = table(["name", "description"], rows, columns=40).splitlines()
+    assert wrapped == [
+        "name   description",
+        "-----  ---------------------------------",
+        "short  one two three four five six seven",
+        "       eight nine ten",
+        "name",
+    ]
+    assert rows[0][1] in table(["name", "description"], rows)
+    given = argparse.Namespace(kind="effects")
+    assert max(map(len, execute(given).text.splitlines())) > 150
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "100")
+    assert max(map(len, execute(given).text.splitlines())) <= 100
 
 
 def test_inspect_a_name_that_is_a_scenario_and_a_track(railsim_here: Command):
