@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any
 
 from experiments.commands.interface import Outcome, table
-from experiments.discrepancy.candidates import effect_names
-from experiments.discrepancy.countdown import Countdown
-from experiments.discrepancy.explain import explain
-from experiments.discrepancy.planning import draw_plan, make_plan
-from experiments.discrepancy.report import in_words
+from experiments.discrepancy.fit.candidates import effect_names
+from experiments.discrepancy.result.countdown import Countdown
+from experiments.discrepancy.result.explain import explain
+from experiments.discrepancy.result.planning import draw_plan, make_plan
+from experiments.discrepancy.result.report import in_words
 from railsim.errors import InputError
 from railsim.files import write_json
 from railsim.scenario import load_scenario

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from experiments.commands.interface import Outcome, table
-from experiments.discrepancy.benchmark import Cases, renew_expected, run_benchmark
-from experiments.discrepancy.benchmark_rows import kept
-from experiments.discrepancy.benchmark_score import page, read_rows, score
+from experiments.discrepancy.blind.benchmark import Cases, renew_expected, run_benchmark
+from experiments.discrepancy.blind.benchmark_rows import kept
+from experiments.discrepancy.blind.benchmark_score import page, read_rows, score
 from experiments.discrepancy.rule import rule_hash
 from railsim.errors import InputError
 from railsim.files import replace_file

@@ -6,26 +6,27 @@ from pathlib import Path
 from railsim import effects as library
 
 OUTSIDE = (
-    "benchmark.py",
-    "benchmark_rows.py",
-    "benchmark_score.py",
-    "countdown.py",
-    "elsewhere.py",
-    "estimated_track.py",
-    "explain.py",
-    "pictures.py",
-    "planning.py",
-    "report.py",
-    "separating.py",
+    "baseline/estimated_track.py",
+    "blind/benchmark.py",
+    "blind/benchmark_rows.py",
+    "blind/benchmark_score.py",
+    "result/countdown.py",
+    "result/elsewhere.py",
+    "result/explain.py",
+    "result/pictures.py",
+    "result/planning.py",
+    "result/report.py",
+    "result/separating.py",
 )
 """Files of the workflow that only show, count or go on from a verdict."""
 
 
 def rule_hash() -> str:
     """SHA-256 over the source of the workflow and of the effects: rows of other rules do not count."""
-    folders = [Path(__file__).parent, Path(str(library.__file__)).parent]
     total = hashlib.sha256()
-    for path in sorted(path for folder in folders for path in folder.glob("*.py")):
-        if path.name not in OUTSIDE:
-            total.update(path.name.encode() + b"\0" + path.read_bytes())
+    for folder in (Path(__file__).parent, Path(str(library.__file__)).parent):
+        for path in sorted(folder.rglob("*.py")):
+            name = path.relative_to(folder).as_posix()
+            if name not in OUTSIDE:
+                total.update(name.encode() + b"\0" + path.read_bytes())
     return total.hexdigest()[:16]

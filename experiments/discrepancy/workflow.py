@@ -5,22 +5,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from experiments.discrepancy.alignment import align
-from experiments.discrepancy.bank import open_bank
-from experiments.discrepancy.candidates import Candidate, Context, candidates
-from experiments.discrepancy.decide import ENOUGH, LARGE, Decision, Judged, contested, excess, held_out_gap
-from experiments.discrepancy.evidence import Evidence
-from experiments.discrepancy.fitting import Fit, Problem, with_bank
-from experiments.discrepancy.forward import forward_over
-from experiments.discrepancy.frames import frames_of, held_out, stack
-from experiments.discrepancy.hypothesis import Hypothesis, Tell, again
-from experiments.discrepancy.journal import Journal
-from experiments.discrepancy.latent import LatentForce, latent_forces
-from experiments.discrepancy.locate import Located, locate
-from experiments.discrepancy.places import tones
-from experiments.discrepancy.refining import nuisances_alone, other_laws, polished
-from experiments.discrepancy.screening import Screened
-from experiments.discrepancy.selection import select
+from experiments.discrepancy.baseline.alignment import align
+from experiments.discrepancy.baseline.evidence import Evidence
+from experiments.discrepancy.baseline.forward import forward_over
+from experiments.discrepancy.baseline.frames import frames_of, held_out, stack
+from experiments.discrepancy.fit.bank import open_bank
+from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
+from experiments.discrepancy.fit.fitting import Fit, Problem, with_bank
+from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again
+from experiments.discrepancy.fit.journal import Journal
+from experiments.discrepancy.screen.latent import LatentForce, latent_forces
+from experiments.discrepancy.screen.locate import Located, locate
+from experiments.discrepancy.screen.places import tones
+from experiments.discrepancy.screen.screening import Screened
+from experiments.discrepancy.select.decide import ENOUGH, LARGE, Decision, Judged, contested, excess, held_out_gap
+from experiments.discrepancy.select.refining import nuisances_alone, other_laws, polished
+from experiments.discrepancy.select.selection import select
 from railsim.errors import InputError
 
 EXPLAINED = 0.5  # of what nuisances alone leave, that another creep law must take to be the one

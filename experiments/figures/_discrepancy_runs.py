@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
-from experiments.discrepancy.adding import gaps, predicted_after
-from experiments.discrepancy.blind_cases import FASTSIM, _record, _scores, _specimen
-from experiments.discrepancy.candidates import DISTANCES, TIMES, Candidate, Context, candidates
-from experiments.discrepancy.decide import ENOUGH, SURE, TEMPERATURE
-from experiments.discrepancy.evidence import gather
-from experiments.discrepancy.fitting import WEIGHT, Problem, starting_fit
-from experiments.discrepancy.planning import nominal_problem
-from experiments.discrepancy.projection import Projection
+from experiments.discrepancy.baseline.evidence import gather
+from experiments.discrepancy.blind.blind_cases import FASTSIM, _record, _scores, _specimen
+from experiments.discrepancy.fit.candidates import DISTANCES, TIMES, Candidate, Context, candidates
+from experiments.discrepancy.fit.fitting import WEIGHT, Problem, starting_fit
+from experiments.discrepancy.result.adding import gaps, predicted_after
+from experiments.discrepancy.result.planning import nominal_problem
+from experiments.discrepancy.result.verdict import verdict
 from experiments.discrepancy.rule import rule_hash
-from experiments.discrepancy.screening import DROPPED
-from experiments.discrepancy.verdict import verdict
+from experiments.discrepancy.screen.projection import Projection
+from experiments.discrepancy.screen.screening import DROPPED
+from experiments.discrepancy.select.decide import ENOUGH, SURE, TEMPERATURE
 from experiments.discrepancy.workflow import investigate
 from railsim.cache import cache_folder
 from railsim.effects.interface import Effect

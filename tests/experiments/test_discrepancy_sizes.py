@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from experiments.discrepancy.benchmark_score import DETECTABLE
-from experiments.discrepancy.candidates import Context, candidates
+from experiments.discrepancy.blind.benchmark_score import DETECTABLE
+from experiments.discrepancy.fit.candidates import Context, candidates
 from experiments.figures._discrepancy_runs import SIZES, Sized, detected, named, rivals, three_sizes
 from experiments.figures.discrepancy_sizes import DiscrepancySizes, worst
 

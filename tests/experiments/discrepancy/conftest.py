@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from experiments.discrepancy.fitting import Problem
-from experiments.discrepancy.planning import nominal_problem
+from experiments.discrepancy.fit.fitting import Problem
+from experiments.discrepancy.result.planning import nominal_problem
 from railsim import load_scenario
 
 

@@ -15,7 +15,7 @@ import yaml
 
 from estimators.interface import Estimate
 from experiments.cli import main
-from experiments.discrepancy.estimated_track import given_track
+from experiments.discrepancy.baseline.estimated_track import given_track
 from railsim import load_scenario, measure, simulate
 from railsim.errors import InputError
 from railsim.parquet import write_frame

@@ -1,0 +1,140 @@
+"""Oracle of the blind benchmark: what could have been known, computed with the label open and after the verdict."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from experiments.discrepancy.fit.candidates import DISTANCES, TIMES
+from experiments.discrepancy.fit.fitting import WEIGHT, Problem, improved, linearised, starting_fit
+from experiments.discrepancy.fit.hypothesis import DROPPED, Hypothesis, concluded
+from experiments.discrepancy.select.decide import held_out_gap
+from experiments.discrepancy.select.refining import nuisances_alone
+from experiments.discrepancy.workflow import Findings
+from railsim import effects as library
+from railsim.effects.interface import Effect, Setup
+from railsim.errors import InputError
+from railsim.model import Model
+from railsim.registry import discover
+
+ROUNDS, SETTLED = 5, 1.0  # linearisations at most, and nats that one must bring for another
+SURELY = 1000.0  # nats beyond which it does not matter how much exactly: derivatives made anew take a sixth at most
+
+
+def effect_of(settings: Mapping[str, Any]) -> Effect:
+    """The effect of a label."""
+    kinds = discover(library, Effect)
+    return kinds[settings["kind"]].build({name: value for name, value in settings.items() if name != "kind"})
+
+
+def expected_evidence(
+    problem: Problem, effects: Sequence[Effect], law: str, specimen: Mapping[str, float]
+) -> list[float]:
+    """Gain of the logarithm of the posterior [nats] that each true effect can be expected to bring beside the others,
+    without the sections that speak loudest where the rule leaves these out; 0 where the model cannot run it.
+
+    The nuisances are fitted, without noise, to the vehicle as it was built (`specimen`: scores by their labels; `law`:
+    its creep law, under another one a brake seems to be needed) with and without the effect, and what it takes to do
+    without is what it brings: a damper of 0.7 that a healthy one within its tolerance imitates brings little, however
+    large its signature; worn wheels of a vehicle that was built with little conicity are like new ones with much. The
+    workflow decides on this quantity with its noise on it, so an effect is detectable where it is large enough.
+    """
+    plain = _under(problem, law).but(journal=None)
+    built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
+    found = []
+    for number, effect in enumerate(effects):
+        others = [*effects[:number], *effects[number + 1 :]]
+        try:
+            found.append(_expected(_with(plain, others), effect, built))
+        except InputError:
+            found.append(0.0)
+    return found
+
+
+def _under(problem: Problem, law: str) -> Problem:
+    """The problem of a vehicle with that creep law."""
+    nominal = getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
+    return problem.but(forward=problem.forward.but(law="" if law == nominal else law))
+
+
+def _with(problem: Problem, effects: Sequence[Effect]) -> Problem:
+    """The problem of a nominal scenario that has some effects."""
+    evidence = problem.evidence
+    scenario = evidence.scenario.but(effects=(*evidence.scenario.effects, *effects))
+    return problem.but(forward=problem.forward.but(evidence=replace(evidence, scenario=scenario)))
+
+
+def _expected(problem: Problem, effect: Effect, built: np.ndarray) -> float:
+    hidden = problem.but(measured=problem.stacked(problem.forward.predict(built, (effect,))))
+    null = nuisances_alone(hidden, np.zeros(len(built)), _silent)
+    truly = _with(hidden, [effect])
+    known = improved(truly, starting_fit(truly, built)) if built.any() else None
+    least = known.cost(hidden.train) if known else 0.0
+    for _ in range(ROUNDS):
+        if _brought(hidden, null, effect) - least > SURELY:
+            break
+        better = concluded(hidden, improved(hidden, linearised(hidden, null.fit)))
+        if better.log_evidence < null.log_evidence + SETTLED:
+            break
+        null = better
+    gain = _brought(hidden, null, effect) - least
+    return max(0.0, gain) if np.isfinite(gain) else 0.0
+
+
+def _brought(problem: Problem, null: Hypothesis, effect: Effect) -> float:
+    """What nuisances alone cost, without the loudest sections of what acts everywhere."""
+    frames = 0.5 * ((WEIGHT * null.fit.residual[problem.train]) ** 2).sum(axis=(1, 2))
+    local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
+    return null.fit.cost(problem.train) - (0.0 if local else float(np.sort(frames)[::-1][:DROPPED].sum()))
+
+
+def _silent(text: str) -> None:
+    del text
+
+
+def true_gap(findings: Findings, effects: Sequence[Effect], law: str, specimen: Mapping[str, float]) -> float:
+    """Held-out gap of the true model: the true effects at their true sizes and the true creep law, with the nuisances
+    fitted from the true build and from where the verdict's model has them; the better of the two.
+
+    Raises
+    ------
+    InputError : the compiled engine cannot run the true model at all.
+    """
+    problem = findings.problem
+    true = _under(_with(problem, effects), law)
+    built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
+    found = []
+    for z in (built, findings.final.z):
+        with suppress(InputError):
+            found.append(improved(true, starting_fit(true, z)))
+    if not found:
+        raise InputError("the true model does not run in the compiled engine")
+    return held_out_gap(true, min(found, key=lambda one: one.cost(true.train)))
+
+
+def acting(setup: Setup, effect: Effect) -> list[list[str]]:
+    """Where an effect acts, as groups of bodies: those that an element joins, one that is changed itself; or a channel.
+
+    Raises
+    ------
+    InputError : the setup has not what the effect acts on.
+    """
+    changed = effect.install(setup)
+    if effect.acts_on == "sensor":
+        return [[str(getattr(effect, "channel", ""))]]
+    groups = {group[:-1] for group in _joined(setup.model) ^ _joined(changed.model)} | {
+        (a.name,) for a, b in zip(changed.model.bodies, setup.model.bodies, strict=False) if repr(a) != repr(b)
+    }
+    if not groups or effect.acts_on in ("track", "contact", "wheel"):
+        groups |= {(wheelset.body,) for wheelset in setup.model.wheelsets}
+    return [list(one) for one in sorted(groups)]
+
+
+def _joined(model: Model) -> set[tuple[str, ...]]:
+    """Bodies that an element or a load acts on, with its law behind them (preloads and places follow from masses)."""
+    linear = [(one.upper, one.lower, repr((one.name, one.stiffness, one.damping))) for one in model.elements]
+    other = [(one.upper, one.lower, repr((one.axis, one.law, one.parameters, one.table))) for one in model.nonlinear]
+    pairs = {(*sorted((upper, lower)), law) for upper, lower, law in [*linear, *other]}
+    return pairs | {(one.body, repr(one)) for one in model.loads}

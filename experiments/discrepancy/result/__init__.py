@@ -1,0 +1,1 @@
+"""Result: the effect added, the verdict and the report; and what is asked beside a verdict."""

@@ -1,0 +1,106 @@
+"""Placing: where along the way a signature may be, before it is run there."""
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from experiments.discrepancy.fit.candidates import DISTANCES, Candidate
+from experiments.discrepancy.fit.fitting import Fit, Problem
+from experiments.discrepancy.screen.places import distance_at, likely_places, loudest_places, series
+from experiments.discrepancy.screen.projection import SLIGHTEST, Projection, whitened
+
+DETUNED = 1.0  # turns of a wave by the middle of the run
+WAVES_TRIED, WAVE_PHASES = 17, 12  # of a wave over a part of the way, and phases of each
+ChangeOf = Callable[[Candidate, dict[str, float]], np.ndarray | None]
+
+
+def matched(
+    problem: Problem, fit: Fit, candidate: Candidate, middle: dict[str, float], change_of: ChangeOf
+) -> list[dict[str, float]]:
+    """Places of a short dip, or first place and spacing of many, by a matched filter with one dip at the run's end."""
+    free = candidate.parameters
+    name = next(one for one in DISTANCES if one in free)
+    spacing = free.get("spacing")
+    found: list[dict[str, float]] = []
+    for alone in candidate.variants_of(middle) if spacing is None else [{**middle, "spacing": spacing.high}]:
+        at = free[name].high - min(100.0, 0.3 * (free[name].high - free[name].low))
+        if any(one.get("length") == alone.get("length") for one in found):
+            continue
+        change = change_of(candidate, {**alone, name: at})
+        if change is None:
+            continue
+        places, fits, _ = likely_places(problem, fit, change, at)
+        if spacing is None:
+            for number in loudest_places(places, fits, 1):
+                found.append({**alone, name: float(np.clip(places[number], free[name].low, free[name].high))})
+        else:
+            for first, gap in series(places, fits, (spacing.low, spacing.high)):
+                found.append({**alone, name: float(np.clip(first, free[name].low, free[name].high)), "spacing": gap})
+    return found
+
+
+def stretches(
+    problem: Problem, fit: Fit, projection: Projection, candidate: Candidate, change_of: ChangeOf
+) -> list[dict[str, float]]:
+    """From where to where it may be: run over the whole way, frames before and after a stretch left out; a wave with
+    any phase, and a little longer or shorter. Sections that do not train say nothing: a begin or an end there is in
+    their middle, and what may last to the end does.
+    """
+    free = candidate.parameters
+    at = np.append(distance_at(problem, problem.frames.starts), free["place"].high)
+    first, last = np.triu_indices(len(at), 1)
+    trained = np.concatenate([[0], np.cumsum(problem.train)])  # frames of the projection before each
+    pairs = trained[first], trained[last]
+    found: list[dict[str, float]] = []
+    tones = {one["wavelength"]: one for one in reversed(list(candidate.at_tones()))} if "wavelength" in free else {}
+    for values in tones.values() if "wavelength" in free else [next(iter(candidate.sizes()))]:
+        whole = {**values, "place": free["place"].low, "length": free["length"].high}
+        change = change_of(candidate, whole)
+        if change is None:
+            continue
+        along, across, size = (one.sum(axis=-1) for one in projection.products(whitened(problem, change)))
+        best = (-math.inf, 0, whole, 0.0)
+        for wave, phase, turn in _waves(problem, candidate, whole):
+            parts = np.real(turn * along).T, np.real(turn * across), size
+            sums = [np.concatenate([0.0 * part[:1], np.cumsum(part, axis=0)]) for part in parts]
+            parts = [one[pairs[1]] - one[pairs[0]] for one in sums]
+            gain, which, *_ = projection.weighed(parts[0], parts[1], parts[2], SLIGHTEST)
+            best = max(best, (gain, which, wave, phase), key=lambda one: one[0])
+        _, which, wave, phase = best
+        begins, ends = at[trained == pairs[0][which]], at[trained == pairs[1][which]]
+        begin = float(np.clip(begins.mean(), free["place"].low, free["place"].high))
+        begin = _in_phase(begin, whole, wave, phase)
+        end = math.inf if ends[-1] == at[-1] else float(ends.mean())
+        length = float(np.clip(end - begin, free["length"].low, free["length"].high))
+        found.append({**wave, "place": begin, "length": length})
+    return found
+
+
+def _waves(
+    problem: Problem, candidate: Candidate, whole: dict[str, float]
+) -> Iterator[tuple[dict[str, float], float, np.ndarray]]:
+    """Numbers, phase [rad] and the factor (t,) of the training frames that turns the signature of `whole` to them; the
+    signature as it is where it has no wave.
+    """
+    s = distance_at(problem, problem.frames.middles)
+    name = "wavelength"
+    if name not in whole:
+        yield whole, 0.0, np.ones(int(problem.train.sum()), complex)
+        return
+    free = candidate.parameters[name]
+    for turns in np.linspace(-DETUNED, DETUNED, WAVES_TRIED):
+        number = 1.0 / whole[name] + turns / float(s.mean())
+        if number <= 0.0 or not free.low <= 1.0 / number <= free.high:
+            continue
+        for phase in 2.0 * np.pi * np.arange(WAVE_PHASES) / WAVE_PHASES:
+            aside = 2.0 * np.pi * s * (number - 1.0 / whole[name]) + phase
+            yield {**whole, name: 1.0 / number}, float(phase), np.exp(1j * aside)[problem.train]
+
+
+def _in_phase(begin: float, whole: dict[str, float], wave: dict[str, float], phase: float) -> float:
+    """The first place after `begin` from which a wave goes on as that of `whole` does that is turned by `phase`."""
+    if "wavelength" not in wave:
+        return begin
+    turns = whole["place"] / whole["wavelength"] - phase / (2.0 * math.pi)
+    return wave["wavelength"] * (turns + math.ceil(begin / wave["wavelength"] - turns))

@@ -1,0 +1,152 @@
+"""Projection: what of a signature the numbers that are fitted so far cannot take, and what it would gain."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from experiments.discrepancy.baseline.noise import split
+from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, normal_equations
+from experiments.discrepancy.fit.scores import TOLERATED, Shares, at_bound
+
+RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
+SLIGHTEST = 0.05  # the same of what is linear over all of its sizes, to smaller ones
+
+
+class Projection:
+    """Linear model of all that is fitted so far, over some frames: what of a signature it cannot take.
+
+    Numbers at the edge of their tolerance are held there, or come back if the signature lets them. All in double
+    precision: what is left of a gain of a sensor that feels gravity is a millionth of its signature.
+    """
+
+    def __init__(self, fit: Fit, frames: np.ndarray, bounds: np.ndarray | None = None) -> None:
+        if fit.jacobian is None:
+            raise ValueError("give the fit its whitened derivatives (Problem.differentiated)")
+        shares = Shares(fit.candidates)
+        normal, gradient = normal_equations(fit.jacobian, fit.residual, frames)
+        matrix, downhill, self.at = shares.scaled(normal, gradient, fit.z, fit.shares)
+        n, m = len(fit.z), len(fit.shares)
+        scale = np.concatenate([np.ones(n), np.full(m, 0.5 / TOLERATED)])
+        flat = (WEIGHT * fit.jacobian[:, frames].astype(float)).reshape(n + m, -1)
+        self.flat = flat * scale[:, None]
+        self.frames = frames
+        self.residual = (WEIGHT * fit.residual[frames]).ravel()
+        self.bound = at_bound(self.at, bounds)
+        self._paired_flat: np.ndarray | None = None
+        self._sets: list[tuple[np.ndarray, np.ndarray, float]] = []
+        for held in [self.bound, np.zeros_like(self.bound)] if self.bound.any() else [self.bound]:
+            inverse = np.zeros_like(matrix)
+            free = np.flatnonzero(held == 0)
+            inverse[np.ix_(free, free)] = np.linalg.inv(matrix[np.ix_(free, free)])
+            own = inverse @ downhill
+            self._sets.append((inverse, own, 0.5 * float(downhill @ own)))
+
+    def cleaned(self, signature: np.ndarray) -> np.ndarray:
+        """What of a signature (n,) the numbers cannot take."""
+        return signature - (self._sets[0][0] @ (self.flat @ signature)) @ self.flat
+
+    def row(self, white: np.ndarray) -> np.ndarray:
+        """(n,) of a complex whitened signature (k, f, c)."""
+        return WEIGHT * split(white[self.frames].astype(complex)).ravel()
+
+    def along(self, signatures: np.ndarray) -> np.ndarray:
+        """(p, numbers) products of signatures (p, n) with the derivatives."""
+        return (self.flat @ signatures.T).T
+
+    def judge(self, signatures: np.ndarray, along: np.ndarray | None = None, least: float = RANGE[0]) -> "Judgement":
+        """The best of some signatures (p, n), scaled as it is best, the numbers following.
+
+        With d = J r - x / std^2, M = J J^T + 1 / std^2: gain(a) = d M^-1 d / 2 + a s (r - J^T M^-1 d) - a^2 (s s - s
+        J^T M^-1 J s) / 2; what the numbers could gain by themselves is no gain.
+        """
+        along = self.along(signatures) if along is None else along
+        across, size = signatures @ self.residual, np.einsum("pn,pn->p", signatures, signatures)
+        gain, which, factor, moved, left = self.weighed(along, across, size, least)
+        taken = factor * signatures[which] + moved @ self.flat
+        return Judgement(which, factor, gain, moved, taken, left)
+
+    def products(self, white: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Products of a complex whitened signature (k, f, c) with the derivatives (numbers, t, f), the residual (t, f)
+        and itself (t, f), complex: sums of the real parts are the products, those of a signature that is turned (and
+        made larger) frame by frame and frequency by frequency if these are turned first.
+        """
+        rows = _paired(self.row(white).reshape(int(self.frames.sum()), white.shape[1], -1))
+        along = np.moveaxis(np.matmul(self._conjugate(rows.shape[:2]), rows[..., None])[..., 0], -1, 0)
+        residual = _paired(self.residual.reshape(*rows.shape[:2], -1))
+        return along, (residual.conj() * rows).sum(axis=-1), (np.abs(rows) ** 2).sum(axis=-1)
+
+    def _conjugate(self, shape: tuple[int, ...]) -> np.ndarray:
+        """(t, f, numbers, c) of the derivatives; made once."""
+        if self._paired_flat is None:
+            pairs = _paired(self.flat.reshape(len(self.flat), *shape, -1))
+            self._paired_flat = np.ascontiguousarray(np.moveaxis(pairs, 0, -2).conj())
+        return self._paired_flat
+
+    def judge_turned(
+        self, parts: np.ndarray, factors: np.ndarray, which: np.ndarray | None = None, least: float = RANGE[0]
+    ) -> "Judgement":
+        """The best of what some whitened signatures (j, k, f, c) become by factors (p, k or 1, f); `which` (p, k): the
+        signature that is turned in each frame, the first if None.
+        """
+        turned = np.broadcast_to(factors, (len(factors), *parts.shape[1:3]))
+        part = np.zeros(turned.shape[:2], int) if which is None else which
+        along, across, size = np.zeros((len(turned), len(self.flat))), np.zeros(len(turned)), np.zeros(len(turned))
+        for number, white in enumerate(parts):
+            with_numbers, with_residual, own = self.products(white)
+            here = np.where((part == number)[..., None], turned, 0.0)[:, self.frames].reshape(len(turned), -1)
+            along += np.real(here @ with_numbers.reshape(len(self.flat), -1).T)
+            across += np.real(here @ with_residual.ravel())
+            size += np.abs(here) ** 2 @ own.ravel()
+        gain, best, factor, moved, left = self.weighed(along, across, size, least)
+        signature = parts[part[best], np.arange(parts.shape[1])] * turned[best][..., None]
+        taken = factor * self.row(signature) + moved @ self.flat
+        return Judgement(best, factor, gain, moved, taken, left, signature)
+
+    def weighed(
+        self, along: np.ndarray, across: np.ndarray, size: np.ndarray, least: float = RANGE[0]
+    ) -> tuple[float, int, float, np.ndarray, float]:
+        """Gain of the best of some signatures, which it is, its scale, how the numbers move, and its power left, from
+        products with the derivatives (p, numbers), with the residual (p,) and with itself (p,); none is made smaller
+        than by `least`.
+        """
+        best = (-np.inf, 0, 1.0, np.zeros(0), 0.0)
+        for inverse, own, relief in self._sets:
+            follow = along @ inverse
+            power = np.maximum(size - np.einsum("pi,pi->p", along, follow), 1e-9)
+            slope = across - along @ own
+            scale = np.clip(slope / power, least, RANGE[1])
+            gain = relief - self._sets[0][2] + scale * slope - 0.5 * scale**2 * power
+            move = own - scale[:, None] * follow
+            gain[(move * self.bound > 1e-9).any(axis=1)] = -np.inf
+            top = int(np.argmax(gain))
+            if gain[top] > best[0]:
+                best = float(gain[top]), top, float(scale[top]), move[top], float(power[top])
+        return best
+
+
+def _paired(values: np.ndarray) -> np.ndarray:
+    """Complex (..., c) of what `split` made (..., 2 c)."""
+    half = values.shape[-1] // 2
+    return values[..., :half] + 1j * values[..., half:]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Which signature at which scale, gain [nats], move of the numbers, what leaves the residual (n,), power left; of
+    turned ones the signature (k, f, c) itself.
+    """
+
+    which: int
+    scale: float
+    gain: float
+    move: np.ndarray
+    taken: np.ndarray
+    power: float
+    signature: np.ndarray | None = None
+
+
+def whitened(problem: Problem, change: np.ndarray) -> np.ndarray:
+    """(k, f, c) change in standard deviations of the noise, complex; raises where no noise was stated yet."""
+    if problem.white is None:
+        raise ValueError("state the noise first")
+    return problem.white.complex(change).astype(np.complex64)

@@ -1,0 +1,243 @@
+"""Decide: named, ambiguous, unknown or none, by evidence of the training frames; held-out frames can only reject."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from experiments.discrepancy.baseline.frames import REDUNDANCY
+from experiments.discrepancy.fit.candidates import Candidate
+from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, lost_within
+from experiments.discrepancy.fit.hypothesis import Hypothesis, robust_evidence
+from experiments.discrepancy.screen.locate import Cell, Located, locate
+
+ENOUGH = 10.0  # nats for an effect against nuisances alone, its loudest sections left out
+TEMPERATURE = 2.0
+"""Evidence is divided by it before it becomes confidence: frames overlap and the noise is only nearly right."""
+SURE = 0.9  # share of the probability that names
+IN_SET = 0.02  # share from which an alternative is listed
+UNEXPLAINED = 0.6  # share of the excess in significant cells that a named effect must take
+LARGE = 1.3  # held-out gap (root mean square) from which nuisances alone are far from the truth
+FURTHER = 5.0  # nats that a second effect costs
+COARSE = 0.005  # share of what an effect brings that the model itself may be wrong by
+BORNE_OUT = 0.2  # of the training frames' evidence, frame for frame, that held-out frames must show
+HARMLESS = 3.0  # nats that an effect of a place that held-out frames do not see at all may cost there
+SUREST = 0.98  # confidence that is stated at most: of 330 blind verdicts of the surest kind 322 were true (RESULTS.md)
+CLEARLY = 20.0  # nats by which a tabled law must be ahead of a named effect, and as coarse a share as above
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A hypothesis with its figures.
+
+    Attributes
+    ----------
+    evidence : nats against nuisances alone, for what acts everywhere without its loudest sections. standing : nats by
+    which it is compared with others, with all sections where its evidence is enough. held_out : nats on held-out
+    frames. borne_out : whether these bear it out, and it is large enough to be worth a name. probability : among
+    classes. gap : root mean square of the whitened held-out residual.
+    """
+
+    hypothesis: Hypothesis
+    evidence: float
+    standing: float
+    held_out: float
+    borne_out: bool
+    probability: float
+    gap: float
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What the workflow says."""
+
+    status: str
+    judged: tuple[Judged, ...]
+    confidence: float
+    reason: str
+
+    @property
+    def best(self) -> Judged | None:
+        """The hypothesis that is added to the model."""
+        return self.judged[0] if self.status in ("named", "ambiguous") else None
+
+
+def rms(problem: Problem, residual: np.ndarray) -> float:
+    """Root mean square of a whitened residual (k, f, 2 c) on held-out frames, lost ones not counted."""
+    if problem.white is None:
+        raise ValueError("state the noise first")
+    return float(np.sqrt(problem.white.mean_square(residual, problem.test)))
+
+
+def held_out_gap(problem: Problem, fit: Fit) -> float:
+    """Root mean square of the whitened residual on held-out frames; 1 where only the stated noise is left."""
+    return rms(problem, fit.residual)
+
+
+def judge(problem: Problem, null: Hypothesis, hypotheses: Sequence[Hypothesis]) -> list[Judged]:
+    """Figures of every hypothesis, the most probable first; what held-out frames do not bear out loses `ENOUGH`.
+
+    The loudest sections do not let an effect in that acts everywhere; between effects that are in they count for each.
+    """
+    figures = [_figures(problem, null, one, hypotheses) for one in hypotheses]
+    best: dict[frozenset[str], float] = {}
+    for one, (_, standing, _, _) in zip(hypotheses, figures, strict=True):
+        best[one.classes] = max(best.get(one.classes, -math.inf), standing)
+    top = max([0.0, *best.values()])
+    weights = {classes: math.exp((value - top) / TEMPERATURE) for classes, value in best.items()}
+    total = sum(weights.values()) + math.exp(-top / TEMPERATURE)
+    judged = [
+        Judged(one, *four, weights[one.classes] / total, held_out_gap(problem, one.fit))
+        for one, four in zip(hypotheses, figures, strict=True)
+    ]
+    return sorted(judged, key=lambda one: (-one.probability, not one.borne_out, -one.standing))
+
+
+def _figures(
+    problem: Problem, null: Hypothesis, one: Hypothesis, others: Sequence[Hypothesis]
+) -> tuple[float, float, float, bool]:
+    """Evidence, standing and held-out nats against nuisances alone, and whether held-out frames bear it out.
+
+    A further effect is held against the best of the hypotheses that go without one of the two.
+    """
+    alone = max(
+        (other for other in others if other.classes < one.classes), key=lambda other: other.log_evidence, default=None
+    )
+    before = alone or null
+    further = [other for other in one.candidates if other.equivalence not in before.classes]
+    gain = _evidence(problem, before, one, further)
+    outside = _held_out(problem, before, one)
+    asked = BORNE_OUT * _share_held_out(problem) * max(0.0, gain)
+    if all(other.local for other in further):
+        there = _seen_held_out(problem, before, one)
+        asked = there * asked - (1.0 - there) * HARMLESS
+    borne_out = outside > asked and not one.slight
+    whole = one.log_evidence - null.log_evidence
+    if further and all(other.local for other in further):  # what is in a held-out section is seen there only
+        unseen = max(0.0, outside - _share_held_out(problem) * max(0.0, gain))
+        gain, whole = gain + unseen, whole + unseen
+    if alone is not None:
+        first, _, there, _ = _figures(problem, null, alone, others)
+        borne_out = borne_out and gain > ENOUGH + min(COARSE * max(0.0, first), excess(problem, alone))
+        gain, outside, whole = first + gain - FURTHER, there + outside, whole - FURTHER
+    standing = min(gain, 0.0) - ENOUGH if not borne_out else whole if gain >= ENOUGH else gain
+    return gain, standing, outside, borne_out
+
+
+def excess(problem: Problem, one: Hypothesis) -> float:
+    """Nats that a hypothesis leaves over the stated noise on training frames."""
+    heard = problem.white.good[problem.train].sum() * 2 * one.fit.residual.shape[1] if problem.white else 0
+    left = 0.5 * float(np.sum((WEIGHT * one.fit.residual[problem.train]) ** 2))
+    return max(0.0, left - 0.5 * float(heard) / REDUNDANCY)
+
+
+def _evidence(problem: Problem, before: Hypothesis, one: Hypothesis, further: Sequence[Candidate]) -> float:
+    """Nats against another hypothesis; of what acts everywhere without its loudest sections."""
+    if any(candidate.speaks_in_places for candidate in further):
+        return one.log_evidence - before.log_evidence
+    return robust_evidence(problem, one, before)
+
+
+def _held_out(problem: Problem, null: Hypothesis, one: Hypothesis) -> float:
+    """Nats on held-out frames."""
+    before = (WEIGHT * null.fit.residual[problem.test]) ** 2
+    after = (WEIGHT * one.fit.residual[problem.test]) ** 2
+    return 0.5 * float(before.sum() - after.sum())
+
+
+def _seen_held_out(problem: Problem, before: Hypothesis, one: Hypothesis) -> float:
+    """How much of a hypothesis held-out frames see, frame for frame, of what those see that train: none to all."""
+    change = ((WEIGHT * (one.fit.residual - before.fit.residual)) ** 2).sum(axis=(1, 2))
+    trained = _share_held_out(problem) * float(change[problem.train].sum())
+    return min(1.0, float(change[problem.test].sum()) / max(trained, 1e-12))
+
+
+def _share_held_out(problem: Problem) -> float:
+    """Held-out frames for each that trains."""
+    return float(problem.test.sum() / max(problem.train.sum(), 1))
+
+
+def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequence[Judged]) -> Decision:
+    """One of the four verdicts, with the reason in words; `located`: of nuisances alone."""
+    accepted = [one for one in judged if one.evidence >= ENOUGH and one.borne_out]
+    if not accepted:
+        if located.significant:
+            text = "the residual is larger than the stated noise, and no effect of the library explains it"
+            return Decision("unknown", tuple(judged), _certain(located), text)
+        if needs_far(problem, null, located, 0.0):
+            names = ", ".join(located.surprising)
+            text = f"only tolerances far from their data sheets explain it ({names}), and no effect of the library does"
+            return Decision("unknown", tuple(judged), _certain(located), text)
+        text = "nothing is left that tolerances, sensors and the track file do not explain"
+        return Decision("none", tuple(judged), min(SUREST, 1.0 - (judged[0].probability if judged else 0.0)), text)
+    first = accepted[0]
+    left = locate(problem, first.hypothesis.fit)
+    share = _share_gone(located, left)
+    if share < UNEXPLAINED:
+        text = f"the best effect, {first.hypothesis.label}, explains only {share:.0%} of what is left"
+        return Decision("unknown", tuple(judged), _certain(located), text)
+    if first.gap > LARGE:
+        text = f"the best effect, {first.hypothesis.label}, leaves {first.gap:.2g} times the noise on held-out sections"
+        return Decision("unknown", tuple(judged), _certain(located), text)
+    if needs_far(problem, first.hypothesis, left, first.evidence):
+        text = f"the best effect, {first.hypothesis.label}, explains it only with tolerances far from their data sheets"
+        return Decision("unknown", tuple(judged), _certain(located), f"{text} ({', '.join(left.surprising)})")
+    classes = {one.hypothesis.classes for one in accepted if one.probability >= IN_SET}
+    if first.probability >= SURE or len(classes) == 1:
+        sure = min(SUREST, first.probability)
+        return Decision("named", tuple(accepted), sure, "one class of effects explains it best")
+    text = "several classes of effects explain it nearly as well"
+    return Decision("ambiguous", tuple(accepted), first.probability, text)
+
+
+def needs_far(problem: Problem, one: Hypothesis, left: Located, gain: float) -> bool:
+    """Whether a hypothesis that leaves this and brings so many nats holds with nuisances far from their data sheets
+    only: with all of them within it would lose more than chance, and than what the model itself may be wrong by.
+    """
+    return left.far and lost_within(problem, one.fit) > max(ENOUGH, COARSE * gain)
+
+
+def contested(problem: Problem, decision: Decision, null: Hypothesis, law: Hypothesis) -> Decision:
+    """The verdict when a tabled law without a name was fitted too: it takes the name away from an effect that explains
+    clearly less, and what it explains is something where there seemed to be nothing, if held-out frames bear it out.
+    """
+    if decision.best is None:
+        gain = law.log_evidence - null.log_evidence
+        borne_out = _held_out(problem, null, law) > BORNE_OUT * _share_held_out(problem) * gain
+        if decision.status != "none" or not ahead(null, null, law) or not borne_out:
+            return decision
+        text = f"a force that follows the state at one place explains it better by {gain:.0f} nats, and no effect does"
+        return Decision("unknown", decision.judged, min(SUREST, 1.0 - math.exp(-gain / (2.0 * CLEARLY))), text)
+    named = decision.best.hypothesis
+    if not ahead(null, named, law):
+        return decision
+    nats = law.log_evidence - named.log_evidence
+    text = f"a law that follows the state at one place explains it better than {named.label}, by {nats:.0f} nats"
+    return Decision("unknown", decision.judged, min(SUREST, 1.0 - math.exp(-nats / (2.0 * CLEARLY))), text)
+
+
+def ahead(null: Hypothesis, named: Hypothesis, law: Hypothesis) -> bool:
+    """Whether a tabled law is clearly better than an effect of the library."""
+    gain = max(0.0, named.log_evidence - null.log_evidence)
+    return law.log_evidence > named.log_evidence + CLEARLY + COARSE * gain
+
+
+def _share_gone(located: Located, left: Located) -> float:
+    """Share of the excess in the significant cells that is gone of what an effect leaves; one where there are none."""
+    before = {(one.channel, one.low): one for one in located.significant}
+    if not before:
+        return 1.0
+    after = {(one.channel, one.low): one for one in left.cells}
+    there = sum(_excess(one) for one in before.values())
+    rest = sum(_excess(after[key]) for key in before)
+    return 1.0 - rest / max(there, 1e-9)
+
+
+def _excess(cell: Cell) -> float:
+    return max(0.0, cell.power - 1.0) * (cell.high - cell.low)
+
+
+def _certain(located: Located) -> float:
+    """How sure it is that anything is there at all."""
+    return float(min(SUREST, 1.0 - math.exp(-0.5 * (len(located.significant) + len(located.surprising)))))

@@ -1,0 +1,159 @@
+"""An effect without a name: a force law tabled over the state it follows, from the latent force's curve.
+
+Its points are fitted, and it runs, like any other effect.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from experiments.discrepancy.fit.candidates import Candidate, Context
+from experiments.discrepancy.fit.fitting import Fit, Problem, starting_fit
+from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, hypothesis
+from experiments.discrepancy.screen.latent import LatentForce, latent_forces
+from experiments.discrepancy.select.decide import LARGE, held_out_gap
+from experiments.discrepancy.select.refining import polished, something_left
+from experiments.discrepancy.select.starts import at_home
+from railsim import effects as library
+from railsim.effects.interface import Effect, Parameter, Prior
+from railsim.model import Model
+from railsim.registry import discover
+
+STARTS = (0.7, 1.5)  # of the curve, which the smoother shrinks
+LAW = "empirical_force"  # the effect that takes a table
+OUTSIDE = "track"  # its name for what is no body
+POINTS = 9  # whose forces are fitted
+FINER = 8  # times as many steps in the table, on a monotone cubic through the points (Fritsch and Carlson 1980)
+BEYOND = 0.5  # of the states' range to each side, over which the law goes on straight
+REACH = 4.0  # times the curve's largest force, that a point may be
+LOOKED_AT = 8  # places of latent forces that are compared by what they follow
+AS_GOOD = 0.9  # of the loudest one's gain, from which a latent force may as well be the one
+CURVES = 3  # curves that are tried, those first that are followed best
+LEAST_TRIED = 0.01  # share of the force's variance that a curve must have to be tried
+LEAST_FOLLOWED = 0.02  # the same, to say that a force follows a state
+HEARD = 30.0  # nats of a latent force beside what was found, from which its curve is looked at
+
+
+@dataclass(frozen=True)
+class TabledLaw(Candidate):
+    """A force at one place as a function of one state there; its values at `states` are the free numbers.
+
+    Attributes
+    ----------
+    states : m, rad, m/s or rad/s, increasing. velocity : whether they are velocities. size : N or N m, standard
+    deviation of the values before anything is measured.
+    """
+
+    states: tuple[float, ...] = ()
+    velocity: bool = False
+    size: float = 1.0
+
+    @property
+    def label(self) -> str:
+        """Place and state."""
+        made = dict(self.choices)
+        what = "velocity" if self.velocity else "displacement"
+        return f"{self.name} ({made['axis']} between {made['upper']} and {made['lower']}, over {what})"
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Force at each state."""
+        far, prior = REACH * self.size, Prior(0.0, self.size)
+        one = Parameter("N or N m", -far, far, 0.0, 0.0, 0.1 * self.size, prior)
+        return {f"force{number}": one for number in range(len(self.states))}
+
+    def build(self, values: Mapping[str, float]) -> Effect:
+        """The table with these values."""
+        at = np.array(self.states)
+        force = np.array([values[f"force{number}"] for number in range(len(at))])
+        wide = 10.0 * max(abs(at[0]), abs(at[-1]), 1.0)
+        fine = np.interp(np.arange(FINER * (len(at) - 1) + 1) / FINER, np.arange(len(at)), at)
+        there = PchipInterpolator(at, force)(fine)
+        beyond = BEYOND * (at[-1] - at[0])
+        first, last = ((force[k + 1] - force[k]) / (at[k + 1] - at[k]) * beyond for k in (0, -2))
+        states = tuple(np.concatenate([[at[0] - beyond], fine, [at[-1] + beyond]]).tolist())
+        law = tuple(np.concatenate([[force[0] - first], there, [force[-1] + last]]).tolist())
+        if self.velocity:
+            table = {"displacement": (-wide, wide), "velocity": states, "force": (law, law)}
+        else:
+            table = {"displacement": states, "velocity": (-wide, wide), "force": tuple((f, f) for f in law)}
+        return self.kind.build({**dict(self.choices), **table, "scale": 1.0})
+
+
+def tabled_law(context: Context, force: LatentForce, model: Model) -> tuple[TabledLaw, dict[str, float]] | None:
+    """The law of a latent force and its values by the smoother; None where its curve says nothing."""
+    kind = discover(library, Effect).get(LAW)
+    if kind is None or len(force.curve) < POINTS or force.follows < LEAST_TRIED:
+        return None
+    often = np.interp(np.linspace(0.0, len(force.curve) - 1.0, POINTS), np.arange(len(force.curve)), force.curve[:, 0])
+    states = 0.5 * (often + np.linspace(often[0], often[-1], POINTS))  # closer where the state is often
+    if np.diff(states).min() <= 0.0:
+        return None
+    values = -np.interp(states, force.curve[:, 0], force.curve[:, 1])  # the law opposes the movement
+    joint = next((e for e in model.elements if {e.upper, e.lower} == {force.place.upper, force.place.lower}), None)
+    own = model.bodies[model.index(force.place.upper)].position
+    choices = (
+        ("upper", force.place.upper),
+        ("lower", force.place.lower or OUTSIDE),
+        ("axis", force.place.direction),
+        ("position", tuple(joint.position) if joint else own),
+    )
+    size = 2.0 * float(np.abs(values).max())
+    if not 0.0 < size < math.inf:
+        return None
+    law = TabledLaw(kind, context, choices, tuple(states.tolist()), "velocity" in force.state, size)
+    return law, {f"force{number}": float(value) for number, value in enumerate(values)}
+
+
+def follows_a_state(problem: Problem, fit: Fit) -> bool:
+    """Whether a force that follows a state is left where nothing else is: a law that only resembles the named one, or
+    one that is too faint for any cell.
+    """
+    return any(one.gain > HEARD and one.follows > LEAST_FOLLOWED and one.place.lower for one in _likely(problem, fit))
+
+
+def _likely(problem: Problem, fit: Fit) -> list[LatentForce]:
+    """Latent forces as good as the loudest, those first that follow a state best: what joins two bodies answers nearly
+    as a force on either does from outside.
+    """
+    found = latent_forces(problem, fit, LOOKED_AT)
+    loud = [one for one in found if one.gain >= AS_GOOD * found[0].gain]
+    return sorted(loud, key=lambda one: -one.follows)
+
+
+def fit_empirical(
+    problem: Problem, null: Hypothesis, context: Context, tell: Tell
+) -> tuple[Hypothesis, LatentForce] | None:
+    """The best of the places' laws, fitted with all nuisances, and where it acts; None where none helps. Where
+    nuisances alone have been bent far, forces are looked for beside the nominal build first.
+    """
+    bases = [null.fit]
+    if held_out_gap(problem, null.fit) > LARGE:
+        bases.insert(0, starting_fit(problem, at_home(problem, null.fit)))
+    best: tuple[Hypothesis, LatentForce] | None = None
+    for base in bases:
+        for force in _likely(problem, base)[:CURVES]:
+            fitted = _fitted(problem, base, context, force, tell)
+            if fitted is None or held_out_gap(problem, fitted.fit) >= held_out_gap(problem, null.fit):
+                continue
+            tell(f"{fitted.label}: {fitted.log_evidence - null.log_evidence:+.1f} nats")
+            if best is None or fitted.log_evidence > best[0].log_evidence:
+                best = fitted, force
+        if best is not None and not something_left(problem, best[0]):
+            break
+    if best is not None and something_left(problem, best[0]):
+        return polished(problem, best[0], tell), best[1]
+    return best
+
+
+def _fitted(problem: Problem, base: Fit, context: Context, force: LatentForce, tell: Tell) -> Hypothesis | None:
+    """The law of a force, from where it was found."""
+    begun = tabled_law(context, force, problem.forward.setup(base.z).model)
+    if begun is None:
+        return None
+    law, values = begun
+    starts = [(base.z, [{name: size * value for name, value in values.items()}]) for size in STARTS]
+    return hypothesis(problem, base, (law,), starts, tell)

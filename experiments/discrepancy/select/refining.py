@@ -1,0 +1,87 @@
+"""Refining: a hypothesis made better where it stands, what it leaves, and whether there is time for more."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from experiments.discrepancy.fit.fitting import Problem, improved, linearised, moved_to, starting_fit
+from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, concluded
+from experiments.discrepancy.screen.locate import locate
+from experiments.discrepancy.select.decide import LARGE, held_out_gap
+from railsim.errors import InputError
+
+WHITE = 1.03  # held-out gap from which nothing is left to explain
+LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
+ROUNDS = 2
+WORTH = 150.0  # nats that a further linearisation must have brought to go on: the next brings a hundredth of it
+LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
+BUDGET = {"fit": 400.0, "linearise": 700.0, "law": 800.0, "further": 900.0, "end": 1200.0}
+"""Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
+
+
+def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell) -> Hypothesis:
+    """The fit that all others are compared with."""
+    return concluded(problem, improved(problem, starting_fit(problem, z), tell))
+
+
+def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
+    """With derivatives made anew at the hypothesis itself, as long as that brings something."""
+    if one.fresh:
+        return one
+    for _ in range(ROUNDS if held_out_gap(problem, one.fit) < LARGE else 1):
+        if not time_for(problem, "linearise", f"derivatives at {one.label}", tell):
+            break
+        try:
+            better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))
+        except InputError as error:
+            tell(f"{one.label}: {error}")
+            break
+        gain = better.log_evidence - one.log_evidence
+        tell(f"{one.label}, linearised again: {gain:+.1f} nats")
+        one = better if gain > 0.0 else one
+        if gain < WORTH:
+            return replace(one, fresh=True)
+    return one
+
+
+def something_left(problem: Problem, best: Hypothesis) -> bool:
+    """Whether a hypothesis leaves more than noise."""
+    left = locate(problem, best.fit).significant
+    return bool(left) and (held_out_gap(problem, best.fit) > WHITE or any(cell.robust > LOUD for cell in left))
+
+
+def other_laws(problem: Problem) -> list[str]:
+    """Creep laws that the vehicle's could be taken for."""
+    law = problem.forward.law or getattr(getattr(problem.evidence.scenario.vehicle, "adhesion", None), "law", "")
+    return [name for name in LAWS if law in LAWS and name != law]
+
+
+def under(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis | None:
+    """A hypothesis fitted on under another problem; None where the model does not run."""
+    try:
+        return concluded(problem, improved(problem, moved_to(problem, one.fit), tell))
+    except InputError as error:
+        tell(f"{one.label}: {error}")
+        return None
+
+
+NOT_TRIED = "no time for "
+
+
+def noting(tell: Tell, left_out: list[str]) -> Tell:
+    """`tell` that keeps what there was no time for."""
+
+    def both(text: str) -> None:
+        if text.startswith(NOT_TRIED):
+            left_out.append(text.removeprefix(NOT_TRIED))
+        tell(text)
+
+    return both
+
+
+def time_for(problem: Problem, stage: str, what: str, tell: Tell) -> bool:
+    """Whether the budget lets a stage begin; else says so."""
+    there = problem.forward.meter.spent < BUDGET[stage]
+    if not there:
+        tell(NOT_TRIED + what)
+    return there

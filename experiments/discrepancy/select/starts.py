@@ -1,0 +1,87 @@
+"""Starts: from which nuisances and numbers of an effect a fit sets out, beside those that screening found."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from experiments.discrepancy.fit.candidates import DISTANCES, LENGTHS, STRETCHES, TIMES, Candidate
+from experiments.discrepancy.fit.fitting import Fit, Problem
+from experiments.discrepancy.screen.screening import Screened
+
+ENDS = (-30.0, -15.0, 15.0, 30.0)  # m that a stretch may begin or end elsewhere
+FAR_ENDS = (-160.0, -80.0, -40.0, 40.0, 80.0, 160.0)  # the same of one that is fitted and leaves something
+VALLEYS = 2  # other gusts from which a fit is begun
+SAME = 0.1  # of the shorter one's length, by which two gusts that are no different may begin or end apart
+
+
+def at_home(problem: Problem, fit: Fit) -> np.ndarray:
+    """The nominal build at the place and speed, and with the offsets, that were found: nuisances that are bent to
+    explain what is no nuisance are a bad place to start from.
+    """
+    kept = [one.kind in ("start", "speed", "bias") for one in problem.forward.nuisances]
+    return np.where(kept, np.clip(fit.z, -1.0, 1.0), 0.0)
+
+
+def all_sizes(one: Screened) -> list[dict[str, float]]:
+    """All sizes of a candidate where the signature has its place, phase or wavelength."""
+    free = one.candidate.parameters
+    where = {name: value for name, value in one.tried.items() if free[name].absent is None}
+    return [{**values, **where} for values in one.candidate.sizes()]
+
+
+def stretched(one: Screened) -> list[dict[str, float]]:
+    """Begins and ends around those of a stretch that screening found to a section only, and those of the whole way."""
+    if one.candidate.name not in STRETCHES:
+        return []
+    first, last = one.values["place"], one.values["place"] + one.values["length"]
+    whole = [(first, math.inf), (-math.inf, last), (-math.inf, math.inf)]
+    return [_between(one.candidate, one.values, *pair) for pair in (*_moved(first, last, ENDS), *whole)]
+
+
+def with_other_ends(candidate: Candidate, values: dict[str, float]) -> list[dict[str, float]]:
+    """A fitted stretch with one end elsewhere, near and far: further off than a section a fit does not find it. A wave
+    stays in phase. Nothing of what is no stretch.
+    """
+    if candidate.name not in STRETCHES:
+        return []
+    wave = values.get("wavelength", 0.0)
+    moves = [round(metres / wave) * wave if wave else metres for metres in FAR_ENDS]
+    first, last = values["place"], values["place"] + values["length"]
+    return [_between(candidate, values, *pair) for pair in _moved(first, last, moves)]
+
+
+def _moved(first: float, last: float, moves: Iterable[float]) -> list[tuple[float, float]]:
+    """Either end so many metres further on."""
+    return [pair for metres in moves for pair in ((first + metres, last), (first, last + metres))]
+
+
+def _between(candidate: Candidate, values: dict[str, float], first: float, last: float) -> dict[str, float]:
+    """The same from there to there, as far as the run goes."""
+    place, length = candidate.parameters["place"], candidate.parameters["length"]
+    begin = float(np.clip(first, place.low, place.high))
+    return {**values, "place": begin, "length": float(np.clip(last - begin, length.low, length.high))}
+
+
+def elsewhere(one: Screened, screened: Iterable[Screened]) -> list[Screened]:
+    """Other gusts of the same kind that promise something too, the best first: when it blows and for how long have more
+    than one valley.
+    """
+    if not one.candidate.gust:
+        return []
+    same = [other for other in screened if other.candidate.label == one.candidate.label and other.gain > 0.0]
+    found = [one]
+    for other in sorted(same, key=lambda other: -other.gain):
+        if all(_apart(other, before) for before in found):
+            found.append(other)
+    return found[1 : 1 + VALLEYS]
+
+
+def _apart(one: Screened, other: Screened) -> bool:
+    """Whether two gusts begin or end at different times."""
+    length = LENGTHS[one.candidate.name][0]
+    where = next(name for name in (*DISTANCES, *TIMES) if name in one.values)
+    begins = one.values[where], other.values[where]
+    ends = begins[0] + one.values[length], begins[1] + other.values[length]
+    far = SAME * min(one.values[length], other.values[length])
+    return abs(begins[0] - begins[1]) > far or abs(ends[0] - ends[1]) > far

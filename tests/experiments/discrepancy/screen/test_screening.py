@@ -1,0 +1,98 @@
+"""What nuisances can take is no evidence for an effect; what they cannot take counts in full."""
+
+import numpy as np
+
+from experiments.discrepancy.fit.candidates import Context, candidates
+from experiments.discrepancy.fit.fitting import WEIGHT, Fit
+from experiments.discrepancy.fit.scores import TOLERATED
+from experiments.discrepancy.screen.projection import Projection
+from experiments.discrepancy.screen.screening import scaled
+
+
+def _fit(jacobian: np.ndarray, residual: np.ndarray, z: np.ndarray | None = None) -> Fit:
+    z = np.zeros(len(jacobian)) if z is None else z
+    return Fit(z, (), np.zeros(0), (), residual, residual, jacobian, jacobian)
+
+
+def test_a_signature_along_a_nuisance_is_worth_no_more_than_its_prior():
+    """However strong the data: moving a nuisance by z costs z^2 / 2 nats, so the effect cannot gain more."""
+    rng = np.random.default_rng(6)
+    column = 50.0 * rng.standard_normal((1, 8, 5, 2))
+    frames = np.arange(8) < 6
+    projection = Projection(_fit(column, 0.0 * column[0]), frames)
+    own = (WEIGHT * 0.4 * column[0][frames]).ravel()
+    power = float(projection.cleaned(own) @ own)
+    assert 0.95 * 0.4**2 < power <= 1.01 * 0.4**2
+
+
+def test_a_signature_across_all_nuisances_keeps_its_power_and_is_worth_it():
+    column = np.zeros((1, 4, 3, 2))
+    column[..., 0] = 5.0
+    across = np.zeros((4, 3, 2))
+    across[..., 1] = 2.0
+    projection = Projection(_fit(column, across), np.ones(4, bool))
+    own = (WEIGHT * across).astype(np.float32).ravel()
+    assert np.isclose(float(projection.cleaned(own) @ own), float(own @ own))
+    found = projection.judge(np.stack([0.1 * own, 0.8 * own]))
+    assert (found.which, np.round(found.scale, 3)) == (1, 1.25)
+    assert np.isclose(found.gain, 0.5 * float(own @ own), rtol=1e-5)
+    assert np.allclose(found.taken, own, atol=1e-5)
+
+
+def test_what_two_large_nuisances_make_together_is_worth_no_more_than_their_priors():
+    """The reading of a vertical accelerometer is gravity a thousand deviations above noise: its gain is a bias."""
+    rng = np.random.default_rng(9)
+    bias, moved = np.zeros((2, 24, 120, 4))
+    bias[:, 0, 0] = 3e4
+    moved[...] = rng.standard_normal((24, 120, 4))
+    jacobian = np.stack([bias, bias + moved]).astype(np.float32)
+    projection = Projection(_fit(jacobian, rng.standard_normal((24, 120, 4))), np.ones(24, bool))
+    own = (WEIGHT * (0.3 * jacobian[0] - 0.1 * jacobian[1])).ravel()
+    own_start = 0.5 * float(own @ own)
+    assert own_start > 1e7
+    assert abs(float(projection.cleaned(own) @ own)) < 0.2
+    assert projection.judge(own[None].astype(float)).gain < 1.0
+
+
+def test_a_nuisance_that_stood_in_for_an_effect_comes_back_from_its_bound():
+    """A nuisance at the edge of its tolerance has taken what an effect of the same direction did: the effect is worth
+    the prior that is given back and what the nuisance could not take.
+    """
+    rng = np.random.default_rng(8)
+    column = 3.0 * rng.standard_normal((1, 10, 6, 2))
+    left = column[0] * 2.0  # the truth is five standard deviations of the nuisance, three of them are taken
+    projection = Projection(_fit(column, left, np.array([TOLERATED])), np.ones(10, bool))
+    own = (WEIGHT * 4.5 * column[0]).astype(np.float32).ravel()
+    found = projection.judge(own[None])
+    taken = 0.5 * float((WEIGHT * left).ravel() @ (WEIGHT * left).ravel())
+    assert found.gain > taken + 0.9 * 0.5 * TOLERATED**2
+    assert -TOLERATED - 0.1 < found.move[0] < -0.9 * (TOLERATED - 0.5)
+
+
+def _complex(rng: np.random.Generator, *shape: int) -> np.ndarray:
+    return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+
+
+def test_turned_signatures_are_judged_by_their_products():
+    """As each of them written out; of several parts the one that is asked for in each frame."""
+    rng = np.random.default_rng(10)
+    frames = np.arange(9) < 7
+    projection = Projection(_fit(rng.standard_normal((3, 9, 4, 6)), rng.standard_normal((9, 4, 6))), frames)
+    parts, factors, which = _complex(rng, 2, 9, 4, 3), _complex(rng, 5, 9, 4), rng.integers(0, 2, (5, 9))
+    found = projection.judge_turned(parts, factors, which)
+    written = [parts[part, np.arange(9)] * factor[..., None] for part, factor in zip(which, factors, strict=True)]
+    judged = projection.judge(np.stack([projection.row(one) for one in written]))
+    assert found.which == judged.which
+    assert np.allclose([found.gain, found.scale, found.power], [judged.gain, judged.scale, judged.power])
+    assert np.allclose(found.taken, judged.taken)
+    assert found.signature is not None and np.allclose(found.signature, written[found.which])
+
+
+def test_sizes_are_scaled_by_what_is_measured():
+    """A flat's dip has an area that grows with the cube of its length (Newton and Clark 1979)."""
+    context = Context((), (0.0, 300.0), (0.0, 10.0), ((150.0, 5.0),))
+    found = {one.name: one for one in candidates(context)}
+    flat = scaled(found["wheel_flat"], {"length": 0.04, "angle": 1.0}, 0.125)
+    assert np.isclose(flat["length"], 0.02) and flat["angle"] == 1.0
+    load = scaled(found["crosswind"], {"force": 4000.0}, 0.5)
+    assert np.isclose(load["force"], 2000.0)

@@ -1,0 +1,50 @@
+"""Selection: through which model the track's errors are passed before effects are compared."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from experiments.discrepancy.select import selection
+from experiments.discrepancy.select.selection import Stand, _noise_there
+
+
+class _Problem:
+    """Notes through what its noise is propagated."""
+
+    def __init__(self) -> None:
+        self.through: list[str] = []
+
+    def with_noise(self, z: str, effects: str) -> "_Problem":
+        self.through.append(z)
+        return self
+
+
+def _judged(evidence: float, name: str) -> Any:
+    fit = SimpleNamespace(z=name, effects=())
+    one = SimpleNamespace(fit=fit, label=name, classes=frozenset({name}), log_evidence=evidence)
+    return SimpleNamespace(hypothesis=one, evidence=evidence, standing=evidence)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "left", "through"),
+    [
+        ([4.0], False, []),  # too little to be said at all
+        ([20.0], False, ["nuisances"]),  # weak: the vehicle as it was fitted decides
+        ([20.0, 15.0], False, ["nuisances"]),
+        ([20.0], True, ["damper0"]),  # something is left: the best effect may change what becomes of the errors
+        ([500.0], False, []),
+        ([500.0, 490.0], False, ["damper0"]),  # two that are close
+    ],
+)
+def test_a_weak_effect_is_weighed_with_the_noise_of_the_fitted_vehicle(
+    monkeypatch: pytest.MonkeyPatch, evidence: list[float], left: bool, through: list[str]
+):
+    monkeypatch.setattr(selection, "again", lambda problem, one, tell: one)
+    problem: Any = _Problem()
+    judged = [_judged(one, f"damper{number}") for number, one in enumerate(evidence)]
+    stand = Stand(problem, _judged(0.0, "nuisances").hypothesis, [one.hypothesis for one in judged])
+    stand.__dict__.update(judged=judged, unexplained=left)
+    after = _noise_there(stand, lambda text: None)
+    assert problem.through == through
+    assert {one.label for one in after.fitted} == {one.label for one in stand.fitted}
