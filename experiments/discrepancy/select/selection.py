@@ -17,6 +17,7 @@ from experiments.discrepancy.select.decide import ENOUGH, LARGE, Decision, Judge
 from experiments.discrepancy.select.empirical import fit_empirical, follows_a_state
 from experiments.discrepancy.select.further import FIRSTS, GLANCE, with_further
 from experiments.discrepancy.select.moving import moved
+from experiments.discrepancy.select.passing import with_passing
 from experiments.discrepancy.select.refining import (
     WHITE,
     noting,
@@ -76,13 +77,14 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         return Selection(problem, null, screened, tuple(stand.judged), decision, stand.tabled)
     stand = _fitted(problem, null, screened, found if bent else (), tell)
     stand = _fair(_with_kin(stand, located, screened, tell), tell)
+    stand = with_passing(stand, list(found), tell)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
     stand = _other_places(_other_law(_nearer(stand, tell), tell), screened, tell)
     stand = _with_law(stand, found, screened, tell)
     if stand.leader is not stand.best:
         stand = _other_law(stand, tell)
     else:
-        stand = _with_law(with_further(stand, found, tell), found, screened, tell)
+        stand = _with_law(_noise_of_both(with_further(stand, found, tell), tell), found, screened, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
     tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best or stand.by_law else None
@@ -391,6 +393,15 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
         nearest.setdefault(one.classes, one)
     near = list(nearest.values())[:NEAREST]
     return Stand(problem, again(problem, stand.null, tell), [again(problem, one, tell) for one in near])
+
+
+def _noise_of_both(stand: Stand, tell: Tell) -> Stand:
+    """The noise as two effects pass the track's errors on together, where the best are two and leave something."""
+    if len(stand.best.candidates) < 2 or not stand.unexplained:
+        return stand
+    if not time_for(stand.problem, "end", f"the noise of {stand.best.label}", tell):
+        return stand
+    return _noise_there(stand, tell)
 
 
 def _with_law(stand: Stand, found: Sequence[Candidate], screened: Sequence[Screened], tell: Tell) -> Stand:

@@ -1,0 +1,115 @@
+"""Passing: where much is left, effects are held against each other each with the noise that it passes on itself.
+
+An effect that changes how a vehicle passes on the track makes the track file's errors loud (dry friction in the axlebox
+guides: twenty times the noise that was stated for a healthy vehicle), and is then no better than any other as long as
+the noise is not its own.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from experiments.discrepancy.fit.candidates import Candidate
+from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, starting_fit
+from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again, hypothesis
+from experiments.discrepancy.screen.screening import screen
+from experiments.discrepancy.screen.spectra import Sized, by_power
+from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap
+from experiments.discrepancy.select.refining import time_for
+from experiments.discrepancy.select.stand import Stand
+from experiments.discrepancy.select.starts import all_sizes, at_home
+from railsim.effects.interface import Effect
+from railsim.errors import InputError
+
+NAMES = 4  # effects that are tried with the noise that they pass on
+SIZES = 2  # of each
+FEW = 2  # runs over perturbed tracks for each
+ROUNDS = 2  # times that the noise is propagated through the fit
+RIVALS = 2  # fits so far that are fitted on with the noise of the likeliest
+
+
+def with_passing(stand: Stand, found: list[Candidate], tell: Tell) -> Stand:
+    """With the effect that is likeliest with the noise that it passes on itself, where all that was fitted leaves much
+    and this one takes it; all is then held against each other with that noise.
+    """
+    problem, null = stand.problem, stand.null
+    if held_out_gap(problem, null.fit) < LARGE or held_out_gap(problem, stand.best.fit) < LARGE:
+        return stand
+    if not time_for(problem, "law", "effects with the noise that they pass on", tell):
+        return stand
+    home = at_home(problem, null.fit)
+    first = _likeliest(problem, home, found, null, tell)
+    if first is None:
+        return stand
+    made = _fitted(problem, home, first, tell)
+    if made is None:
+        return stand
+    problem, one = made
+    most = sorted(stand.fitted, key=lambda other: -other.log_evidence)
+    others = [other for other in most if other.classes != one.classes][:RIVALS]
+    better = Stand(problem, again(problem, null, tell), [one, *(again(problem, other, tell) for other in others)])
+    gain = one.log_evidence - better.null.log_evidence
+    tell(f"{one.label}, with the noise that it passes on: {gain:+.1f} nats")
+    return better if gain > ENOUGH and better.most is one else stand
+
+
+def log_likelihood(problem: Problem, residual: np.ndarray) -> np.ndarray:
+    """(k,) of each frame [nats, but for a constant] by whitened residuals (k, f, 2 c) under the problem's noise."""
+    if problem.white is None:
+        raise ValueError("state the noise first")
+    return -0.5 * ((WEIGHT * residual) ** 2).sum(axis=(1, 2)) - problem.white.log_determinant
+
+
+def _own(problem: Problem, z: np.ndarray, effects: tuple[Effect, ...]) -> float:
+    """Log likelihood of the training frames under the noise that the effects pass on at z."""
+    own = problem.with_noise(z, effects, FEW)
+    residual = own.whitened(own.measured - own.stacked(own.forward.predict(z, effects)))
+    return float(log_likelihood(own, residual)[own.train].sum())
+
+
+def _likeliest(
+    problem: Problem, home: np.ndarray, found: list[Candidate], null: Hypothesis, tell: Tell
+) -> Sized | None:
+    """Of the sizes that give the channels their power, the likeliest; None where nuisances alone are likelier."""
+    base = starting_fit(problem, home)
+    sizes: dict[str, list[Sized]] = {}
+    for sized, gain in by_power(problem, base.stacked, found):
+        if gain > 0.0:
+            sizes.setdefault(sized[0].name, []).append(sized)
+    tried = [sized for name in list(sizes)[:NAMES] for sized in sizes[name][:SIZES]]
+    best, most = None, _own(problem, null.fit.z, ())
+    for candidate, size in tried:
+        values = _in_phase(problem, base, candidate, size)
+        try:
+            here = _own(problem, home, (candidate.build(values),))
+        except InputError as error:
+            tell(f"{candidate.label}: {error}")
+            continue
+        tell(f"{candidate.label}, with the noise that it passes on: {here - most:+.0f} nats")
+        if here > most:
+            best, most = (candidate, values), here
+    return best
+
+
+def _in_phase(problem: Problem, base: Fit, candidate: Candidate, values: dict[str, float]) -> dict[str, float]:
+    """With the phase of its best signature where it turns with a wheel."""
+    if not candidate.phases:
+        return values
+    best = max(screen(problem, base, [candidate]), key=lambda one: one.gain, default=None)
+    return values if best is None else {**values, **{name: best.values[name] for name in candidate.phases}}
+
+
+def _fitted(problem: Problem, home: np.ndarray, first: Sized, tell: Tell) -> tuple[Problem, Hypothesis] | None:
+    """The effect fitted from the nominal build with the noise that it passes on, and again with that of the fit."""
+    candidate, values = first
+    problem = problem.with_noise(home, (candidate.build(values),))
+    base = starting_fit(problem, home)
+    one = max(screen(problem, base, [candidate]), key=lambda one: one.gain, default=None)
+    sizes = [values] if one is None else [values, one.values, *all_sizes(one)]
+    made = hypothesis(problem, base, (candidate,), [(home, [each]) for each in sizes], tell)
+    for _ in range(ROUNDS - 1):
+        if made is None:
+            return None
+        problem = problem.with_noise(made.fit.z, made.fit.effects)
+        made = again(problem, made, tell)
+    return None if made is None else (problem, replace(made, fresh=False))
