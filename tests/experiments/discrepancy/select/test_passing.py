@@ -54,9 +54,4 @@ def test_friction_is_found_with_the_noise_that_it_passes_on(rough: Problem, null
     assert after.most is not None and after.most.candidate.name == "primary_friction", said
     assert after.most.log_evidence > after.null.log_evidence + 100.0
     assert held_out_gap(after.problem, after.most.fit) < 0.5 * held_out_gap(after.problem, after.null.fit)
-    print(
-        said,
-        after.most.values,
-        held_out_gap(after.problem, after.most.fit),
-        held_out_gap(after.problem, after.null.fit),
-    )
+    assert after.most.values[0]["force"] == pytest.approx(FORCE, rel=0.15)
