@@ -29,6 +29,7 @@ from experiments.discrepancy.fit.bank import Bank
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.changes import Changes
 from experiments.discrepancy.fit.journal import Journal, key_of
+from experiments.discrepancy.fit.recent import Recent
 from experiments.discrepancy.fit.scores import Shares, bounded_step
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
@@ -41,27 +42,8 @@ FRESH = 1  # times that a fit that is held up goes on with the derivatives with 
 LEEWAY = 3.0  # times what a step is expected to bring, that all further ones may
 CONVERGED = 0.3  # nats that a step must be expected to bring
 SHARE_SCALE = 0.2  # of an effect's number, beside one standard deviation of a nuisance, in the secant condition
-RECENT = 2  # fits whose whitened derivatives are kept
 SHOWN = 1.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
 WEIGHT = 1.0 / np.sqrt(REDUNDANCY)
-
-
-class Recent:
-    """The last few whitened derivatives that were asked for, by the columns that they are of: those of all fits would
-    fill the memory.
-    """
-
-    def __init__(self) -> None:
-        self._kept: list[tuple[Whitener, np.ndarray, np.ndarray]] = []
-
-    def of(self, white: Whitener, columns: np.ndarray, make: Callable[[], np.ndarray]) -> np.ndarray:
-        """What is kept of these very columns and this very noise, else what is made of them now."""
-        for one in self._kept:
-            if one[0] is white and one[1] is columns:
-                return one[2]
-        made = make()
-        self._kept = [*self._kept[1 - RECENT :], (white, columns, made)]
-        return made
 
 
 @dataclass(frozen=True)
@@ -146,10 +128,15 @@ class Problem:
 
     def with_noise(self, z: np.ndarray, effects: Sequence[Effect] = (), runs: int = PERTURBED) -> "Problem":
         """The problem with its noise propagated through the model at z by so many runs on perturbed tracks."""
+        return self.noise_at(z, effects, runs)[0]
+
+    def noise_at(self, z: np.ndarray, effects: Sequence[Effect], runs: int) -> tuple["Problem", np.ndarray]:
+        """The same, and the coefficients (k, f, c) that the model predicts there."""
         base = self.forward.predict(z, effects)
         tracks = perturbed_tracks(self.evidence, SEED, runs)
         passed = propagated_track_error(self.forward, self.frames, z, effects, base, tracks)
-        return self.with_covariance(self.stacked(base), passed)
+        stacked = self.stacked(base)
+        return self.with_covariance(stacked, passed), stacked
 
     def with_level(self, stacked: np.ndarray) -> "Problem":
         """The problem with the sensors' noise levels read from what predicted coefficients (k, f, c) leave."""

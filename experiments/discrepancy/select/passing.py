@@ -5,14 +5,14 @@ guides: twenty times the noise that was stated for a healthy vehicle), and is th
 the noise is not its own.
 """
 
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, starting_fit
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again, hypothesis
-from experiments.discrepancy.screen.screening import screen
+from experiments.discrepancy.screen.screening import Screened, screen
 from experiments.discrepancy.screen.spectra import Sized, by_power
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap
 from experiments.discrepancy.select.refining import time_for
@@ -24,11 +24,10 @@ from railsim.errors import InputError
 NAMES = 4  # effects that are tried with the noise that they pass on
 SIZES = 2  # of each
 FEW = 2  # runs over perturbed tracks for each
-ROUNDS = 2  # times that the noise is propagated through the fit
 RIVALS = 2  # fits so far that are fitted on with the noise of the likeliest
 
 
-def with_passing(stand: Stand, found: list[Candidate], tell: Tell) -> Stand:
+def with_passing(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     """With the effect that is likeliest with the noise that it passes on itself, where all that was fitted leaves much
     and this one takes it; all is then held against each other with that noise.
     """
@@ -38,10 +37,12 @@ def with_passing(stand: Stand, found: list[Candidate], tell: Tell) -> Stand:
     if not time_for(problem, "law", "effects with the noise that they pass on", tell):
         return stand
     home = at_home(problem, null.fit)
-    first = _likeliest(problem, home, found, null, tell)
-    if first is None:
+    try:
+        first = _likeliest(problem, home, found, null, tell)
+        made = None if first is None else _fitted(problem, home, first, tell)
+    except InputError as error:  # on one of the tracks that it may be
+        tell(f"noise of its own: {error}")
         return stand
-    made = _fitted(problem, home, first, tell)
     if made is None:
         return stand
     problem, one = made
@@ -62,13 +63,12 @@ def log_likelihood(problem: Problem, residual: np.ndarray) -> np.ndarray:
 
 def _own(problem: Problem, z: np.ndarray, effects: tuple[Effect, ...]) -> float:
     """Log likelihood of the training frames under the noise that the effects pass on at z."""
-    own = problem.with_noise(z, effects, FEW)
-    residual = own.whitened(own.measured - own.stacked(own.forward.predict(z, effects)))
-    return float(log_likelihood(own, residual)[own.train].sum())
+    own, stacked = problem.noise_at(z, effects, FEW)
+    return float(log_likelihood(own, own.whitened(own.measured - stacked))[own.train].sum())
 
 
 def _likeliest(
-    problem: Problem, home: np.ndarray, found: list[Candidate], null: Hypothesis, tell: Tell
+    problem: Problem, home: np.ndarray, found: Sequence[Candidate], null: Hypothesis, tell: Tell
 ) -> Sized | None:
     """Of the sizes that give the channels their power, the likeliest; None where nuisances alone are likelier."""
     base = starting_fit(problem, home)
@@ -77,9 +77,11 @@ def _likeliest(
         if gain > 0.0:
             sizes.setdefault(sized[0].name, []).append(sized)
     tried = [sized for name in list(sizes)[:NAMES] for sized in sizes[name][:SIZES]]
+    seen = _best_seen(problem, base, [candidate for candidate, _ in tried if candidate.phases])
     best, most = None, _own(problem, null.fit.z, ())
     for candidate, size in tried:
-        values = _in_phase(problem, base, candidate, size)
+        there = seen.get(candidate.label)
+        values = size if there is None else {**size, **{name: there.values[name] for name in candidate.phases}}
         try:
             here = _own(problem, home, (candidate.build(values),))
         except InputError as error:
@@ -91,12 +93,11 @@ def _likeliest(
     return best
 
 
-def _in_phase(problem: Problem, base: Fit, candidate: Candidate, values: dict[str, float]) -> dict[str, float]:
-    """With the phase of its best signature where it turns with a wheel."""
-    if not candidate.phases:
-        return values
-    best = max(screen(problem, base, [candidate]), key=lambda one: one.gain, default=None)
-    return values if best is None else {**values, **{name: best.values[name] for name in candidate.phases}}
+def _best_seen(problem: Problem, base: Fit, found: Sequence[Candidate]) -> dict[str, Screened]:
+    """The best signature of each candidate, by its label."""
+    once = list({one.label: one for one in found}.values())
+    screened = sorted(screen(problem, base, once), key=lambda one: one.gain) if once else []
+    return {one.candidate.label: one for one in screened}
 
 
 def _fitted(problem: Problem, home: np.ndarray, first: Sized, tell: Tell) -> tuple[Problem, Hypothesis] | None:
@@ -104,12 +105,10 @@ def _fitted(problem: Problem, home: np.ndarray, first: Sized, tell: Tell) -> tup
     candidate, values = first
     problem = problem.with_noise(home, (candidate.build(values),))
     base = starting_fit(problem, home)
-    one = max(screen(problem, base, [candidate]), key=lambda one: one.gain, default=None)
+    one = _best_seen(problem, base, [candidate]).get(candidate.label)
     sizes = [values] if one is None else [values, one.values, *all_sizes(one)]
     made = hypothesis(problem, base, (candidate,), [(home, [each]) for each in sizes], tell)
-    for _ in range(ROUNDS - 1):
-        if made is None:
-            return None
-        problem = problem.with_noise(made.fit.z, made.fit.effects)
-        made = again(problem, made, tell)
-    return None if made is None else (problem, replace(made, fresh=False))
+    if made is None:
+        return None
+    problem = problem.with_noise(made.fit.z, made.fit.effects)
+    return problem, again(problem, made, tell)

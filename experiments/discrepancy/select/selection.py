@@ -77,7 +77,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         return Selection(problem, null, screened, tuple(stand.judged), decision, stand.tabled)
     stand = _fitted(problem, null, screened, found if bent else (), tell)
     stand = _fair(_with_kin(stand, located, screened, tell), tell)
-    stand = with_passing(stand, list(found), tell)
+    stand = with_passing(stand, found, tell)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
     stand = _other_places(_other_law(_nearer(stand, tell), tell), screened, tell)
     stand = _with_law(stand, found, screened, tell)
