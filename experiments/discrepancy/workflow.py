@@ -19,7 +19,7 @@ from experiments.discrepancy.screen.locate import Located, locate
 from experiments.discrepancy.screen.places import tones
 from experiments.discrepancy.screen.screening import Screened
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, Decision, Judged, contested, excess, held_out_gap
-from experiments.discrepancy.select.refining import nuisances_alone, other_laws, polished
+from experiments.discrepancy.select.refining import nuisances_alone, other_laws, polished, with_noise_of
 from experiments.discrepancy.select.selection import select
 from railsim.errors import InputError
 
@@ -115,8 +115,10 @@ def _passed_on(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem,
     """With the track's errors as the nuisances that were found pass them on: stiffer springs pass on more of the short
     waves than nominal ones.
     """
-    problem = problem.with_noise(null.fit.z)
-    return problem, again(problem, null, tell)
+    passed_on = with_noise_of(problem, null, tell)
+    if passed_on is None:
+        return problem, null
+    return passed_on, again(passed_on, null, tell)
 
 
 def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:

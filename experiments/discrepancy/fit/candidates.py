@@ -16,6 +16,7 @@ from railsim.registry import discover
 MOST_VARIANTS = 8
 FAR = 0.9  # of the way to a bound
 CLOSE, FEW = 2.2, 100.0  # largest ratio of a size and the next
+BLOWS = 1.5  # the same of what strikes: a flat half as long again is a blow of three times
 THRESHOLDS = (0.3, 1.0, 0.05)  # of the smallest size's distance from the bound, for numbers like a velocity of blow-off
 UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no name
 ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
@@ -182,6 +183,8 @@ class Candidate:
     @property
     def _ratio(self) -> float:
         """Between a size and the next."""
+        if self.sharp:
+            return BLOWS
         return FEW if self.linear else CLOSE
 
     def banked(self) -> Iterator[dict[str, float]]:

@@ -85,7 +85,8 @@ def hypothesis(
     """
     shares = Shares(candidates)
     try:
-        begun = with_candidates(problem, null, candidates, [(z, shares.of(values)) for z, values in starts])
+        each = {(z.tobytes(), repr(values)): (z, shares.of(values)) for z, values in starts}
+        begun = with_candidates(problem, null, candidates, list(each.values()))
     except InputError as error:
         tell(f"{' + '.join(one.label for one in candidates)}: {error}")
         return None

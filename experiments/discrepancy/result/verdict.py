@@ -32,12 +32,14 @@ def verdict(findings: Findings, whole: Gaps, channels: dict[str, Gaps]) -> dict[
         "channels": {name: one.plain() for name, one in channels.items()},
         "detectable_size": {name: one["size"] for name, one in detectable(findings.screened).items()},
         "reason": decision.reason,
-        "alternative_classes": [
-            name
-            for one in decision.judged
-            if best and one.probability >= IN_SET
-            for name in sorted(one.hypothesis.classes)
-        ],
+        "alternative_classes": list(
+            dict.fromkeys(
+                name
+                for one in decision.judged
+                if best and one.probability >= IN_SET
+                for name in sorted(one.hypothesis.classes)
+            )
+        ),
         "detectable": detectable(findings.screened),
         "further": _further(findings, best) if best else [],
         "empirical": findings.empirical.effect.settings() if findings.empirical else None,

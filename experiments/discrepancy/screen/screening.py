@@ -241,10 +241,8 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
 
     local = [one for one in found if one.local]
     tuned = [one for one in found if not one.local and not one.of_sensor]
-    found = [*local, *tuned]
-    first = [
-        (one, values) for one, several in zip(found, in_parallel(placed, found), strict=True) for values in several
-    ]
+    here = [*local, *tuned]
+    first = [(one, values) for one, several in zip(here, in_parallel(placed, here), strict=True) for values in several]
     judged = [one for one in in_parallel(run, first) if one is not None]
     best = {one.candidate.label: one for one in sorted(judged, key=lambda one: one.robust)}
     more = []

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from experiments.discrepancy.fit.fitting import Problem, at_values
+from experiments.discrepancy.fit.candidates import Candidate
+from experiments.discrepancy.fit.fitting import Problem, at_values, restarted
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, concluded, hypothesis
 from experiments.discrepancy.screen.places import distance_at
+from experiments.discrepancy.screen.placing import matched
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap
 from experiments.discrepancy.select.refining import something_left
 from experiments.discrepancy.select.starts import with_other_ends
@@ -24,7 +26,7 @@ FINE = 1e-3  # m to which its place is found
 
 def moved(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
     """One effect with its place found anew, where it leaves something."""
-    return _respaced(problem, _other_ends(problem, made, tell), tell)
+    return respaced(problem, _other_ends(problem, made, tell), tell)
 
 
 def _other_ends(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
@@ -39,35 +41,53 @@ def _other_ends(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
     return made
 
 
-def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
-    """With the spacing that held-out sections show, the joint that training sections hold where it is: what lies in a
-    held-out section is seen there only. That one number is then no test of them.
+def respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+    """With the first joint and the spacing that held-out sections show, the joint that training sections hold where it
+    is: what lies in a held-out section is seen there only. Those sections are then no test of these two numbers.
     """
     values = made.values[0]
-    if "spacing" not in values or held_out_gap(problem, made.fit) < LARGE:
+    if len(made.candidates) > 1 or "spacing" not in values or held_out_gap(problem, made.fit) < LARGE:
         return made
     s = distance_at(problem, problem.frames.middles)
     joints = np.arange(values["first"], s[-1], values["spacing"])
-    held = [s_ for s_ in joints if problem.train[int(np.abs(s - s_).argmin())]]
+    held = [place for place in joints if problem.train[int(np.abs(s - place).argmin())]]
     if not 0 < len(held) <= FEW:
         return made
     kept = float(held[0])
-    before = round((kept - values["first"]) / values["spacing"])
-    low, high = (getattr(made.candidate.parameters["spacing"], end) for end in ("low", "high"))
+    first, spacing = (made.candidate.parameters[name] for name in ("first", "spacing"))
 
-    def at(aside: float) -> dict[str, float]:
-        spacing = float(np.clip(values["spacing"] + aside, low, high))
-        return {**values, "spacing": spacing, "first": kept - before * spacing}
+    def at(before: int, metres: float) -> dict[str, float]:
+        metres = float(np.clip(metres, spacing.low, spacing.high))
+        start = float(np.clip(kept - before * metres, first.low, first.high))
+        return {**values, "spacing": metres, "first": start}
 
-    def worth(aside: float) -> float:
+    def worth(before: int, metres: float) -> float:
         try:
-            return at_values(problem, made.fit, [at(aside)]).cost(problem.test)
+            return at_values(problem, made.fit, [at(before, metres)]).cost(problem.test)
         except InputError:
             return np.inf
 
-    best = float(ASIDE[int(np.argmin([worth(float(aside)) for aside in ASIDE]))])
+    rows = [(values["first"], values["spacing"]), *_rows(problem, made)]
+    tried = {(round((kept - begin) / metres), metres + float(aside)) for begin, metres in rows for aside in ASIDE}
+    before, near = min(sorted(tried), key=lambda row: worth(*row))
     step = float(ASIDE[1] - ASIDE[0])
-    found: Any = minimize_scalar(worth, bounds=(best - step, best + step), options={"xatol": FINE})
-    other = concluded(problem, at_values(problem, made.fit, [at(float(found.x))]))
-    tell(f"{other.label}, spacing by held-out sections: {other.values[0]['spacing'] - values['spacing']:+.2f} m")
+    found: Any = minimize_scalar(
+        lambda metres: worth(before, metres), bounds=(near - step, near + step), options={"xatol": FINE}
+    )
+    other = concluded(problem, at_values(problem, made.fit, [at(before, float(found.x))]))
+    tell(f"{other.label}, first joint and spacing by held-out sections: {other.values[0]}")
     return other if held_out_gap(problem, other.fit) < held_out_gap(problem, made.fit) else made
+
+
+def _rows(problem: Problem, made: Hypothesis) -> list[tuple[float, float]]:
+    """First joint and spacing of the rows that look most like what is left without any."""
+    alone = restarted(problem, made.fit, made.fit.z)
+
+    def change_of(one: Candidate, values: dict[str, float]) -> np.ndarray | None:
+        try:
+            return problem.stacked(problem.forward.predict(alone.z, (one.build(values),))) - alone.stacked
+        except InputError:
+            return None
+
+    found = matched(problem, alone, made.candidate, made.values[0], change_of)
+    return [(one["first"], one["spacing"]) for one in found]

@@ -5,17 +5,17 @@ guides: twenty times the noise that was stated for a healthy vehicle), and is th
 the noise is not its own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from experiments.discrepancy.fit.candidates import Candidate
-from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, starting_fit
-from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again, hypothesis
+from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, improved, linearised, starting_fit
+from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
 from experiments.discrepancy.screen.screening import Screened, screen
 from experiments.discrepancy.screen.spectra import Sized, by_power
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap
-from experiments.discrepancy.select.refining import time_for
+from experiments.discrepancy.select.refining import ROUNDS, WORTH, time_for
 from experiments.discrepancy.select.stand import Stand
 from experiments.discrepancy.select.starts import all_sizes, at_home
 from railsim.effects.interface import Effect
@@ -36,6 +36,15 @@ def with_passing(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
         return stand
     if not time_for(problem, "law", "effects with the noise that they pass on", tell):
         return stand
+    meter = problem.forward.meter
+    spent = meter.spent
+    stand = _held_against(stand, found, tell)
+    meter.add(spent - meter.spent)  # what is rarely needed takes no time from what always is
+    return stand
+
+
+def _held_against(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
+    problem, null = stand.problem, stand.null
     home = at_home(problem, null.fit)
     try:
         first = _likeliest(problem, home, found, null, tell)
@@ -79,18 +88,34 @@ def _likeliest(
     tried = [sized for name in list(sizes)[:NAMES] for sized in sizes[name][:SIZES]]
     seen = _best_seen(problem, base, [candidate for candidate, _ in tried if candidate.phases])
     best, most = None, _own(problem, null.fit.z, ())
-    for candidate, size in tried:
-        there = seen.get(candidate.label)
-        values = size if there is None else {**size, **{name: there.values[name] for name in candidate.phases}}
+    for candidate, values in _with_phases(tried, seen):
         try:
             here = _own(problem, home, (candidate.build(values),))
         except InputError as error:
             tell(f"{candidate.label}: {error}")
             continue
-        tell(f"{candidate.label}, with the noise that it passes on: {here - most:+.0f} nats")
+        tell(f"{candidate.label} {_shown(values)}, with the noise that it passes on: {here - most:+.0f} nats")
         if here > most:
             best, most = (candidate, values), here
     return best
+
+
+def _with_phases(tried: Sequence[Sized], seen: Mapping[str, Screened]) -> Iterator[Sized]:
+    """The sizes with the phases at which they look best, and what looks best itself, which lies between the bank's."""
+    looked: set[str] = set()
+    for candidate, size in tried:
+        there = seen.get(candidate.label)
+        if there is None:
+            yield candidate, size
+            continue
+        yield candidate, {**size, **{name: there.values[name] for name in candidate.phases}}
+        if candidate.label not in looked:
+            yield candidate, there.values
+        looked.add(candidate.label)
+
+
+def _shown(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {value:.3g}" for name, value in values.items())
 
 
 def _best_seen(problem: Problem, base: Fit, found: Sequence[Candidate]) -> dict[str, Screened]:
@@ -110,5 +135,11 @@ def _fitted(problem: Problem, home: np.ndarray, first: Sized, tell: Tell) -> tup
     made = hypothesis(problem, base, (candidate,), [(home, [each]) for each in sizes], tell)
     if made is None:
         return None
-    problem = problem.with_noise(made.fit.z, made.fit.effects)
-    return problem, again(problem, made, tell)
+    for _ in range(ROUNDS):
+        problem = problem.with_noise(made.fit.z, made.fit.effects)
+        before = again(problem, made, tell)
+        made = concluded(problem, improved(problem, linearised(problem, before.fit), tell))
+        if made.log_evidence < before.log_evidence + WORTH:
+            made = max(made, before, key=lambda each: each.log_evidence)
+            break
+    return problem, made

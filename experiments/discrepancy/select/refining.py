@@ -15,7 +15,7 @@ LOUD = 2.0  # mean square of a cell from which a further effect is looked for al
 ROUNDS = 2
 WORTH = 150.0  # nats that a further linearisation must have brought to go on: the next brings a hundredth of it
 LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
-BUDGET = {"fit": 400.0, "linearise": 700.0, "law": 800.0, "further": 900.0, "end": 1200.0}
+BUDGET = {"fit": 600.0, "linearise": 1000.0, "law": 1150.0, "further": 1500.0, "end": 1900.0}
 """Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
 
 
@@ -62,6 +62,17 @@ def under(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis | None:
         return concluded(problem, improved(problem, moved_to(problem, one.fit), tell))
     except InputError as error:
         tell(f"{one.label}: {error}")
+        return None
+
+
+def with_noise_of(problem: Problem, one: Hypothesis, tell: Tell) -> Problem | None:
+    """The problem with the noise as a hypothesis passes the track's errors on; None where the model does not run on one
+    of the tracks that it may be.
+    """
+    try:
+        return problem.with_noise(one.fit.z, one.fit.effects)
+    except InputError as error:
+        tell(f"{one.label}, on a track that it may be: {error}")
         return None
 
 

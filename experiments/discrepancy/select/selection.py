@@ -1,7 +1,7 @@
 """Selection: shortlisted effects are fitted with all nuisances; a second one joins where the first leaves something."""
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,7 +16,8 @@ from experiments.discrepancy.screen.screening import Screened, best_of, scaled, 
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, Decision, Judged, decide, held_out_gap
 from experiments.discrepancy.select.empirical import fit_empirical, follows_a_state
 from experiments.discrepancy.select.further import FIRSTS, GLANCE, with_further
-from experiments.discrepancy.select.moving import moved
+from experiments.discrepancy.select.masked import unmasked
+from experiments.discrepancy.select.moving import moved, respaced
 from experiments.discrepancy.select.passing import with_passing
 from experiments.discrepancy.select.refining import (
     WHITE,
@@ -26,6 +27,7 @@ from experiments.discrepancy.select.refining import (
     something_left,
     time_for,
     under,
+    with_noise_of,
 )
 from experiments.discrepancy.select.stand import FAR_BEHIND, OUT_OF_REACH, Stand
 from experiments.discrepancy.select.starts import all_sizes, at_home, elsewhere, stretched
@@ -69,16 +71,21 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     tell = noting(tell, left_out)
     null, screened, located = _looked_at(problem, null, located, found, tell)
     bent = located.bent or held_out_gap(problem, null.fit) > LARGE
-    if not bent and not _promising(located, screened, tell):
+    if bent or _promising(located, screened, tell):
+        stand = _fitted(problem, null, screened, found if bent else (), tell)
+    else:
         if not located.worth_looking and follows_a_state(problem, null.fit):
             null = polished(problem, null, tell)
-        stand = _with_law(Stand(problem, null, []), found, screened, tell)
-        decision = decide(problem, null, located, stand.judged)
-        return Selection(problem, null, screened, tuple(stand.judged), decision, stand.tabled)
-    stand = _fitted(problem, null, screened, found if bent else (), tell)
+        stand = unmasked(Stand(problem, null, []), found, tell)
+        if not stand.fitted:
+            stand = _with_law(stand, found, screened, tell)
+            decision = decide(problem, null, located, stand.judged)
+            return Selection(problem, null, screened, tuple(stand.judged), decision, stand.tabled)
     stand = _fair(_with_kin(stand, located, screened, tell), tell)
     stand = with_passing(stand, found, tell)
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
+    if stand.best is not stand.null and stand.best.candidate.sharp:  # its runs are slow: which wheel it is comes first
+        stand = _other_places(stand, screened, tell, refined=False)
     stand = _other_places(_other_law(_nearer(stand, tell), tell), screened, tell)
     stand = _with_law(stand, found, screened, tell)
     if stand.leader is not stand.best:
@@ -157,7 +164,8 @@ def _fitted(
         made = _from_all(stand, label, bases, tell)
         if made is None:
             continue
-        tell(f"{made.label}: {made.log_evidence - stand.null.log_evidence:+.1f} nats")
+        gain = made.log_evidence - stand.null.log_evidence
+        tell(f"{made.label}: {gain:+.1f} nats, gap {held_out_gap(stand.problem, made.fit):.3g}")
         stand = replace(stand, fitted=[*stand.fitted, made])
         if stand.most is made:
             stand = _law_at_once(stand, tell)
@@ -231,28 +239,38 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand
     """
     if stand.best is stand.null or not stand.unexplained:
         return stand
+    mates = _of_classes(stand, stand.best.classes, screened)
+    return replace(stand, fitted=[*stand.fitted, *_like_best(stand, mates, tell)])
+
+
+def _of_classes(stand: Stand, classes: Set[str], screened: Sequence[Screened]) -> list[Screened]:
+    """The other effects of some classes, each in its best variant."""
     tried = {one.candidate.name for one in stand.fitted}
     mates: dict[str, Screened] = {}
     for one in best_of(screened):
-        if one.candidate.equivalence in stand.best.classes and one.candidate.name not in tried:
+        if one.candidate.equivalence in classes and one.candidate.name not in tried:
             mates.setdefault(one.candidate.name, one)
-    return replace(stand, fitted=[*stand.fitted, *_like_best(stand, mates.values(), tell)])
+    return list(mates.values())
 
 
 def _with_kin(stand: Stand, located: Located, screened: Sequence[Screened], tell: Tell) -> Stand:
-    """With the effects that look like the strained nuisances; not where all are bent to explain what is no nuisance,
-    nor where the best effect leaves no nuisance strained and nothing else.
+    """With the effects that look like the strained nuisances, and the others of their classes; not where all are bent
+    to explain what is no nuisance, nor where the best effect leaves no nuisance strained and nothing else.
     """
     if not located.surprising or held_out_gap(stand.problem, stand.null.fit) > LARGE:
         return stand
     if stand.best is not stand.null and not locate(stand.problem, stand.best.fit).worth_looking:
         return stand
     tried = {one.candidate.label for one in stand.fitted}
-    mates = [one for one in kin(stand.problem, located, screened) if one.candidate.label not in tried]
-    return replace(stand, fitted=[*stand.fitted, *_begun_like(stand, stand.null, mates, tell)])
+    liked = kin(stand.problem, located, screened)
+    like = {one.candidate.equivalence for one in liked if not one.candidate.of_sensor}
+    mates = [one for one in liked if one.candidate.label not in tried]
+    stand = replace(stand, fitted=[*stand.fitted, *_begun_like(stand, stand.null, mates, tell)])
+    others = _of_classes(stand, like, screened)
+    return replace(stand, fitted=[*stand.fitted, *_begun_like(stand, stand.null, others, tell)])
 
 
-def _other_places(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand:
+def _other_places(stand: Stand, screened: Sequence[Screened], tell: Tell, refined: bool = True) -> Stand:
     """With the best effect on other wheelsets, sides or channels, which may be its mirror image: a first wheelset that
     is turned steers a bogie as a second one does that is turned the other way.
     """
@@ -260,8 +278,13 @@ def _other_places(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Sta
         return stand
     name, labels = stand.best.candidate.name, {one.candidate.label for one in stand.fitted}
     same = sorted((one for one in screened if one.candidate.name == name), key=lambda one: -one.gain)
-    others = [one for one in same if one.candidate.label not in labels and one.gain > HOPELESS * same[0].gain]
-    made = _like_best(stand, others[:VARIANTS], tell)
+    others: dict[str, Screened] = {}
+    for one in same:
+        if one.candidate.label not in labels and one.gain > HOPELESS * same[0].gain:
+            others.setdefault(one.candidate.label, one)
+    made = _like_best(stand, list(others.values())[:VARIANTS], tell)
+    if not refined:
+        return replace(stand, fitted=[*stand.fitted, *made])
     reach = OUT_OF_REACH * (stand.best.log_evidence - stand.null.log_evidence)
     near = [one for one in made if one.log_evidence > stand.best.log_evidence - reach]
     made = [polished(stand.problem, one, tell) if any(one is other for other in near) else one for one in made]
@@ -290,7 +313,7 @@ def _nearer(stand: Stand, tell: Tell) -> Stand:
     """With derivatives made anew at the best effect: what it has not taken itself, a second one would."""
     if stand.best is stand.null:
         return stand
-    better = polished(stand.problem, stand.best, tell)
+    better = respaced(stand.problem, polished(stand.problem, stand.best, tell), tell)
     return replace(stand, fitted=[better if one is stand.best else one for one in stand.fitted])
 
 
@@ -384,7 +407,9 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
     first = judged[0].hypothesis
     through = stand.null if weak else first
     tell(f"track errors propagated through {through.label}")
-    problem = stand.problem.with_noise(through.fit.z, through.fit.effects)
+    problem = with_noise_of(stand.problem, through, tell)
+    if problem is None:
+        return stand
     reach = max(2.0 * RIVAL, OUT_OF_REACH * judged[0].standing)
     close = [one.hypothesis for one in judged if one.standing > judged[0].standing - reach]
     most = sorted(stand.fitted, key=lambda one: -one.log_evidence)[: FIRSTS if stand.unexplained else 0]
@@ -392,7 +417,8 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
     for one in (*(close[:1]), *most, *close):
         nearest.setdefault(one.classes, one)
     near = list(nearest.values())[:NEAREST]
-    return Stand(problem, again(problem, stand.null, tell), [again(problem, one, tell) for one in near])
+    refitted = [respaced(problem, again(problem, one, tell), tell) for one in near]
+    return Stand(problem, again(problem, stand.null, tell), refitted)
 
 
 def _noise_of_both(stand: Stand, tell: Tell) -> Stand:

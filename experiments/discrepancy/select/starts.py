@@ -24,7 +24,11 @@ def at_home(problem: Problem, fit: Fit) -> np.ndarray:
 
 
 def all_sizes(one: Screened) -> list[dict[str, float]]:
-    """All sizes of a candidate where the signature has its place, phase or wavelength."""
+    """All sizes of a candidate where the signature has its place, phase or wavelength; of a blow, whose sizes lie close
+    and whose runs are slow, those that screening found.
+    """
+    if one.candidate.sharp:
+        return [one.values, one.tried]
     free = one.candidate.parameters
     where = {name: value for name, value in one.tried.items() if free[name].absent is None}
     return [{**values, **where} for values in one.candidate.sizes()]

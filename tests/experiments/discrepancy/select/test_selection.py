@@ -7,6 +7,7 @@ import pytest
 
 from experiments.discrepancy.select import selection
 from experiments.discrepancy.select.selection import Stand, _noise_there
+from railsim.errors import InputError
 
 
 class _Problem:
@@ -41,6 +42,7 @@ def test_a_weak_effect_is_weighed_with_the_noise_of_the_fitted_vehicle(
     monkeypatch: pytest.MonkeyPatch, evidence: list[float], left: bool, through: list[str]
 ):
     monkeypatch.setattr(selection, "again", lambda problem, one, tell: one)
+    monkeypatch.setattr(selection, "respaced", lambda problem, one, tell: one)
     problem: Any = _Problem()
     judged = [_judged(one, f"damper{number}") for number, one in enumerate(evidence)]
     stand = Stand(problem, _judged(0.0, "nuisances").hypothesis, [one.hypothesis for one in judged])
@@ -48,3 +50,17 @@ def test_a_weak_effect_is_weighed_with_the_noise_of_the_fitted_vehicle(
     after = _noise_there(stand, lambda text: None)
     assert problem.through == through
     assert {one.label for one in after.fitted} == {one.label for one in stand.fitted}
+
+
+def test_an_effect_that_derails_on_a_track_that_it_may_be_keeps_the_noise_that_there_was():
+    class Derails:
+        def with_noise(self, z: str, effects: str) -> Any:
+            raise InputError("wheel1_left leaves its rail")
+
+    problem: Any = Derails()
+    judged = [_judged(500.0, "joints"), _judged(490.0, "sleepers")]
+    stand = Stand(problem, _judged(0.0, "nuisances").hypothesis, [one.hypothesis for one in judged])
+    stand.__dict__.update(judged=judged, unexplained=False)
+    said: list[str] = []
+    assert _noise_there(stand, said.append) is stand
+    assert "leaves its rail" in said[-1]
