@@ -85,23 +85,29 @@ def test_likelihood_of_a_cone_is_the_kalman_filters(cone: tuple):
 
 
 def test_a_wheel_that_bends_is_found_with_the_gauge_unknown():
-    """In the median of five draws of the particles: a single one's deviation lies between 0.02 and 0.05."""
+    """By the median of nine draws of the particles, at each place of the tread.
+
+    Of 35 draws on one record the largest stated deviation of a tread lies between 0.022 and 0.117, in the median at
+    0.031, and the rms one at 0.018: resampling makes a new draw of every machine's rounding. Nine drawn from these 35
+    keep each bound here in 99 of 100 tries; a bound of 0.03 on the largest was kept or broken by chance.
+    """
     table = BASIS.radius @ (0.2 * BASIS.cone)
     half, y = record(table, 2400, 5)
     inner = (BASIS.shift > 5e-4) & (BASIS.shift < 2.5e-3)
     true = (BASIS.conicity @ (0.2 * BASIS.cone))[inner]
-    figures = []
-    for draw in range(1, 6):
+    errors, stated, levels = [], [], []
+    for draw in range(1, 10):
         wheel, paths = likelihood(half, y, 100, 0.15, draw).fit()
-        error, std = wheel.conicity[inner] - true, np.sqrt(np.diag(wheel.covariance)[inner])
-        levels = np.abs(wheel.parameters[-2:] - np.log([RAIL.level, GAUGE.level]))
-        figures.append((np.sqrt(np.mean(error**2)), np.abs(error / std).max(), std.max(), *levels))
+        errors.append(wheel.conicity[inner] - true)
+        stated.append(np.sqrt(np.diag(wheel.covariance)[inner]))
+        levels.append(wheel.parameters[-2:] - np.log([RAIL.level, GAUGE.level]))
         assert np.isfinite(paths[EVERY + 1 : len(y) - LAG - EVERY]).all()
-    rms, deviations, std, *levels = np.median(figures, axis=0)
-    assert rms < 0.03
-    assert deviations < 3.0
-    assert std < 0.03
-    assert max(levels) < 0.4
+    error, std = np.median(errors, axis=0), np.median(stated, axis=0)
+    assert np.sqrt(np.mean(error**2)) < 0.03
+    assert np.sqrt(np.mean(std**2)) < 0.03
+    assert std.max() < 0.06
+    assert np.abs(error / std).max() < 3.0
+    assert np.abs(np.median(levels, axis=0)).max() < 0.4
 
 
 def test_a_shifted_wheel_is_the_same_on_another_gauge():
