@@ -70,7 +70,7 @@ def log_likelihood(problem: Problem, residual: np.ndarray) -> np.ndarray:
     return -0.5 * ((WEIGHT * residual) ** 2).sum(axis=(1, 2)) - problem.white.log_determinant
 
 
-def _own(problem: Problem, z: np.ndarray, effects: tuple[Effect, ...]) -> float:
+def likelihood_of_own(problem: Problem, z: np.ndarray, effects: tuple[Effect, ...]) -> float:
     """Log likelihood of the training frames under the noise that the effects pass on at z."""
     own, stacked = problem.noise_at(z, effects, FEW)
     return float(log_likelihood(own, own.whitened(own.measured - stacked))[own.train].sum())
@@ -87,10 +87,10 @@ def _likeliest(
             sizes.setdefault(sized[0].name, []).append(sized)
     tried = [sized for name in list(sizes)[:NAMES] for sized in sizes[name][:SIZES]]
     seen = _best_seen(problem, base, [candidate for candidate, _ in tried if candidate.phases])
-    best, most = None, _own(problem, null.fit.z, ())
+    best, most = None, likelihood_of_own(problem, null.fit.z, ())
     for candidate, values in _with_phases(tried, seen):
         try:
-            here = _own(problem, home, (candidate.build(values),))
+            here = likelihood_of_own(problem, home, (candidate.build(values),))
         except InputError as error:
             tell(f"{candidate.label}: {error}")
             continue

@@ -24,12 +24,14 @@ def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell) -> Hypothesis:
     return concluded(problem, improved(problem, starting_fit(problem, z), tell))
 
 
-def polished(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
-    """With derivatives made anew at the hypothesis itself, as long as that brings something."""
+def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linearise") -> Hypothesis:
+    """With derivatives made anew at the hypothesis itself, as long as that brings something and the budget of a stage
+    lasts.
+    """
     if one.fresh:
         return one
     for _ in range(ROUNDS if held_out_gap(problem, one.fit) < LARGE else 1):
-        if not time_for(problem, "linearise", f"derivatives at {one.label}", tell):
+        if not time_for(problem, stage, f"derivatives at {one.label}", tell):
             break
         try:
             better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))

@@ -29,6 +29,7 @@ from experiments.discrepancy.select.refining import (
     under,
     with_noise_of,
 )
+from experiments.discrepancy.select.rivals import with_noise_of_likeliest, with_rivals_refined
 from experiments.discrepancy.select.stand import FAR_BEHIND, OUT_OF_REACH, Stand
 from experiments.discrepancy.select.starts import all_sizes, at_home, elsewhere, stretched
 
@@ -86,12 +87,16 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
     stand = _with_mates(_noise_there(stand, tell), screened, tell)
     if stand.best is not stand.null and stand.best.candidate.sharp:  # its runs are slow: which wheel it is comes first
         stand = _other_places(stand, screened, tell, refined=False)
-    stand = _other_places(_other_law(_nearer(stand, tell), tell), screened, tell)
+    stand = with_noise_of_likeliest(with_rivals_refined(_nearer(stand, tell), tell), tell)
+    stand = _other_places(_other_law(stand, tell), screened, tell)
     stand = _with_law(stand, found, screened, tell)
     if stand.leader is not stand.best:
         stand = _other_law(stand, tell)
     else:
-        stand = _with_law(_noise_of_both(with_further(stand, found, tell), tell), found, screened, tell)
+        stand = with_rivals_refined(_noise_of_both(with_further(stand, found, tell), tell), tell, "end")
+        if len(stand.best.candidates) > 1:
+            stand = with_noise_of_likeliest(stand, tell, "end")
+        stand = _with_law(stand, found, screened, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
     tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best or stand.by_law else None
