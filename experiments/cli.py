@@ -6,10 +6,11 @@ import importlib
 import json
 import keyword
 import os
+import signal
 import sys
 import threading
-from collections.abc import Callable, Sequence
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
 from typing import Any, NoReturn
 
 import pydantic
@@ -31,11 +32,14 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns 0 on success, 1 where a check or claim did not hold, 2 on bad input, 130 on Ctrl-C."""
+    """Run the command; returns 0 on success, 1 where a check or claim did not hold, 2 on bad input, 130 on Ctrl-C
+    or where it is told to end.
+    """
     given = build_parser().parse_args(arguments)
     usual, sys.unraisablehook = sys.unraisablehook, _hear_again
     try:
-        outcome = _execute(given)
+        with _ended_like_interrupted():
+            outcome = _execute(given)
         print(json.dumps(outcome.result, allow_nan=False, ensure_ascii=False) if given.json else outcome.text)
         sys.stdout.flush()
     except BrokenPipeError:
@@ -56,6 +60,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     finally:
         sys.unraisablehook = usual
     return 0 if outcome.held else 1
+
+
+@contextmanager
+def _ended_like_interrupted() -> Iterator[None]:
+    """A SIGTERM, by which schedulers of clusters end what takes too long, leaves as little behind as a Ctrl-C."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _hear_again(lost: Any) -> None:

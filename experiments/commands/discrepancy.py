@@ -38,9 +38,9 @@ def execute(given: argparse.Namespace) -> Outcome:
 
 
 def _plan(given: argparse.Namespace) -> Outcome:
+    plan = make_plan(load_scenario(given.model), Countdown(), _known(given.effects))
     folder = Path(given.out)
     folder.mkdir(parents=True, exist_ok=True)
-    plan = make_plan(load_scenario(given.model), Countdown(), _known(given.effects))
     draw_plan(plan, folder / "confusability.png")
     pairs = [{"a": a, "b": b, "likeness": round(value, 3)} for a, b, value in plan.confusable()]
     result = {"detectable_size": plan.sizes, "confusable": pairs, "picture": f"{folder}/confusability.png"}

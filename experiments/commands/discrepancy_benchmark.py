@@ -28,7 +28,6 @@ def execute(given: argparse.Namespace) -> Outcome:
     if given.cases < 1 or given.duration < 20.0:
         raise InputError("--cases: give a number from 1; --duration: at least 20 s")
     folder = Path(given.out)
-    folder.mkdir(parents=True, exist_ok=True)
     rule = given.score or rule_hash()
     cases = Cases(given.model, given.seed, given.duration, given.laws)
     store = Path(given.rows) if given.rows else None
@@ -36,6 +35,7 @@ def execute(given: argparse.Namespace) -> Outcome:
         renew_expected(cases, folder, rule, _say)
     else:
         first, step = _part(given.part)
+        folder.mkdir(parents=True, exist_ok=True)
         run_benchmark(cases, folder, range(first, given.cases, step), _say, store)
     rows = read_rows(folder, rule, kept(store, rule, given.seed, given.duration) if store else ())
     if given.score and not rows:
@@ -43,6 +43,7 @@ def execute(given: argparse.Namespace) -> Outcome:
         asked = f"seed {given.seed} and {given.duration:g} s"
         raise InputError(f'--score {rule}: no row of that rule with {asked} in {places}; take the "rule" of a row')
     found = score(rows)
+    folder.mkdir(parents=True, exist_ok=True)
     replace_file(folder / PAGE, page(rows, rule).encode())
     return Outcome(found | {"rule": rule}, f"rule {rule}\n" + _text(found))
 

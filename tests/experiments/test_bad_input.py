@@ -161,3 +161,19 @@ def test_score_needs_truth_and_the_same_recording(railsim_here: Command, recordi
         == 0
     )
     refused(railsim_here("score", estimate, short), "score it on the recording that it was made from")
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (("discrepancy", "rec", "--model", "default", "--engine", "turbo"), ("unknown engine 'turbo'", "compiled")),
+        (("discrepancy", "--plan", "--model", "nowhere"), ("no scenario 'nowhere'",)),
+        (("discrepancy-benchmark", "--score", "0123"), ("--score 0123: no row of that rule",)),
+        (("discrepancy-benchmark", "--part", "2/2"), ("--part 2/2", "for example 0/2")),
+    ],
+)
+def test_discrepancy_that_cannot_begin_leaves_no_folder(
+    railsim: Command, tmp_path: Path, words: tuple[str, ...], parts: tuple[str, ...]
+):
+    refused(railsim(*words, "--out", tmp_path / "out"), *parts)
+    assert not (tmp_path / "out").exists()

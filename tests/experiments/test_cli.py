@@ -3,6 +3,7 @@
 import argparse
 import ctypes
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -212,6 +213,15 @@ def test_interrupt_that_falls_into_a_callback_is_heard(monkeypatch: pytest.Monke
     finally:
         signal.signal(signal.SIGINT, before)
     assert capsys.readouterr().err == "railsim: interrupted; nothing was written\n"
+
+
+def test_being_told_to_end_is_like_an_interrupt(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    """As a scheduler does that finds a job too long."""
+    before = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr("experiments.cli._execute", lambda given: os.kill(os.getpid(), signal.SIGTERM) or time.sleep(5))
+    assert main(["list"]) == 130
+    assert capsys.readouterr().err == "railsim: interrupted; nothing was written\n"
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def test_interrupt_leaves_nothing_behind(tmp_path: Path, cache: Path):

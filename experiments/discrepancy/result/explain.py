@@ -19,6 +19,7 @@ from experiments.discrepancy.workflow import Findings, investigate
 from railsim.errors import InputError
 from railsim.files import write_folder_atomically, write_json
 from railsim.scenario import Scenario
+from railsim.simulation import load_engine
 
 VERDICT = "verdict.json"
 DIGITS = 9
@@ -46,8 +47,9 @@ def explain(
 
     Raises
     ------
-    InputError : the recording cannot say anything; one line that says why.
+    InputError : the recording cannot say anything; one line that says why. No such engine.
     """
+    load_engine(engine)  # before anything is fitted
     given = given_track(track) if track else NO_TRACK
     evidence = gather(recording, scenario, given)
     others = {name: _further(one, scenario, given) for name, one in named(further).items()}
