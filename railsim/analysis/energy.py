@@ -4,10 +4,11 @@ import numpy as np
 
 from railsim.compiled import kernel
 from railsim.engines._equilibrium import initial_state
-from railsim.engines._integrate import SCRATCH, rk4_step
-from railsim.engines._kernel import body_coordinates, contact, cross, derivatives, turned_arm, wheelset_local
+from railsim.engines._integrate import rk4_step
+from railsim.engines._kernel import SCRATCH, body_coordinates, cross, derivatives, turned_arm
 from railsim.engines._laws import bump_stop_energy
 from railsim.engines._plant import Plant, build_plant
+from railsim.engines._wheels import contact, wheelset_local
 from railsim.engines.interface import Run
 from railsim.model import BUMP_STOP, GRAVITY
 
@@ -85,7 +86,7 @@ def energy_over(run: Run) -> np.ndarray:
     plant = build_plant(run.model, run.track, run.speed)
     x = initial_state(plant, run)
     rows = np.zeros((run.rows, len(KINDS)))
-    stages, trial, scratch = np.empty((4, len(x))), np.empty(len(x)), np.empty(SCRATCH)
+    stages, trial, scratch = np.empty((4, len(x))), np.empty(len(x)), np.zeros(SCRATCH)
     _march(plant, x, run.substeps, run.rate, rows, stages, trial, scratch)
     return rows
 

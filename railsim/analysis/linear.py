@@ -13,8 +13,7 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from railsim.engines._equilibrium import state_size, steady_state
-from railsim.engines._integrate import SCRATCH
-from railsim.engines._kernel import derivatives
+from railsim.engines._kernel import SCRATCH, derivatives
 from railsim.engines._plant import Plant, build_plant
 from railsim.errors import InputError
 from railsim.model import Model
@@ -129,7 +128,7 @@ def _jacobian(plant: Plant, x: np.ndarray, columns: list[int], steps: np.ndarray
         moved = x.copy()
         moved[column] += step
         out = np.empty(state_size(plant))
-        derivatives(plant, 0.0, moved, out, np.empty(SCRATCH))
+        derivatives(plant, 0.0, moved, out, np.zeros(SCRATCH))
         return out
 
     return np.column_stack(

@@ -21,9 +21,8 @@ the profiles where they are nearest. Creepages and creep law are evaluated there
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from railsim.compiled import inlined, kernel
+from railsim.contact.elementary import cube_root, cubic
 from railsim.contact.fastsim import fastsim_force
 from railsim.contact.linear import linear_force
 from railsim.contact.polach import friction_coefficient, polach_force
@@ -68,34 +67,30 @@ class WheelForces(NamedTuple):
     creepage_x: float
     creepage_y: float
     spin_creepage: float
-    angle: float
+    tangent: float  # of the contact angle
     radius: float
     shift: float
     friction: float
 
 
 @inlined
-def _cubic(row, x):
-    return row[0] + x * (row[1] + x * (row[2] + x * row[3]))
-
-
-@inlined
-def _profile(start, spacing, cells, u):
+def _profile(start, per_metre, cells, u):
     """Lift, its first and second derivative; half distance and its derivative; cell and fraction. Straight beyond the
-    table.
+    table, of which `per_metre` is the cells' number to a metre.
     """
-    place = (u - start) / spacing
+    place = (u - start) * per_metre
     cell = min(max(int(place), 0), cells.shape[0] - 1)
     x = place - cell
     edge = min(max(x, 0.0), 1.0)
     lift_row, half_row = cells[cell, 0], cells[cell, 2]
-    lift_1 = (lift_row[1] + edge * (2.0 * lift_row[2] + 3.0 * edge * lift_row[3])) / spacing
-    lift = _cubic(lift_row, edge) + lift_1 * (x - edge) * spacing
-    half = _cubic(half_row, edge)
+    rise = lift_row[1] + edge * (2.0 * lift_row[2] + 3.0 * edge * lift_row[3])
+    lift = cubic(lift_row, edge) + rise * (x - edge)
+    lift_1 = rise * per_metre
+    half = cubic(half_row, edge)
     if x != edge:
         return lift, lift_1, 0.0, half, 0.0, cell, edge
-    lift_2 = (2.0 * lift_row[2] + 6.0 * x * lift_row[3]) / (spacing * spacing)
-    half_1 = (half_row[1] + x * (2.0 * half_row[2] + 3.0 * x * half_row[3])) / spacing
+    lift_2 = (2.0 * lift_row[2] + 6.0 * x * lift_row[3]) * per_metre * per_metre
+    half_1 = (half_row[1] + x * (2.0 * half_row[2] + 3.0 * x * half_row[3])) * per_metre
     return lift, lift_1, lift_2, half, half_1, cell, x
 
 
@@ -122,34 +117,37 @@ def creep_force(law, creep_x, creep_y, spin, a, b, c11, c22, c23, normal, fricti
     return share * force_x, share * force_y
 
 
-@inlined
-def wheel_forces(
-    start, spacing, cells, stiffness, side, r0, law, friction,
-    y, z, roll, yaw, y_rate, z_rate, roll_rate, yaw_rate,
-    speed, curvature, spin, rail_y, rail_y_rate, rail_z, rail_z_rate,
-):  # fmt: skip
-    """Forces of one wheel; lengths m, angles rad, rates per second; `cells` (cells, channels, 4) of `ContactTable`;
-    `law` as an array.
+class Touch(NamedTuple):
+    """Where wheel and rail are nearest."""
 
-    `friction` is mu0 at this place. All coordinates are relative to the track frame at the wheelset; `curvature` is
-    the track's.
-    """
+    depth: float  # p there [m]; 0 = they do not touch
+    across: float  # dp/dy there: tangent of the contact angle against the horizontal [-]
+    along: float  # dp/du there [-]
+    aside: float  # sigma [m]
+    arm: float  # lateral lever of the contact about the wheelset's centre, before sigma [m]
+    yaw_factor: float  # second derivative of p by the yaw angle [m]
+    shift: float  # u there [m]
+    cell: int  # of the contact functions
+    x: float  # fraction of the cell
+
+
+@inlined
+def nearest(start, spacing, cells, side, r0, y, z, roll, yaw, rail_y, rail_z):
+    """`Touch` of one wheel; lengths m, angles rad; `cells` (cells, channels, 4) of `ContactTable`."""
+    per_metre = 1.0 / spacing
     shift = y + r0 * roll - rail_y
     yaw_square = 0.5 * yaw * yaw
-    lift, lift_1, lift_2, half, half_1, cell, x = _profile(start, spacing, cells, shift)
+    lift, lift_1, lift_2, half, half_1, cell, x = _profile(start, per_metre, cells, shift)
     arm = side * half + rail_y - y
     yaw_factor = lift_1 * (r0 * lift_1 - side * half)
     p = lift + rail_z - z - roll * arm + yaw_square * yaw_factor
     if p <= 0.0:
-        return WheelForces(
-            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.atan(lift_1 + roll),
-            _cubic(cells[cell, 1], x), shift, friction,
-        )  # fmt: skip
+        return Touch(0.0, lift_1 + roll, lift_1, 0.0, arm, yaw_factor, shift, cell, x)
     p_u = _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1)
     p_y = p_u + roll
     sigma = p * p_y / (1.0 + p_y * p_y + max(p * lift_2, -0.5))
     for _ in range(NEAREST_STEPS):
-        lift, lift_1, lift_2, half, half_1, cell, x = _profile(start, spacing, cells, shift - sigma)
+        lift, lift_1, lift_2, half, half_1, cell, x = _profile(start, per_metre, cells, shift - sigma)
         arm = side * half + rail_y - y
         yaw_factor = lift_1 * (r0 * lift_1 - side * half)
         p = lift + rail_z - z - roll * (arm + sigma) + yaw_square * yaw_factor
@@ -162,49 +160,105 @@ def wheel_forces(
             p_u -= lift_2 * step
             p_y -= lift_2 * step
             break
+    return Touch(p, p_y, p_u, sigma, arm, yaw_factor, shift - sigma, cell, x)
+
+
+class Press(NamedTuple):
+    """Normal force and slip in a contact, and what of the wheelset's coordinates both depend on."""
+
+    normal: float
+    cosine: float  # of the contact angle against the horizontal
+    by_roll: float  # d(p_n)/d(roll) [m]
+    by_yaw: float
+    slip_x: float  # [m/s]
+    slip_y: float
+    turning: float  # [rad/s]
+    reference: float  # 1 / speed of the creepages [s/m]; 0 without contact
+    scale: float  # semi-axes to those under 1 N
+
+
+@inlined
+def press(
+    touch, radius, stiffness, damping, r0, roll, yaw, y, y_rate, z_rate, roll_rate, yaw_rate,
+    speed, curvature, spin, rail_y_rate, rail_z_rate,
+):  # fmt: skip
+    """`Press` of one wheel with rolling radius `radius` [m]; no calls, no branches."""
+    p, p_y = touch.depth, touch.across
+    yaw_square = 0.5 * yaw * yaw
     cosine = 1.0 / math.sqrt(1.0 + p_y * p_y)
     sine = p_y * cosine
-    p_normal = math.sqrt(p * p + sigma * sigma)
-    p_roll = cosine * (r0 * p_u - arm - sigma)
-    p_yaw = cosine * yaw * yaw_factor
+    p_normal = math.sqrt(p * p + touch.aside * touch.aside)
+    p_roll = cosine * (r0 * touch.along - touch.arm - touch.aside)
+    p_yaw = cosine * yaw * touch.yaw_factor
     rate = sine * (y_rate - rail_y_rate) + cosine * (rail_z_rate - z_rate) + p_roll * roll_rate + p_yaw * yaw_rate
-    normal = max(stiffness * p_normal * math.sqrt(p_normal) * (1.0 + law[DAMPING] * rate), 0.0)
-    elastic_y, elastic_z = -normal * sine, normal * cosine
-    elastic_roll, elastic_yaw = -normal * p_roll, -normal * p_yaw
-
-    shift -= sigma
-    angle = math.atan(p_y)
-    radius = _cubic(cells[cell, 1], x)
-    reference = 1.0 / math.sqrt(math.sqrt(speed**4 + SLOWEST**4))
-    along = speed * (1.0 - curvature * (y + arm)) - arm * yaw_rate
+    normal = max(stiffness * p_normal * math.sqrt(p_normal) * (1.0 + damping * rate), 0.0)
+    normal = normal if p > 0.0 else 0.0
+    square = speed * speed
+    reference = 1.0 / math.sqrt(math.sqrt(square * square + SLOWEST**4))
+    along = speed * (1.0 - curvature * (y + touch.arm)) - touch.arm * yaw_rate
     across = y_rate + radius * roll_rate
     slip_x = along * (1.0 - yaw_square) + across * yaw - radius * spin
     slip_y = (across * (1.0 - yaw_square) - along * yaw) / cosine
     turning = (speed * curvature + yaw_rate) * cosine - spin * (sine - roll * cosine)
-    creep_x, creep_y, spin_creep = slip_x * reference, slip_y * reference, turning * reference
-    if law[CREEP] == 0.0:
-        return WheelForces(
-            0.0, elastic_y, elastic_z, elastic_roll, 0.0, elastic_yaw, normal, 0.0, 0.0, creep_x, creep_y, spin_creep,
-            angle, radius, shift, friction,
-        )  # fmt: skip
-    scale = np.cbrt(normal)
-    slip_speed = math.sqrt(slip_x * slip_x + slip_y * slip_y)
-    mu = friction_coefficient(friction, law[RATIO], law[DECAY], slip_speed)
-    a, b = _cubic(cells[cell, 3], x) * scale, _cubic(cells[cell, 4], x) * scale
-    c11, c22, c23 = _cubic(cells[cell, 5], x), _cubic(cells[cell, 6], x), _cubic(cells[cell, 7], x)
-    creep_force_x, creep_force_y = creep_force(
-        law[LAW], creep_x, creep_y, spin_creep, a, b, c11, c22, c23, normal, mu, law[K_ADHESION], law[K_SLIP]
+    return Press(
+        normal, cosine, p_roll, p_yaw, slip_x, slip_y, turning, reference if p > 0.0 else 0.0, cube_root(normal)
     )
-    level = creep_force_y * cosine
-    lever_x = radius * p_y * yaw
-    force_y = creep_force_x * yaw + level * (1.0 - yaw_square)
-    force_z = creep_force_y * sine
+
+
+@inlined
+def resultant(touch, pressed, radius, yaw, force_x, force_y):
+    """(6,) forces and moments of one wheel on the wheelset, of which force_x and force_y are the creep force in the
+    contact plane [N]: x, y, z, moments about x, of the spin, about z.
+    """
+    yaw_square = 0.5 * yaw * yaw
+    normal, cosine = pressed.normal, pressed.cosine
+    sine = touch.across * cosine
+    level = force_y * cosine
+    side_force = force_x * yaw + level * (1.0 - yaw_square)
+    lift = force_y * sine
+    return (
+        force_x * (1.0 - yaw_square) - level * yaw,
+        side_force - normal * sine,
+        lift + normal * cosine,
+        touch.arm * lift + radius * side_force - normal * pressed.by_roll,
+        -radius * force_x,
+        radius * touch.across * yaw * level - touch.arm * force_x - normal * pressed.by_yaw,
+    )
+
+
+@inlined
+def wheel_forces(
+    start, spacing, cells, stiffness, side, r0, law, friction,
+    y, z, roll, yaw, y_rate, z_rate, roll_rate, yaw_rate,
+    speed, curvature, spin, rail_y, rail_y_rate, rail_z, rail_z_rate,
+):  # fmt: skip
+    """Forces of one wheel; lengths m, angles rad, rates per second; `cells` (cells, channels, 4) of `ContactTable`;
+    `law` as an array.
+
+    `friction` is mu0 at this place. All coordinates are relative to the track frame at the wheelset; `curvature` is
+    the track's.
+    """
+    touch = nearest(start, spacing, cells, side, r0, y, z, roll, yaw, rail_y, rail_z)
+    row = cells[touch.cell]
+    radius = cubic(row[1], touch.x)
+    pressed = press(
+        touch, radius, stiffness, law[DAMPING], r0, roll, yaw, y, y_rate, z_rate, roll_rate, yaw_rate,
+        speed, curvature, spin, rail_y_rate, rail_z_rate,
+    )  # fmt: skip
+    reference = pressed.reference
+    creep_x, creep_y, creep_spin = pressed.slip_x * reference, pressed.slip_y * reference, pressed.turning * reference
+    force_x, force_y = 0.0, 0.0
+    if law[CREEP] != 0.0 and touch.depth > 0.0:
+        slip_speed = math.sqrt(pressed.slip_x * pressed.slip_x + pressed.slip_y * pressed.slip_y)
+        friction = friction_coefficient(friction, law[RATIO], law[DECAY], slip_speed)
+        force_x, force_y = creep_force(
+            law[LAW], creep_x, creep_y, creep_spin,
+            cubic(row[3], touch.x) * pressed.scale, cubic(row[4], touch.x) * pressed.scale,
+            cubic(row[5], touch.x), cubic(row[6], touch.x), cubic(row[7], touch.x),
+            pressed.normal, friction, law[K_ADHESION], law[K_SLIP],
+        )  # fmt: skip
+    forces = resultant(touch, pressed, radius, yaw, force_x, force_y)
     return WheelForces(
-        creep_force_x * (1.0 - yaw_square) - level * yaw,
-        elastic_y + force_y,
-        elastic_z + force_z,
-        elastic_roll + arm * force_z + radius * force_y,
-        -radius * creep_force_x,
-        elastic_yaw + lever_x * level - arm * creep_force_x,
-        normal, creep_force_x, creep_force_y, creep_x, creep_y, spin_creep, angle, radius, shift, mu,
+        forces[0], forces[1], forces[2], forces[3], forces[4], forces[5], pressed.normal, force_x, force_y,
+        creep_x, creep_y, creep_spin, touch.across, radius, touch.shift, friction,
     )  # fmt: skip

@@ -15,15 +15,10 @@ import math
 
 from railsim.compiled import kernel
 from railsim.engines._extras import load_value, wheel_extras
-from railsim.engines._kernel import (
-    contact,
-    drag,
-    path_moment,
-    pose,
-    prescribed_speed,
-    wheelset_torque,
-)
+from railsim.engines._kernel import drag, path_moment, prescribed_speed, wheelset_torque
 from railsim.engines._laws import law_force
+from railsim.engines._moving_frame import pose
+from railsim.engines._wheels import contact, upward
 from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, EAST, GRADIENT, HEADING, NORTH, ROLL, UP, locate, slope, value
 
@@ -331,8 +326,7 @@ def _wheelset(plant, i, t, q, v, work, out):
     added = 0.0
     if plant.core.uneven:
         extra = work[work.shape[0] - 1, 33:38]
-        press_left, press_right = left.normal * math.cos(left.angle), right.normal * math.cos(right.angle)
-        wheel_extras(plant, i, angle, spin, press_left, press_right, extra)
+        wheel_extras(plant, i, angle, spin, upward(left), upward(right), extra)
         add_wrench(f, own, extra[0], 0.0, extra[1], extra[2], 0.0, extra[3], mine)
         along, added = along + extra[0], extra[4]
     torque = wheelset_torque(plant, i, t, spin, pace)

@@ -5,8 +5,7 @@ import itertools
 import numpy as np
 from scipy.optimize import root
 
-from railsim.engines._integrate import SCRATCH
-from railsim.engines._kernel import derivatives
+from railsim.engines._kernel import SCRATCH, derivatives
 from railsim.engines._plant import Plant
 from railsim.engines.interface import Run
 from railsim.errors import InputError
@@ -65,7 +64,7 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
         scale[axes[3:][axes[3:] >= 0]] = ANGLE
     guess = np.concatenate((_on_rails(plant, start, sunk) / scale[:n], np.zeros(w)))
     scale[n:] = SPIN * speed / plant.core.radius
-    out, scratch = np.empty(size), np.empty(SCRATCH)
+    out, scratch = np.empty(size), np.zeros(SCRATCH)
 
     def state(unknown: np.ndarray) -> np.ndarray:
         x = np.zeros(size)

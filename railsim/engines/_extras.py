@@ -80,8 +80,7 @@ def rail_deflection(plant, i, side, s, velocity, spin, local, height, rate):
             local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
             velocity, 0.0, spin, d_y, d_y_rate, height - d + plant.core.static_deflection, rate,
         )  # fmt: skip
-        cosine = math.cos(forces.angle)
-        contact_rate = 1.5 * (forces.normal * hertz * hertz) ** (1.0 / 3.0) * cosine * cosine
+        contact_rate = 1.5 * (forces.normal * hertz * hertz) ** (1.0 / 3.0) / (1.0 + forces.tangent * forces.tangent)
         damping = TRACK_LOSS * support * approach * contact_rate / (contact_rate + support)
         step = (forces.force_z - support * d - damping) / (contact_rate + support)
         d += step

@@ -6,8 +6,6 @@ from railsim.compiled import kernel
 from railsim.engines._kernel import derivatives, derivatives_and_wheels
 from railsim.engines._observe import observe
 
-SCRATCH = 128
-
 
 @kernel
 def rk4_step(plant, t, h, x, stages, trial, scratch):

@@ -12,25 +12,16 @@ State x = [q (n), q' (n), spin angle (w), spin (w), s, V, states of elements (m)
 import math
 
 from railsim.compiled import inlined, kernel
-from railsim.contact.wheel import FRICTION, WheelForces, wheel_forces
-from railsim.engines._extras import RAIL_RIGHT, load_value, uneven, wheel_extras
+from railsim.engines._extras import load_value, wheel_extras
 from railsim.engines._laws import bump_stop, law_force
+from railsim.engines._moving_frame import frame_forces, frame_motion, pose
+from railsim.engines._wheels import WHEELS, evaluate, forces_of, put, upward, wheel_row, wheelset_local
 from railsim.model import BUMP_STOP, GRAVITY
-from railsim.track.kernel import (
-    CURVATURE,
-    GRADIENT,
-    LEFT_FRICTION,
-    LEFT_LATERAL,
-    LEFT_VERTICAL,
-    ROLL,
-    locate,
-    second,
-    slope,
-    value,
-)
+from railsim.track.kernel import GRADIENT, locate, value
 
 BRAKE_GRIP = 400.0  # 1/s; a brake's torque per spin inertia and spin, until it slips: it holds a wheelset that stands
 SLIDE_GAIN = 400.0  # 1/s; brake torque of the slide control per spin inertia and spin error
+SCRATCH = 152 + WHEELS  # numbers: frame 9, pose 12, local 8, work of elements 96 from 32 on, two poses, wheels
 
 
 @inlined
@@ -70,109 +61,11 @@ def wheelset_torque(plant, i, t, spin, velocity):
     return torque
 
 
-@inlined
-def frame_motion(plant, s, velocity, acceleration, frame):
-    """Fill frame (9,): Omega [rad/s], its derivative [rad/s2], upward unit vector, in the track frame at s."""
-    frame[:] = 0.0
-    frame[8] = 1.0
-    if not plant.core.curved:
-        return
-    c = plant.track
-    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
-    kappa, kappa_1 = value(c, cell, CURVATURE, x), slope(c, cell, CURVATURE, x)
-    roll, roll_1, roll_2 = value(c, cell, ROLL, x), slope(c, cell, ROLL, x), second(c, cell, ROLL, x)
-    climb, climb_1, climb_2 = value(c, cell, GRADIENT, x), slope(c, cell, GRADIENT, x), second(c, cell, GRADIENT, x)
-    sin_r, cos_r, sin_g, cos_g = math.sin(roll), math.cos(roll), math.sin(climb), math.cos(climb)
-    k_x = roll_1 + kappa * sin_g
-    k_y = -climb_1 * cos_r + kappa * sin_r * cos_g
-    k_z = climb_1 * sin_r + kappa * cos_r * cos_g
-    level_1 = kappa_1 * cos_g - kappa * sin_g * climb_1
-    k_x1 = roll_2 + kappa_1 * sin_g + kappa * cos_g * climb_1
-    k_y1 = -climb_2 * cos_r + level_1 * sin_r + roll_1 * k_z
-    k_z1 = climb_2 * sin_r + level_1 * cos_r - roll_1 * k_y
-    frame[0], frame[1], frame[2] = velocity * k_x, velocity * k_y, velocity * k_z
-    square = velocity * velocity
-    frame[3] = square * k_x1 + acceleration * k_x
-    frame[4] = square * k_y1 + acceleration * k_y
-    frame[5] = square * k_z1 + acceleration * k_z
-    frame[6], frame[7], frame[8] = sin_g, cos_g * sin_r, cos_g * cos_r
-
-
-@inlined
-def pose(plant, row, s, out):
-    """Fill out (12,): x, y, z, roll, pitch, yaw of pose table `row` at s, then their derivatives by s."""
-    if not plant.core.curved:
-        out[:] = 0.0
-        return
-    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
-    for channel in range(6):
-        c = plant.pose[row, cell, channel]
-        out[channel] = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
-        out[6 + channel] = c[1] + x * (2.0 * c[2] + 3.0 * x * c[3])
-
-
-@inlined
-def wheelset_local(plant, i, s, velocity, q, rate, here, local):
-    """Fill local (8,): y, z, roll, yaw and rates of wheelset i in the track frame at its own distance; `here` is
-    scratch (12,).
-    """
-    body = plant.core.wheelset_body[i]
-    index = plant.core.coordinate[body]
-    for k, axis in enumerate((1, 2, 3, 5)):
-        j = index[axis]
-        local[k] = q[j] if j >= 0 else 0.0
-        local[4 + k] = rate[j] if j >= 0 else 0.0
-    if not plant.core.curved:
-        return
-    pose(plant, 1 + i, s, here)
-    height = plant.core.radius[i] + local[1]
-    y, z = local[0] - here[1], height - here[2]
-    y_rate, z_rate = local[4] - velocity * here[7], local[5] - velocity * here[8]
-    sin_r, cos_r, turning = math.sin(here[3]), math.cos(here[3]), velocity * here[9]
-    local[0] = y * cos_r + z * sin_r
-    local[1] = z * cos_r - y * sin_r - plant.core.radius[i]
-    local[4] = y_rate * cos_r + z_rate * sin_r + turning * (z * cos_r - y * sin_r)
-    local[5] = z_rate * cos_r - y_rate * sin_r - turning * (y * cos_r + z * sin_r)
-    local[2] -= here[3]
-    local[3] -= here[5]
-    local[6] -= velocity * here[9]
-    local[7] -= velocity * here[11]
-
-
-@inlined
-def contact(plant, i, side, s, velocity, spin, angle, local):
-    """Forces of one wheel (side 0 left, 1 right) of wheelset i whose distance is s, from its local coordinates and its
-    angle of rotation.
-    """
-    c = plant.track
-    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
-    vertical, lateral = LEFT_VERTICAL + side * RAIL_RIGHT, LEFT_LATERAL + side * RAIL_RIGHT
-    friction = plant.core.law[FRICTION]
-    if plant.core.friction_given:
-        friction = value(c, cell, LEFT_FRICTION + side * RAIL_RIGHT, x)
-    height, rate = value(c, cell, vertical, x), velocity * slope(c, cell, vertical, x)
-    if plant.core.uneven:
-        height, rate = uneven(plant, i, side, s, velocity, spin, angle, local, height, rate)
-    return wheel_forces(
-        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
-        1.0 - 2.0 * side, plant.core.radius[i], plant.core.law, friction,
-        local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
-        velocity, value(c, cell, CURVATURE, x) if plant.core.curved else 0.0, spin,
-        value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x), height, rate,
-    )  # fmt: skip
-
-
-@inlined
-def wheel_row(forces: WheelForces, row):
-    """What is kept of the contact of one wheel."""
-    row[0], row[1], row[2] = forces.normal, forces.creep_force_x, forces.creep_force_y
-    row[3], row[4], row[5] = forces.creepage_x, forces.creepage_y, forces.spin_creepage
-    row[6], row[7], row[8], row[9] = forces.angle, forces.radius, forces.shift, forces.friction
-
-
 @kernel
 def derivatives(plant, t, x, out, scratch):
-    """Fill out = dx/dt; scratch (128,) holds frame, pose and local coordinates."""
+    """Fill out = dx/dt; scratch (SCRATCH,) holds frame, poses, local coordinates and wheels, zeros to begin
+    with.
+    """
     _change(plant, t, x, out, scratch, scratch[:0].reshape(0, 0), False)
 
 
@@ -191,7 +84,7 @@ def _change(plant, t, x, out, scratch, wheels, seen):
     acceleration = 0.0
     if not plant.core.driven:
         velocity, acceleration = prescribed_speed(plant.knots, t)
-    frame, here, local = scratch[:9], scratch[9:21], scratch[21:29]
+    frame, here = scratch[:9], scratch[9:21]
     for i in range(n):
         out[i] = rate[i]
         total = 0.0
@@ -219,16 +112,14 @@ def _change(plant, t, x, out, scratch, wheels, seen):
                 force[i] -= plant.core.direction[e, i] * pull
     if plant.core.loads > 0:
         _loads(plant, t, s, force)
-    along, rolling, torque = _wheelsets(
-        plant, t, s, velocity, x, q, rate, force, out, here, local, scratch[32:37], wheels, seen
-    )
+    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, seen)
     if plant.core.driven:
         acceleration = _free_acceleration(plant, s, velocity, along)
     frame_motion(plant, s, velocity, acceleration, frame)
     if plant.core.path_frame >= 0:
         pitch = plant.core.coordinate[plant.core.path_frame, 4]
         force[pitch] += path_moment(plant, acceleration + GRAVITY * frame[6], rolling, torque)
-    _frame_forces(plant, velocity, x, q, rate, force, frame)
+    frame_forces(plant, velocity, x, q, rate, force, frame)
     for i in range(n):
         force[i] /= plant.core.mass[i]
     out[2 * n + 2 * w] = velocity
@@ -358,55 +249,60 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
 
 
 @inlined
-def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, here, local, extra, wheels, seen):
+def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, seen):
     """Add the contact forces, and keep them if they are `seen`; return along the vehicle's x, along each wheelset's own
     track [N], and the torques [N m], summed up.
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+    local, extra, poses, lanes = scratch[21:29], scratch[32:37], scratch[128:152].reshape(2, 12), scratch[152:]
     along, rolling, torques = 0.0, 0.0, 0.0
-    for i in range(w):
-        body = plant.core.wheelset_body[i]
-        distance = s + plant.core.position[body, 0]
-        wheelset_local(plant, i, s, velocity, q, rate, here, local)
-        angle, spin = x[2 * n + i], x[2 * n + w + i]
-        left = contact(plant, i, 0, distance, velocity, spin, angle, local)
-        right = contact(plant, i, 1, distance, velocity, spin, angle, local)
-        if seen:
-            wheel_row(left, wheels[2 * i])
-            wheel_row(right, wheels[2 * i + 1])
-        f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z
-        m_x, m_z = left.moment_x + right.moment_x, left.moment_z + right.moment_z
-        added = 0.0
-        if plant.core.uneven:
-            press_left, press_right = left.normal * math.cos(left.angle), right.normal * math.cos(right.angle)
-            wheel_extras(plant, i, angle, spin, press_left, press_right, extra)
-            f_x, f_z, m_x, m_z, added = f_x + extra[0], f_z + extra[1], m_x + extra[2], m_z + extra[3], extra[4]
-        rolling += f_x
-        if plant.core.curved:
-            f_x, f_y, f_z = (
-                f_x + here[4] * f_z - here[5] * f_y,
-                f_y + here[5] * f_x - here[3] * f_z,
-                f_z + here[3] * f_y - here[4] * f_x,
-            )
-        index = plant.core.coordinate[body]
-        along += f_x
-        if index[1] >= 0:
-            force[index[1]] += f_y
-        if index[2] >= 0:
-            force[index[2]] += f_z
-        if index[3] >= 0:
-            force[index[3]] += m_x
-        if index[5] >= 0:
-            force[index[5]] += m_z
-        torque = wheelset_torque(plant, i, t, spin, velocity)
-        torques += torque
-        out[2 * n + i] = spin
-        out[2 * n + w + i] = (left.moment_spin + right.moment_spin + torque + added) / plant.core.spin_inertia[i]
-        # gyroscopic moments of the spinning wheels
-        if index[3] >= 0 and index[5] >= 0:
-            momentum = plant.core.spin_inertia[i] * spin
-            force[index[3]] += momentum * rate[index[5]]
-            force[index[5]] -= momentum * rate[index[3]]
+    for first in range(0, w, 2):
+        last = min(first + 2, w)
+        for i in range(first, last):
+            distance = s + plant.core.position[plant.core.wheelset_body[i], 0]
+            wheelset_local(plant, i, s, velocity, q, rate, poses[i - first], local)
+            for side in range(2):
+                lane = 2 * (i - first) + side
+                put(plant, i, side, lane, distance, velocity, x[2 * n + w + i], x[2 * n + i], local, lanes)
+        evaluate(plant.core.law, lanes)
+        for i in range(first, last):
+            here, index = poses[i - first], plant.core.coordinate[plant.core.wheelset_body[i]]
+            angle, spin = x[2 * n + i], x[2 * n + w + i]
+            left, right = forces_of(lanes, 2 * (i - first)), forces_of(lanes, 2 * (i - first) + 1)
+            if seen:
+                wheel_row(left, wheels[2 * i])
+                wheel_row(right, wheels[2 * i + 1])
+            f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z
+            m_x, m_z = left.moment_x + right.moment_x, left.moment_z + right.moment_z
+            added = 0.0
+            if plant.core.uneven:
+                wheel_extras(plant, i, angle, spin, upward(left), upward(right), extra)
+                f_x, f_z, m_x, m_z, added = f_x + extra[0], f_z + extra[1], m_x + extra[2], m_z + extra[3], extra[4]
+            rolling += f_x
+            if plant.core.curved:
+                f_x, f_y, f_z = (
+                    f_x + here[4] * f_z - here[5] * f_y,
+                    f_y + here[5] * f_x - here[3] * f_z,
+                    f_z + here[3] * f_y - here[4] * f_x,
+                )
+            along += f_x
+            if index[1] >= 0:
+                force[index[1]] += f_y
+            if index[2] >= 0:
+                force[index[2]] += f_z
+            if index[3] >= 0:
+                force[index[3]] += m_x
+            if index[5] >= 0:
+                force[index[5]] += m_z
+            torque = wheelset_torque(plant, i, t, spin, velocity)
+            torques += torque
+            out[2 * n + i] = spin
+            out[2 * n + w + i] = (left.moment_spin + right.moment_spin + torque + added) / plant.core.spin_inertia[i]
+            # gyroscopic moments of the spinning wheels
+            if index[3] >= 0 and index[5] >= 0:
+                momentum = plant.core.spin_inertia[i] * spin
+                force[index[3]] += momentum * rate[index[5]]
+                force[index[5]] -= momentum * rate[index[3]]
     return along, rolling, torques
 
 
@@ -441,49 +337,3 @@ def _free_acceleration(plant, s, velocity, along):
         cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
         climb = math.sin(value(plant.track, cell, GRADIENT, x))
     return (along - drag(plant, velocity)) / total - GRAVITY * climb
-
-
-@inlined
-def _frame_forces(plant, velocity, x, q, rate, force, frame):
-    """Gravity and the moving frame's inertial forces."""
-    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
-    o_x, o_y, o_z, a_x, a_y, a_z = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
-    for b in range(plant.core.body_mass.shape[0]):
-        index = plant.core.coordinate[b]
-        mass = plant.core.body_mass[b]
-        if not plant.core.curved:
-            if index[2] >= 0:
-                force[index[2]] -= mass * GRAVITY
-            continue
-        y = q[index[1]] if index[1] >= 0 else 0.0
-        z = q[index[2]] if index[2] >= 0 else 0.0
-        y_rate = rate[index[1]] if index[1] >= 0 else 0.0
-        z_rate = rate[index[2]] if index[2] >= 0 else 0.0
-        p_x, p_y, p_z = plant.core.position[b, 0], plant.core.position[b, 1] + y, plant.core.position[b, 2] + z
-        # v = Omega x r; centripetal = Omega x (v + V e_x + 2 r')
-        c_x = o_y * p_z - o_z * p_y + velocity
-        c_y = o_z * p_x - o_x * p_z + 2.0 * y_rate
-        c_z = o_x * p_y - o_y * p_x + 2.0 * z_rate
-        inertial_y = a_z * p_x - a_x * p_z + o_z * c_x - o_x * c_z
-        inertial_z = a_x * p_y - a_y * p_x + o_x * c_y - o_y * c_x
-        if index[1] >= 0:
-            force[index[1]] -= mass * (inertial_y + GRAVITY * frame[7])
-        if index[2] >= 0:
-            force[index[2]] -= mass * (inertial_z + GRAVITY * frame[8])
-        inertia = plant.core.inertia[b]
-        w_x = o_x + (rate[index[3]] if index[3] >= 0 else 0.0)
-        w_y = o_y + (rate[index[4]] if index[4] >= 0 else 0.0)
-        w_z = o_z + (rate[index[5]] if index[5] >= 0 else 0.0)
-        if index[3] >= 0:
-            force[index[3]] -= inertia[0] * a_x + (inertia[2] - inertia[1]) * w_y * w_z
-        if index[4] >= 0:
-            force[index[4]] -= inertia[1] * a_y + (inertia[0] - inertia[2]) * w_x * w_z
-        if index[5] >= 0:
-            force[index[5]] -= inertia[2] * a_z + (inertia[1] - inertia[0]) * w_x * w_y
-    if plant.core.curved:
-        for i in range(w):
-            index = plant.core.coordinate[plant.core.wheelset_body[i]]
-            momentum = plant.core.spin_inertia[i] * x[2 * n + w + i]
-            if index[3] >= 0 and index[5] >= 0:
-                force[index[3]] += momentum * o_z
-                force[index[5]] -= momentum * o_x

@@ -2,9 +2,10 @@
 
 import math
 
-from railsim.compiled import kernel
+from railsim.compiled import inlined, kernel
 from railsim.engines._channels import BODY, RUN, SPIN, TRACK, WHEEL
-from railsim.engines._kernel import frame_motion, pose, wheelset_local
+from railsim.engines._moving_frame import frame_motion, pose
+from railsim.engines._wheels import wheelset_local
 from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, EAST, LEFT_VERTICAL, ROLL, locate, value
 from railsim.track.track import CANT_BASE
@@ -13,17 +14,20 @@ RUN_COUNT, BODY_COUNT, SPIN_COUNT, TRACK_COUNT, WHEEL_COUNT = len(RUN), len(BODY
 ROLL_ROW, PITCH_ROW, YAW_ROW = 2, 3, 4
 
 
-@kernel
-def body_axes(roll, pitch, yaw, x, y, z):
-    """Components of a vector in body axes, from those in the frame in which the body has this yaw, pitch, roll (in
-    this order).
+@inlined
+def turn_of(roll, pitch, yaw):
+    """Cosines and sines of roll, pitch and yaw."""
+    return math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch), math.cos(yaw), math.sin(yaw)
+
+
+@inlined
+def body_axes(turn, x, y, z):
+    """Components of a vector in body axes, from those in the frame in which the body is turned by yaw, pitch and roll
+    (in this order).
     """
-    c, s = math.cos(yaw), math.sin(yaw)
-    x, y = c * x + s * y, c * y - s * x
-    c, s = math.cos(pitch), math.sin(pitch)
-    x, z = c * x - s * z, c * z + s * x
-    c, s = math.cos(roll), math.sin(roll)
-    return x, c * y + s * z, c * z - s * y
+    x, y = turn[4] * x + turn[5] * y, turn[4] * y - turn[5] * x
+    x, z = turn[2] * x - turn[3] * z, turn[2] * z + turn[3] * x
+    return x, turn[0] * y + turn[1] * z, turn[0] * z - turn[1] * y
 
 
 @kernel
@@ -104,11 +108,11 @@ def _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, 
     f_x = acceleration + a_y * p_z - a_z * p_y + o_y * c_z - o_z * c_y + GRAVITY * frame[6]
     f_y = second[0] + a_z * p_x - a_x * p_z + o_z * c_x - o_x * c_z + GRAVITY * frame[7]
     f_z = second[1] + a_x * p_y - a_y * p_x + o_x * c_y - o_y * c_x + GRAVITY * frame[8]
-    roll, pitch, yaw = row[ROLL_ROW], row[PITCH_ROW], row[YAW_ROW]
-    row[10], row[11], row[12] = body_axes(roll, pitch, yaw, f_x, f_y, f_z)
-    t_x, t_y, t_z = body_axes(roll, pitch, yaw, o_x, o_y, o_z)
+    turn = turn_of(row[ROLL_ROW], row[PITCH_ROW], row[YAW_ROW])
+    row[10], row[11], row[12] = body_axes(turn, f_x, f_y, f_z)
+    t_x, t_y, t_z = body_axes(turn, o_x, o_y, o_z)
     row[13], row[14], row[15] = t_x + row[7], t_y + row[8], t_z + row[9]
-    t_x, t_y, t_z = body_axes(roll, pitch, yaw, a_x, a_y, a_z)
+    t_x, t_y, t_z = body_axes(turn, a_x, a_y, a_z)
     row[16], row[17], row[18] = t_x + second[2], t_y + second[3], t_z + second[4]
 
 

@@ -4,7 +4,6 @@ import math
 
 from railsim.compiled import kernel
 from railsim.engines._absolute import angular_velocity, place, vehicle_coordinates, wheelset_motion
-from railsim.engines._kernel import contact, wheel_row
 from railsim.engines._observe import (
     BODY_COUNT,
     RUN_COUNT,
@@ -15,6 +14,7 @@ from railsim.engines._observe import (
     run_row,
     track_row,
 )
+from railsim.engines._wheels import contact, wheel_row
 from railsim.model import GRAVITY
 
 

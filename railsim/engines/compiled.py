@@ -9,8 +9,8 @@ import numpy as np
 from railsim.engines._channels import WHEEL, channel_names
 from railsim.engines._equilibrium import initial_state
 from railsim.engines._guard import check_rows
-from railsim.engines._integrate import SCRATCH, run_chunk
-from railsim.engines._kernel import derivatives
+from railsim.engines._integrate import run_chunk
+from railsim.engines._kernel import SCRATCH, derivatives
 from railsim.engines._plant import build_plant
 from railsim.engines.interface import CHUNK, Run
 
@@ -26,7 +26,7 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     names = channel_names(run.model)
     x = initial_state(plant, run)
     wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
-    scratch = np.empty((4, len(x))), np.empty(len(x)), wheels, np.empty(SCRATCH)
+    scratch = np.empty((4, len(x))), np.empty(len(x)), wheels, np.zeros(SCRATCH)
     for first in range(0, run.rows, CHUNK):
         rows = np.zeros((min(CHUNK, run.rows - first), len(names)))
         finite = run_chunk(plant, x, first, len(rows), run.substeps, run.rate, rows, *scratch)
@@ -41,7 +41,7 @@ def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray]
     """
     plant = build_plant(run.model, run.track, run.speed)
     start = initial_state(plant, run)
-    scratch = np.empty(SCRATCH)
+    scratch = np.zeros(SCRATCH)
 
     def change(t: float, x: np.ndarray) -> np.ndarray:
         out = np.empty_like(x)

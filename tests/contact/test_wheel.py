@@ -74,7 +74,7 @@ def test_right_wheel_is_the_mirror_of_the_left(
     q, v = np.array(place), np.array(pace)
     left = wheel(SMOOTH, 0, FULL, q, v, spin, curvature, (1e-3, 2e-4))
     right = wheel(SMOOTH, 1, FULL, flip * q, flip * v, spin, -curvature, (-1e-3, 2e-4))
-    turned = {"force_y", "moment_x", "moment_z", "creep_force_y", "creepage_y", "spin_creepage", "angle", "shift"}
+    turned = {"force_y", "moment_x", "moment_z", "creep_force_y", "creepage_y", "spin_creepage", "tangent", "shift"}
     for name, value in left._asdict().items():
         sign = -1.0 if name in turned else 1.0
         assert getattr(right, name) == pytest.approx(sign * value, rel=1e-6, abs=1e-6), name

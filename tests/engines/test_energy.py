@@ -6,8 +6,7 @@ from scipy.optimize import root
 
 from railsim.analysis.energy import energy_over
 from railsim.engines._equilibrium import initial_state, state_size
-from railsim.engines._integrate import SCRATCH
-from railsim.engines._kernel import derivatives
+from railsim.engines._kernel import SCRATCH, derivatives
 from railsim.engines._plant import build_plant
 from railsim.model import Model
 from railsim.vehicles.class175 import Class175
@@ -38,7 +37,7 @@ def displaced(model: Model, moved: dict[str, float]) -> tuple[np.ndarray, np.nda
     for name, distance in moved.items():
         x[model.names.index(name)] += distance
     others = [i for i in range(n) if model.names[i] not in moved]
-    out, scratch = np.empty(state_size(plant)), np.empty(SCRATCH)
+    out, scratch = np.empty(state_size(plant)), np.zeros(SCRATCH)
 
     def residual(place: np.ndarray) -> np.ndarray:
         x[others] = place

@@ -1,0 +1,95 @@
+"""The moving track frame (compiled): how it moves, how the track lies elsewhere in it, and its inertial forces."""
+
+import math
+
+from railsim.compiled import inlined
+from railsim.contact.elementary import cubic
+from railsim.model import GRAVITY
+from railsim.track.kernel import CURVATURE, GRADIENT, ROLL, locate, second, slope, value
+
+
+@inlined
+def frame_motion(plant, s, velocity, acceleration, frame):
+    """Fill frame (9,): Omega [rad/s], its derivative [rad/s2], upward unit vector, in the track frame at s."""
+    frame[:] = 0.0
+    frame[8] = 1.0
+    if not plant.core.curved:
+        return
+    c = plant.track
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    kappa, kappa_1 = value(c, cell, CURVATURE, x), slope(c, cell, CURVATURE, x)
+    roll, roll_1, roll_2 = value(c, cell, ROLL, x), slope(c, cell, ROLL, x), second(c, cell, ROLL, x)
+    climb, climb_1, climb_2 = value(c, cell, GRADIENT, x), slope(c, cell, GRADIENT, x), second(c, cell, GRADIENT, x)
+    sin_r, cos_r, sin_g, cos_g = math.sin(roll), math.cos(roll), math.sin(climb), math.cos(climb)
+    k_x = roll_1 + kappa * sin_g
+    k_y = -climb_1 * cos_r + kappa * sin_r * cos_g
+    k_z = climb_1 * sin_r + kappa * cos_r * cos_g
+    level_1 = kappa_1 * cos_g - kappa * sin_g * climb_1
+    k_x1 = roll_2 + kappa_1 * sin_g + kappa * cos_g * climb_1
+    k_y1 = -climb_2 * cos_r + level_1 * sin_r + roll_1 * k_z
+    k_z1 = climb_2 * sin_r + level_1 * cos_r - roll_1 * k_y
+    frame[0], frame[1], frame[2] = velocity * k_x, velocity * k_y, velocity * k_z
+    square = velocity * velocity
+    frame[3] = square * k_x1 + acceleration * k_x
+    frame[4] = square * k_y1 + acceleration * k_y
+    frame[5] = square * k_z1 + acceleration * k_z
+    frame[6], frame[7], frame[8] = sin_g, cos_g * sin_r, cos_g * cos_r
+
+
+@inlined
+def pose(plant, row, s, out):
+    """Fill out (12,): x, y, z, roll, pitch, yaw of pose table `row` at s, then their derivatives by s."""
+    if not plant.core.curved:
+        out[:] = 0.0
+        return
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    for channel in range(6):
+        c = plant.pose[row, cell, channel]
+        out[channel] = cubic(c, x)
+        out[6 + channel] = c[1] + x * (2.0 * c[2] + 3.0 * x * c[3])
+
+
+@inlined
+def frame_forces(plant, velocity, x, q, rate, force, frame):
+    """Gravity and the moving frame's inertial forces."""
+    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+    o_x, o_y, o_z, a_x, a_y, a_z = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
+    for b in range(plant.core.body_mass.shape[0]):
+        index = plant.core.coordinate[b]
+        mass = plant.core.body_mass[b]
+        if not plant.core.curved:
+            if index[2] >= 0:
+                force[index[2]] -= mass * GRAVITY
+            continue
+        y = q[index[1]] if index[1] >= 0 else 0.0
+        z = q[index[2]] if index[2] >= 0 else 0.0
+        y_rate = rate[index[1]] if index[1] >= 0 else 0.0
+        z_rate = rate[index[2]] if index[2] >= 0 else 0.0
+        p_x, p_y, p_z = plant.core.position[b, 0], plant.core.position[b, 1] + y, plant.core.position[b, 2] + z
+        # v = Omega x r; centripetal = Omega x (v + V e_x + 2 r')
+        c_x = o_y * p_z - o_z * p_y + velocity
+        c_y = o_z * p_x - o_x * p_z + 2.0 * y_rate
+        c_z = o_x * p_y - o_y * p_x + 2.0 * z_rate
+        inertial_y = a_z * p_x - a_x * p_z + o_z * c_x - o_x * c_z
+        inertial_z = a_x * p_y - a_y * p_x + o_x * c_y - o_y * c_x
+        if index[1] >= 0:
+            force[index[1]] -= mass * (inertial_y + GRAVITY * frame[7])
+        if index[2] >= 0:
+            force[index[2]] -= mass * (inertial_z + GRAVITY * frame[8])
+        inertia = plant.core.inertia[b]
+        w_x = o_x + (rate[index[3]] if index[3] >= 0 else 0.0)
+        w_y = o_y + (rate[index[4]] if index[4] >= 0 else 0.0)
+        w_z = o_z + (rate[index[5]] if index[5] >= 0 else 0.0)
+        if index[3] >= 0:
+            force[index[3]] -= inertia[0] * a_x + (inertia[2] - inertia[1]) * w_y * w_z
+        if index[4] >= 0:
+            force[index[4]] -= inertia[1] * a_y + (inertia[0] - inertia[2]) * w_x * w_z
+        if index[5] >= 0:
+            force[index[5]] -= inertia[2] * a_z + (inertia[1] - inertia[0]) * w_x * w_y
+    if plant.core.curved:
+        for i in range(w):
+            index = plant.core.coordinate[plant.core.wheelset_body[i]]
+            momentum = plant.core.spin_inertia[i] * x[2 * n + w + i]
+            if index[3] >= 0 and index[5] >= 0:
+                force[index[3]] += momentum * o_z
+                force[index[5]] -= momentum * o_x
