@@ -102,6 +102,9 @@ class Effect(Spec, frozen=True):
     acts_on: ClassVar[str] = "vehicle"
     family: ClassVar[str] = ""
     """Equivalence class: effects of one family look alike to sensors on the vehicle. Empty: a class of its own."""
+    everywhere: ClassVar[str] = ""
+    """Of an effect with a stretch: name of the effect that it is where the stretch covers the whole way, with the same
+    numbers but for place and length."""
     references: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod

@@ -39,13 +39,14 @@ class LatentForce:
     follows: float
 
 
-def latent_forces(problem: Problem, fit: Fit, best: int = 3) -> list[LatentForce]:
+def latent_forces(problem: Problem, fit: Fit, best: int = 3, motion: Fit | None = None) -> list[LatentForce]:
     """The places that explain most, best first, each with its curve over each of its states; a channel's own reading is
-    one.
+    one. The states are those of the fit, or of another whose `motion` is nearer to the true one.
     """
     if problem.white is None:
         raise ValueError("state the noise first")
-    setup, truth = problem.forward.run(fit.z, fit.effects)
+    seen_in = motion or fit
+    setup, truth = problem.forward.run(seen_in.z, seen_in.effects)
     speed = float(np.median(problem.evidence.speed[1]))
     found = places(setup.model)
     evidence = problem.evidence

@@ -11,7 +11,9 @@ from experiments.discrepancy.fit.fitting import Fit, Problem
 RATE = 128.0  # Hz, of signals put together again from their frames
 TONES = 3
 OUTSTANDING = 25.0  # power over the neighbourhood's median, in any channel, from which a line is a tone
-SURROUNDINGS = 61  # lines
+SURROUNDINGS = 61  # lines of the whole run's spectrum
+THIRDS = 31  # the same of a third's: what lasts no longer is a broad line
+OF_THIRDS = 2  # tones that only they have
 LOWEST = 0.5  # Hz
 IMPACTS = 30  # loudest places that a series of joints is made of
 TEETH = 8  # joints that may lie between two of them
@@ -56,33 +58,49 @@ def left(problem: Problem, fit: Fit) -> np.ndarray:
 
 
 def tones(problem: Problem, fit: Fit) -> tuple[tuple[float, float], ...]:
-    """(frequency [Hz], wavelength [m]) of the strongest lines in the residual's spectrum over distance, the strongest
-    first; between lines by a parabola.
+    """(frequency at the run's mean speed [Hz], wavelength [m]) of the strongest lines in the residual's spectrum over
+    distance, the strongest first, then those that only one of its overlapping thirds has: over the whole run the window
+    fades what is near an end, and noise of elsewhere hides what is short.
     """
     signal = in_time(problem.frames, left(problem, fit))
     s = distance_of(problem, len(signal))
     speed = (s[-1] - s[0]) / (len(s) - 1) * RATE
+    most, sixth = float(problem.frames.frequencies[-1]), len(s) // 6
+    thirds = [slice(first * sixth, (first + 2) * sixth) for first in range(5)]
+    whole = _lines(signal, s, most, SURROUNDINGS)
+    short = [one for third in thirds for one in _lines(signal[third], s[third], most, THIRDS)]
+    found: list[float] = []
+    for lines, count in ((whole, TONES), (short, OF_THIRDS)):
+        room = len(found) + count
+        for _, wavelength in sorted(lines, reverse=True):
+            if len(found) < room and all(abs(other / wavelength - 1.0) > 0.03 for other in found):
+                found.append(wavelength)
+    return tuple((speed / wavelength, wavelength) for wavelength in found)
+
+
+def _lines(signal: np.ndarray, s: np.ndarray, most: float, near: int) -> list[tuple[float, float]]:
+    """(power, wavelength [m]) of lines up to a frequency [Hz] that stand out of as many near ones, in samples (n, c)
+    at distances s (n,); between lines by a parabola.
+    """
+    speed = (s[-1] - s[0]) / (len(s) - 1) * RATE
     even = np.linspace(s[0], s[-1], len(s))
     window = np.hanning(len(s))
+    window /= np.linalg.norm(window)
     power, ratio = np.zeros(len(s) + 1), np.zeros(len(s) + 1)
     for one in signal.T:
         own = np.abs(np.fft.rfft(window * np.interp(even, s, one), 2 * len(s))) ** 2
         power += own
-        ratio = np.maximum(ratio, own / (median_filter(own, SURROUNDINGS) + 1e-12 * own.max() + 1e-300))
+        ratio = np.maximum(ratio, own / (median_filter(own, near) + 1e-12 * own.max() + 1e-300))
     line = np.arange(len(power)) * RATE / (2.0 * len(s))  # Hz
-    ratio[(line <= LOWEST) | (line >= problem.frames.frequencies[-1])] = 0.0
+    ratio[(line <= LOWEST) | (line >= most)] = 0.0
     found: list[tuple[float, float]] = []
-    for place in np.argsort(-np.where(ratio > OUTSTANDING, power, 0.0)):
-        if len(found) == TONES or ratio[place] <= OUTSTANDING:
-            break
+    for place in np.flatnonzero(ratio > OUTSTANDING):
         if not 0 < place < len(power) - 1 or power[place] < max(power[place - 1], power[place + 1]):
             continue
         before, top, after = np.log(power[place - 1 : place + 2])
         between = 0.5 * (before - after) / (before - 2.0 * top + after)
-        frequency = float(line[place] + between * line[1])
-        if all(abs(frequency / other - 1.0) > 0.03 for other, _ in found):
-            found.append((frequency, speed / frequency))
-    return tuple(found)
+        found.append((float(power[place]), speed / float(line[place] + between * line[1])))
+    return found
 
 
 def likely_places(problem: Problem, fit: Fit, change: np.ndarray, place: float) -> tuple[np.ndarray, np.ndarray, float]:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from experiments.discrepancy.fit.candidates import Candidate, Context
-from experiments.discrepancy.fit.fitting import Fit, Problem, starting_fit
+from experiments.discrepancy.fit.fitting import Fit, Problem, restarted, starting_fit
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, hypothesis
 from experiments.discrepancy.screen.latent import LatentForce, latent_forces
 from experiments.discrepancy.select.decide import LARGE, held_out_gap
@@ -32,6 +32,7 @@ REACH = 4.0  # times the curve's largest force, that a point may be
 LOOKED_AT = 8  # places of latent forces that are compared by what they follow
 AS_GOOD = 0.9  # of the loudest one's gain, from which a latent force may as well be the one
 CURVES = 3  # curves that are tried, those first that are followed best
+RESEMBLES = 0.5  # of the gap that nuisances alone leave, below which an effect resembles what is there
 LEAST_TRIED = 0.01  # share of the force's variance that a curve must have to be tried
 FOLLOWED = {False: (20.0, LEAST_TRIED), True: (30.0, 0.02)}
 """Nats of a latent force between two bodies, and that share, from which it follows a state, beside nuisances alone (in
@@ -117,29 +118,43 @@ def follows_a_state(problem: Problem, fit: Fit) -> bool:
     return any(one.gain > nats and one.follows > share and one.place.lower for one in _likely(problem, fit))
 
 
-def _likely(problem: Problem, fit: Fit) -> list[LatentForce]:
+def _likely(problem: Problem, fit: Fit, motion: Fit | None = None) -> list[LatentForce]:
     """Latent forces as good as the loudest, those first that follow a state best: what joins two bodies answers nearly
-    as a force on either does from outside.
+    as a force on either does from outside; where one of the two is held they are the same, and the joint is kept.
+    `motion`: the fit whose states they may follow.
     """
-    found = latent_forces(problem, fit, LOOKED_AT)
+    found = latent_forces(problem, fit, LOOKED_AT, motion)
     loud = [one for one in found if one.gain >= AS_GOOD * found[0].gain]
-    return sorted(loud, key=lambda one: -one.follows)
+    kept: list[LatentForce] = []
+    for one in sorted(loud, key=lambda one: not one.place.lower):
+        if not any(_same(one, other) for other in kept):
+            kept.append(one)
+    return sorted(kept, key=lambda one: -one.follows)
+
+
+def _same(one: LatentForce, other: LatentForce) -> bool:
+    figures = (one.gain, one.follows), (other.gain, other.follows)
+    return one.place.direction == other.place.direction and np.allclose(*figures, rtol=1e-3, atol=0.0)
 
 
 def fit_empirical(
-    problem: Problem, null: Hypothesis, context: Context, tell: Tell
+    problem: Problem, null: Hypothesis, named: Hypothesis, context: Context, tell: Tell
 ) -> tuple[Hypothesis, LatentForce] | None:
     """The best of the places' laws, fitted with all nuisances, and where it acts; None where none helps. Where
-    nuisances alone have been bent far, forces are looked for beside the nominal build first.
+    nuisances alone have been bent far, forces are looked for beside the nominal build first; before that, beside the
+    nuisances of the best effect (`named`) and over its motion, where it resembles what is there.
     """
-    bases = [null.fit]
-    if held_out_gap(problem, null.fit) > LARGE:
-        bases.insert(0, starting_fit(problem, at_home(problem, null.fit)))
+    bases: list[tuple[Fit, Fit | None]] = [(null.fit, None)]
+    gap = held_out_gap(problem, null.fit)
+    if gap > LARGE:
+        bases.insert(0, (starting_fit(problem, at_home(problem, null.fit)), None))
+        if held_out_gap(problem, named.fit) < max(LARGE, RESEMBLES * gap):
+            bases.insert(0, (restarted(problem, named.fit, named.fit.z), named.fit))
     best: tuple[Hypothesis, LatentForce] | None = None
-    for base in bases:
-        for force in _likely(problem, base)[:CURVES]:
+    for base, motion in bases:
+        for force in _likely(problem, base, motion)[:CURVES]:
             fitted = _fitted(problem, base, context, force, tell)
-            if fitted is None or held_out_gap(problem, fitted.fit) >= held_out_gap(problem, null.fit):
+            if fitted is None or held_out_gap(problem, fitted.fit) >= gap:
                 continue
             tell(f"{fitted.label}: {fitted.log_evidence - null.log_evidence:+.1f} nats")
             if best is None or fitted.log_evidence > best[0].log_evidence:

@@ -1,9 +1,10 @@
 """Moving: what was fitted and leaves something is looked for elsewhere along the way, further off than a fit goes.
 
 The ends of a stretch, and the spacing of a row of joints of which training sections hold so few that they do not say
-it.
+it. A stretch that covers the whole way is the effect that acts everywhere.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,26 @@ def _other_ends(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
             break
         tell(f"{other.label}, ends elsewhere: {other.log_evidence - made.log_evidence:+.1f} nats")
         made = other
+    return made
+
+
+def everywhere(problem: Problem, made: Hypothesis, found: Sequence[Candidate], tell: Tell) -> Hypothesis:
+    """With a stretch that covers the whole way, but for what its first and its last section see alone, as the effect of
+    those `found` that acts everywhere; the same where there is none.
+    """
+    s = distance_at(problem, problem.frames.middles)
+    names = {one.name for one in made.candidates}
+    for number, (candidate, values) in enumerate(zip(made.candidates, made.values, strict=True)):
+        whole = next((one for one in found if one.name == candidate.kind.everywhere and one.name not in names), None)
+        if whole is None or values["place"] > s[1] or values["place"] + values["length"] < s[-2]:
+            continue
+        now = [*made.values]
+        now[number] = {name: values[name] for name in whole.parameters}
+        candidates = tuple(whole if other == number else one for other, one in enumerate(made.candidates))
+        other = hypothesis(problem, made.fit, candidates, [(made.fit.z, now)], tell)
+        if other is not None and other.log_evidence > made.log_evidence - ENOUGH:
+            tell(f"{made.label} covers the whole way: {other.label}")
+            return everywhere(problem, other, found, tell)
     return made
 
 

@@ -17,7 +17,7 @@ from experiments.discrepancy.select.decide import ENOUGH, LARGE, Decision, Judge
 from experiments.discrepancy.select.empirical import fit_empirical, follows_a_state
 from experiments.discrepancy.select.further import FIRSTS, GLANCE, with_further
 from experiments.discrepancy.select.masked import unmasked
-from experiments.discrepancy.select.moving import moved, respaced
+from experiments.discrepancy.select.moving import everywhere, moved, respaced
 from experiments.discrepancy.select.passing import with_passing
 from experiments.discrepancy.select.refining import (
     WHITE,
@@ -84,7 +84,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
             return Selection(problem, null, screened, tuple(stand.judged), decision, stand.tabled)
     stand = _fair(_with_kin(stand, located, screened, tell), tell)
     stand = with_passing(stand, found, tell)
-    stand = _with_mates(_noise_there(stand, tell), screened, tell)
+    stand = _everywhere(_with_mates(_noise_there(stand, tell), screened, tell), found, tell)
     if stand.best is not stand.null and stand.best.candidate.sharp:  # its runs are slow: which wheel it is comes first
         stand = _other_places(stand, screened, tell, refined=False)
     stand = with_noise_of_likeliest(with_rivals_refined(_nearer(stand, tell), tell), tell)
@@ -97,6 +97,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         if len(stand.best.candidates) > 1:
             stand = with_noise_of_likeliest(stand, tell, "end")
         stand = _with_law(stand, found, screened, tell)
+    stand = _everywhere(stand, found, tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
     tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best or stand.by_law else None
@@ -163,8 +164,7 @@ def _fitted(
     for label in _in_turn([base.chosen for base in bases]):
         if stand.fitted and not time_for(stand.problem, "fit", label, tell):
             continue
-        before = stand.most
-        if before is not None and _out_of_question(stand.problem, label, before, bases):
+        if stand.most is not None and _out_of_question(stand, label, stand.most, bases):
             continue
         made = _from_all(stand, label, bases, tell)
         if made is None:
@@ -314,6 +314,13 @@ def _begun_like(stand: Stand, best: Hypothesis, others: Iterable[Screened], tell
     return made
 
 
+def _everywhere(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
+    """With stretches that cover the whole way as the effects that act everywhere, of all that bring something."""
+    level = stand.null.log_evidence + ENOUGH
+    made = [one if one.log_evidence < level else everywhere(stand.problem, one, found, tell) for one in stand.fitted]
+    return replace(stand, fitted=made)
+
+
 def _nearer(stand: Stand, tell: Tell) -> Stand:
     """With derivatives made anew at the best effect: what it has not taken itself, a second one would."""
     if stand.best is stand.null:
@@ -363,12 +370,13 @@ def _other_law(stand: Stand, tell: Tell, refined: bool = True) -> Stand:
     return stand
 
 
-def _out_of_question(problem: Problem, label: str, best: Hypothesis, bases: Sequence[Base]) -> bool:
-    """Whether one of the shortlist is hopeless beside the best; where that leaves only noise, what nuisances that have
-    been bent far make of its signature does not count beside the nominal build's.
+def _out_of_question(stand: Stand, label: str, best: Hypothesis, bases: Sequence[Base]) -> bool:
+    """Whether one of the shortlist is hopeless beside the best; where that leaves only noise and nuisances alone do not
+    do as well, what nuisances that have been bent far make of its signature does not count beside the nominal build's.
     """
-    asked = bases[:1] if not something_left(problem, best) else bases
-    return all(_hopeless(label, base.chosen, best, problem) for base in asked)
+    problem = stand.problem
+    answers = best.log_evidence > stand.null.log_evidence and not something_left(problem, best)
+    return all(_hopeless(label, base.chosen, best, problem) for base in (bases[:1] if answers else bases))
 
 
 def _hopeless(label: str, chosen: dict[str, Screened], best: Hypothesis, problem: Problem) -> bool:
@@ -445,7 +453,7 @@ def _with_law(stand: Stand, found: Sequence[Candidate], screened: Sequence[Scree
     problem, best = stand.problem, stand.best
     if not (stand.unexplained or stand.far or follows_a_state(problem, best.fit)):
         return stand
-    stand = replace(stand, tabled=fit_empirical(problem, stand.null, found[0].context, tell))
+    stand = replace(stand, tabled=fit_empirical(problem, stand.null, best, found[0].context, tell))
     if stand.tabled is None or stand.leader is stand.best:
         return stand
     law, tried = stand.tabled[0], {one.candidate.name for one in stand.fitted}

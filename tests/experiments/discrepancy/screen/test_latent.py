@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments.discrepancy.fit.fitting import Fit, Problem
+from experiments.discrepancy.fit.fitting import Fit, Problem, starting_fit
 from experiments.discrepancy.result.planning import nominal_problem
 from experiments.discrepancy.screen.latent import LatentForce, latent_forces
 from railsim import load_scenario
@@ -35,6 +35,26 @@ def forces() -> list[LatentForce]:
     empty = np.zeros((0, *problem.measured.shape))
     residual = found.whitened(found.measured - base)
     return latent_forces(found, Fit(z, (), np.zeros(0), (), residual, base, empty, empty))
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_law_that_changes_the_motion_much_is_seen_over_the_motion_with_it(problem: Problem, known: bool):
+    """A yaw moment that grows with the square of the rate seems to follow the angle that there would be without it."""
+    rate = np.linspace(-0.06, 0.06, 13)
+    moment = tuple((2.5e8 * rate * np.abs(rate)).tolist())
+    hidden = EmpiricalForce(
+        upper="body",
+        lower="bogie",
+        axis="yaw",
+        displacement=(-1.0, 1.0),
+        velocity=tuple(rate.tolist()),
+        force=(moment, moment),
+    )
+    home = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
+    there = problem.but(measured=problem.stacked(problem.forward.predict(home.z, (hidden,))))
+    found = latent_forces(there, home, motion=replace(home, effects=(hidden,)) if known else None)
+    curve = next(one for one in found if (one.place.upper, one.place.lower) == ("body", "bogie"))
+    assert curve.state == ("relative velocity [rad/s]" if known else "relative displacement [rad]")
 
 
 def _noise(problem: Problem) -> np.ndarray:

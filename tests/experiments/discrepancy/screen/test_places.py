@@ -57,6 +57,17 @@ def test_the_wavelength_of_a_tone_is_read_to_a_small_part_of_a_turn_over_the_run
     assert not tones(noise, _nothing(noise))
 
 
+def test_a_tone_of_the_last_fifth_of_a_run_is_heard():
+    """A window over the whole run fades it to less than what stands out."""
+    rng = np.random.default_rng(5)
+    there = 0.8 * TIME[-1] < TIME
+    signal = 0.7 * there * np.sin(2.0 * np.pi * SPEED * TIME / 2.95) + rng.standard_normal(TIME.size)
+    problem = _problem(signal)
+    (_, wavelength), *rest = tones(problem, _nothing(problem))
+    assert not rest
+    assert abs(700.0 / wavelength - 700.0 / 2.95) < 0.5
+
+
 def test_the_places_of_dips_and_the_spacing_of_a_series_are_found():
     rng = np.random.default_rng(5)
     template = stack(FRAMES, ["a"], {"a": _dips([500.0])}, {"a": 256.0})

@@ -1,12 +1,15 @@
 """A law without a name: its points are the force at the states that they stand for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from experiments.discrepancy.fit.candidates import Context
-from experiments.discrepancy.fit.fitting import Problem
+from experiments.discrepancy.fit.fitting import Problem, starting_fit
 from experiments.discrepancy.screen.latent import LatentForce
 from experiments.discrepancy.screen.linear import Place
+from experiments.discrepancy.select import empirical
 from experiments.discrepancy.select.empirical import tabled_law
 from railsim.effects.empirical_force import EmpiricalForce
 
@@ -73,3 +76,16 @@ def test_a_law_can_be_fitted_as_any_effect(problem: Problem):
     )
     assert np.linalg.norm(twice - 2.0 * once) < 0.05 * np.linalg.norm(twice)
     assert np.linalg.norm(once) > 0.0
+
+
+@pytest.mark.parametrize(("lower", "follows", "count"), [("", 0.5, 1), ("", 0.3, 2), ("wheelset1", 0.5, 1)])
+def test_of_two_places_that_are_the_same_the_joint_is_kept(
+    monkeypatch: pytest.MonkeyPatch, problem: Problem, lower: str, follows: float, count: int
+):
+    """The body's yaw is held: on the bogie from outside is between body and bogie."""
+    outside = replace(_force("velocity [rad/s]", 2e5, follows), place=Place("bogie", lower, "yaw"), gain=100.01)
+    between = _force("relative velocity [rad/s]", 2e5, 0.5)
+    monkeypatch.setattr(empirical, "latent_forces", lambda *given: [outside, between])
+    found = empirical._likely(problem, starting_fit(problem, np.zeros(len(problem.forward.nuisances))))
+    assert len(found) == count
+    assert found[0].place.lower

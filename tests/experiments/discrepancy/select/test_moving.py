@@ -1,4 +1,4 @@
-"""Moving: joints of which training sections hold one lie where held-out sections show them."""
+"""Moving: joints lie where held-out sections show them; a stretch over the whole way is what acts everywhere."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from experiments.discrepancy.fit.scores import Shares
 from experiments.discrepancy.screen.locate import locate
 from experiments.discrepancy.screen.places import distance_at
 from experiments.discrepancy.select.decide import held_out_gap
-from experiments.discrepancy.select.moving import moved
+from experiments.discrepancy.select.moving import everywhere, moved
 from experiments.discrepancy.workflow import context_of
 
 
@@ -40,3 +40,22 @@ def test_held_out_sections_say_where_joints_are_that_training_sections_do_not_ho
     assert abs(found.values[0]["spacing"] - true["spacing"]) < 0.02
     assert abs(found.values[0]["first"] - first) < 0.02
     assert held_out_gap(there, found.fit) < 0.2 * held_out_gap(there, begun)
+
+
+@pytest.mark.parametrize(("share", "name"), [(1.0, "low_adhesion"), (0.5, "local_low_adhesion")])
+def test_a_stretch_over_the_whole_way_is_the_effect_that_acts_everywhere(problem: Problem, share: float, name: str):
+    home = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
+    found = candidates(context_of(problem, locate(problem, home)))
+    stretch = next(one for one in found if one.name == "local_low_adhesion")
+    s = distance_at(problem, problem.frames.middles)
+    values = {"factor": 0.3, "place": float(s[0]), "length": share * float(s[-1] - s[0])}
+    whole = next(one for one in found if one.name == "low_adhesion")
+    effect = whole.build({"factor": 0.3}) if share == 1.0 else stretch.build(values)
+    there = problem.but(measured=problem.stacked(problem.forward.predict(home.z, (effect,))))
+    begun = with_candidates(
+        there, replace(home, residual=home.residual), (stretch,), [(home.z, Shares((stretch,)).of([values]))]
+    )
+    made = everywhere(there, concluded(there, begun), found, lambda text: None)
+    assert made.candidate.name == name
+    assert made.values[0]["factor"] == pytest.approx(0.3, abs=0.02)
+    assert everywhere(there, made, [], lambda text: None) is made

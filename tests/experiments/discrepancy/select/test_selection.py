@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from experiments.discrepancy.select import selection
-from experiments.discrepancy.select.selection import Stand, _noise_there
+from experiments.discrepancy.select.selection import Stand, _noise_there, _out_of_question
 from railsim.errors import InputError
 
 
@@ -64,3 +64,19 @@ def test_an_effect_that_derails_on_a_track_that_it_may_be_keeps_the_noise_that_t
     said: list[str] = []
     assert _noise_there(stand, said.append) is stand
     assert "leaves its rail" in said[-1]
+
+
+@pytest.mark.parametrize(("evidence", "asked"), [(-58.0, True), (200.0, False)])
+def test_what_is_worse_than_nuisances_alone_puts_no_effect_out_of_question(
+    monkeypatch: pytest.MonkeyPatch, evidence: float, asked: bool
+):
+    """A weak roll bar, on the shortlist beside bent nuisances only, after a gauge that leaves noise and explains
+    nothing.
+    """
+    monkeypatch.setattr(selection, "something_left", lambda problem, one: False)
+    monkeypatch.setattr(selection, "held_out_gap", lambda problem, fit: 0.9)
+    stand = Stand(Any, _judged(0.0, "nuisances").hypothesis, [])  # type: ignore[arg-type]
+    at_home: Any = SimpleNamespace(chosen={"gauge": SimpleNamespace(gain=30.0)})
+    bent: Any = SimpleNamespace(chosen={"roll bar": SimpleNamespace(gain=156.0)})
+    best = _judged(evidence, "gauge").hypothesis
+    assert _out_of_question(stand, "roll bar", best, [at_home, bent]) is not asked
