@@ -69,6 +69,10 @@ def test_effect_knows_itself(name: str):
     assert len(kind.signature) > 30
     assert kind.references
     assert kind.absent and kind.smallest and {*kind.absent, *kind.smallest} <= set(kind.parameters())
+    if kind.everywhere:  # the same effect without a stretch
+        whole = EFFECTS[kind.everywhere]
+        assert set(whole.parameters()) == set(kind.parameters()) - {"place", "length"}
+        assert whole.absent == kind.absent
 
 
 @pytest.mark.parametrize("name", list(ESTIMATORS))
