@@ -9,6 +9,7 @@ from experiments.discrepancy.baseline.alignment import align
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.forward import forward_over
 from experiments.discrepancy.baseline.frames import frames_of, held_out, stack
+from experiments.discrepancy.baseline.parallel import one_thread_each
 from experiments.discrepancy.fit.bank import open_bank
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Fit, Problem, with_bank
@@ -56,6 +57,7 @@ class Findings:
         return best.hypothesis.fit if best else self.null.fit
 
 
+@one_thread_each
 def investigate(
     evidence: Evidence,
     tell: Tell,

@@ -14,7 +14,8 @@ from scipy.stats import norm
 from experiments.discrepancy.baseline.evidence import gather
 from experiments.discrepancy.blind.blind_cases import FASTSIM, _record, _scores, _specimen
 from experiments.discrepancy.fit.candidates import DISTANCES, TIMES, Candidate, Context, candidates
-from experiments.discrepancy.fit.fitting import WEIGHT, Problem, starting_fit
+from experiments.discrepancy.fit.fitting import Problem, starting_fit
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.result.adding import gaps, predicted_after
 from experiments.discrepancy.result.planning import nominal_problem
 from experiments.discrepancy.result.verdict import verdict

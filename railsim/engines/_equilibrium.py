@@ -54,7 +54,7 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     """
     n, w = len(plant.core.mass), len(plant.core.radius)
     size = state_size(plant)
-    speed = plant.knots[0, 1]
+    speed, radius = plant.knots[0, 1], plant.core.radius.copy()
     vertical = plant.core.coordinate[:, 2]
     weight = float((plant.core.body_mass * (vertical >= 0)).sum()) * GRAVITY + float(plant.core.vertical_load.sum())
     load = weight / (2 * w)
@@ -63,13 +63,13 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     for axes in plant.core.coordinate:
         scale[axes[3:][axes[3:] >= 0]] = ANGLE
     guess = np.concatenate((_on_rails(plant, start, sunk) / scale[:n], np.zeros(w)))
-    scale[n:] = SPIN * speed / plant.core.radius
+    scale[n:] = SPIN * speed / radius
     out, scratch = np.empty(size), np.zeros(SCRATCH)
 
     def state(unknown: np.ndarray) -> np.ndarray:
         x = np.zeros(size)
         x[:n] = unknown[:n] * scale[:n]
-        x[2 * n + w : 2 * n + 2 * w] = speed / plant.core.radius + unknown[n:] * scale[n:]
+        x[2 * n + w : 2 * n + 2 * w] = speed / radius + unknown[n:] * scale[n:]
         x[2 * n + 2 * w : 2 * n + 2 * w + 2] = start, speed
         return x
 

@@ -28,11 +28,15 @@ SCRATCH = 152 + WHEELS  # numbers: frame 9, pose 12, local 8, work of elements 9
 def knot(knots, t):
     """Interval and fraction of the speed table at time t."""
     last = knots.shape[0] - 1
-    i = 0
-    while i < last and t >= knots[i + 1, 0]:
-        i += 1
-    if i == last:
-        return i, i, 0.0, 0.0
+    if t >= knots[last, 0]:
+        return last, last, 0.0, 0.0
+    i, above = 0, last
+    while above - i > 1:
+        middle = (i + above) // 2
+        if t >= knots[middle, 0]:
+            i = middle
+        else:
+            above = middle
     length = knots[i + 1, 0] - knots[i, 0]
     return i, i + 1, (t - knots[i, 0]) / length, 1.0 / length
 

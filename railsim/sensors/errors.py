@@ -1,6 +1,7 @@
 """What stands between a true quantity and a sample: filter, latency, scale, bias, noise, range and resolution."""
 
 import math
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -73,8 +74,8 @@ class SensorErrors(Spec, frozen=True):
         """Causal Butterworth low-pass, at rest at the first value; passes all where the signal holds nothing above."""
         if self.bandwidth is None or self.bandwidth >= rate / 2:
             return signal
-        sections = butter(self.bandwidth_order, self.bandwidth, fs=rate, output="sos")
-        return sosfilt(sections, signal, zi=sosfilt_zi(sections) * signal[0])[0]
+        sections, settled = _butterworth(self.bandwidth_order, self.bandwidth, rate)
+        return sosfilt(sections, signal, zi=settled * signal[0])[0]
 
     def disturb(self, samples: np.ndarray, rate: float, rng: np.random.Generator) -> np.ndarray:
         """Scale, bias, drift and noise; each has a random stream of its own, so changing one leaves the others."""
@@ -100,6 +101,13 @@ class SensorErrors(Spec, frozen=True):
         """Axes of the sensor as columns in body axes, shape (3, 3): stated misalignment plus this run's draw."""
         angles = np.array(self.misalignment) + self.misalignment_std * rng.standard_normal(3)
         return Rotation.from_rotvec(angles).as_matrix()
+
+
+@lru_cache(64)
+def _butterworth(order: int, bandwidth: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Sections of a digital low-pass, and their state at rest at one."""
+    sections = np.asarray(butter(order, bandwidth, fs=rate, output="sos"))
+    return sections, np.asarray(sosfilt_zi(sections))
 
 
 def low_pass(omega: np.ndarray, corner: float, order: int) -> np.ndarray:

@@ -109,12 +109,9 @@ class Forward:
         run = Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, substeps)
         self.meter.add(substeps / usual * DEARER.get(self.law, 1.0))
         names = channel_names(setup.model)
-        rows, done = np.empty((run.rows, len(names))), 0
-        for chunk in load_engine(self.engine)(run):
-            rows[done : done + len(chunk)] = chunk
-            done += len(chunk)
+        pieces = list(load_engine(self.engine)(run))
         about = {"vehicle": {"wheel_radius [m]": getattr(setup.vehicle, "wheel_radius", 0.5)}}
-        return setup, MemoryTruth(names, rows, rate, about)
+        return setup, MemoryTruth(names, pieces, rate, about)
 
     def observe(self, setup: Setup, truth: MemoryTruth, z: np.ndarray) -> Prediction:
         """Noise-free samples of every compared channel, with the sensors' nuisances."""

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from experiments.discrepancy.baseline.evidence import gather
 from experiments.discrepancy.blind import oracle
 from experiments.discrepancy.blind.benchmark_rows import keep, kept
 from experiments.discrepancy.blind.blind_plan import nominal_of, setting_of
-from experiments.discrepancy.blind.oracle import effect_of, expected_evidence, true_gap
+from experiments.discrepancy.blind.oracle import effect_of, evidence_over_named, expected_evidence, true_gap
 from experiments.discrepancy.result.answer import answer
 from experiments.discrepancy.rule import rule_hash
 from experiments.discrepancy.workflow import Findings, prepare
@@ -25,6 +26,7 @@ from railsim.files import json_text, read_json, replace_file
 from railsim.scenario import Scenario
 
 ROW = "a result of the benchmark"
+OUTSIDE = ("withheld", "foreign")  # kinds of cases whose effect the workflow's library does not hold
 
 
 @dataclass(frozen=True)
@@ -138,12 +140,15 @@ def _known_after(label: dict[str, Any], findings: Findings | None) -> dict[str, 
     effects = [effect_of(one) for one in label["effects"]]
     if findings is None or not effects:
         return {"expected": [], "true_gap": None}
-    found = expected_evidence(findings.problem, effects, label["law"], label["specimen"])
-    expected = [round(one, 2) for one in found]
-    try:
-        return {"expected": expected, "true_gap": true_gap(findings, effects, label["law"], label["specimen"])}
-    except InputError:
-        return {"expected": expected, "true_gap": None}
+    truth = (effects, label["law"], label["specimen"])
+    expected = [round(one, 2) for one in expected_evidence(findings.problem, *truth)]
+    known: dict[str, Any] = {"expected": expected, "true_gap": None}
+    with suppress(InputError):
+        known["true_gap"] = true_gap(findings, *truth)
+    if label["kind"] in OUTSIDE and findings.decision.status == "named":
+        with suppress(InputError):
+            known["over_named"] = evidence_over_named(findings.problem, findings.final, *truth)
+    return known
 
 
 def _solve(nominal: Scenario, recording: Path, label: dict[str, Any]) -> tuple[dict[str, Any], Findings | None]:

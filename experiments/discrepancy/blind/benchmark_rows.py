@@ -10,7 +10,19 @@ from typing import Any
 from railsim.errors import InputError
 
 Row = tuple[dict[str, Any], dict[str, Any]]
-OF_ROW = ("rule", "case", "seed", "duration", "cpu", "seconds", "memory", "expected", "expected_at_first", "true_gap")
+OF_ROW = (
+    "rule",
+    "case",
+    "seed",
+    "duration",
+    "cpu",
+    "seconds",
+    "memory",
+    "expected",
+    "expected_at_first",
+    "true_gap",
+    "over_named",
+)
 OF_VERDICT = (
     "status",
     "effect",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.blind.benchmark import ROW
+from experiments.discrepancy.blind.benchmark import OUTSIDE, ROW
 from experiments.discrepancy.blind.benchmark_rows import Row
 from experiments.discrepancy.rule import rule_hash
 from railsim.files import read_json
@@ -16,6 +16,7 @@ from railsim.files import read_json
 COVERED = 1.96
 ANY = "any verdict"
 SURE_FROM = (0.0, 0.5, 0.9, 0.97, 0.99)  # edges of the confidence that calibration looks at
+DISTINCT = "unknown where it is outside the library, and nothing in it does the same"
 MADE_UP = "second effect that is not there, beside the right name"
 LEAST_CLOSED = 0.02  # of the gap, below which its share is noise
 DETECTABLE = 27.0
@@ -92,7 +93,7 @@ def figures(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
             found["share of the true model's gap closure beyond nuisances, named"].append(share)
             if row["verdict"].get("class") in label["classes"]:
                 found["share of the true model's gap closure beyond nuisances, named right"].append(share)
-        if status == "unknown" and label["kind"] in ("withheld", "foreign"):  # nought where no table was found
+        if status == "unknown" and label["kind"] in OUTSIDE:  # nought where no table was found
             found["share of the true model's gap closure beyond nuisances, unknown"].append(share)
     return {name: median(values) for name, values in sorted(found.items())}
 
@@ -125,7 +126,7 @@ def is_true(row: dict[str, Any], label: dict[str, Any]) -> bool:
     verdict, nats = row["verdict"], row.get("expected", [])
     status = verdict["status"]
     if status == "unknown":
-        return label["kind"] in ("withheld", "foreign")
+        return label["kind"] in OUTSIDE
     if status == "none":
         return len(nats) == len(label["effects"]) and max(nats, default=0.0) < DETECTABLE
     further = verdict.get("further", []) if status == "named" else []
@@ -174,9 +175,11 @@ def _outcomes(row: dict[str, Any], label: dict[str, Any]) -> dict[str, bool]:
         seen = {one for one, nats in zip(label["classes"], row.get("expected", []), strict=False) if nats >= DETECTABLE}
         fair = status != "unknown" and seen <= said and said - {None} <= set(label["classes"])
         return found | {"undetectable effect left alone or named right": fair}
-    if kind in ("withheld", "foreign"):
+    if kind in OUTSIDE:
         text = "unknown where its effect is withheld" if kind == "withheld" else "unknown where the law is foreign"
         found |= {text: status == "unknown", "unknown where it is outside the library": status == "unknown"}
+        if row.get("over_named") is None or row["over_named"] >= DETECTABLE:
+            found |= {DISTINCT: status == "unknown"}
         return found | ({"place of an unknown": _placed(verdict, label)} if status == "unknown" else {})
     if kind == "pair":
         return found | {
@@ -290,7 +293,7 @@ def _line(row: dict[str, Any], label: dict[str, Any]) -> str:
     verdict, outcomes = row["verdict"], _outcomes(row, label)
     nats = row.get("expected", [])
     truth = " and ".join(_effect(one) for one in label["effects"]) or f"{label['kind']}"
-    kind = f"{label['kind']}, " if label["kind"] in ("withheld", "foreign") else ""
+    kind = f"{label['kind']}, " if label["kind"] in OUTSIDE else ""
     where = f"{kind}{label.get('setting', 'home')}, {label['law']}"
     expected = "; " + ", ".join(f"{one:.0f}" for one in nats) if nats else ""
     said = verdict["status"]

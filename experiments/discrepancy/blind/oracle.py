@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from experiments.discrepancy.fit.candidates import DISTANCES, TIMES
-from experiments.discrepancy.fit.fitting import WEIGHT, Problem, improved, linearised, starting_fit
+from experiments.discrepancy.fit.fitting import Fit, Problem, improved, linearised, moved_to, starting_fit
 from experiments.discrepancy.fit.hypothesis import DROPPED, Hypothesis, concluded
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.select.decide import held_out_gap
 from experiments.discrepancy.select.refining import nuisances_alone
 from experiments.discrepancy.workflow import Findings
@@ -66,28 +67,59 @@ def _with(problem: Problem, effects: Sequence[Effect]) -> Problem:
     return problem.but(forward=problem.forward.but(evidence=replace(evidence, scenario=scenario)))
 
 
+def evidence_over_named(
+    problem: Problem, named: Fit, effects: Sequence[Effect], law: str, specimen: Mapping[str, float]
+) -> float:
+    """Nats by which the true effects can be expected to be ahead of what was named in their place (a fit to the
+    recording), when that is fitted without noise to the vehicle as it was built. Where they are few, the library does
+    the same as what it does not hold, and this recording does not tell them apart.
+
+    Raises
+    ------
+    InputError : the model cannot run the one or the other.
+    """
+    problem = _under(problem, law).but(journal=None)
+    built = np.array([specimen.get(one.label, 0.0) for one in problem.forward.nuisances])
+    hidden, least = _hidden(problem, effects, built)
+    return _short_of(hidden, concluded(hidden, improved(hidden, moved_to(hidden, named))), effects, least)
+
+
 def _expected(problem: Problem, effect: Effect, built: np.ndarray) -> float:
-    hidden = problem.but(measured=problem.stacked(problem.forward.predict(built, (effect,))))
-    null = nuisances_alone(hidden, np.zeros(len(built)), _silent)
-    truly = _with(hidden, [effect])
-    known = improved(truly, starting_fit(truly, built)) if built.any() else None
-    least = known.cost(hidden.train) if known else 0.0
+    hidden, least = _hidden(problem, [effect], built)
+    return _short_of(hidden, nuisances_alone(hidden, np.zeros(len(built)), _silent), [effect], least)
+
+
+def _hidden(problem: Problem, effects: Sequence[Effect], built: np.ndarray) -> tuple[Problem, float]:
+    """The problem of a noise-free recording of the vehicle as it was built, with the effects, and what the true model
+    costs there.
+    """
+    hidden = problem.but(measured=problem.stacked(problem.forward.predict(built, tuple(effects))))
+    truly = _with(hidden, effects)
+    return hidden, improved(truly, starting_fit(truly, built)).cost(hidden.train) if built.any() else 0.0
+
+
+def _short_of(hidden: Problem, one: Hypothesis, effects: Sequence[Effect], least: float) -> float:
+    """Nats that a hypothesis, fitted on with derivatives made anew, is behind the true effects."""
     for _ in range(ROUNDS):
-        if _brought(hidden, null, effect) - least > SURELY:
+        if _brought(hidden, one, effects) - least > SURELY:
             break
-        better = concluded(hidden, improved(hidden, linearised(hidden, null.fit)))
-        if better.log_evidence < null.log_evidence + SETTLED:
+        better = concluded(hidden, improved(hidden, linearised(hidden, one.fit)))
+        if better.log_evidence < one.log_evidence + SETTLED:
             break
-        null = better
-    gain = _brought(hidden, null, effect) - least
+        one = better
+    gain = _brought(hidden, one, effects) - least
     return max(0.0, gain) if np.isfinite(gain) else 0.0
 
 
-def _brought(problem: Problem, null: Hypothesis, effect: Effect) -> float:
-    """What nuisances alone cost, without the loudest sections of what acts everywhere."""
-    frames = 0.5 * ((WEIGHT * null.fit.residual[problem.train]) ** 2).sum(axis=(1, 2))
-    local = effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
-    return null.fit.cost(problem.train) - (0.0 if local else float(np.sort(frames)[::-1][:DROPPED].sum()))
+def _brought(problem: Problem, one: Hypothesis, effects: Sequence[Effect]) -> float:
+    """What a hypothesis costs, without the loudest sections where all effects act everywhere."""
+    frames = 0.5 * ((WEIGHT * one.fit.residual[problem.train]) ** 2).sum(axis=(1, 2))
+    local = any(_local(effect) for effect in effects)
+    return one.fit.cost(problem.train) - (0.0 if local else float(np.sort(frames)[::-1][:DROPPED].sum()))
+
+
+def _local(effect: Effect) -> bool:
+    return effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
 
 
 def _silent(text: str) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.forward import Forward, Prediction
-from experiments.discrepancy.baseline.frames import REDUNDANCY, Frames, stack
+from experiments.discrepancy.baseline.frames import Frames, stack
 from experiments.discrepancy.baseline.noise import (
     PERTURBED,
     Whitener,
@@ -29,6 +29,7 @@ from experiments.discrepancy.fit.bank import Bank
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.changes import Changes
 from experiments.discrepancy.fit.journal import Journal, key_of
+from experiments.discrepancy.fit.products import WEIGHT, added, normal_equations
 from experiments.discrepancy.fit.recent import Recent
 from experiments.discrepancy.fit.scores import Shares, bounded_step
 from railsim.effects.interface import Effect
@@ -43,7 +44,6 @@ LEEWAY = 3.0  # times what a step is expected to bring, that all further ones ma
 CONVERGED = 0.3  # nats that a step must be expected to bring
 SHARE_SCALE = 0.2  # of an effect's number, beside one standard deviation of a nuisance, in the secant condition
 SHOWN = 1.0  # information of the data on a nuisance, in that of its prior, from which its column is made again
-WEIGHT = 1.0 / np.sqrt(REDUNDANCY)
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,11 @@ class Problem:
         """(n, k, f, 2 c) of the derivatives (n, k, f, c) of coefficients."""
         k, f, c = columns.shape[1:]
         found = np.empty((len(columns), k, f, 2 * c), np.float32)
-        for number, one in enumerate(columns):
-            found[number] = self.whitened(one)
+
+        def fill(number: int) -> None:
+            found[number] = self.whitened(columns[number])
+
+        in_parallel(fill, range(len(columns)))
         return found
 
     def jacobian(self, fit: "Fit") -> np.ndarray:
@@ -184,12 +187,6 @@ class Fit:
 def cost(residual: np.ndarray, z: np.ndarray, frames: np.ndarray) -> float:
     """Half the sum of squares over some frames, plus the nuisances' prior."""
     return 0.5 * float(np.sum((WEIGHT * residual[frames]) ** 2)) + 0.5 * float(z @ z)
-
-
-def normal_equations(jacobian: np.ndarray, residual: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """J^T J and J^T r over some frames."""
-    flat = (WEIGHT * jacobian[:, frames].astype(float)).reshape(len(jacobian), -1)
-    return flat @ flat.T, flat @ (WEIGHT * residual[frames]).ravel()
 
 
 def lost_within(problem: Problem, fit: Fit) -> float:
@@ -440,9 +437,9 @@ def _taught(problem: Problem, old: Fit, new: Fit) -> Fit:
         return old
     missed = new.stacked - old.stacked - np.tensordot(move.astype(np.float32), old.columns, axes=1)
     white = problem.whitened(missed).astype(np.float32)
-    factor = (along / length).astype(np.float32)[:, None, None, None]
-    columns = old.columns + factor * missed.astype(np.complex64)
-    return replace(old, columns=columns, jacobian=problem.jacobian(old) + factor * white)
+    factors = (along / length).astype(np.float32)
+    columns = added(old.columns, factors, missed.astype(np.complex64))
+    return replace(old, columns=columns, jacobian=added(problem.jacobian(old), factors, white))
 
 
 def _at(

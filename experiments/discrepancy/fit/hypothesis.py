@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from experiments.discrepancy.fit.candidates import Candidate
-from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, improved, normal_equations, with_candidates
+from experiments.discrepancy.fit.fitting import Fit, Problem, improved, with_candidates
+from experiments.discrepancy.fit.products import WEIGHT, normal_equations
 from experiments.discrepancy.fit.scores import Shares, value_at
 from railsim.effects.interface import Effect, Parameter
 from railsim.errors import InputError

@@ -14,8 +14,9 @@ from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.forward import Forward, forward_over
 from experiments.discrepancy.baseline.frames import frames_of, held_out, stack
 from experiments.discrepancy.baseline.parallel import in_parallel
-from experiments.discrepancy.fit.fitting import WEIGHT, Problem, cost
+from experiments.discrepancy.fit.fitting import Problem, cost
 from experiments.discrepancy.fit.hypothesis import Tell
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.result.adding import Gaps
 from experiments.discrepancy.select.decide import rms
 from experiments.discrepancy.workflow import Findings

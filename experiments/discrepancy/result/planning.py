@@ -14,8 +14,9 @@ from experiments.discrepancy.baseline.frames import frames_of, held_out
 from experiments.discrepancy.baseline.surveyed import as_surveyed
 from experiments.discrepancy.fit.bank import SEED, open_bank
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
-from experiments.discrepancy.fit.fitting import WEIGHT, Problem, starting_fit
+from experiments.discrepancy.fit.fitting import Problem, starting_fit
 from experiments.discrepancy.fit.hypothesis import Tell
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.result.verdict import detectable
 from experiments.discrepancy.screen.projection import Projection
 from experiments.discrepancy.screen.screening import screen

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from experiments.discrepancy.baseline.evidence import KINDS
-from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, starting_fit
+from experiments.discrepancy.fit.fitting import Fit, Problem, starting_fit
 from experiments.discrepancy.fit.hypothesis import Tell
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.result.planning import nominal_problem
 from experiments.discrepancy.screen.projection import Projection
 from experiments.discrepancy.select.decide import ENOUGH, IN_SET

@@ -1,11 +1,13 @@
 """Projection: what of a signature the numbers that are fitted so far cannot take, and what it would gain."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from experiments.discrepancy.baseline.noise import split
-from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, normal_equations
+from experiments.discrepancy.fit.fitting import Fit, Problem
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.fit.scores import TOLERATED, Shares, at_bound
 
 RANGE = (0.3, 2.5)  # of the signature's size that may be scaled linearly
@@ -23,14 +25,14 @@ class Projection:
         if fit.jacobian is None:
             raise ValueError("give the fit its whitened derivatives (Problem.differentiated)")
         shares = Shares(fit.candidates)
-        normal, gradient = normal_equations(fit.jacobian, fit.residual, frames)
-        matrix, downhill, self.at = shares.scaled(normal, gradient, fit.z, fit.shares)
         n, m = len(fit.z), len(fit.shares)
-        scale = np.concatenate([np.ones(n), np.full(m, 0.5 / TOLERATED)])
-        flat = (WEIGHT * fit.jacobian[:, frames].astype(float)).reshape(n + m, -1)
-        self.flat = flat * scale[:, None]
         self.frames = frames
         self.residual = (WEIGHT * fit.residual[frames]).ravel()
+        flat = fit.jacobian[:, frames].astype(float).reshape(n + m, -1)
+        flat *= WEIGHT
+        matrix, downhill, self.at = shares.scaled(flat @ flat.T, flat @ self.residual, fit.z, fit.shares)
+        self.flat = flat
+        self.flat[n:] *= 0.5 / TOLERATED
         self.bound = at_bound(self.at, bounds)
         self._paired_flat: np.ndarray | None = None
         self._sets: list[tuple[np.ndarray, np.ndarray, float]] = []
@@ -53,17 +55,30 @@ class Projection:
         """(p, numbers) products of signatures (p, n) with the derivatives."""
         return (self.flat @ signatures.T).T
 
-    def judge(self, signatures: np.ndarray, along: np.ndarray | None = None, least: float = RANGE[0]) -> "Judgement":
+    def judge(self, signatures: np.ndarray, least: float = RANGE[0]) -> "Judgement":
         """The best of some signatures (p, n), scaled as it is best, the numbers following.
 
         With d = J r - x / std^2, M = J J^T + 1 / std^2: gain(a) = d M^-1 d / 2 + a s (r - J^T M^-1 d) - a^2 (s s - s
         J^T M^-1 J s) / 2; what the numbers could gain by themselves is no gain.
         """
-        along = self.along(signatures) if along is None else along
+        along = self.along(signatures)
         across, size = signatures @ self.residual, np.einsum("pn,pn->p", signatures, signatures)
         gain, which, factor, moved, left = self.weighed(along, across, size, least)
         taken = factor * signatures[which] + moved @ self.flat
         return Judgement(which, factor, gain, moved, taken, left)
+
+    def judge_each(self, signatures: np.ndarray, least: Sequence[float]) -> list["Judgement"]:
+        """Each of some signatures (p, n) by itself, with the smallest scale that it may have."""
+        along = self.along(signatures)
+        across, size = signatures @ self.residual, np.einsum("pn,pn->p", signatures, signatures)
+        ones = [slice(number, number + 1) for number in range(len(signatures))]
+        found = [self.weighed(along[one], across[one], size[one], low) for one, low in zip(ones, least, strict=True)]
+        taken = np.stack([moved for *_, moved, _ in found]) @ self.flat
+        taken += np.array([[factor] for _, _, factor, *_ in found]) * signatures
+        return [
+            Judgement(0, factor, gain, moved, one, left)
+            for (gain, _, factor, moved, left), one in zip(found, taken, strict=True)
+        ]
 
     def products(self, white: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Products of a complex whitened signature (k, f, c) with the derivatives (numbers, t, f), the residual (t, f)
@@ -73,7 +88,7 @@ class Projection:
         rows = _paired(self.row(white).reshape(int(self.frames.sum()), white.shape[1], -1))
         along = np.moveaxis(np.matmul(self._conjugate(rows.shape[:2]), rows[..., None])[..., 0], -1, 0)
         residual = _paired(self.residual.reshape(*rows.shape[:2], -1))
-        return along, (residual.conj() * rows).sum(axis=-1), (np.abs(rows) ** 2).sum(axis=-1)
+        return along, (residual.conj() * rows).sum(axis=-1), _squared(rows).sum(axis=-1)
 
     def _conjugate(self, shape: tuple[int, ...]) -> np.ndarray:
         """(t, f, numbers, c) of the derivatives; made once."""
@@ -91,12 +106,13 @@ class Projection:
         turned = np.broadcast_to(factors, (len(factors), *parts.shape[1:3]))
         part = np.zeros(turned.shape[:2], int) if which is None else which
         along, across, size = np.zeros((len(turned), len(self.flat))), np.zeros(len(turned)), np.zeros(len(turned))
+        turned_here, part_here = turned[:, self.frames], part[:, self.frames]
         for number, white in enumerate(parts):
             with_numbers, with_residual, own = self.products(white)
-            here = np.where((part == number)[..., None], turned, 0.0)[:, self.frames].reshape(len(turned), -1)
-            along += np.real(here @ with_numbers.reshape(len(self.flat), -1).T)
-            across += np.real(here @ with_residual.ravel())
-            size += np.abs(here) ** 2 @ own.ravel()
+            here = np.where((part_here == number)[..., None], turned_here, 0.0).reshape(len(turned), -1)
+            along += _real_product(here, with_numbers.reshape(len(self.flat), -1).T)
+            across += _real_product(here, with_residual.ravel())
+            size += _squared(here) @ own.ravel()
         gain, best, factor, moved, left = self.weighed(along, across, size, least)
         signature = parts[part[best], np.arange(parts.shape[1])] * turned[best][..., None]
         taken = factor * self.row(signature) + moved @ self.flat
@@ -122,6 +138,19 @@ class Projection:
             if gain[top] > best[0]:
                 best = float(gain[top]), top, float(scale[top]), move[top], float(power[top])
         return best
+
+
+def _real_product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Real part of a matrix product, in half of the multiplications of the whole."""
+    real, imaginary = (
+        np.ascontiguousarray(part(left)) @ np.ascontiguousarray(part(right)) for part in (np.real, np.imag)
+    )
+    return real - imaginary
+
+
+def _squared(values: np.ndarray) -> np.ndarray:
+    """Squares of the magnitudes, without their roots."""
+    return np.real(values) ** 2 + np.imag(values) ** 2
 
 
 def _paired(values: np.ndarray) -> np.ndarray:

@@ -108,12 +108,11 @@ def _judged_together(
     if not made:
         return []
     rows = np.stack([projection.row(white) for _, _, white in made])
-    along = projection.along(rows)
-    found: list[Screened | None] = []
-    for number, (one, values, white) in enumerate(made):
-        here = projection.judge(rows[number : number + 1], along[number : number + 1], _least(one))
-        found.append(_screened(problem, fit, projection, one, values, replace(here, signature=white)))
-    return found
+    judged = projection.judge_each(rows, [_least(one) for one, *_ in made])
+    return [
+        _screened(problem, fit, projection, one, values, replace(here, signature=white))
+        for (one, values, white), here in zip(made, judged, strict=True)
+    ]
 
 
 def _blows(

@@ -8,8 +8,9 @@ import numpy as np
 
 from experiments.discrepancy.baseline.frames import REDUNDANCY
 from experiments.discrepancy.fit.candidates import Candidate
-from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, lost_within
+from experiments.discrepancy.fit.fitting import Fit, Problem, lost_within
 from experiments.discrepancy.fit.hypothesis import Hypothesis, robust_evidence
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.screen.locate import Cell, Located, locate
 
 ENOUGH = 10.0  # nats for an effect against nuisances alone, its loudest sections left out

@@ -4,8 +4,9 @@ A wider gauge changes conicity and creepage. Nuisances that have followed it sta
 the way back does not lead downhill.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
+from experiments.discrepancy.baseline.parallel import in_parallel
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import starting_fit
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, hypothesis
@@ -31,16 +32,19 @@ def unmasked(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     return Stand(stand.problem, stand.null, [*made, *rivals])
 
 
-def _fitted(stand: Stand, name: str, found: Sequence[Candidate], tell: Tell) -> Iterator[Hypothesis]:
-    """All variants of an effect in both directions."""
+def _fitted(stand: Stand, name: str, found: Sequence[Candidate], tell: Tell) -> list[Hypothesis]:
+    """All variants of an effect in both directions, side by side."""
     problem = stand.problem
     home = starting_fit(problem, at_home(problem, stand.null.fit))
     level = stand.null.fit.cost(problem.train) + REACH
-    for one in (one for one in found if one.name == name):
-        for sizes in _directions(one):
-            if time_for(problem, "fit", one.label, tell):
-                made = hypothesis(problem, home, (one,), [(home.z, [values]) for values in sizes], tell, level)
-                yield from [made] if made is not None else []
+
+    def fitted(job: tuple[Candidate, list[dict[str, float]]]) -> Hypothesis | None:
+        one, sizes = job
+        return hypothesis(problem, home, (one,), [(home.z, [values]) for values in sizes], tell, level)
+
+    jobs = [(one, sizes) for one in found if one.name == name for sizes in _directions(one)]
+    jobs = [job for job in jobs if time_for(problem, "fit", job[0].label, tell)]
+    return [one for one in in_parallel(fitted, jobs) if one is not None]
 
 
 def _directions(one: Candidate) -> list[list[dict[str, float]]]:

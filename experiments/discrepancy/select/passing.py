@@ -10,8 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from experiments.discrepancy.fit.candidates import Candidate
-from experiments.discrepancy.fit.fitting import WEIGHT, Fit, Problem, improved, linearised, starting_fit
+from experiments.discrepancy.fit.fitting import Fit, Problem, improved, linearised, starting_fit
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.screen.screening import Screened, screen
 from experiments.discrepancy.screen.spectra import Sized, by_power
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
-from experiments.discrepancy.blind.benchmark_score import page, score, wilson
+from experiments.discrepancy.blind.benchmark_score import DISTINCT, page, score, wilson
 
 
 def _row(status: str, effect: str | None, named: str | None, expected: Any = None, **more: Any) -> dict[str, Any]:
@@ -86,6 +86,15 @@ def test_what_the_library_has_not_is_refused_at_its_place():
     found = score([*rows, (_row("named", "payload", "payload"), label)])["metrics"]
     assert found["unknown where the law is foreign"]["value"] == 2 / 3
     assert found["place of an unknown"]["value"] == 0.5
+    assert found[DISTINCT] == found["unknown where it is outside the library"]
+
+
+def test_what_the_library_does_as_well_counts_as_missed_and_is_counted_apart():
+    label = _label("withheld", DAMPER) | {"acting": [[["body", "bogie"]]]}
+    same, other = (_row("named", "payload", "payload") | {"over_named": nats} for nats in (5.0, 80.0))
+    found = score([(same, label), (other, label), (_row("unknown", None, None), label)])["metrics"]
+    assert found["unknown where it is outside the library"]["value"] == 1 / 3
+    assert found[DISTINCT]["value"] == 0.5
 
 
 def test_wilson_interval_holds_the_true_share_as_often_as_it_says():

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from experiments.discrepancy.blind.oracle import acting, effect_of, expected_evidence
+from experiments.discrepancy.blind.oracle import acting, effect_of, evidence_over_named, expected_evidence
+from experiments.discrepancy.fit.candidates import candidates
+from experiments.discrepancy.fit.fitting import starting_fit, with_candidates
+from experiments.discrepancy.fit.scores import Shares
+from experiments.discrepancy.screen.locate import locate
+from experiments.discrepancy.workflow import context_of
 from railsim import load_scenario
 
 
@@ -27,6 +32,24 @@ def test_an_effect_is_valued_under_the_vehicles_own_creep_law(problem):
     slipping = [effect_of({"kind": "reduced_creep_slope", "factor": 0.6})]
     found = [expected_evidence(problem, slipping, law, {})[0] for law in ("polach", "fastsim")]
     assert found[0] > 0.0 and found[1] > 0.0 and abs(found[0] - found[1]) > 0.02 * found[0]
+
+
+def test_what_was_named_is_behind_the_truth_by_what_it_cannot_do(problem):
+    """The true kind catches up from another size; another kind is little better than nuisances alone."""
+    true = effect_of({"kind": "weak_yaw_damper", "factor": 0.1})
+    hidden = problem.but(
+        measured=problem.stacked(problem.forward.predict(np.zeros(len(problem.forward.nuisances)), (true,)))
+    )
+    located = locate(hidden, starting_fit(hidden, np.zeros(len(problem.forward.nuisances))))
+    found = {one.name: one for one in candidates(context_of(hidden, located))}
+    behind = []
+    for name in ("weak_yaw_damper", "payload"):
+        start = starting_fit(hidden, np.zeros(len(problem.forward.nuisances)))
+        shares = Shares((found[name],)).of([next(iter(found[name].sizes()))])
+        named = with_candidates(hidden, start, (found[name],), [(start.z, shares)])
+        behind.append(evidence_over_named(hidden, named, [true], "polach", {}))
+    assert behind[0] < 0.05 * behind[1]
+    assert behind[1] > 0.5 * expected_evidence(problem, [true], "polach", {})[0]
 
 
 def test_places_of_effects():

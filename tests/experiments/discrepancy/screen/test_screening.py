@@ -3,7 +3,8 @@
 import numpy as np
 
 from experiments.discrepancy.fit.candidates import Context, candidates
-from experiments.discrepancy.fit.fitting import WEIGHT, Fit
+from experiments.discrepancy.fit.fitting import Fit
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.fit.scores import TOLERATED
 from experiments.discrepancy.screen.projection import Projection
 from experiments.discrepancy.screen.screening import scaled
@@ -52,6 +53,16 @@ def test_what_two_large_nuisances_make_together_is_worth_no_more_than_their_prio
     assert own_start > 1e7
     assert abs(float(projection.cleaned(own) @ own)) < 0.2
     assert projection.judge(own[None].astype(float)).gain < 1.0
+
+
+def test_signatures_are_judged_together_as_each_by_itself():
+    rng = np.random.default_rng(11)
+    projection = Projection(_fit(rng.standard_normal((3, 9, 4, 6)), rng.standard_normal((9, 4, 6))), np.arange(9) < 7)
+    rows, least = rng.standard_normal((5, 7 * 4 * 6)), [0.3, 0.05, 0.3, 0.3, 0.05]
+    for row, low, found in zip(rows, least, projection.judge_each(rows, least), strict=True):
+        alone = projection.judge(row[None], low)
+        assert np.allclose([found.gain, found.scale, found.power], [alone.gain, alone.scale, alone.power])
+        assert np.allclose(found.taken, alone.taken) and np.allclose(found.move, alone.move)
 
 
 def test_a_nuisance_that_stood_in_for_an_effect_comes_back_from_its_bound():

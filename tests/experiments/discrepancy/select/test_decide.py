@@ -9,8 +9,9 @@ import pytest
 
 from experiments.discrepancy.baseline.frames import REDUNDANCY
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
-from experiments.discrepancy.fit.fitting import WEIGHT, Fit
+from experiments.discrepancy.fit.fitting import Fit
 from experiments.discrepancy.fit.hypothesis import Hypothesis
+from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.fit.scores import Shares
 from experiments.discrepancy.screen.locate import Located
 from experiments.discrepancy.select.decide import ENOUGH, SUREST, Decision, Judged, ahead, contested, decide, judge
