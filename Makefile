@@ -25,8 +25,9 @@ kernels: $(STAMP)
 	@$(BIN)/railsim run default --engine compiled --set duration=5 --out results/.kernels > /dev/null
 	@rm -rf results/.kernels
 
+# The workers are the parallelism: linear algebra in threads of its own would only wait for the others.
 tests: kernels
-	$(BIN)/pytest -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile
 
 bench: $(STAMP)
 	$(BIN)/railsim bench

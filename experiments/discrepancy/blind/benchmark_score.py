@@ -303,7 +303,9 @@ def _line(row: dict[str, Any], label: dict[str, Any]) -> str:
         size = f", {first['value']:.3g} ({first['low']:.3g} to {first['high']:.3g})" if first else ""
         said = f"`{'` and `'.join(names)}`{size}"
     wrong = [
-        name for name, held in outcomes.items() if held == (name in UNWANTED) and not name.endswith((" null", " decoy"))
+        name
+        for name, held in outcomes.items()
+        if held == (name in UNWANTED) and name != DISTINCT and not name.endswith((" null", " decoy"))
     ]
     gap, true = verdict.get("gap") or {}, row.get("true_gap")
     gaps = [gap.get("nuisance_only"), gap.get("after"), true]

@@ -14,11 +14,11 @@ from railsim.effects._sensors import FilterEffect
 TRIED = {
     "delay": np.concatenate([np.geomspace(0.001, 0.02, 10), np.arange(0.025, 1.0, 0.01)]),  # s
     "period": np.concatenate([[0.003, 0.006, 0.01], np.geomspace(1.0 / 60.0, 0.06, 8)]),  # s
-    "damping": np.array([0.05, 0.2, 0.5, 0.9]),
+    "damping": np.array([0.03, 0.07, 0.15, 0.27]),
 }
 """A channel is like itself a little later only within a part of a turn of its loudest wave; resonances beyond the
 frames' highest frequency show by their foot only."""
-FINELY = {"period": np.geomspace(0.003, 0.06, 30), "damping": np.array([0.03, 0.07, 0.15, 0.3, 0.5, 0.7, 0.9])}
+FINELY = {"period": np.geomspace(0.003, 0.06, 30), "damping": np.array([0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.29])}
 SLOW = 1e-3  # Hz, for a mean
 
 

@@ -16,6 +16,7 @@ DROPPED = 3  # loudest frames that do not count
 CURVED = 1e-4  # 1/m
 BENT = 2  # strained nuisances from which these may have been bent to explain what is none,
 FAR = 3  # and from which they have: two parts at the end of their tolerance are no fault
+LOUD = 2.0  # mean square of a significant cell that no error of the noise model makes up for
 OUTRIGHT = 4.9  # deviations of a sensor's own error, from which it is no data sheet's
 
 
@@ -57,6 +58,11 @@ class Located:
     def worth_looking(self) -> bool:
         """Whether anything asks for an effect."""
         return bool(self.significant or self.surprising)
+
+    @property
+    def loud(self) -> bool:
+        """Whether a significant cell is beyond what the noise model may be wrong by."""
+        return any(cell.robust > LOUD for cell in self.significant)
 
     @property
     def bent(self) -> bool:

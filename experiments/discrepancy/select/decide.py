@@ -188,6 +188,11 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
     if needs_far(problem, first.hypothesis, left, first.evidence):
         text = f"the best effect, {first.hypothesis.label}, explains it only with tolerances far from their data sheets"
         return Decision("unknown", tuple(judged), _certain(located), f"{text} ({', '.join(left.surprising)})")
+    if left.loud:
+        cell = left.significant[0]
+        where = f"{cell.channel.split(' [')[0]}, {cell.low:g} to {cell.high:g} Hz"
+        text = f"the best effect, {first.hypothesis.label}, leaves {cell.robust:.2g} times the noise's power in {where}"
+        return Decision("unknown", tuple(judged), _certain(located), text)
     classes = {one.hypothesis.classes for one in accepted if one.probability >= IN_SET}
     if first.probability >= SURE or len(classes) == 1:
         sure = min(SUREST["named"], first.probability)
@@ -199,8 +204,11 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
 def needs_far(problem: Problem, one: Hypothesis, left: Located, gain: float) -> bool:
     """Whether a hypothesis that leaves this and brings so many nats holds with nuisances far from their data sheets
     only: with all of them within it would lose more than chance, and than what the model itself may be wrong by.
+
+    One such nuisance is enough beside an effect, which is then helped by what it is not.
     """
-    return left.far and lost_within(problem, one.fit) > max(ENOUGH, COARSE * gain)
+    far = left.far or bool(one.candidates and left.surprising)
+    return far and lost_within(problem, one.fit) > max(ENOUGH, COARSE * gain)
 
 
 def contested(problem: Problem, decision: Decision, null: Hypothesis, law: Hypothesis) -> Decision:

@@ -11,7 +11,6 @@ from experiments.discrepancy.select.decide import LARGE, held_out_gap
 from railsim.errors import InputError
 
 WHITE = 1.03  # held-out gap from which nothing is left to explain
-LOUD = 2.0  # mean square of a cell from which a further effect is looked for all the same
 ROUNDS = 2
 WORTH = 150.0  # nats that a further linearisation must have brought to go on: the next brings a hundredth of it
 LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
@@ -48,8 +47,8 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linear
 
 def something_left(problem: Problem, best: Hypothesis) -> bool:
     """Whether a hypothesis leaves more than noise."""
-    left = locate(problem, best.fit).significant
-    return bool(left) and (held_out_gap(problem, best.fit) > WHITE or any(cell.robust > LOUD for cell in left))
+    left = locate(problem, best.fit)
+    return left.loud or (bool(left.significant) and held_out_gap(problem, best.fit) > WHITE)
 
 
 def other_laws(problem: Problem) -> list[str]:
