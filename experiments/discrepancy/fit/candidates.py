@@ -39,7 +39,7 @@ LENGTHS = {
     "exposed_stretch": ("length", (50.0, 110.0)),
     "wind_gust": ("duration", (2.0, 5.0)),
 }
-REFERENCES = {"sensor_delay": {"delay": 0.002}, "sensor_resonance": {"period": 0.03, "damping": 0.4}}
+REFERENCES = {"sensor_delay": {"delay": 0.002}, "sensor_resonance": {"period": 0.03, "damping": 0.3}}
 """Filters of one channel at numbers that change all that the frames show."""
 PHASES = ("phase", "angle")  # held fields that are found all the same [rad]
 
