@@ -22,6 +22,7 @@ UNEXPLAINED = 0.6  # share of the excess in significant cells that a named effec
 LARGE = 1.3  # held-out gap (root mean square) from which nuisances alone are far from the truth
 FURTHER = 5.0  # nats that a second effect costs
 COARSE = 0.005  # share of what an effect brings that the model itself may be wrong by
+HELPED = 0.001  # share of what an effect brings that nuisances far from their data sheets may add to it
 BORNE_OUT = 0.2  # of the training frames' evidence, frame for frame, that held-out frames must show
 HARMLESS = 3.0  # nats that an effect of a place that held-out frames do not see at all may cost there
 SUREST = {"none": 0.99, "named": 0.92, "unknown": 0.86}
@@ -177,22 +178,23 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
             "none", tuple(judged), min(SUREST["none"], 1.0 - (judged[0].probability if judged else 0.0)), text
         )
     first = accepted[0]
-    left = locate(problem, first.hypothesis.fit)
+    left, sure = locate(problem, first.hypothesis.fit), max(_certain(located), _certain_by(first.evidence))
     share = _share_gone(located, left)
     if share < UNEXPLAINED:
         text = f"the best effect, {first.hypothesis.label}, explains only {share:.0%} of what is left"
-        return Decision("unknown", tuple(judged), _certain(located), text)
+        return Decision("unknown", tuple(judged), sure, text)
     if first.gap > LARGE:
         text = f"the best effect, {first.hypothesis.label}, leaves {first.gap:.2g} times the noise on held-out sections"
-        return Decision("unknown", tuple(judged), _certain(located), text)
+        return Decision("unknown", tuple(judged), sure, text)
     if needs_far(problem, first.hypothesis, left, first.evidence):
         text = f"the best effect, {first.hypothesis.label}, explains it only with tolerances far from their data sheets"
-        return Decision("unknown", tuple(judged), _certain(located), f"{text} ({', '.join(left.surprising)})")
-    if left.loud:
-        cell = left.significant[0]
+        return Decision("unknown", tuple(judged), sure, f"{text} ({', '.join(left.surprising)})")
+    if left.loud and left.surprising:
+        cell, names = left.significant[0], ", ".join(left.surprising)
         where = f"{cell.channel.split(' [')[0]}, {cell.low:g} to {cell.high:g} Hz"
         text = f"the best effect, {first.hypothesis.label}, leaves {cell.robust:.2g} times the noise's power in {where}"
-        return Decision("unknown", tuple(judged), _certain(located), text)
+        text += f", although it has tolerances far from their data sheets ({names})"
+        return Decision("unknown", tuple(judged), sure, text)
     classes = {one.hypothesis.classes for one in accepted if one.probability >= IN_SET}
     if first.probability >= SURE or len(classes) == 1:
         sure = min(SUREST["named"], first.probability)
@@ -203,12 +205,11 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
 
 def needs_far(problem: Problem, one: Hypothesis, left: Located, gain: float) -> bool:
     """Whether a hypothesis that leaves this and brings so many nats holds with nuisances far from their data sheets
-    only: with all of them within it would lose more than chance, and than what the model itself may be wrong by.
-
-    One such nuisance is enough beside an effect, which is then helped by what it is not.
+    only: with all of them within it would lose more than chance. One is enough beside an effect, which is then helped by
+    what it is not; a thousandth of what that brings is what the model itself bends them by.
     """
     far = left.far or bool(one.candidates and left.surprising)
-    return far and lost_within(problem, one.fit) > max(ENOUGH, COARSE * gain)
+    return far and lost_within(problem, one.fit) > max(ENOUGH, HELPED * gain)
 
 
 def contested(problem: Problem, decision: Decision, null: Hypothesis, law: Hypothesis) -> Decision:
@@ -221,15 +222,13 @@ def contested(problem: Problem, decision: Decision, null: Hypothesis, law: Hypot
         if decision.status != "none" or not ahead(null, null, law) or not borne_out:
             return decision
         text = f"a force that follows the state at one place explains it better by {gain:.0f} nats, and no effect does"
-        return Decision(
-            "unknown", decision.judged, min(SUREST["unknown"], 1.0 - math.exp(-gain / (2.0 * CLEARLY))), text
-        )
+        return Decision("unknown", decision.judged, _certain_by(gain), text)
     named = decision.best.hypothesis
     if not ahead(null, named, law):
         return decision
     nats = law.log_evidence - named.log_evidence
     text = f"a law that follows the state at one place explains it better than {named.label}, by {nats:.0f} nats"
-    return Decision("unknown", decision.judged, min(SUREST["unknown"], 1.0 - math.exp(-nats / (2.0 * CLEARLY))), text)
+    return Decision("unknown", decision.judged, _certain_by(nats), text)
 
 
 def ahead(null: Hypothesis, named: Hypothesis, law: Hypothesis) -> bool:
@@ -251,6 +250,11 @@ def _share_gone(located: Located, left: Located) -> float:
 
 def _excess(cell: Cell) -> float:
     return max(0.0, cell.power - 1.0) * (cell.high - cell.low)
+
+
+def _certain_by(nats: float) -> float:
+    """How sure it is by what it brings."""
+    return min(SUREST["unknown"], 1.0 - math.exp(-nats / (2.0 * CLEARLY)))
 
 
 def _certain(located: Located) -> float:

@@ -42,6 +42,7 @@ RIVAL = 30.0  # nats between two classes below which the noise is propagated ane
 VARIANTS = 3  # other places of the best effect that are fitted too
 NEAREST = 4  # classes that are fitted on with the noise of the best
 HALF_SEEN = 0.75  # of the next, where the derivatives by the nuisances are still the nominal vehicle's
+FAINT_PAIR = 500.0  # nats that two effects bring together, below which one law may be what they stand for
 KEPT_PROMISE = 0.3  # of what a signature promised, below which a fit is begun elsewhere
 SLIGHT = 0.1  # of the size at which it looks best, from where a fit sets out once more that ended behind the nuisances
 
@@ -445,13 +446,14 @@ def _noise_of_both(stand: Stand, tell: Tell) -> Stand:
 
 def _with_law(stand: Stand, found: Sequence[Candidate], screened: Sequence[Screened], tell: Tell) -> Stand:
     """With a law without a name where none was fitted yet and the best effect leaves something, be it only a force that
-    follows a state, or where it needs nuisances far from their data sheets; where the law is ahead, with the effects
-    that look most like it.
+    follows a state, where it needs nuisances far from their data sheets, or where two bring little together; where the
+    law is ahead, with the effects that look most like it.
     """
     if stand.tabled is not None or not found:
         return stand
     problem, best = stand.problem, stand.best
-    if not (stand.unexplained or stand.far or follows_a_state(problem, best.fit)):
+    faint_pair = len(best.candidates) > 1 and best.log_evidence - stand.null.log_evidence < FAINT_PAIR
+    if not (stand.unexplained or stand.far or faint_pair or follows_a_state(problem, best.fit)):
         return stand
     stand = replace(stand, tabled=fit_empirical(problem, stand.null, best, found[0].context, tell))
     if stand.tabled is None or stand.leader is stand.best:
