@@ -60,9 +60,9 @@ class Located:
         return bool(self.significant or self.surprising)
 
     @property
-    def loud(self) -> bool:
-        """Whether a significant cell is beyond what the noise model may be wrong by."""
-        return any(cell.robust > LOUD for cell in self.significant)
+    def loud(self) -> list[Cell]:
+        """Significant cells beyond what the noise model may be wrong by, the largest first."""
+        return [cell for cell in self.significant if cell.robust > LOUD]
 
     @property
     def bent(self) -> bool:

@@ -178,23 +178,10 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
             "none", tuple(judged), min(SUREST["none"], 1.0 - (judged[0].probability if judged else 0.0)), text
         )
     first = accepted[0]
-    left, sure = locate(problem, first.hypothesis.fit), max(_certain(located), _certain_by(first.evidence))
-    share = _share_gone(located, left)
-    if share < UNEXPLAINED:
-        text = f"the best effect, {first.hypothesis.label}, explains only {share:.0%} of what is left"
-        return Decision("unknown", tuple(judged), sure, text)
-    if first.gap > LARGE:
-        text = f"the best effect, {first.hypothesis.label}, leaves {first.gap:.2g} times the noise on held-out sections"
-        return Decision("unknown", tuple(judged), sure, text)
-    if needs_far(problem, first.hypothesis, left, first.evidence):
-        text = f"the best effect, {first.hypothesis.label}, explains it only with tolerances far from their data sheets"
-        return Decision("unknown", tuple(judged), sure, f"{text} ({', '.join(left.surprising)})")
-    if left.loud and left.surprising:
-        cell, names = left.significant[0], ", ".join(left.surprising)
-        where = f"{cell.channel.split(' [')[0]}, {cell.low:g} to {cell.high:g} Hz"
-        text = f"the best effect, {first.hypothesis.label}, leaves {cell.robust:.2g} times the noise's power in {where}"
-        text += f", although it has tolerances far from their data sheets ({names})"
-        return Decision("unknown", tuple(judged), sure, text)
+    refused = _refused(problem, located, first)
+    if refused:
+        sure = max(_certain(located), _certain_by(first.evidence))
+        return Decision("unknown", tuple(judged), sure, f"the best effect, {first.hypothesis.label}, {refused}")
     classes = {one.hypothesis.classes for one in accepted if one.probability >= IN_SET}
     if first.probability >= SURE or len(classes) == 1:
         sure = min(SUREST["named"], first.probability)
@@ -203,10 +190,41 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
     return Decision("ambiguous", tuple(accepted), first.probability, text)
 
 
+def _refused(problem: Problem, located: Located, first: Judged) -> str:
+    """Why the best effect gets no name, nothing where it does."""
+    left = locate(problem, first.hypothesis.fit)
+    share, names = _share_gone(located, left), ", ".join(left.surprising)
+    if share < UNEXPLAINED:
+        return f"explains only {share:.0%} of what is left"
+    if first.gap > LARGE:
+        return f"leaves {first.gap:.2g} times the noise on held-out sections"
+    if needs_far(problem, first.hypothesis, left, first.evidence):
+        return f"explains it only with tolerances far from their data sheets ({names})"
+    cell = _strange(first.hypothesis, left)
+    if cell is None:
+        return ""
+    helped = f", although it has tolerances far from their data sheets ({names})" if names else ""
+    where = f"{_plain(cell)}, {cell.low:g} to {cell.high:g} Hz"
+    return f"leaves {cell.robust:.2g} times the noise's power in {where}{helped}"
+
+
+def _strange(one: Hypothesis, left: Located) -> Cell | None:
+    """The loudest cell that what is there would not leave: any beside nuisances far from their data sheets, which were
+    bent for it; one of its own channel where a sensor is at fault, of which the model is exact.
+    """
+    own = {str(dict(each.choices).get("channel")) for each in one.candidates if each.of_sensor}
+    return next((cell for cell in left.loud if left.surprising or _plain(cell) in own), None)
+
+
+def _plain(cell: Cell) -> str:
+    """Its channel without the unit."""
+    return cell.channel.split(" [")[0]
+
+
 def needs_far(problem: Problem, one: Hypothesis, left: Located, gain: float) -> bool:
     """Whether a hypothesis that leaves this and brings so many nats holds with nuisances far from their data sheets
-    only: with all of them within it would lose more than chance. One is enough beside an effect, which is then helped by
-    what it is not; a thousandth of what that brings is what the model itself bends them by.
+    only: with all of them within it would lose more than chance. One is enough beside an effect, which is then helped
+    by what it is not; a thousandth of what that brings is what the model itself bends them by.
     """
     far = left.far or bool(one.candidates and left.surprising)
     return far and lost_within(problem, one.fit) > max(ENOUGH, HELPED * gain)

@@ -48,7 +48,7 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linear
 def something_left(problem: Problem, best: Hypothesis) -> bool:
     """Whether a hypothesis leaves more than noise."""
     left = locate(problem, best.fit)
-    return left.loud or (bool(left.significant) and held_out_gap(problem, best.fit) > WHITE)
+    return bool(left.loud) or (bool(left.significant) and held_out_gap(problem, best.fit) > WHITE)
 
 
 def other_laws(problem: Problem) -> list[str]:
