@@ -8,6 +8,7 @@ from typing import Any
 from experiments.discrepancy.baseline.alignment import align
 from experiments.discrepancy.baseline.estimated_track import given_track
 from experiments.discrepancy.baseline.evidence import NO_TRACK, Evidence, GivenTrack, gather
+from experiments.discrepancy.baseline.parallel import one_thread_each
 from experiments.discrepancy.fit.hypothesis import Tell
 from experiments.discrepancy.fit.journal import Journal, journal_of
 from experiments.discrepancy.result.adding import gaps, predicted_after, write_model
@@ -25,6 +26,7 @@ VERDICT = "verdict.json"
 DIGITS = 9
 
 
+@one_thread_each
 def explain(
     recording: Path,
     scenario: Scenario,

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from experiments.discrepancy.baseline.evidence import KINDS, Evidence
 from experiments.discrepancy.baseline.forward import Alignment, forward_over
 from experiments.discrepancy.baseline.frames import frames_of, held_out
+from experiments.discrepancy.baseline.parallel import one_thread_each
 from experiments.discrepancy.baseline.surveyed import as_surveyed
 from experiments.discrepancy.fit.bank import SEED, open_bank
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
@@ -52,6 +53,7 @@ class Plan:
         return sorted(pairs, key=lambda one: -one[2])
 
 
+@one_thread_each
 def make_plan(scenario: Scenario, tell: Tell, only: Sequence[str] | None = None) -> Plan:
     """Signatures of all effects on the nominal scenario, with its sensors, its track and its survey's errors.
 
