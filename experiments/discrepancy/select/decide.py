@@ -22,6 +22,7 @@ UNEXPLAINED = 0.6  # share of the excess in significant cells that a named effec
 LARGE = 1.3  # held-out gap (root mean square) from which nuisances alone are far from the truth
 FURTHER = 5.0  # nats that a second effect costs
 COARSE = 0.005  # share of what an effect brings that the model itself may be wrong by
+SMALL_BUT_THERE = 60.0  # nats of an effect too small for its name, from which something else is there
 HELPED = 0.001  # share of what an effect brings that nuisances far from their data sheets may add to it
 BORNE_OUT = 0.2  # of the training frames' evidence, frame for frame, that held-out frames must show
 HARMLESS = 3.0  # nats that an effect of a place that held-out frames do not see at all may cost there
@@ -173,6 +174,10 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
             names = ", ".join(located.surprising)
             text = f"only tolerances far from their data sheets explain it ({names}), and no effect of the library does"
             return Decision("unknown", tuple(judged), _certain(located), text)
+        small = next((one for one in judged if _too_small(problem, one)), None)
+        if small is not None:
+            text = f"{small.hypothesis.label} brings {small.evidence:.0f} nats at a size that is too small for its name"
+            return Decision("unknown", tuple(judged), _certain_by(small.evidence), text)
         text = "nothing is left that tolerances, sensors and the track file do not explain"
         return Decision(
             "none", tuple(judged), min(SUREST["none"], 1.0 - (judged[0].probability if judged else 0.0)), text
@@ -193,27 +198,33 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
 def _refused(problem: Problem, located: Located, first: Judged) -> str:
     """Why the best effect gets no name, nothing where it does."""
     left = locate(problem, first.hypothesis.fit)
-    share, names = _share_gone(located, left), ", ".join(left.surprising)
+    share = _share_gone(located, left)
     if share < UNEXPLAINED:
         return f"explains only {share:.0%} of what is left"
     if first.gap > LARGE:
         return f"leaves {first.gap:.2g} times the noise on held-out sections"
     if needs_far(problem, first.hypothesis, left, first.evidence):
-        return f"explains it only with tolerances far from their data sheets ({names})"
+        return f"explains it only with tolerances far from their data sheets ({', '.join(left.surprising)})"
     cell = _strange(first.hypothesis, left)
     if cell is None:
         return ""
-    helped = f", although it has tolerances far from their data sheets ({names})" if names else ""
-    where = f"{_plain(cell)}, {cell.low:g} to {cell.high:g} Hz"
-    return f"leaves {cell.robust:.2g} times the noise's power in {where}{helped}"
+    return f"leaves {cell.robust:.2g} times the noise's power in {_plain(cell)}, {cell.low:g} to {cell.high:g} Hz"
+
+
+def _too_small(problem: Problem, one: Judged) -> bool:
+    """Whether an effect brings much, on held-out frames too, at a size that is not worth its name: it stands for
+    something else.
+    """
+    there = one.held_out > BORNE_OUT * _share_held_out(problem) * one.evidence
+    return one.hypothesis.slight and one.evidence >= SMALL_BUT_THERE and there
 
 
 def _strange(one: Hypothesis, left: Located) -> Cell | None:
-    """The loudest cell that what is there would not leave: any beside nuisances far from their data sheets, which were
-    bent for it; one of its own channel where a sensor is at fault, of which the model is exact.
+    """The loudest cell that what is there would not leave: one of its own channel where a sensor is at fault, of which
+    the model is exact.
     """
     own = {str(dict(each.choices).get("channel")) for each in one.candidates if each.of_sensor}
-    return next((cell for cell in left.loud if left.surprising or _plain(cell) in own), None)
+    return next((cell for cell in left.loud if _plain(cell) in own), None)
 
 
 def _plain(cell: Cell) -> str:

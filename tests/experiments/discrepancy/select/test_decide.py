@@ -180,29 +180,31 @@ def test_an_effect_that_needs_tolerances_far_from_their_data_sheets_is_not_named
 
 
 @pytest.mark.parametrize(
-    ("name", "strained", "power", "said"),
-    [
-        ("payload", PARTS[:1], 3.0, "unknown"),
-        ("payload", (), 3.0, "named"),
-        ("payload", PARTS[:1], 1.9, "named"),
-        ("sensor_gain", (), 3.0, "unknown"),
-        ("sensor_gain", (), 1.9, "named"),
-    ],
+    ("name", "power", "said"),
+    [("payload", 3.0, "named"), ("sensor_gain", 3.0, "unknown"), ("sensor_gain", 1.9, "named")],
 )
-def test_an_effect_that_leaves_a_cell_which_what_is_there_would_not_is_not_named(
-    monkeypatch: pytest.MonkeyPatch, problem: Any, name: str, strained: tuple[str, ...], power: float, said: str
+def test_a_fault_of_a_sensor_that_leaves_its_own_channel_loud_is_not_named(
+    monkeypatch: pytest.MonkeyPatch, problem: Any, name: str, power: float, said: str
 ):
-    """What the library does not hold was imitated so: by an effect that does most of it and a part that is bent for it,
-    or by another fault of the same sensor; and a channel still disagrees.
+    """What the library does not hold was imitated so, by another fault of the same sensor; and the channel still
+    disagrees.
     """
     own = str(dict(ALL["sensor_gain"].choices)["channel"])
-    monkeypatch.setattr(
-        "experiments.discrepancy.select.decide.locate", lambda *given: _located(strained, power, f"{own} [m/s2]")
-    )
-    monkeypatch.setattr("experiments.discrepancy.select.decide.lost_within", lambda *given: 5.0)
+    left = _located((), power, f"{own} [m/s2]")
+    monkeypatch.setattr("experiments.discrepancy.select.decide.locate", lambda *given: left)
     decision = decide(problem, NULL, _located(()), judge(problem, NULL, [_hypothesis((name,), 5.0, 5.0)]))
     assert decision.status == said
     assert said == "named" or f"{own}, 0.8 to 2 Hz" in decision.reason
+
+
+@pytest.mark.parametrize(("train", "test", "said"), [(5.0, 5.0, "unknown"), (5.0, -1.0, "none"), (2.0, 2.0, "none")])
+def test_what_brings_much_at_a_size_too_small_for_its_name_is_something_else(
+    monkeypatch: pytest.MonkeyPatch, problem: Any, train: float, test: float, said: str
+):
+    """If held-out frames show it too; a resonance that was withheld looked like a delay of half a millisecond."""
+    monkeypatch.setattr(Hypothesis, "slight", property(lambda one: bool(one.candidates)))
+    decision = decide(problem, NULL, _located(()), judge(problem, NULL, [_hypothesis(("payload",), train, test)]))
+    assert decision.status == said
 
 
 @pytest.mark.parametrize(("gap", "said"), [(1.2, "named"), (1.4, "unknown")])
