@@ -288,7 +288,7 @@ def _variants(kind: type[Effect], context: Context) -> Iterator[Candidate]:
     options: dict[str, Sequence[Any]] = {}
     for name, field in kind.model_fields.items():
         values = context.channels if name == "channel" else _options(field.annotation)
-        if len(values) > 1:
+        if len(values) > 1 or name == "channel":
             options[name] = values
     combinations = list(itertools.product(*options.values()))
     if "channel" not in options:

@@ -138,7 +138,7 @@ def candidates(judged: Sequence[Judged], enough: float) -> Figure:
     shown = list(best.values())[:10][::-1]
     figure = Figure(figsize=(7.5, 1.2 + 0.32 * len(shown)), layout="constrained")
     panel = figure.subplots()
-    colours = [AFTER if one.evidence >= enough and one.borne_out else "#bbbbbb" for one in shown]
+    colours = [AFTER if one.evidence >= enough and one.in_question else "#bbbbbb" for one in shown]
     panel.barh(range(len(shown)), [one.evidence for one in shown], color=colours)
     panel.set_yticks(range(len(shown)), [one.hypothesis.label for one in shown], fontsize=8)
     panel.set_xscale("symlog", linthresh=10.0)

@@ -55,20 +55,13 @@ class Projection:
         """(p, numbers) products of signatures (p, n) with the derivatives."""
         return (self.flat @ signatures.T).T
 
-    def judge(self, signatures: np.ndarray, least: float = RANGE[0]) -> "Judgement":
-        """The best of some signatures (p, n), scaled as it is best, the numbers following.
+    def judge_each(self, signatures: np.ndarray, least: Sequence[float]) -> list["Judgement"]:
+        """Each of some signatures (p, n) by itself, scaled as it is best, the numbers following; `least` (p,): the
+        smallest scale that it may have.
 
         With d = J r - x / std^2, M = J J^T + 1 / std^2: gain(a) = d M^-1 d / 2 + a s (r - J^T M^-1 d) - a^2 (s s - s
         J^T M^-1 J s) / 2; what the numbers could gain by themselves is no gain.
         """
-        along = self.along(signatures)
-        across, size = signatures @ self.residual, np.einsum("pn,pn->p", signatures, signatures)
-        gain, which, factor, moved, left = self.weighed(along, across, size, least)
-        taken = factor * signatures[which] + moved @ self.flat
-        return Judgement(which, factor, gain, moved, taken, left)
-
-    def judge_each(self, signatures: np.ndarray, least: Sequence[float]) -> list["Judgement"]:
-        """Each of some signatures (p, n) by itself, with the smallest scale that it may have."""
         along = self.along(signatures)
         across, size = signatures @ self.residual, np.einsum("pn,pn->p", signatures, signatures)
         ones = [slice(number, number + 1) for number in range(len(signatures))]

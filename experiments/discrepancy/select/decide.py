@@ -40,7 +40,7 @@ class Judged:
     ----------
     evidence : nats against nuisances alone, for what acts everywhere without its loudest sections. standing : nats by
     which it is compared with others, with all sections where its evidence is enough. held_out : nats on held-out
-    frames. borne_out : whether these bear it out, and it is large enough to be worth a name. probability : among
+    frames. borne_out : whether these bear it out. slight : whether it is too small for its name. probability : among
     classes. gap : root mean square of the whitened held-out residual.
     """
 
@@ -49,8 +49,14 @@ class Judged:
     standing: float
     held_out: float
     borne_out: bool
+    slight: bool
     probability: float
     gap: float
+
+    @property
+    def in_question(self) -> bool:
+        """Whether it may get a name, if its evidence is enough."""
+        return self.borne_out and not self.slight
 
 
 @dataclass(frozen=True)
@@ -93,10 +99,10 @@ def judge(problem: Problem, null: Hypothesis, hypotheses: Sequence[Hypothesis]) 
     weights = {classes: math.exp((value - top) / TEMPERATURE) for classes, value in best.items()}
     total = sum(weights.values()) + math.exp(-top / TEMPERATURE)
     judged = [
-        Judged(one, *four, weights[one.classes] / total, held_out_gap(problem, one.fit))
+        Judged(one, *four, one.slight, weights[one.classes] / total, held_out_gap(problem, one.fit))
         for one, four in zip(hypotheses, figures, strict=True)
     ]
-    return sorted(judged, key=lambda one: (-one.probability, not one.borne_out, -one.standing))
+    return sorted(judged, key=lambda one: (-one.probability, not one.in_question, -one.standing))
 
 
 def _figures(
@@ -117,7 +123,7 @@ def _figures(
     if all(other.local for other in further):
         there = _seen_held_out(problem, before, one)
         asked = there * asked - (1.0 - there) * HARMLESS
-    borne_out = outside > asked and not one.slight
+    borne_out = outside > asked
     whole = one.log_evidence - null.log_evidence
     if further and all(other.local for other in further):  # what is in a held-out section is seen there only
         unseen = max(0.0, outside - _share_held_out(problem) * max(0.0, gain))
@@ -126,7 +132,7 @@ def _figures(
         first, _, there, _ = _figures(problem, null, alone, others)
         borne_out = borne_out and gain > ENOUGH + min(COARSE * max(0.0, first), excess(problem, alone))
         gain, outside, whole = first + gain - FURTHER, there + outside, whole - FURTHER
-    standing = min(gain, 0.0) - ENOUGH if not borne_out else whole if gain >= ENOUGH else gain
+    standing = min(gain, 0.0) - ENOUGH if one.slight or not borne_out else whole if gain >= ENOUGH else gain
     return gain, standing, outside, borne_out
 
 
@@ -165,7 +171,7 @@ def _share_held_out(problem: Problem) -> float:
 
 def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequence[Judged]) -> Decision:
     """One of the four verdicts, with the reason in words; `located`: of nuisances alone."""
-    accepted = [one for one in judged if one.evidence >= ENOUGH and one.borne_out]
+    accepted = [one for one in judged if one.evidence >= ENOUGH and one.in_question]
     if not accepted:
         if located.significant:
             text = "the residual is larger than the stated noise, and no effect of the library explains it"
@@ -174,7 +180,7 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
             names = ", ".join(located.surprising)
             text = f"only tolerances far from their data sheets explain it ({names}), and no effect of the library does"
             return Decision("unknown", tuple(judged), _certain(located), text)
-        small = next((one for one in judged if _too_small(problem, one)), None)
+        small = next((one for one in judged if _stands_for_another(problem, one)), None)
         if small is not None:
             text = f"{small.hypothesis.label} brings {small.evidence:.0f} nats at a size that is too small for its name"
             return Decision("unknown", tuple(judged), _certain_by(small.evidence), text)
@@ -211,12 +217,12 @@ def _refused(problem: Problem, located: Located, first: Judged) -> str:
     return f"leaves {cell.robust:.2g} times the noise's power in {_plain(cell)}, {cell.low:g} to {cell.high:g} Hz"
 
 
-def _too_small(problem: Problem, one: Judged) -> bool:
-    """Whether an effect brings much, on held-out frames too, at a size that is not worth its name: it stands for
-    something else.
+def _stands_for_another(problem: Problem, one: Judged) -> bool:
+    """Whether an effect brings much at a size that is not worth its name, and held-out frames show it, of a local one
+    as well.
     """
     there = one.held_out > BORNE_OUT * _share_held_out(problem) * one.evidence
-    return one.hypothesis.slight and one.evidence >= SMALL_BUT_THERE and there
+    return one.slight and one.evidence >= SMALL_BUT_THERE and there
 
 
 def _strange(one: Hypothesis, left: Located) -> Cell | None:

@@ -23,6 +23,14 @@ def test_every_size_of_every_candidate_can_be_built_and_differs_from_absence():
             assert all(free[name].low <= value <= free[name].high for name, value in values.items()), one.label
 
 
+def test_a_sensor_at_fault_is_one_of_the_recording():
+    """Of a recording of one channel too, whichever it is."""
+    channel = CONTEXT.channels[1]
+    alone = [one for one in candidates(replace(CONTEXT, channels=(channel,))) if one.of_sensor]
+    assert alone and {dict(one.choices).get("channel", channel) for one in alone} == {channel}
+    assert all(getattr(one.build(next(iter(one.sizes()))), "channel", channel) == channel for one in alone)
+
+
 def test_places_lie_within_the_run():
     for one in candidates(CONTEXT):
         for values in one.variants_of(next(iter(one.sizes()))):

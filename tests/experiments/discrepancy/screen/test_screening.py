@@ -6,13 +6,20 @@ from experiments.discrepancy.fit.candidates import Context, candidates
 from experiments.discrepancy.fit.fitting import Fit
 from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.fit.scores import TOLERATED
-from experiments.discrepancy.screen.projection import Projection
+from experiments.discrepancy.screen.projection import RANGE, Judgement, Projection
 from experiments.discrepancy.screen.screening import scaled
 
 
 def _fit(jacobian: np.ndarray, residual: np.ndarray, z: np.ndarray | None = None) -> Fit:
     z = np.zeros(len(jacobian)) if z is None else z
     return Fit(z, (), np.zeros(0), (), residual, residual, jacobian, jacobian)
+
+
+def _judged(projection: Projection, *rows: np.ndarray) -> tuple[int, Judgement]:
+    """The best of some signatures and which it is."""
+    found = projection.judge_each(np.stack(rows).astype(float), [RANGE[0]] * len(rows))
+    best = int(np.argmax([one.gain for one in found]))
+    return best, found[best]
 
 
 def test_a_signature_along_a_nuisance_is_worth_no_more_than_its_prior():
@@ -34,8 +41,8 @@ def test_a_signature_across_all_nuisances_keeps_its_power_and_is_worth_it():
     projection = Projection(_fit(column, across), np.ones(4, bool))
     own = (WEIGHT * across).astype(np.float32).ravel()
     assert np.isclose(float(projection.cleaned(own) @ own), float(own @ own))
-    found = projection.judge(np.stack([0.1 * own, 0.8 * own]))
-    assert (found.which, np.round(found.scale, 3)) == (1, 1.25)
+    which, found = _judged(projection, 0.1 * own, 0.8 * own)
+    assert (which, np.round(found.scale, 3)) == (1, 1.25)
     assert np.isclose(found.gain, 0.5 * float(own @ own), rtol=1e-5)
     assert np.allclose(found.taken, own, atol=1e-5)
 
@@ -52,7 +59,7 @@ def test_what_two_large_nuisances_make_together_is_worth_no_more_than_their_prio
     own_start = 0.5 * float(own @ own)
     assert own_start > 1e7
     assert abs(float(projection.cleaned(own) @ own)) < 0.2
-    assert projection.judge(own[None].astype(float)).gain < 1.0
+    assert _judged(projection, own)[1].gain < 1.0
 
 
 def test_signatures_are_judged_together_as_each_by_itself():
@@ -60,7 +67,7 @@ def test_signatures_are_judged_together_as_each_by_itself():
     projection = Projection(_fit(rng.standard_normal((3, 9, 4, 6)), rng.standard_normal((9, 4, 6))), np.arange(9) < 7)
     rows, least = rng.standard_normal((5, 7 * 4 * 6)), [0.3, 0.05, 0.3, 0.3, 0.05]
     for row, low, found in zip(rows, least, projection.judge_each(rows, least), strict=True):
-        alone = projection.judge(row[None], low)
+        (alone,) = projection.judge_each(row[None], [low])
         assert np.allclose([found.gain, found.scale, found.power], [alone.gain, alone.scale, alone.power])
         assert np.allclose(found.taken, alone.taken) and np.allclose(found.move, alone.move)
 
@@ -74,7 +81,7 @@ def test_a_nuisance_that_stood_in_for_an_effect_comes_back_from_its_bound():
     left = column[0] * 2.0  # the truth is five standard deviations of the nuisance, three of them are taken
     projection = Projection(_fit(column, left, np.array([TOLERATED])), np.ones(10, bool))
     own = (WEIGHT * 4.5 * column[0]).astype(np.float32).ravel()
-    found = projection.judge(own[None])
+    _, found = _judged(projection, own)
     taken = 0.5 * float((WEIGHT * left).ravel() @ (WEIGHT * left).ravel())
     assert found.gain > taken + 0.9 * 0.5 * TOLERATED**2
     assert -TOLERATED - 0.1 < found.move[0] < -0.9 * (TOLERATED - 0.5)
@@ -92,8 +99,8 @@ def test_turned_signatures_are_judged_by_their_products():
     parts, factors, which = _complex(rng, 2, 9, 4, 3), _complex(rng, 5, 9, 4), rng.integers(0, 2, (5, 9))
     found = projection.judge_turned(parts, factors, which)
     written = [parts[part, np.arange(9)] * factor[..., None] for part, factor in zip(which, factors, strict=True)]
-    judged = projection.judge(np.stack([projection.row(one) for one in written]))
-    assert found.which == judged.which
+    which, judged = _judged(projection, *(projection.row(one) for one in written))
+    assert found.which == which
     assert np.allclose([found.gain, found.scale, found.power], [judged.gain, judged.scale, judged.power])
     assert np.allclose(found.taken, judged.taken)
     assert found.signature is not None and np.allclose(found.signature, written[found.which])

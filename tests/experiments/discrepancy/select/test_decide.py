@@ -44,29 +44,29 @@ def problem() -> Any:
 NULL = _hypothesis((), 0.0, 0.0)
 
 
-def _borne_out(problem: Any, *found: Hypothesis) -> dict[str, bool]:
-    return {one.hypothesis.label: one.borne_out for one in judge(problem, NULL, found)}
+def _in_question(problem: Any, *found: Hypothesis) -> dict[str, bool]:
+    return {one.hypothesis.label: one.in_question for one in judge(problem, NULL, found)}
 
 
 def test_held_out_sections_must_show_a_share_of_the_evidence(problem: Any):
     """A fifth, frame for frame: 2 nats a training frame (34 without the three loudest) ask for 0.34 a held-out one."""
-    assert _borne_out(problem, _hypothesis(("weak_roll_bar",), 2.0, 0.5)) == {"weak_roll_bar": True}
-    assert _borne_out(problem, _hypothesis(("weak_roll_bar",), 2.0, 0.2)) == {"weak_roll_bar": False}
+    assert _in_question(problem, _hypothesis(("weak_roll_bar",), 2.0, 0.5)) == {"weak_roll_bar": True}
+    assert _in_question(problem, _hypothesis(("weak_roll_bar",), 2.0, 0.2)) == {"weak_roll_bar": False}
 
 
 def test_what_held_out_sections_do_not_see_they_need_not_show(problem: Any):
     """A dip in training sections: what it does in held-out ones is a hundredth of that."""
-    assert _borne_out(problem, _hypothesis(("hanging_sleepers",), 2.0, 0.0)) == {"hanging_sleepers": True}
-    assert _borne_out(problem, _hypothesis(("hanging_sleepers",), 2.0, -0.001)) == {"hanging_sleepers": True}
-    assert _borne_out(problem, _hypothesis(("hanging_sleepers",), 2.0, -1.0)) == {"hanging_sleepers": False}
+    assert _in_question(problem, _hypothesis(("hanging_sleepers",), 2.0, 0.0)) == {"hanging_sleepers": True}
+    assert _in_question(problem, _hypothesis(("hanging_sleepers",), 2.0, -0.001)) == {"hanging_sleepers": True}
+    assert _in_question(problem, _hypothesis(("hanging_sleepers",), 2.0, -1.0)) == {"hanging_sleepers": False}
 
 
 def test_a_stretch_that_held_out_sections_see_must_show_there(problem: Any):
     """Over the whole way it is no other than an effect that acts everywhere: it changes as much there, for the worse by
     2 nats in all, or for the better.
     """
-    assert _borne_out(problem, _hypothesis(("local_low_adhesion",), 0.2, -0.2)) == {"local_low_adhesion": False}
-    assert _borne_out(problem, _hypothesis(("local_low_adhesion",), 0.2, 0.1)) == {"local_low_adhesion": True}
+    assert _in_question(problem, _hypothesis(("local_low_adhesion",), 0.2, -0.2)) == {"local_low_adhesion": False}
+    assert _in_question(problem, _hypothesis(("local_low_adhesion",), 0.2, 0.1)) == {"local_low_adhesion": True}
 
 
 def test_what_is_far_below_the_smallest_size_worth_naming_gets_no_name(problem: Any):
@@ -74,7 +74,7 @@ def test_what_is_far_below_the_smallest_size_worth_naming_gets_no_name(problem: 
     for factor, named in ((0.88, False), (0.7, True)):
         one = _hypothesis(("low_adhesion",), 20.0, 20.0)
         fit = replace(one.fit, shares=Shares(one.candidates).of([{"factor": factor}]))
-        assert _borne_out(problem, replace(one, fit=fit)) == {"low_adhesion": named}
+        assert _in_question(problem, replace(one, fit=fit)) == {"low_adhesion": named}
 
 
 def test_a_second_effect_that_harms_held_out_sections_is_none(problem: Any):
