@@ -163,6 +163,29 @@ def nearest(start, spacing, cells, side, r0, y, z, roll, yaw, rail_y, rail_z):
     return Touch(p, p_y, p_u, sigma, arm, yaw_factor, shift - sigma, cell, x)
 
 
+class Approach(NamedTuple):
+    """Normal force in a contact, and how its depth follows the wheelset's coordinates."""
+
+    normal: float  # [N]
+    cosine: float  # of the contact angle against the horizontal
+    by_roll: float  # d(p_n)/d(roll) [m]
+    by_yaw: float
+
+
+@inlined
+def approach(touch, stiffness, damping, r0, yaw, y_rate, z_rate, roll_rate, yaw_rate, rail_y_rate, rail_z_rate):
+    """`Approach` of one wheel; no calls, no branches."""
+    p, p_y = touch.depth, touch.across
+    cosine = 1.0 / math.sqrt(1.0 + p_y * p_y)
+    p_normal = math.sqrt(p * p + touch.aside * touch.aside)
+    p_roll = cosine * (r0 * touch.along - touch.arm - touch.aside)
+    p_yaw = cosine * yaw * touch.yaw_factor
+    across, upward = p_y * cosine * (y_rate - rail_y_rate), cosine * (rail_z_rate - z_rate)
+    rate = across + upward + p_roll * roll_rate + p_yaw * yaw_rate
+    normal = max(stiffness * p_normal * math.sqrt(p_normal) * (1.0 + damping * rate), 0.0)
+    return Approach(normal if p > 0.0 else 0.0, cosine, p_roll, p_yaw)
+
+
 class Press(NamedTuple):
     """Normal force and slip in a contact, and what of the wheelset's coordinates both depend on."""
 
@@ -183,16 +206,11 @@ def press(
     speed, curvature, spin, rail_y_rate, rail_z_rate,
 ):  # fmt: skip
     """`Press` of one wheel with rolling radius `radius` [m]; no calls, no branches."""
-    p, p_y = touch.depth, touch.across
+    normal, cosine, p_roll, p_yaw = approach(
+        touch, stiffness, damping, r0, yaw, y_rate, z_rate, roll_rate, yaw_rate, rail_y_rate, rail_z_rate
+    )
     yaw_square = 0.5 * yaw * yaw
-    cosine = 1.0 / math.sqrt(1.0 + p_y * p_y)
-    sine = p_y * cosine
-    p_normal = math.sqrt(p * p + touch.aside * touch.aside)
-    p_roll = cosine * (r0 * touch.along - touch.arm - touch.aside)
-    p_yaw = cosine * yaw * touch.yaw_factor
-    rate = sine * (y_rate - rail_y_rate) + cosine * (rail_z_rate - z_rate) + p_roll * roll_rate + p_yaw * yaw_rate
-    normal = max(stiffness * p_normal * math.sqrt(p_normal) * (1.0 + damping * rate), 0.0)
-    normal = normal if p > 0.0 else 0.0
+    sine = touch.across * cosine
     square = speed * speed
     reference = 1.0 / math.sqrt(math.sqrt(square * square + SLOWEST**4))
     along = speed * (1.0 - curvature * (y + touch.arm)) - touch.arm * yaw_rate
@@ -201,7 +219,8 @@ def press(
     slip_y = (across * (1.0 - yaw_square) - along * yaw) / cosine
     turning = (speed * curvature + yaw_rate) * cosine - spin * (sine - roll * cosine)
     return Press(
-        normal, cosine, p_roll, p_yaw, slip_x, slip_y, turning, reference if p > 0.0 else 0.0, cube_root(normal)
+        normal, cosine, p_roll, p_yaw, slip_x, slip_y, turning, reference if touch.depth > 0.0 else 0.0,
+        cube_root(normal),
     )
 
 

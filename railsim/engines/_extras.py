@@ -5,13 +5,14 @@
 import math
 
 from railsim.compiled import kernel
-from railsim.contact.wheel import wheel_forces
-from railsim.track.kernel import COMPLIANCE, LEFT_LATERAL, locate, slope, value
+from railsim.contact.elementary import cube_root
+from railsim.contact.wheel import DAMPING, approach, nearest
+from railsim.track.kernel import COMPLIANCE, locate, value
 
 TURN = 2.0 * math.pi
-RAIL_RIGHT = 1  # offset of the right rail's channels from the left one's
 TRACK_LOSS = 2e-3  # s; damping over stiffness of the track (illustrative: 100 kN s/m on 50 MN/m)
-SETTLED = 1e-10  # m; last step of the search for the rail's deflection
+SETTLED = 1e-9  # m; last step of the search for the rail's deflection with the contact at its place
+SAME_PLACE = 2e-7  # m; so much deeper or less deep, wheel and rail are nearest at the same place
 SETTLING_STEPS = 20  # of Newton's method at most; two or three do
 OVER_TIME, OVER_DISTANCE = 0, 1
 
@@ -58,39 +59,54 @@ def unbalance_force(plant, i, side, angle, spin):
 
 
 @kernel
-def rail_deflection(plant, i, side, s, velocity, spin, local, height, rate):
+def rail_deflection(plant, i, side, s, local, rail_y, rail_y_rate, height, rate):
     """How far the rail under a wheel is pressed down below its place under the static load [m].
 
     A massless rail on the track's stiffness k and damping c = `TRACK_LOSS` k: k d + c d' = N_z(d), without creep.
     Of the speed v at which wheel and ground approach each other the rail takes d' = v k_H / (k_H + k), with k_H the
-    contact's own stiffness: true where the contact follows at once. Newton's method; N_z falls with d and is convex.
+    contact's own stiffness: true where the contact follows at once. Newton's method with the contact at its place,
+    which is then looked for anew; N_z falls with d and is convex.
     """
     c = plant.track
     cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
-    lateral = LEFT_LATERAL + side * RAIL_RIGHT
-    d_y, d_y_rate = value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x)
     support = 1.0 / value(c, cell, COMPLIANCE, x)
     hertz = plant.core.contact_stiffness[side]
-    approach = rate - local[5] - plant.core.unbalance[i, side, 2] * local[6]
-    d = plant.core.static_deflection
-    for _ in range(SETTLING_STEPS):
-        forces = wheel_forces(
-            plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], hertz,
-            1.0 - 2.0 * side, plant.core.radius[i], plant.core.bare_law, 0.0,
-            local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
-            velocity, 0.0, spin, d_y, d_y_rate, height - d + plant.core.static_deflection, rate,
+    closing = rate - local[5] - plant.core.unbalance[i, side, 2] * local[6]
+    r0 = plant.core.radius[i]
+    usual = cube_root(support * plant.core.static_deflection / hertz)
+    usual *= usual
+    d = 0.0
+    for n in range(SETTLING_STEPS):
+        touch = nearest(
+            plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], 1.0 - 2.0 * side, r0,
+            local[0], local[1], local[2], local[3], rail_y, height - d + plant.core.static_deflection,
         )  # fmt: skip
-        contact_rate = 1.5 * (forces.normal * hertz * hertz) ** (1.0 / 3.0) / (1.0 + forces.tangent * forces.tangent)
-        damping = TRACK_LOSS * support * approach * contact_rate / (contact_rate + support)
-        step = (forces.force_z - support * d - damping) / (contact_rate + support)
-        d += step
-        if abs(step) < SETTLED:
+        normal, cosine, _, _ = approach(
+            touch, hertz, plant.core.law[DAMPING], r0, local[3],
+            local[4], local[5], local[6], local[7], rail_y_rate, rate,
+        )  # fmt: skip
+        depth = math.sqrt(touch.depth * touch.depth + touch.aside * touch.aside)
+        stiffness = normal / (depth * math.sqrt(depth)) if normal > 0.0 else 0.0
+        slope = 1.5 * cosine * cosine * cube_root(stiffness * hertz * hertz)
+        here = d
+        if n == 0 and depth > usual:
+            d, depth = (depth - usual) / cosine, usual
+        for _ in range(SETTLING_STEPS):
+            root = math.sqrt(max(depth, 0.0))
+            softness = 1.0 / (slope * root + support)
+            damping = TRACK_LOSS * support * closing * slope * root * softness
+            step = (stiffness * depth * root * cosine - support * d - damping) * softness
+            d += step
+            depth -= cosine * step
+            if abs(step) < SETTLED:
+                break
+        if abs(d - here) < SAME_PLACE:
             break
     return d - plant.core.static_deflection
 
 
 @kernel
-def uneven(plant, i, side, s, velocity, spin, angle, local, height, rate):
+def uneven(plant, i, side, s, spin, angle, local, rail_y, rail_y_rate, height, rate):
     """Height [m] and its rate [m/s] of the rail under a wheel, with what its own radius and the rail's giving way
     add.
     """
@@ -98,7 +114,7 @@ def uneven(plant, i, side, s, velocity, spin, angle, local, height, rate):
         bump, rise = roundness(plant, i, side, angle)
         height, rate = height + bump, rate + rise * spin
     if plant.core.compliant:
-        height -= rail_deflection(plant, i, side, s, velocity, spin, local, height, rate)
+        height -= rail_deflection(plant, i, side, s, local, rail_y, rail_y_rate, height, rate)
     return height, rate
 
 

@@ -96,7 +96,6 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("contact_spacing", "f8"),
         ("contact_stiffness", "f8", 2),
         ("law", "f8", len(ContactLaw._fields)),
-        ("bare_law", "f8", len(ContactLaw._fields)),  # without creep forces
         ("compliant", "i8"),  # rails give way
         ("static_deflection", "f8"),  # under the wheels' mean static load on the mean compliance
         ("s0", "f8"),
@@ -150,7 +149,6 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "contact_spacing": model.contact.spacing,
         "contact_stiffness": model.contact.stiffness,
         "law": tuple(model.law),
-        "bare_law": tuple(model.law._replace(creep=0.0)),
         "compliant": track.compliant,
         "static_deflection": wheel_load(model) * float(track.coefficients[:, COMPLIANCE, 0].mean()),
         "s0": track.s0,

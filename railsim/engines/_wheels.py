@@ -28,10 +28,11 @@ from railsim.contact.wheel import (
     resultant,
     wheel_forces,
 )
-from railsim.engines._extras import RAIL_RIGHT, uneven
+from railsim.engines._extras import uneven
 from railsim.engines._moving_frame import pose
 from railsim.track.kernel import CURVATURE, LEFT_FRICTION, LEFT_LATERAL, LEFT_VERTICAL, locate, slope, value
 
+RAIL_RIGHT = 1  # offset of the right rail's channels from the left one's
 LANES = 4  # wheels: so many numbers an instruction takes
 (
     Y, ROLL, YAW, Y_RATE, Z_RATE, ROLL_RATE, YAW_RATE, SPIN, RADIUS_0, SPEED, CURVED, RAIL_Y_RATE, RAIL_Z_RATE,
@@ -82,11 +83,12 @@ def rail(plant, i, side, s, velocity, spin, angle, local):
     friction = plant.core.law[FRICTION]
     if plant.core.friction_given:
         friction = value(c, cell, LEFT_FRICTION + side * RAIL_RIGHT, x)
+    rail_y, rail_y_rate = value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x)
     height, rate = value(c, cell, vertical, x), velocity * slope(c, cell, vertical, x)
     if plant.core.uneven:
-        height, rate = uneven(plant, i, side, s, velocity, spin, angle, local, height, rate)
+        height, rate = uneven(plant, i, side, s, spin, angle, local, rail_y, rail_y_rate, height, rate)
     curvature = value(c, cell, CURVATURE, x) if plant.core.curved else 0.0
-    return friction, value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x), height, rate, curvature
+    return friction, rail_y, rail_y_rate, height, rate, curvature
 
 
 @inlined

@@ -1,0 +1,57 @@
+"""How far a rail gives way under a wheel, against the balance of forces that it solves, solved by SciPy."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from railsim.contact.wheel import CREEP, wheel_forces
+from railsim.effects._track import RIGID
+from railsim.engines._extras import TRACK_LOSS, rail_deflection
+from railsim.engines._plant import build_plant
+from railsim.track.kernel import build_tables
+from tests.effects.rig import scenario
+
+SOFTNESS = 2e-8  # m/N
+PLACE = 40.0  # m
+
+
+@pytest.fixture(scope="module")
+def plant() -> Any:
+    """A vehicle on rails of the same compliance everywhere."""
+    setup = scenario([{"kind": "soft_track", "softness": SOFTNESS, "variation": 0.0}]).setup
+    return build_plant(setup.model, build_tables(setup.track), setup.speed_tables)
+
+
+def _balance(plant: Any, side: int, local: np.ndarray, depth: float) -> float:
+    """What presses the rail down by more than it bears [N], at rest at the height of zero."""
+    core = plant.core
+    law = np.array(core.law)
+    law[CREEP] = 0.0  # without creep
+    forces = wheel_forces(
+        core.contact_start, core.contact_spacing, plant.contact[side], core.contact_stiffness[side],
+        1.0 - 2.0 * side, core.radius[0], law, 0.0,
+        local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
+        30.0, 0.0, 65.0, 0.0, 0.0, core.static_deflection - depth, 0.0,
+    )  # fmt: skip
+    contact = 1.5 * np.cbrt(forces.normal * core.contact_stiffness[side] ** 2) / (1.0 + forces.tangent**2)
+    closing = -local[5] - core.unbalance[0, side, 2] * local[6]
+    support = 1.0 / (SOFTNESS + RIGID)
+    return forces.force_z - support * depth - TRACK_LOSS * support * closing * contact / (contact + support)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("lift", [-1.5e-3, 0.0, 5e-4, 5e-3])
+def test_rail_bears_what_presses_it(plant: Any, side: int, lift: float):
+    """Under heavy and light wheels, on the tread and where the flange begins, and under a wheel that flies."""
+    rng = np.random.default_rng(4)
+    size = np.array([2.5e-3, 0.0, 2e-4, 3e-3, 1e-2, 1e-2, 1e-2, 1e-2])
+    for _ in range(40):
+        local = size * rng.standard_normal(8)
+        local[1] += lift
+        found = rail_deflection(plant, 0, side, PLACE, local, 0.0, 0.0, 0.0, 0.0) + plant.core.static_deflection
+        true = brentq(lambda d, at=local: _balance(plant, side, at, d), -0.02, 0.02, xtol=1e-14)
+        assert abs(found - true) < 1e-8, local
+        if lift == 5e-3:
+            assert found == pytest.approx(0.0, abs=1e-12)
