@@ -1,18 +1,20 @@
 """Moving: what was fitted and leaves something is looked for elsewhere along the way, further off than a fit goes.
 
-The ends of a stretch, and the spacing of a row of joints of which training sections hold so few that they do not say
-it. A stretch that covers the whole way is the effect that acts everywhere.
+The ends of a stretch, the spacing of a row of joints of which training sections hold so few that they do not say it,
+and a dip of which held-out sections show more. A stretch that covers the whole way is the effect that acts everywhere.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 
 from experiments.discrepancy.fit.candidates import Candidate
-from experiments.discrepancy.fit.fitting import Problem, at_values, restarted
+from experiments.discrepancy.fit.fitting import Problem, at_values, restarted, with_candidates
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, concluded, hypothesis
+from experiments.discrepancy.fit.scores import Shares
 from experiments.discrepancy.screen.places import distance_at
 from experiments.discrepancy.screen.placing import matched
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap
@@ -23,11 +25,13 @@ from railsim.errors import InputError
 FEW = 2  # joints in training sections that do not fix their spacing against the errors of their places
 ASIDE = 0.1 * np.arange(-10, 11)  # m that the next joint is tried off its place; a dip is felt over a metre
 FINE = 1e-3  # m to which its place is found
+FIRST_STEPS = 4.0  # of what a number is varied by for a derivative, with which a dip's are looked for by all sections
+MOST_RUNS = 80  # of the model for that
 
 
 def moved(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
     """One effect with its place found anew, where it leaves something."""
-    return respaced(problem, _other_ends(problem, made, tell), tell)
+    return shown_held_out(problem, _other_ends(problem, made, tell), tell)
 
 
 def _other_ends(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
@@ -62,13 +66,19 @@ def everywhere(problem: Problem, made: Hypothesis, found: Sequence[Candidate], t
     return made
 
 
-def respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
-    """With the first joint and the spacing that held-out sections show, the joint that training sections hold where it
-    is: what lies in a held-out section is seen there only. Those sections are then no test of these two numbers.
+def shown_held_out(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+    """A row of joints or a dip with the numbers that held-out sections show, where it leaves much there: what lies in a
+    held-out section is seen there only. Those sections are then no test of these numbers.
     """
-    values = made.values[0]
-    if len(made.candidates) > 1 or "spacing" not in values or held_out_gap(problem, made.fit) < LARGE:
+    if len(made.candidates) > 1 or not made.candidate.short or held_out_gap(problem, made.fit) < LARGE:
         return made
+    found = _respaced(problem, made, tell) if "spacing" in made.values[0] else _deepened(problem, made, tell)
+    return found if held_out_gap(problem, found.fit) < held_out_gap(problem, made.fit) else made
+
+
+def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+    """With another first joint and spacing, the joint that training sections hold where it is."""
+    values = made.values[0]
     s = distance_at(problem, problem.frames.middles)
     joints = np.arange(values["first"], s[-1], values["spacing"])
     held = [place for place in joints if problem.train[int(np.abs(s - place).argmin())]]
@@ -97,11 +107,45 @@ def respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
     )
     other = concluded(problem, at_values(problem, made.fit, [at(before, float(found.x))]))
     tell(f"{other.label}, first joint and spacing by held-out sections: {other.values[0]}")
-    return other if held_out_gap(problem, other.fit) < held_out_gap(problem, made.fit) else made
+    return other
+
+
+def _deepened(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+    """A dip of which training sections see an end only, with its numbers by all sections."""
+    shares = Shares(made.candidates)
+    seen = problem.train | problem.test
+
+    def cost(given: np.ndarray) -> float:
+        try:
+            return at_values(problem, made.fit, shares.values(given)).cost(seen)
+        except InputError:
+            return np.inf
+
+    free = made.candidate.parameters
+    where = [{name: one[name] for name in free if free[name].absent is None} for one in _placed(problem, made)]
+    starts = [made.values[0], *({**size, **one} for one in where for size in made.candidate.sizes())]
+    begun = min((shares.of([one]) for one in starts), key=cost)
+    corners = np.clip(begun + FIRST_STEPS * np.diag(shares.steps(begun)), 0.0, 1.0)
+    found: Any = minimize(
+        cost,
+        begun,
+        method="Nelder-Mead",
+        bounds=[(0.0, 1.0)] * len(begun),
+        options={"initial_simplex": np.vstack([begun, corners]), "maxfev": MOST_RUNS, "xatol": 1e-5, "fatol": 1.0},
+    )
+    fit = with_candidates(problem, made.fit, made.candidates, [(made.fit.z, found.x)])
+    other = concluded(problem, fit)
+    tell(f"{other.label}, by all sections: {other.values[0]}")
+    return replace(other, covariance=concluded(problem.but(train=seen), fit).covariance)
 
 
 def _rows(problem: Problem, made: Hypothesis) -> list[tuple[float, float]]:
     """First joint and spacing of the rows that look most like what is left without any."""
+    return [(one["first"], one["spacing"]) for one in _placed(problem, made)]
+
+
+def _placed(problem: Problem, made: Hypothesis) -> list[dict[str, float]]:
+    """Where the effect looks most like what is left without it, in all sections."""
     alone = restarted(problem, made.fit, made.fit.z)
 
     def change_of(one: Candidate, values: dict[str, float]) -> np.ndarray | None:
@@ -110,5 +154,4 @@ def _rows(problem: Problem, made: Hypothesis) -> list[tuple[float, float]]:
         except InputError:
             return None
 
-    found = matched(problem, alone, made.candidate, made.values[0], change_of)
-    return [(one["first"], one["spacing"]) for one in found]
+    return matched(problem, alone, made.candidate, made.values[0], change_of)

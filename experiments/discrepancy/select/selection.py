@@ -17,7 +17,7 @@ from experiments.discrepancy.select.decide import ENOUGH, LARGE, Decision, Judge
 from experiments.discrepancy.select.empirical import fit_empirical, follows_a_state
 from experiments.discrepancy.select.further import FIRSTS, GLANCE, with_further
 from experiments.discrepancy.select.masked import unmasked
-from experiments.discrepancy.select.moving import everywhere, moved, respaced
+from experiments.discrepancy.select.moving import everywhere, moved, shown_held_out
 from experiments.discrepancy.select.passing import with_passing
 from experiments.discrepancy.select.refining import (
     WHITE,
@@ -326,7 +326,7 @@ def _nearer(stand: Stand, tell: Tell) -> Stand:
     """With derivatives made anew at the best effect: what it has not taken itself, a second one would."""
     if stand.best is stand.null:
         return stand
-    better = respaced(stand.problem, polished(stand.problem, stand.best, tell), tell)
+    better = shown_held_out(stand.problem, polished(stand.problem, stand.best, tell), tell)
     return replace(stand, fitted=[better if one is stand.best else one for one in stand.fitted])
 
 
@@ -431,7 +431,7 @@ def _noise_there(stand: Stand, tell: Tell) -> Stand:
     for one in (*(close[:1]), *most, *close):
         nearest.setdefault(one.classes, one)
     near = list(nearest.values())[:NEAREST]
-    refitted = [respaced(problem, again(problem, one, tell), tell) for one in near]
+    refitted = [shown_held_out(problem, again(problem, one, tell), tell) for one in near]
     return Stand(problem, again(problem, stand.null, tell), refitted)
 
 

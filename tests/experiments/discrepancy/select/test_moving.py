@@ -7,7 +7,7 @@ import pytest
 
 from experiments.discrepancy.fit.candidates import candidates
 from experiments.discrepancy.fit.fitting import Problem, starting_fit, with_candidates
-from experiments.discrepancy.fit.hypothesis import concluded
+from experiments.discrepancy.fit.hypothesis import concluded, intervals
 from experiments.discrepancy.fit.scores import Shares
 from experiments.discrepancy.screen.locate import locate
 from experiments.discrepancy.screen.places import distance_at
@@ -40,6 +40,29 @@ def test_held_out_sections_say_where_joints_are_that_training_sections_do_not_ho
     assert abs(found.values[0]["spacing"] - true["spacing"]) < 0.02
     assert abs(found.values[0]["first"] - first) < 0.02
     assert held_out_gap(there, found.fit) < 0.2 * held_out_gap(there, begun)
+
+
+def test_held_out_sections_say_how_deep_a_dip_is_of_which_training_sections_see_the_end(problem: Problem):
+    """Sleepers that hang by 4 mm over 6 m, begun as a longer and shallower dip beside it; the interval is that of all
+    sections.
+    """
+    home = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
+    dip = next(one for one in candidates(context_of(problem, locate(problem, home))) if one.name == "hanging_sleepers")
+    s = distance_at(problem, problem.frames.middles)
+    seen = np.abs(s - float(s.mean())) < 15.0
+    half = problem.but(train=~seen, test=seen)
+    true = {"deflection": 4e-3, "place": float(s.mean()), "length": 6.0}
+    there = half.but(measured=half.stacked(half.forward.predict(home.z, (dip.build(true),))))
+    wrong = {**true, "deflection": 1e-3, "place": true["place"] + 1.0, "length": 20.0}
+    begun = with_candidates(
+        there, replace(home, residual=home.residual), (dip,), [(home.z, Shares((dip,)).of([wrong]))]
+    )
+    found = moved(there, concluded(there, begun), lambda text: None)
+    assert found.values[0]["deflection"] == pytest.approx(4e-3, rel=0.02)
+    assert abs(found.values[0]["place"] - true["place"]) < 0.05
+    assert held_out_gap(there, found.fit) < 0.2 * held_out_gap(there, begun)
+    stated = intervals(there, found)["deflection"]
+    assert 3e-3 < float(stated["low"]) < 4e-3 < float(stated["high"]) < 5e-3
 
 
 @pytest.mark.parametrize(("share", "name"), [(1.0, "low_adhesion"), (0.5, "local_low_adhesion")])

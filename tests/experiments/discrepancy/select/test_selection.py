@@ -42,7 +42,7 @@ def test_a_weak_effect_is_weighed_with_the_noise_of_the_fitted_vehicle(
     monkeypatch: pytest.MonkeyPatch, evidence: list[float], left: bool, through: list[str]
 ):
     monkeypatch.setattr(selection, "again", lambda problem, one, tell: one)
-    monkeypatch.setattr(selection, "respaced", lambda problem, one, tell: one)
+    monkeypatch.setattr(selection, "shown_held_out", lambda problem, one, tell: one)
     problem: Any = _Problem()
     judged = [_judged(one, f"damper{number}") for number, one in enumerate(evidence)]
     stand = Stand(problem, _judged(0.0, "nuisances").hypothesis, [one.hypothesis for one in judged])
