@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -93,22 +94,39 @@ def judge(problem: Problem, null: Hypothesis, hypotheses: Sequence[Hypothesis]) 
     """
     figures = [_figures(problem, null, one, hypotheses) for one in hypotheses]
     best: dict[frozenset[str], float] = {}
-    for one, (_, standing, _, _) in zip(hypotheses, figures, strict=True):
-        best[one.classes] = max(best.get(one.classes, -math.inf), standing)
+    for one, own in zip(hypotheses, figures, strict=True):
+        best[one.classes] = max(best.get(one.classes, -math.inf), own.standing)
     top = max([0.0, *best.values()])
     weights = {classes: math.exp((value - top) / TEMPERATURE) for classes, value in best.items()}
     total = sum(weights.values()) + math.exp(-top / TEMPERATURE)
     judged = [
-        Judged(one, *four, one.slight, weights[one.classes] / total, held_out_gap(problem, one.fit))
-        for one, four in zip(hypotheses, figures, strict=True)
+        Judged(
+            one,
+            own.evidence,
+            own.standing,
+            own.held_out,
+            own.borne_out,
+            one.slight,
+            weights[one.classes] / total,
+            held_out_gap(problem, one.fit),
+        )
+        for one, own in zip(hypotheses, figures, strict=True)
     ]
     return sorted(judged, key=lambda one: (-one.probability, not one.in_question, -one.standing))
 
 
-def _figures(
-    problem: Problem, null: Hypothesis, one: Hypothesis, others: Sequence[Hypothesis]
-) -> tuple[float, float, float, bool]:
-    """Evidence, standing and held-out nats against nuisances alone, and whether held-out frames bear it out.
+class _Figures(NamedTuple):
+    """Those of `Judged`, and the part of its evidence that only held-out sections see [nats]."""
+
+    evidence: float
+    standing: float
+    held_out: float
+    borne_out: bool
+    unseen: float
+
+
+def _figures(problem: Problem, null: Hypothesis, one: Hypothesis, others: Sequence[Hypothesis]) -> _Figures:
+    """Figures against nuisances alone.
 
     A further effect is held against the best of the hypotheses that go without one of the two.
     """
@@ -124,16 +142,18 @@ def _figures(
         there = _seen_held_out(problem, before, one)
         asked = there * asked - (1.0 - there) * HARMLESS
     borne_out = outside > asked
-    whole = one.log_evidence - null.log_evidence
+    unseen, cost = 0.0, 0.0
     if further and all(other.local for other in further):  # what is in a held-out section is seen there only
         unseen = max(0.0, outside - _share_held_out(problem) * max(0.0, gain))
-        gain, whole = gain + unseen, whole + unseen
+        gain += unseen
     if alone is not None:
-        first, _, there, _ = _figures(problem, null, alone, others)
-        borne_out = borne_out and gain > ENOUGH + min(COARSE * max(0.0, first), excess(problem, alone))
-        gain, outside, whole = first + gain - FURTHER, there + outside, whole - FURTHER
+        first = _figures(problem, null, alone, others)
+        borne_out = borne_out and gain > ENOUGH + min(COARSE * max(0.0, first.evidence), excess(problem, alone))
+        gain, outside = first.evidence + gain - FURTHER, first.held_out + outside
+        unseen, cost = unseen + first.unseen, FURTHER
+    whole = one.log_evidence - null.log_evidence + unseen - cost
     standing = min(gain, 0.0) - ENOUGH if one.slight or not borne_out else whole if gain >= ENOUGH else gain
-    return gain, standing, outside, borne_out
+    return _Figures(gain, standing, outside, borne_out, unseen)
 
 
 def excess(problem: Problem, one: Hypothesis) -> float:

@@ -86,6 +86,14 @@ def test_a_second_effect_that_harms_held_out_sections_is_none(problem: Any):
     assert judge(problem, NULL, [first, better])[0].hypothesis is better
 
 
+def test_what_held_out_sections_alone_see_of_a_dip_counts_beside_a_second_effect_too(problem: Any):
+    """Else the dip alone would beat every pair that it is a part of."""
+    dip, pair = _hypothesis(("hanging_sleepers",), 2.0, 20.0), _hypothesis(("hanging_sleepers", "payload"), 5.0, 22.0)
+    judged = judge(problem, NULL, [dip, pair])
+    assert judged[0].hypothesis is pair
+    assert judged[0].evidence > judged[1].evidence > 200.0
+
+
 @pytest.mark.parametrize(("noise", "is_there"), [(0.0, False), (10.0, True)])
 def test_a_second_effect_must_bring_more_than_the_model_is_wrong_by(problem: Any, noise: float, is_there: bool):
     """Half a per cent of the first's evidence, where the first leaves that much over the noise."""
