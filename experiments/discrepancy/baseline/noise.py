@@ -23,6 +23,7 @@ LEVELS = (0.5, 1.8)  # true over stated density of a sensor's noise; a third in 
 DOMINANT = 0.6  # share of the stated density that is the sensor's own, from which a bin says its level
 FEWEST = 12  # bins in which it does so in most frames
 PERTURBED = 6  # runs with perturbed tracks
+SEED = 20110901  # of these and of the nominal track's survey: always the same, so that evidence can be compared
 SPEED_WIDTH = 0.08  # relative speed over which frames share the propagated track error
 BINS = 2  # to each side, over which predicted power is averaged
 

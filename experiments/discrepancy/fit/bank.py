@@ -22,7 +22,7 @@ import numpy as np
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.forward import Alignment, Forward, Prediction, forward_over
 from experiments.discrepancy.baseline.frames import Frames, stack
-from experiments.discrepancy.baseline.noise import PERTURBED, perturbed_tracks, propagated_track_error
+from experiments.discrepancy.baseline.noise import PERTURBED, SEED, perturbed_tracks, propagated_track_error
 from experiments.discrepancy.baseline.parallel import in_parallel
 from experiments.discrepancy.baseline.surveyed import as_surveyed
 from experiments.discrepancy.fit.candidates import Candidate, settings_of
@@ -32,7 +32,6 @@ from railsim.scenario import digest_of
 from railsim.simulation import code_digest
 from railsim.track.track import Track
 
-SEED = 20110901  # of the perturbed tracks and of the nominal track's survey
 APART = 0.25  # s that a section may be off its nominal time to be moved by a phase
 SPEED_APART = 0.02  # relative
 TRACK_APART = 0.25  # of a quantity's own root mean square

@@ -17,6 +17,7 @@ from experiments.discrepancy.baseline.forward import Forward, Prediction
 from experiments.discrepancy.baseline.frames import Frames, stack
 from experiments.discrepancy.baseline.noise import (
     PERTURBED,
+    SEED,
     Whitener,
     covariance_of,
     noise_level,
@@ -35,7 +36,6 @@ from experiments.discrepancy.fit.scores import Shares, bounded_step
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
 
-SEED = 20110901  # of the perturbed tracks: the same in every run, so that evidence can be compared
 SHORTENED = (1.0, 0.4, 0.1)  # shares of a step that are tried
 MOST_STEPS = 12
 SLOW = 0.003  # of what all steps brought together, that the last one must bring to go on

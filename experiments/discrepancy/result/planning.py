@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from experiments.discrepancy.baseline.evidence import KINDS, Evidence
 from experiments.discrepancy.baseline.forward import Alignment, forward_over
 from experiments.discrepancy.baseline.frames import frames_of, held_out
+from experiments.discrepancy.baseline.noise import SEED
 from experiments.discrepancy.baseline.parallel import one_thread_each
 from experiments.discrepancy.baseline.surveyed import as_surveyed
-from experiments.discrepancy.fit.bank import SEED, open_bank
+from experiments.discrepancy.fit.bank import open_bank
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Problem, starting_fit
 from experiments.discrepancy.fit.hypothesis import Tell
