@@ -23,7 +23,6 @@ ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
 DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
 SHORT = ("rail_joints", "hanging_sleepers")  # effects of a place that is short against a section
 UNEVEN = ("soft_track",)  # waves about a mean
-BESIDE = (0.0, -1 / 3, 1 / 3, -2 / 3, 2 / 3)  # turns by the middle of the run that such a wave may be off its tone
 STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place on over a length
 TIMES = ("begin",)  # fields that are a time of the run [s]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
@@ -211,7 +210,9 @@ class Candidate:
             yield from ({**values, name: value} for name in names for value in SHAPES[name])
 
     def at_tones(self) -> Iterator[dict[str, float]]:
-        """The middle and the largest size where the residual has its tones, where it can be tuned."""
+        """The middle and the largest size where the residual has its tones, where it can be tuned; of a wave about a
+        mean a small and a large one.
+        """
         free = self.parameters
         name = next((one for one in TUNED if one in free), None)
         sizes = list(self.sizes())
@@ -219,11 +220,8 @@ class Candidate:
             value = {"wavelength": wavelength, "period": 1.0 / frequency, "frequency": frequency}.get(str(name))
             if value is None or not free[str(name)].low <= value <= free[str(name)].high:
                 continue
-            if self.uneven:
-                for values, turns in itertools.product(self._shaped(sizes[:1]), BESIDE):
-                    yield {**values, str(name): 1.0 / (1.0 / value + turns / float(np.mean(self.context.distance)))}
-                continue
-            for values in (sizes[0], sizes[-1]) if free[str(name)].absent is None else sizes[:1]:
+            usual = (sizes[0], sizes[-1]) if free[str(name)].absent is None else sizes[:1]
+            for values in self._shaped(sizes[:1]) if self.uneven else usual:
                 yield {**values, str(name): value}
 
     @property

@@ -1,7 +1,7 @@
 """Placing: where along the way a signature may be, before it is run there."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -11,6 +11,13 @@ from experiments.discrepancy.screen.places import distance_at, likely_places, lo
 from experiments.discrepancy.screen.projection import SLIGHTEST, Projection, whitened
 
 DETUNED = 1.0  # turns of a wave by the middle of the run
+BESIDE = (
+    0.0,
+    -1 / 3,
+    1 / 3,
+    -2 / 3,
+    2 / 3,
+)  # turns by the middle of the run that a wave about a mean may be off its tone
 WAVES_TRIED, WAVE_PHASES = 17, 12  # of a wave over a part of the way, and phases of each
 ChangeOf = Callable[[Candidate, dict[str, float]], np.ndarray | None]
 
@@ -38,6 +45,38 @@ def matched(
             for first, gap in series(places, fits, (spacing.low, spacing.high)):
                 found.append({**alone, name: float(np.clip(first, free[name].low, free[name].high)), "spacing": gap})
     return found
+
+
+def waves_about_means(candidate: Candidate) -> list[list[dict[str, float]]]:
+    """A small and a large wave at each of the residual's tones."""
+    at: dict[float, list[dict[str, float]]] = {}
+    for values in candidate.at_tones():
+        at.setdefault(values["wavelength"], []).append(values)
+    return list(at.values())
+
+
+def beside_tone(
+    problem: Problem, candidate: Candidate, waves: Sequence[dict[str, float]], change_of: ChangeOf
+) -> Iterator[tuple[dict[str, float], np.ndarray]]:
+    """Numbers and change (k, f, c) of a wave about a mean at a tone and up to two thirds of a turn beside it by the
+    middle of the run. A small and a large one are run; they tell the mean's change from the wave's, which is turned
+    along the way.
+    """
+    free = candidate.parameters["wavelength"]
+    small, large = waves
+    name = next(one for one in small if small[one] != large[one])
+    changes = [change_of(candidate, values) for values in waves]
+    if changes[0] is None or changes[1] is None:
+        return
+    wave = (changes[1] - changes[0]) / (large[name] - small[name])
+    mean = changes[0] - small[name] * wave
+    s = distance_at(problem, problem.frames.middles)
+    for turns in BESIDE:
+        number = 1.0 / small["wavelength"] + turns / float(s.mean())
+        if free.low <= 1.0 / number <= free.high:
+            turned = wave * np.exp(2j * np.pi * s * (number - 1.0 / small["wavelength"]))[:, None, None]
+            for values in waves:
+                yield {**values, "wavelength": 1.0 / number}, mean + values[name] * turned
 
 
 def stretches(

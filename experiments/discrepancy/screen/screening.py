@@ -20,7 +20,7 @@ from experiments.discrepancy.fit.scores import logarithmic
 from experiments.discrepancy.screen.filters import forms
 from experiments.discrepancy.screen.gusts import put_together
 from experiments.discrepancy.screen.places import distance_at
-from experiments.discrepancy.screen.placing import DETUNED, matched, stretches
+from experiments.discrepancy.screen.placing import DETUNED, beside_tone, matched, stretches, waves_about_means
 from experiments.discrepancy.screen.projection import RANGE, SLIGHTEST, Judgement, Projection, whitened
 from railsim.errors import InputError
 
@@ -222,6 +222,10 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
             else judged_signature(problem, fit, projection, job[0], change, _turned(problem, *job))
         )
 
+    def beside(job: tuple[Candidate, list[dict[str, float]]]) -> list[Screened]:
+        made = beside_tone(problem, *job, change_of)
+        return [judged_signature(problem, fit, projection, job[0], change, [(at, None)]) for at, change in made]
+
     def products(changes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         rows = np.stack([projection.row(whitened(problem, change)) for change in changes])
         return projection.along(rows), rows @ projection.residual, rows @ rows.T
@@ -240,9 +244,11 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
 
     local = [one for one in found if one.local]
     tuned = [one for one in found if not one.local and not one.of_sensor]
-    here = [*local, *tuned]
+    here = [*local, *(one for one in tuned if not one.uneven)]
     first = [(one, values) for one, several in zip(here, in_parallel(placed, here), strict=True) for values in several]
     judged = [one for one in in_parallel(run, first) if one is not None]
+    waves = [(one, pair) for one in tuned if one.uneven for pair in waves_about_means(one)]
+    judged += [one for some in in_parallel(beside, waves) for one in some]
     best = {one.candidate.label: one for one in sorted(judged, key=lambda one: one.robust)}
     more = []
     for one in best.values():

@@ -56,10 +56,7 @@ def test_a_wave_is_varied_by_less_than_a_turn_at_the_end_of_the_run():
 def test_tones_say_wavelengths_frequencies_and_waves_a_turn():
     heard = replace(CONTEXT, tones=((10.2, 2.95), (31.8, 0.943)), wheel_radius=0.45)
     found = {one.name: one for one in in_tune(candidates(heard))}
-    soft = list(dict.fromkeys(one["wavelength"] for one in found["soft_track"].at_tones()))
-    assert soft[0] == 2.95 and soft[len(soft) // 2] == 0.943
-    turns = [475.0 * (1.0 / one - 1.0 / 2.95) for one in soft[: len(soft) // 2]]  # by the middle of the run
-    assert np.allclose(sorted(turns), [-2 / 3, -1 / 3, 0.0, 1 / 3, 2 / 3])
+    assert [one["wavelength"] for one in found["soft_track"].at_tones()] == [2.95, 2.95, 0.943, 0.943]
     assert {one["frequency"] for one in found["body_bending"].at_tones()} == {10.2}
     orders = {dict(one.choices).get("order", 1) for one in in_tune(candidates(heard)) if one.name == "out_of_round"}
     assert orders == {1, 3}
