@@ -3,15 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Fit, Problem, starting_fit, with_candidates
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, hypothesis
+from experiments.discrepancy.screen.kin import kin
+from experiments.discrepancy.screen.locate import locate
 from experiments.discrepancy.screen.renewing import PROMISING, renewed
 from experiments.discrepancy.screen.screening import Screened, best_of, screen
 from experiments.discrepancy.select.decide import LARGE, held_out_gap
 from experiments.discrepancy.select.refining import something_left, time_for
 from experiments.discrepancy.select.stand import Stand
-from experiments.discrepancy.select.starts import at_home
+from experiments.discrepancy.select.starts import all_sizes, at_home
 from railsim.errors import InputError
 
 GLANCE = 8.0  # nats that a signature must gain without its loudest sections, where no cell is significant
@@ -21,8 +25,9 @@ FIRSTS = 3  # effects beside which a second one is looked for
 
 def with_further(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     """With a second effect beside the best, where one is promising: of all where something is left, else of those
-    that are quickly looked at. What is left then may be so because the best is not even half of it, so others that
-    take much by themselves, borne out or not, are tried as the first of two as well.
+    that are quickly looked at; where the best needs nuisances far from their data sheets those too that look like them.
+    What is left then may be so because the best is not even half of it, so others that take much by themselves, borne
+    out or not, are tried as the first of two as well.
     """
     if stand.best is stand.null:
         return stand
@@ -45,6 +50,8 @@ def with_further(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
             if time_for(stand.problem, "end", f"{first.label} with {one.candidate.label}", tell):
                 made = _paired(stand.problem, first, base, one, tell)
                 pairs += [made] if made is not None else []
+        if first is stand.best and stand.far:
+            pairs += _eased(stand.problem, first, [one for one in screened if one not in chosen], tell)
         if pairs and not something_left(stand.problem, max(pairs, key=lambda one: one.log_evidence)):
             break
     return replace(stand, fitted=[*stand.fitted, *pairs, *_each_alone(stand, pairs, tell)])
@@ -89,6 +96,27 @@ def _base(problem: Problem, first: Hypothesis) -> Fit:
         return with_candidates(problem, home, first.candidates, [(home.z, first.fit.shares)])
     except InputError:
         return first.fit
+
+
+def _eased(problem: Problem, first: Hypothesis, screened: Sequence[Screened], tell: Tell) -> list[Hypothesis]:
+    """The first with each effect that looks like one of its strained nuisances, and the others of their classes; those
+    nuisances begin at their data sheets.
+    """
+    located = locate(problem, first.fit)
+    strained = [one.label in located.surprising for one in problem.forward.nuisances]
+    z = np.where(strained, 0.0, first.fit.z)
+    pairs: list[Hypothesis] = []
+    liked = {one.candidate.name: one for one in reversed(kin(problem, located, screened))}
+    classes = {one.candidate.equivalence for one in liked.values() if not one.candidate.of_sensor}
+    for one in screened:
+        if one.candidate.equivalence in classes:
+            liked.setdefault(one.candidate.name, one)
+    for one in liked.values():
+        if time_for(problem, "end", f"{first.label} with {one.candidate.label}", tell):
+            starts = [(z, [first.values[0], values]) for values in all_sizes(one)]
+            made = hypothesis(problem, first.fit, (first.candidate, one.candidate), starts, tell)
+            pairs += [made] if made is not None else []
+    return pairs
 
 
 def _paired(problem: Problem, first: Hypothesis, base: Fit, one: Screened, tell: Tell) -> Hypothesis | None:
