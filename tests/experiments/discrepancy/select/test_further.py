@@ -1,6 +1,7 @@
 """A second effect is looked for where the first needs nuisances far from their data sheets."""
 
 import numpy as np
+import pytest
 
 from experiments.discrepancy.fit.candidates import candidates
 from experiments.discrepancy.fit.fitting import Problem, starting_fit
@@ -14,7 +15,7 @@ KNOWN = ("low_adhesion", "creep_shape", "secondary_lateral_stiffness", "payload"
 
 
 def test_nuisances_that_must_help_the_first_call_the_effect_that_they_stand_for(problem: Problem):
-    """Softer springs on rails with four tenths of the adhesion: friction at its least takes it, and no signature gains."""
+    """Softer springs on rails with four tenths of the adhesion: friction at its least takes it, no signature gains."""
     home = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
     found = {one.name: one for one in candidates(context_of(problem, locate(problem, home))) if one.name in KNOWN}
     springs, rails = found["secondary_lateral_stiffness"], found["low_adhesion"]
