@@ -218,10 +218,8 @@ def press(
     slip_x = along * (1.0 - yaw_square) + across * yaw - radius * spin
     slip_y = (across * (1.0 - yaw_square) - along * yaw) / cosine
     turning = (speed * curvature + yaw_rate) * cosine - spin * (sine - roll * cosine)
-    return Press(
-        normal, cosine, p_roll, p_yaw, slip_x, slip_y, turning, reference if touch.depth > 0.0 else 0.0,
-        cube_root(normal),
-    )
+    reference = reference if touch.depth > 0.0 else 0.0
+    return Press(normal, cosine, p_roll, p_yaw, slip_x, slip_y, turning, reference, cube_root(normal))
 
 
 @inlined
