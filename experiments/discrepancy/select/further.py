@@ -51,7 +51,9 @@ def with_further(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
                 made = _paired(stand.problem, first, base, one, tell)
                 pairs += [made] if made is not None else []
         if first is stand.best and stand.far:
-            pairs += _eased(stand.problem, first, [one for one in screened if one not in chosen], tell)
+            tried = {one.candidate.label for one in chosen}
+            others = [one for one in screened if one.candidate.label not in tried]
+            pairs += _eased(stand.problem, first, others, tell)
         if pairs and not something_left(stand.problem, max(pairs, key=lambda one: one.log_evidence)):
             break
     return replace(stand, fitted=[*stand.fitted, *pairs, *_each_alone(stand, pairs, tell)])
