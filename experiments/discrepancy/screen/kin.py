@@ -6,7 +6,7 @@ is the missing effect's change with the noise left out: it may say what the resi
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 
 import numpy as np
 
@@ -44,6 +44,15 @@ def kin(problem: Problem, located: Located, screened: Sequence[Screened]) -> lis
     ranked = [one for turn in itertools.zip_longest(*liked) for one in turn if one is not None]
     found = {one.candidate.label: one for one in ranked}
     return list(found.values())[:MOST]
+
+
+def of_classes(classes: Set[str], screened: Sequence[Screened], tried: Set[str]) -> list[Screened]:
+    """The effects of some classes but for those of some names, each in its best variant."""
+    mates: dict[str, Screened] = {}
+    for one in best_of(screened):
+        if one.candidate.equivalence in classes and one.candidate.name not in tried:
+            mates.setdefault(one.candidate.name, one)
+    return list(mates.values())
 
 
 def like_law(problem: Problem, law: Hypothesis, screened: Sequence[Screened]) -> list[Screened]:

@@ -11,13 +11,7 @@ from experiments.discrepancy.screen.places import distance_at, likely_places, lo
 from experiments.discrepancy.screen.projection import SLIGHTEST, Projection, whitened
 
 DETUNED = 1.0  # turns of a wave by the middle of the run
-BESIDE = (
-    0.0,
-    -1 / 3,
-    1 / 3,
-    -2 / 3,
-    2 / 3,
-)  # turns by the middle of the run that a wave about a mean may be off its tone
+BESIDE = (0.0, -1 / 3, 1 / 3, -2 / 3, 2 / 3)  # the same by which a wave about a mean may be off its tone
 WAVES_TRIED, WAVE_PHASES = 17, 12  # of a wave over a part of the way, and phases of each
 ChangeOf = Callable[[Candidate, dict[str, float]], np.ndarray | None]
 

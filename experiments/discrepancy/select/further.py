@@ -8,7 +8,7 @@ import numpy as np
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Fit, Problem, starting_fit, with_candidates
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, hypothesis
-from experiments.discrepancy.screen.kin import kin
+from experiments.discrepancy.screen.kin import kin, of_classes
 from experiments.discrepancy.screen.locate import locate
 from experiments.discrepancy.screen.renewing import PROMISING, renewed
 from experiments.discrepancy.screen.screening import Screened, best_of, screen
@@ -108,12 +108,9 @@ def _eased(problem: Problem, first: Hypothesis, screened: Sequence[Screened], te
     strained = [one.label in located.surprising for one in problem.forward.nuisances]
     z = np.where(strained, 0.0, first.fit.z)
     pairs: list[Hypothesis] = []
-    liked = {one.candidate.name: one for one in reversed(kin(problem, located, screened))}
-    classes = {one.candidate.equivalence for one in liked.values() if not one.candidate.of_sensor}
-    for one in screened:
-        if one.candidate.equivalence in classes:
-            liked.setdefault(one.candidate.name, one)
-    for one in liked.values():
+    liked = list({one.candidate.name: one for one in reversed(kin(problem, located, screened))}.values())
+    classes = {one.candidate.equivalence for one in liked if not one.candidate.of_sensor}
+    for one in (*liked, *of_classes(classes, screened, {one.candidate.name for one in liked})):
         if time_for(problem, "end", f"{first.label} with {one.candidate.label}", tell):
             starts = [(z, [first.values[0], values]) for values in all_sizes(one)]
             made = hypothesis(problem, first.fit, (first.candidate, one.candidate), starts, tell)

@@ -98,7 +98,7 @@ def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
         except InputError:
             return np.inf
 
-    rows = [(values["first"], values["spacing"]), *_rows(problem, made)]
+    rows = [(one["first"], one["spacing"]) for one in (values, *_placed(problem, made))]
     tried = {(round((kept - begin) / metres), metres + float(aside)) for begin, metres in rows for aside in ASIDE}
     before, near = min(sorted(tried), key=lambda row: worth(*row))
     step = float(ASIDE[1] - ASIDE[0])
@@ -137,11 +137,6 @@ def _deepened(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
     other = concluded(problem, fit)
     tell(f"{other.label}, by all sections: {other.values[0]}")
     return replace(other, covariance=concluded(problem.but(train=seen), fit).covariance)
-
-
-def _rows(problem: Problem, made: Hypothesis) -> list[tuple[float, float]]:
-    """First joint and spacing of the rows that look most like what is left without any."""
-    return [(one["first"], one["spacing"]) for one in _placed(problem, made)]
 
 
 def _placed(problem: Problem, made: Hypothesis) -> list[dict[str, float]]:

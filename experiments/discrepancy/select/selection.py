@@ -1,18 +1,18 @@
 """Selection: shortlisted effects are fitted with all nuisances; a second one joins where the first leaves something."""
 
 import itertools
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Fit, Problem, improved, moved_to, restarted, starting_fit
 from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
-from experiments.discrepancy.screen.kin import kin, like_law
+from experiments.discrepancy.screen.kin import kin, like_law, of_classes
 from experiments.discrepancy.screen.latent import LatentForce
 from experiments.discrepancy.screen.locate import Located, locate
 from experiments.discrepancy.screen.renewing import PROMISING, renewed
-from experiments.discrepancy.screen.screening import Screened, best_of, scaled, screen, shortlist
+from experiments.discrepancy.screen.screening import Screened, scaled, screen, shortlist
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, Decision, Judged, decide, held_out_gap
 from experiments.discrepancy.select.empirical import fit_empirical, follows_a_state
 from experiments.discrepancy.select.further import FIRSTS, GLANCE, with_further
@@ -245,18 +245,13 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], tell: Tell) -> Stand
     """
     if stand.best is stand.null or not stand.unexplained:
         return stand
-    mates = _of_classes(stand, stand.best.classes, screened)
+    mates = of_classes(stand.best.classes, screened, _names(stand))
     return replace(stand, fitted=[*stand.fitted, *_like_best(stand, mates, tell)])
 
 
-def _of_classes(stand: Stand, classes: Set[str], screened: Sequence[Screened]) -> list[Screened]:
-    """The other effects of some classes, each in its best variant."""
-    tried = {one.candidate.name for one in stand.fitted}
-    mates: dict[str, Screened] = {}
-    for one in best_of(screened):
-        if one.candidate.equivalence in classes and one.candidate.name not in tried:
-            mates.setdefault(one.candidate.name, one)
-    return list(mates.values())
+def _names(stand: Stand) -> set[str]:
+    """Of the first effect of each that was fitted."""
+    return {one.candidate.name for one in stand.fitted}
 
 
 def _with_kin(stand: Stand, located: Located, screened: Sequence[Screened], tell: Tell) -> Stand:
@@ -272,7 +267,7 @@ def _with_kin(stand: Stand, located: Located, screened: Sequence[Screened], tell
     like = {one.candidate.equivalence for one in liked if not one.candidate.of_sensor}
     mates = [one for one in liked if one.candidate.label not in tried]
     stand = replace(stand, fitted=[*stand.fitted, *_begun_like(stand, stand.null, mates, tell)])
-    others = _of_classes(stand, like, screened)
+    others = of_classes(like, screened, _names(stand))
     return replace(stand, fitted=[*stand.fitted, *_begun_like(stand, stand.null, others, tell)])
 
 
