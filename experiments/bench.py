@@ -69,7 +69,7 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
 def engine_rows(
     scenario: Scenario, repeats: int = REPEATS, variants: Mapping[str, Scenario] = MappingProxyType({})
 ) -> list[dict[str, Any]]:
-    """Both engines, and `scipy.integrate.solve_ivp` on the compiled engine's own right-hand side (Dormand-Prince and
+    """All engines, and `scipy.integrate.solve_ivp` on the compiled engine's own right-hand side (Dormand-Prince and
     LSODA). `variants` are runs of the compiled engine that are compared with its run of the scenario itself.
     """
     run = build_run(scenario)
@@ -81,6 +81,7 @@ def engine_rows(
         ),
         "engine exudyn": (lambda: deque(load_engine("exudyn")(run), maxlen=0), run.duration),
         ANALYTIC: (lambda: deque(load_engine("compiled")(run), maxlen=0), run.duration),
+        "engine verlet": (lambda: deque(load_engine("verlet")(run), maxlen=0), run.duration),
     }
     for name, variant in variants.items():
         other = build_run(variant)

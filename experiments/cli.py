@@ -110,7 +110,7 @@ def _complain(text: str, code: int = BAD_INPUT) -> int:
 def _scenario(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="name of a shipped scenario, or path of a YAML file")
     parser.add_argument(
-        "--engine", default="exudyn", metavar="NAME", help="exudyn (the reference, default) or compiled"
+        "--engine", default="exudyn", metavar="NAME", help="exudyn (the reference, default), compiled or verlet"
     )
     parser.add_argument("--seed", type=int, metavar="N", help="of the sensors' random errors (default: the scenario's)")
     parser.add_argument(

@@ -46,7 +46,7 @@ def simulate(
     Parameters
     ----------
     scenario : what to run; sensors and seed do not matter here.
-    engine : "exudyn" (the reference) or "compiled" (the fast one).
+    engine : "exudyn" (the reference), "compiled" (the fast one) or "verlet" (faster still, second order).
     folder : where the truth shall be; None puts it into the cache (`RAILSIM_CACHE`, else ~/.cache/railsim/truth).
     cache : False simulates even where the cache has the run.
     progress : show a bar on stderr if the run takes more than two seconds and stderr is a terminal.

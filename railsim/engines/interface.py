@@ -63,9 +63,13 @@ def default_substeps(model: Model, speed: SpeedTables, rate: float) -> int:
     """Smallest power of two of steps a row for which the creep forces' damping of the wheelsets stays well inside
     stability.
     """
-    slowest = max(float(speed.speed.min()), SLOWEST)
-    limit = min(LONGEST_STEP, STABLE / creep_rate(model, slowest))
+    limit = min(LONGEST_STEP, STABLE / slowest_creep(model, speed))
     return 2 ** max(0, math.ceil(math.log2(1.0 / (rate * limit)) - 1e-9))
+
+
+def slowest_creep(model: Model, speed: SpeedTables) -> float:
+    """`creep_rate` where a run is slowest, and it is greatest [1/s]."""
+    return creep_rate(model, max(float(speed.speed.min()), SLOWEST))
 
 
 def creep_rate(model: Model, speed: float) -> float:

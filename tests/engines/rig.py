@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from railsim.engines import compiled, exudyn
+from railsim.engines import compiled, exudyn, verlet
 from railsim.engines._channels import channel_names
 from railsim.engines.interface import Engine, Run, default_substeps
 from railsim.model import Model
@@ -14,7 +14,11 @@ from railsim.track.kernel import build_tables
 from railsim.track.spectra import Band, spectra
 from railsim.track.synthesis import Segment, Transition, design, distances, fade_in, irregularity
 
-ENGINES: dict[str, Engine] = {"compiled": compiled.integrate, "exudyn": exudyn.integrate}
+ENGINES: dict[str, Engine] = {
+    "compiled": compiled.integrate,
+    "exudyn": exudyn.integrate,
+    "verlet": verlet.integrate,
+}
 RATE = 1024.0
 BAND = Band(shortest=1.0, longest=100.0)
 

@@ -8,7 +8,7 @@ from railsim.speed import Constant, Traction, speed_tables
 from railsim.track import Track, read_track
 from railsim.vehicles.half_vehicle import Adhesion
 from railsim.vehicles.manchester import Manchester
-from tests.engines.rig import RATE, flat, go, make_run, ratio
+from tests.engines.rig import ENGINES, RATE, flat, go, make_run, ratio
 
 CHANNELS = [f"{body}.{q}" for body in ("wheelset1", "wheelset2", "bogie") for q in ("y [m]", "yaw [rad]")]
 BETTER, WORSE, CHANGE = 0.4, 0.05, 60.0  # friction before and after the place [m]
@@ -58,7 +58,7 @@ def test_slope_that_the_step_is_chosen_by_is_that_of_the_law(law: str) -> None:
     assert np.abs(calm["wheelset1.yaw [rad]"]).max() < 1e-10
 
 
-@pytest.mark.parametrize("engine", ["compiled", "exudyn"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_friction_of_the_track_acts_under_each_wheelset_at_its_own_place(engine: str) -> None:
     s = np.arange(0.0, 200.0, 0.2)
     friction = np.where(s < CHANGE, BETTER, WORSE)

@@ -11,7 +11,7 @@ from railsim.speed import Driven, Traction
 from railsim.track import Track, read_track
 from railsim.vehicles.half_vehicle import Adhesion
 from railsim.vehicles.manchester import Manchester
-from tests.engines.rig import Rows, flat, go, make_run, ratio
+from tests.engines.rig import ENGINES, Rows, flat, go, make_run, ratio
 
 VEHICLE = Manchester()
 WHEELS = [f"wheel{i}_{side}" for i in (1, 2) for side in ("left", "right")]
@@ -30,7 +30,7 @@ def ride(engine: str, adhesion: str, track: Track, speed: float, duration: float
     return go(engine, run)
 
 
-@pytest.mark.parametrize("engine", ["compiled", "exudyn"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_braking_loads_the_leading_wheelset(engine: str) -> None:
     """Moments about the rails under the bogie: 2 b dN = deceleration (body at its rod, bogie, wheelsets, and spin)."""
     result = ride(engine, "dry", flat(), 20.0, 5.0)
@@ -48,7 +48,7 @@ def test_braking_loads_the_leading_wheelset(engine: str) -> None:
     assert result["bogie.pitch [rad]"][late].mean() == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.parametrize("engine", ["compiled", "exudyn"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_longitudinal_path_adds_no_force(engine: str) -> None:
     """Deceleration by momentum: creep forces over mass, on wheels that roll: torque over radius over mass and spin."""
     result = ride(engine, "dry", flat(), 20.0, 4.0)

@@ -10,7 +10,7 @@ from railsim.speed import Driven, Traction
 from railsim.track.synthesis import Segment, Transition, design, distances
 from railsim.track.track import Track
 from railsim.vehicles.manchester import Manchester
-from tests.engines.rig import Rows, flat, go, make_run
+from tests.engines.rig import ENGINES, Rows, flat, go, make_run
 
 CLIMB = 0.01
 
@@ -36,7 +36,7 @@ def heights(model: Model, result: Rows) -> np.ndarray:
     return np.sum([b.mass * GRAVITY * np.interp(s + b.position[0], dense, rise) for b in model.bodies], axis=0)
 
 
-@pytest.mark.parametrize("engine", ["compiled", "exudyn"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_climb_slows_the_vehicle_and_its_wheels(engine: str) -> None:
     model = Manchester().model()
     result = go(engine, make_run(model, hill(), Driven(kind="driven", speed=20.0), 12.0))
@@ -47,7 +47,7 @@ def test_a_climb_slows_the_vehicle_and_its_wheels(engine: str) -> None:
     assert result["acceleration [m/s2]"][late].mean() == pytest.approx(rate, rel=1e-2)
 
 
-@pytest.mark.parametrize("engine", ["compiled", "exudyn"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_coasting_turns_speed_into_height(engine: str) -> None:
     model = Manchester().model()
     result = go(engine, make_run(model, hill(), Driven(kind="driven", speed=20.0), 12.0))

@@ -1,6 +1,6 @@
 """Forward: what the sensors would give if the nominal model, a little off and with some effects, were true.
 
-By the compiled engine unless another is asked for. Nuisances are given as scores z: 0 = nominal, 1 = one standard
+By the Verlet engine unless another is asked for. Nuisances are given as scores z: 0 = nominal, 1 = one standard
 deviation of the prior.
 """
 
@@ -62,7 +62,7 @@ class Forward:
     evidence: Evidence
     alignment: Alignment
     track: Track
-    engine: str = "compiled"
+    engine: str = "verlet"
     law: str = ""
     meter: Meter = field(default_factory=Meter, compare=False)
 

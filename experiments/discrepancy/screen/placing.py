@@ -92,13 +92,14 @@ def stretches(
         change = change_of(candidate, whole)
         if change is None:
             continue
-        along, across, size = (one.sum(axis=-1) for one in projection.products(whitened(problem, change)))
+        (along,), (own,) = projection.products(whitened(problem, change)[None])
+        along, size = along.sum(axis=1), own.sum(axis=1)
         best = (-math.inf, 0, whole, 0.0)
         for wave, phase, turn in _waves(problem, candidate, whole):
-            parts = np.real(turn * along).T, np.real(turn * across), size
+            parts = np.real(turn[:, None] * along), size
             sums = [np.concatenate([0.0 * part[:1], np.cumsum(part, axis=0)]) for part in parts]
-            parts = [one[pairs[1]] - one[pairs[0]] for one in sums]
-            gain, which, *_ = projection.weighed(parts[0], parts[1], parts[2], SLIGHTEST)
+            products, sizes = (one[pairs[1]] - one[pairs[0]] for one in sums)
+            gain, which, *_ = projection.weighed(products[:, :-1], products[:, -1], sizes, SLIGHTEST)
             best = max(best, (gain, which, wave, phase), key=lambda one: one[0])
         _, which, wave, phase = best
         begins, ends = at[trained == pairs[0][which]], at[trained == pairs[1][which]]

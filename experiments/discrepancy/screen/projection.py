@@ -73,43 +73,58 @@ class Projection:
             for (gain, _, factor, moved, left), one in zip(found, taken, strict=True)
         ]
 
-    def products(self, white: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Products of a complex whitened signature (k, f, c) with the derivatives (numbers, t, f), the residual (t, f)
-        and itself (t, f), complex: sums of the real parts are the products, those of a signature that is turned (and
-        made larger) frame by frame and frequency by frequency if these are turned first.
+    def products(self, white: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Products of some complex whitened signatures (j, k, f, c) with the derivatives and, last, the residual (j, t,
+        f, numbers + 1), and of each with itself (j, t, f), complex: sums of the real parts are the products, those of a
+        signature that is turned (and made larger) frame by frame and frequency by frequency if these are turned first.
         """
-        rows = _paired(self.row(white).reshape(int(self.frames.sum()), white.shape[1], -1))
-        along = np.moveaxis(np.matmul(self._conjugate(rows.shape[:2]), rows[..., None])[..., 0], -1, 0)
-        residual = _paired(self.residual.reshape(*rows.shape[:2], -1))
-        return along, (residual.conj() * rows).sum(axis=-1), _squared(rows).sum(axis=-1)
+        shape = len(white), int(self.frames.sum()), white.shape[2], -1
+        rows = _paired(np.stack([self.row(one) for one in white]).reshape(shape))
+        along = np.matmul(self._conjugate(rows.shape[1:3]), np.moveaxis(rows, 0, -1))
+        return np.moveaxis(along, -1, 0), _squared(rows).sum(axis=-1)
 
     def _conjugate(self, shape: tuple[int, ...]) -> np.ndarray:
-        """(t, f, numbers, c) of the derivatives; made once."""
+        """(t, f, numbers + 1, c) of the derivatives and the residual; made once."""
         if self._paired_flat is None:
-            pairs = _paired(self.flat.reshape(len(self.flat), *shape, -1))
+            pairs = _paired(np.stack([*self.flat, self.residual]).reshape(len(self.flat) + 1, *shape, -1))
             self._paired_flat = np.ascontiguousarray(np.moveaxis(pairs, 0, -2).conj())
         return self._paired_flat
 
-    def judge_turned(
-        self, parts: np.ndarray, factors: np.ndarray, which: np.ndarray | None = None, least: float = RANGE[0]
+    def judge_turned(self, white: np.ndarray, factors: np.ndarray, least: float = RANGE[0]) -> "Judgement":
+        """The best of what a whitened signature (k, f, c) becomes by factors (p, k or 1, f or 1)."""
+        turned = factors[:, self.frames] if factors.shape[1] > 1 else factors
+        (along,), (own,) = self.products(white[None])
+        for axis in (0, 1):  # what is turned alike is summed up first
+            if turned.shape[1 + axis] == 1:
+                along, own = along.sum(axis=axis, keepdims=True), own.sum(axis=axis, keepdims=True)
+        turned = turned.reshape(len(turned), -1)
+        sums = _real_product(turned, along.reshape(turned.shape[1], -1))
+        gain, best, factor, moved, left = self.weighed(sums[:, :-1], sums[:, -1], _squared(turned) @ own.ravel(), least)
+        return self._judged(white * factors[best][..., None], (best, factor, gain, moved, left))
+
+    def judge_later(
+        self, parts: np.ndarray, rows: np.ndarray, turn: np.ndarray, least: float = RANGE[0]
     ) -> "Judgement":
-        """The best of what some whitened signatures (j, k, f, c) become by factors (p, k or 1, f); `which` (p, k): the
-        signature that is turned in each frame, the first if None.
+        """The best of what whitened signatures (j, k, f, c), each a row of truth later than the one before, become so
+        many rows (p, k) later; `turn` (f,) is what `j` rows later is to each frequency [rad].
         """
-        turned = np.broadcast_to(factors, (len(factors), *parts.shape[1:3]))
-        part = np.zeros(turned.shape[:2], int) if which is None else which
-        along, across, size = np.zeros((len(turned), len(self.flat))), np.zeros(len(turned)), np.zeros(len(turned))
-        turned_here, part_here = turned[:, self.frames], part[:, self.frames]
-        for number, white in enumerate(parts):
-            with_numbers, with_residual, own = self.products(white)
-            here = np.where((part_here == number)[..., None], turned_here, 0.0).reshape(len(turned), -1)
-            along += _real_product(here, with_numbers.reshape(len(self.flat), -1).T)
-            across += _real_product(here, with_residual.ravel())
-            size += _squared(here) @ own.ravel()
-        gain, best, factor, moved, left = self.weighed(along, across, size, least)
-        signature = parts[part[best], np.arange(parts.shape[1])] * turned[best][..., None]
-        taken = factor * self.row(signature) + moved @ self.flat
-        return Judgement(best, factor, gain, moved, taken, left, signature)
+        here = rows[:, self.frames]
+        whole, part = np.divmod(here, len(parts))
+        first, at = int(whole.min()), np.arange(here.shape[1])
+        angles = np.outer(np.arange(first, int(whole.max()) + 1), turn)
+        along, own = self.products(parts)
+        pairs = np.concatenate([np.real(along), np.imag(along)], axis=2)
+        sums = np.matmul(np.concatenate([np.cos(angles), np.sin(angles)], axis=1), pairs)
+        sums = sums[part, at, whole - first].sum(axis=1)
+        size = own.sum(axis=-1)[part, at].sum(axis=1)
+        gain, best, factor, moved, left = self.weighed(sums[:, :-1], sums[:, -1], size, least)
+        whole, part = np.divmod(rows[best], len(parts))
+        signature = parts[part, np.arange(parts.shape[1])] * np.exp(-1j * np.outer(whole, turn))[..., None]
+        return self._judged(signature, (best, factor, gain, moved, left))
+
+    def _judged(self, signature: np.ndarray, found: tuple[int, float, float, np.ndarray, float]) -> "Judgement":
+        best, factor, gain, moved, left = found
+        return Judgement(best, factor, gain, moved, factor * self.row(signature) + moved @ self.flat, left, signature)
 
     def weighed(
         self, along: np.ndarray, across: np.ndarray, size: np.ndarray, least: float = RANGE[0]

@@ -135,9 +135,9 @@ def _blows(
     count = math.ceil(2.0 * math.pi * metres / float(speed.min()) * rate)
     angles = 2.0 * np.pi * np.arange(min(count, MOST_BLOWS)) / min(count, MOST_BLOWS)
     rows = np.round((angles[:, None] - values[name]) * metres / speed * rate).astype(int)
-    part = rows % len(white)
-    factors = np.exp(-2j * np.pi * problem.frames.frequencies * ((rows - part) / rate)[..., None])
-    found = projection.judge_turned(white, factors, part, _least(candidate))
+    found = projection.judge_later(
+        white, rows, 2.0 * np.pi * problem.frames.frequencies * len(white) / rate, _least(candidate)
+    )
     return _screened(problem, fit, projection, candidate, {**values, name: float(angles[found.which])}, found)
 
 
@@ -283,9 +283,8 @@ def judged_signature(
 ) -> Screened:
     """The best of some phases (places, wavelengths) of one size, made of one signature (k, f, c)."""
     white = whitened(problem, change)
-    still = np.ones(white.shape[:2])
-    factors = np.stack([np.broadcast_to(still if factor is None else factor, still.shape) for _, factor in turned])
-    found = projection.judge_turned(white[None], factors, least=_least(candidate))
+    factors = [np.ones((1, 1)) if factor is None else factor for _, factor in turned]
+    found = projection.judge_turned(white, np.stack(np.broadcast_arrays(*factors)), _least(candidate))
     return _screened(problem, fit, projection, candidate, turned[found.which][0], found)
 
 

@@ -135,7 +135,7 @@ def test_a_damaged_file_is_made_again(problem: Problem):
     values = next(iter(one.sizes()))
     problem.bank.fill([(one, values)])
     before = problem.bank.signature(one, values)
-    path = Path(problem.bank.folder) / "effect_weak_roll_bar.npz"
+    path = Path(problem.bank.folder) / "effect_weak_roll_bar.arrays"
     path.write_bytes(path.read_bytes()[:500])
     problem.bank.fill([(one, values)])
     after = problem.bank.signature(one, values)

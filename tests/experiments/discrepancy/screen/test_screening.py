@@ -1,6 +1,7 @@
 """What nuisances can take is no evidence for an effect; what they cannot take counts in full."""
 
 import numpy as np
+import pytest
 
 from experiments.discrepancy.fit.candidates import Context, candidates
 from experiments.discrepancy.fit.fitting import Fit
@@ -91,14 +92,27 @@ def _complex(rng: np.random.Generator, *shape: int) -> np.ndarray:
     return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
 
 
-def test_turned_signatures_are_judged_by_their_products():
-    """As each of them written out; of several parts the one that is asked for in each frame."""
+@pytest.mark.parametrize("shape", [(9, 4), (9, 1), (1, 4), (1, 1)])
+def test_turned_signatures_are_judged_by_their_products(shape: tuple[int, int]):
+    """As each of them written out."""
     rng = np.random.default_rng(10)
     frames = np.arange(9) < 7
     projection = Projection(_fit(rng.standard_normal((3, 9, 4, 6)), rng.standard_normal((9, 4, 6))), frames)
-    parts, factors, which = _complex(rng, 2, 9, 4, 3), _complex(rng, 5, 9, 4), rng.integers(0, 2, (5, 9))
-    found = projection.judge_turned(parts, factors, which)
-    written = [parts[part, np.arange(9)] * factor[..., None] for part, factor in zip(which, factors, strict=True)]
+    signature, factors = _complex(rng, 9, 4, 3), _complex(rng, 5, *shape)
+    _same(projection, projection.judge_turned(signature, factors), [signature * one[..., None] for one in factors])
+
+
+def test_signatures_some_rows_later_are_judged_by_their_products():
+    """As each of them written out: whole samples later by a phase, rows between by the part that is that of the row."""
+    rng = np.random.default_rng(10)
+    frames = np.arange(9) < 7
+    projection = Projection(_fit(rng.standard_normal((3, 9, 4, 6)), rng.standard_normal((9, 4, 6))), frames)
+    parts, rows, turn = _complex(rng, 2, 9, 4, 3), rng.integers(-3, 8, (5, 9)), 0.7 * np.arange(4)
+    later = [parts[at % 2, np.arange(9)] * np.exp(-1j * np.outer(at // 2, turn))[..., None] for at in rows]
+    _same(projection, projection.judge_later(parts, rows, turn), later)
+
+
+def _same(projection: Projection, found: Judgement, written: list[np.ndarray]) -> None:
     which, judged = _judged(projection, *(projection.row(one) for one in written))
     assert found.which == which
     assert np.allclose([found.gain, found.scale, found.power], [judged.gain, judged.scale, judged.power])
