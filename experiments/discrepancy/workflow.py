@@ -130,7 +130,7 @@ def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem
     for name in other_laws(problem):
         changed = problem.but(forward=problem.forward.but(law=name))
         try:
-            alone = nuisances_alone(changed, np.zeros(len(null.fit.z)), tell)
+            alone = nuisances_alone(changed, np.zeros(len(null.fit.z)), tell, null.fit.cost(problem.train))
             if alone.log_evidence > null.log_evidence + max(ENOUGH, EXPLAINED * excess(problem, null)):
                 tell(f"creep law {name}: {alone.log_evidence - null.log_evidence:+.1f} nats")
                 changed = changed.but(bank=problem.bank.under(name, tell) if problem.bank else None)

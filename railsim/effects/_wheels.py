@@ -13,6 +13,7 @@ from railsim.model import Model, Wheelset
 POINTS = 2048  # around a turn: 1.4 mm of the tread
 STEPS_A_FLAT = 10  # integration steps while a flat passes,
 SHORTEST_FLAT = 0.02  # m, or while one of this length does: 54 um deep, shorter ones move nothing
+LANDING = 1.0 / 8192.0  # s; a wheel that has left the rail comes down at once, however long the flat was
 STEPS_A_WAVE = 12
 FASTEST_CHANGE = 1.02  # spare for a speed that varies about the prescribed one
 
@@ -64,7 +65,8 @@ def flat(setup: Setup, effect: Effect, wheelset: int, side: str, length: float, 
     along = radius * ((turned + np.pi) % (2.0 * np.pi) - np.pi)
     depth = flat_depth(length, radius)
     shape = np.where(np.abs(along) < length / 2, -0.5 * depth * (1.0 + np.cos(2.0 * np.pi * along / length)), 0.0)
-    return _rounded(_fine(setup, max(length, SHORTEST_FLAT), STEPS_A_FLAT), number, side, shape)
+    fine = _fine(setup, max(length, SHORTEST_FLAT), STEPS_A_FLAT)
+    return _rounded(fine.but(longest_step=min(fine.longest_step, LANDING)), number, side, shape)
 
 
 def wavy(setup: Setup, effect: Effect, wheelset: int, side: str, wave: tuple[float, int, float]) -> Setup:

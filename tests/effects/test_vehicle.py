@@ -16,7 +16,7 @@ from railsim.model import GRAVITY
 from railsim.scenario import effect_kinds
 from railsim.simulation import build_run
 from tests.effects.rig import largest_difference, rows, scenario
-from tests.engines.rig import Rows
+from tests.engines.rig import Rows, go, ratio
 from tests.engines.test_energy import NO_LOSSES
 
 SMOOTH = {"track": "smooth", "duration": 1.0}
@@ -70,11 +70,21 @@ def test_rounded_flat_is_half_as_deep_as_the_chord_of_a_fresh_one():
 def test_flat_too_short_to_matter_does_not_shorten_the_step():
     """A fit that lets a flat shrink to nothing would else take minutes for each run."""
     setups = [
-        scenario([{"kind": "wheel_flat", "length": length, "side": "left"}]).setup for length in (0.04, 0.02, 0.001)
+        scenario([{"kind": "wheel_flat", "length": length, "side": "left"}]).setup for length in (0.028, 0.02, 0.001)
     ]
     steps = [setup.longest_step for setup in setups]
-    assert steps[0] == pytest.approx(2.0 * steps[1])
+    assert steps[0] == pytest.approx(1.4 * steps[1])
     assert steps[2] == steps[1]
+
+
+@pytest.mark.parametrize("length", [0.083, 0.12])
+def test_step_of_a_flat_is_short_enough_for_the_blow(length: float):
+    """A long one lifts the wheel, and what it does when it comes down does not depend on how long the flat was."""
+    run = build_run(scenario([{"kind": "wheel_flat", "length": length}], duration=1.0, **{"speed.speed": 30.0}))
+    usual, converged = go("compiled", run), go("compiled", replace(run, substeps=8 * run.substeps))
+    assert (converged["wheel1_left.normal_force [N]"] <= 0.0).mean() > 0.02
+    assert ratio(usual["wheelset1.specific_force_z [m/s2]"], converged["wheelset1.specific_force_z [m/s2]"]) < 0.06
+    assert ratio(usual["bogie.specific_force_z [m/s2]"], converged["bogie.specific_force_z [m/s2]"]) < 0.01
 
 
 def test_flat_is_as_long_and_deep_as_stated():

@@ -5,16 +5,14 @@ nominal run is moved to where the recording's sections are by a phase. Recording
 (another track, another speed) get a bank of their own.
 """
 
-import math
 import os
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +23,7 @@ from experiments.discrepancy.baseline.noise import PERTURBED, SEED, perturbed_tr
 from experiments.discrepancy.baseline.parallel import in_parallel
 from experiments.discrepancy.baseline.surveyed import as_surveyed
 from experiments.discrepancy.fit.candidates import Candidate, settings_of
+from experiments.discrepancy.fit.stored import read_arrays, write_arrays
 from railsim.cache import cache_folder
 from railsim.errors import InputError
 from railsim.scenario import digest_of
@@ -66,7 +65,7 @@ class Bank:
         for number, name in enumerate(names):
             mine = {settings_of(one.build(values)): (one, values) for one, values in jobs if one.name == name}
             path = self.folder / f"effect_{name}.arrays"
-            known = _read(path)
+            known = read_arrays(path)
             missing = [key for key in mine if key not in known]
             if missing:
                 tell(f"signatures of the nominal scenario: {name} ({number + 1} of {len(names)})")
@@ -89,7 +88,7 @@ class Bank:
         InputError : the nominal model does not run with that law.
         """
         path = self.folder / f"nominal_{law}.arrays"
-        known = _read(path)
+        known = read_arrays(path)
         if not known:
             tell(f"derivatives of the nominal scenario under {law}, computed once")
             known = {"columns": _derivatives(self.reference.but(law=law), self.frames)[0]}
@@ -149,7 +148,7 @@ def open_bank(evidence: Evidence, alignment: Alignment, frames: Frames, tell: Te
     reference, delay = _reference(evidence, alignment, frames)
     folder = cache_folder().parent / FOLDER / _digest(reference, frames)
     path = folder / "nominal.arrays"
-    known = _read(path)
+    known = read_arrays(path)
     if not known:
         tell("derivatives of the nominal scenario, computed once")
         known = _nominal(reference, frames)
@@ -276,37 +275,12 @@ def _digest(reference: Forward, frames: Frames) -> str:
     )
 
 
-def _read(path: Path) -> dict[str, np.ndarray]:
-    """What a file of the bank holds, read from the disk where it is used; nothing where there is none or it is
-    damaged.
-    """
-    try:
-        whole = np.memmap(path, np.uint8, "r")
-        with path.open("rb") as file:
-            return {key: _next(file, whole) for key in np.lib.format.read_array(file).tolist()}
-    except (OSError, ValueError):
-        return {}
-
-
-def _next(file: BinaryIO, whole: np.ndarray) -> np.ndarray:
-    """The array that begins here in a file of arrays (NumPy's format), as a part of the mapped file."""
-    np.lib.format.read_magic(file)
-    shape, _, dtype = np.lib.format.read_array_header_1_0(file)
-    begin, size = file.tell(), math.prod(shape) * dtype.itemsize
-    file.seek(size, os.SEEK_CUR)
-    return np.asarray(whole[begin : begin + size]).view(dtype).reshape(shape)  # raises where the file ends before
-
-
 def _write(path: Path, known: dict[str, np.ndarray]) -> None:
-    """Whole or not at all; a disk that cannot be written only costs the time."""
+    """Keep them; a disk that cannot be written only costs the time."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         _tidy(path.parent.parent)
-        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        with os.fdopen(handle, "wb") as file:
-            for one in (np.array(list(known)), *known.values()):
-                np.lib.format.write_array(file, np.ascontiguousarray(one), version=(1, 0), allow_pickle=False)
-        Path(name).replace(path)
+        write_arrays(path, known)
 
 
 def _tidy(folder: Path) -> None:

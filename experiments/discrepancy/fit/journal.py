@@ -4,11 +4,8 @@ A case that was stopped finds them again; what comes out is the same, for each f
 """
 
 import hashlib
-import os
 import shutil
-import tempfile
 import time
-import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -17,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.discrepancy.baseline.evidence import Evidence
+from experiments.discrepancy.fit.stored import read_arrays, write_arrays
 from experiments.discrepancy.rule import rule_hash
 from railsim.cache import cache_folder
 from railsim.scenario import digest_of
@@ -35,16 +33,13 @@ class Journal:
 
     def kept(self, key: str, make: Callable[[], Arrays]) -> Arrays:
         """What was made under a key before, else what is made now; arrays come back as they were, bit by bit."""
-        path = self.folder / f"{key}.npz"
-        with suppress(OSError, ValueError, EOFError, zipfile.BadZipFile), np.load(path, allow_pickle=False) as table:
-            return {name: table[name] for name in table.files}
-        made = make()
-        with suppress(OSError):  # a full disk only costs the time
-            handle, part = tempfile.mkstemp(dir=self.folder, suffix=".part")
-            with os.fdopen(handle, "wb") as file:
-                np.savez(file, **made)  # type: ignore[arg-type]
-            Path(part).replace(path)
-        return made
+        path = self.folder / f"{key}.arrays"
+        found = read_arrays(path)
+        if not found:
+            found = make()
+            with suppress(OSError):  # a full disk only costs the time
+                write_arrays(path, found)
+        return found
 
 
 @contextmanager

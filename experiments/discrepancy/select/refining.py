@@ -1,5 +1,6 @@
 """Refining: a hypothesis made better where it stands, what it leaves, and whether there is time for more."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,14 +14,15 @@ from railsim.errors import InputError
 WHITE = 1.03  # held-out gap from which nothing is left to explain
 ROUNDS = 2
 WORTH = 150.0  # nats that a further linearisation must have brought to go on: the next brings a hundredth of it
+WORTH_ALONE = 500.0  # the same of nuisances alone: what a weak effect is held against is refined once more beside it
 LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
 BUDGET = {"fit": 600.0, "linearise": 1000.0, "law": 1150.0, "further": 1500.0, "end": 1900.0}
 """Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
 
 
-def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell) -> Hypothesis:
-    """The fit that all others are compared with."""
-    return concluded(problem, improved(problem, starting_fit(problem, z), tell))
+def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell, level: float = math.inf) -> Hypothesis:
+    """The fit that all others are compared with; given up where its cost will not come down to `level`."""
+    return concluded(problem, improved(problem, starting_fit(problem, z), tell, level))
 
 
 def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linearise") -> Hypothesis:
@@ -42,6 +44,8 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linear
         one = better if gain > 0.0 else one
         if gain < WORTH:
             return replace(one, fresh=True)
+        if not one.candidates and gain < WORTH_ALONE:
+            break
     return one
 
 

@@ -57,7 +57,7 @@ def test_it_stays_when_stopped_and_goes_when_through(problem: Problem):
 def test_a_torn_file_is_made_again(tmp_path: Path):
     journal = Journal(tmp_path)
     journal.kept("one", lambda: {"x": np.arange(300.0)})
-    path = tmp_path / "one.npz"
+    path = tmp_path / "one.arrays"
     path.write_bytes(path.read_bytes()[:400])
     assert np.array_equal(journal.kept("one", lambda: {"x": np.arange(300.0)})["x"], np.arange(300.0))
 
@@ -83,4 +83,4 @@ def test_ctrl_c_says_that_the_same_command_goes_on(
     out = tmp_path / "out"
     assert main(["discrepancy", "recording", "--model", "yaw_dampers", "--out", str(out)]) == 130
     assert "the same command goes on from there" in capsys.readouterr().err
-    assert not out.exists() and (kept[0] / "one.npz").is_file()
+    assert not out.exists() and (kept[0] / "one.arrays").is_file()
