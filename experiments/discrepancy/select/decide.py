@@ -13,6 +13,7 @@ from experiments.discrepancy.fit.fitting import Fit, Problem, lost_within
 from experiments.discrepancy.fit.hypothesis import Hypothesis, robust_evidence
 from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.screen.locate import Cell, Located, locate
+from experiments.discrepancy.screen.places import distance_at
 
 ENOUGH = 10.0  # nats for an effect against nuisances alone, its loudest sections left out
 TEMPERATURE = 2.0
@@ -204,6 +205,11 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
         if small is not None:
             text = f"{small.hypothesis.label} brings {small.evidence:.0f} nats at a size that is too small for its name"
             return Decision("unknown", tuple(judged), _certain_by(small.evidence), text)
+        spot = located.spot
+        if spot.alone:
+            at, channel = float(distance_at(problem, problem.frames.middles)[spot.frame]), spot.channel.split(" [")[0]
+            text = f"{channel} stands out near {at:.0f} m, {spot.low:g} to {spot.high:g} Hz, and no effect explains it"
+            return Decision("unknown", tuple(judged), _certain_by(spot.nats), text)
         text = "nothing is left that tolerances, sensors and the track file do not explain"
         return Decision(
             "none", tuple(judged), min(SUREST["none"], 1.0 - (judged[0].probability if judged else 0.0)), text

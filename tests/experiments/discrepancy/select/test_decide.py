@@ -13,7 +13,7 @@ from experiments.discrepancy.fit.fitting import Fit
 from experiments.discrepancy.fit.hypothesis import Hypothesis
 from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.fit.scores import Shares
-from experiments.discrepancy.screen.locate import Cell, Located
+from experiments.discrepancy.screen.locate import LONE, Cell, Located, Spot
 from experiments.discrepancy.select.decide import ENOUGH, SUREST, Decision, Judged, ahead, contested, decide, judge
 
 FRAMES = 30
@@ -225,6 +225,19 @@ def test_an_effect_that_leaves_much_on_held_out_sections_is_not_named(
     decision = decide(problem, NULL, _located(()), judge(problem, NULL, [_hypothesis(("payload",), 45.0, 45.0)]))
     assert decision.status == said
     assert decision.confidence <= SUREST[said]
+
+
+@pytest.mark.parametrize(("nats", "said"), [(2.0 * LONE, "unknown"), (0.5 * LONE, "none")])
+def test_a_place_that_stands_out_by_itself_is_something(
+    monkeypatch: pytest.MonkeyPatch, problem: Any, nats: float, said: str
+):
+    """A dip of half a millimetre that was withheld left no band loud without its three loudest sections."""
+    monkeypatch.setattr("experiments.discrepancy.select.decide.distance_at", lambda problem, times: 10.0 * times)
+    problem.frames = SimpleNamespace(middles=np.arange(FRAMES) + 1.0)
+    located = replace(_located(()), spot=Spot("bogie.rate_pitch [rad/s]", 4.0, 8.0, 2, nats))
+    decision = decide(problem, NULL, located, [])
+    assert decision.status == said
+    assert said == "none" or "bogie.rate_pitch stands out near 30 m, 4 to 8 Hz" in decision.reason
 
 
 def test_one_sensor_that_is_outright_off_its_data_sheet_is_enough():
