@@ -158,14 +158,11 @@ def _spot(problem: Problem, marginal: np.ndarray) -> Spot:
     for place, channel in enumerate(problem.evidence.channels):
         for low, high in zip(BANDS, BANDS[1:], strict=False):
             inside = (frequency >= low) & (frequency < high)
-            if (
-                not channel.endswith(VERTICAL)
-                or not inside.any()
-                or not np.isfinite(marginal[:, inside, place]).all(axis=1).any()
-            ):
+            heard = np.isfinite(marginal[:, inside, place]).all(axis=1)
+            if not (channel.endswith(VERTICAL) and inside.any() and heard.any()):
                 continue
-            power = np.nan_to_num(marginal[:, inside, place].mean(axis=1))
-            times = np.maximum(power / max(1.0, float(np.median(power[power > 0.0]))), 1.0)
+            power = np.where(heard, marginal[:, inside, place].mean(axis=1), 0.0)
+            times = np.maximum(power / max(1.0, float(np.median(power[heard]))), 1.0)
             frame = int(np.argmax(times))
             nats = float(inside.sum() * (times[frame] - 1.0 - math.log(times[frame])))
             if nats > best.nats:
