@@ -7,7 +7,7 @@ nominal run is moved to where the recording's sections are by a phase. Recording
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
@@ -23,7 +23,7 @@ from experiments.discrepancy.baseline.noise import PERTURBED, SEED, perturbed_tr
 from experiments.discrepancy.baseline.parallel import in_parallel
 from experiments.discrepancy.baseline.surveyed import as_surveyed
 from experiments.discrepancy.fit.candidates import Candidate, settings_of
-from experiments.discrepancy.fit.stored import read_arrays, write_arrays
+from experiments.discrepancy.fit.stored import Stored, read_arrays, stored_arrays, write_arrays
 from railsim.cache import cache_folder
 from railsim.errors import InputError
 from railsim.scenario import digest_of
@@ -56,7 +56,7 @@ class Bank:
     columns: np.ndarray
     propagated: np.ndarray | None
     _base: np.ndarray
-    _kept: dict[str, np.ndarray | None] = field(default_factory=dict)
+    _kept: dict[str, np.ndarray | Stored | None] = field(default_factory=dict)
 
     def fill(self, jobs: Sequence[tuple[Candidate, dict[str, float]]], tell: Tell = lambda text: None) -> None:
         """Run what is not there yet, effect by effect; what was done is kept if it is stopped."""
@@ -65,7 +65,7 @@ class Bank:
         for number, name in enumerate(names):
             mine = {settings_of(one.build(values)): (one, values) for one, values in jobs if one.name == name}
             path = self.folder / f"effect_{name}.arrays"
-            known = read_arrays(path)
+            known: dict[str, np.ndarray | Stored] = dict(stored_arrays(path))
             missing = [key for key in mine if key not in known]
             if missing:
                 tell(f"signatures of the nominal scenario: {name} ({number + 1} of {len(names)})")
@@ -77,6 +77,7 @@ class Bank:
                 )
                 known |= {key: one if one is not None else np.zeros(0) for key, one in zip(missing, found, strict=True)}
                 _write(path, known)
+                known = known | stored_arrays(path)
             for key in mine:
                 self._kept[key] = known[key] if known[key].size else None
 
@@ -102,7 +103,7 @@ class Bank:
         what is sharp (rows, k, f, c): so many rows of truth later.
         """
         kept = self._kept[settings_of(candidate.build(values))]
-        return None if kept is None else self._moved(kept, still=bool(candidate.phases))
+        return None if kept is None else self._moved(np.asarray(kept), still=bool(candidate.phases))
 
     def kept(self, candidate: Candidate, values: dict[str, float]) -> np.ndarray | None:
         """The same; None too where it was not asked for in `fill`."""
@@ -275,7 +276,7 @@ def _digest(reference: Forward, frames: Frames) -> str:
     )
 
 
-def _write(path: Path, known: dict[str, np.ndarray]) -> None:
+def _write(path: Path, known: Mapping[str, np.ndarray | Stored]) -> None:
     """Keep them; a disk that cannot be written only costs the time."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)

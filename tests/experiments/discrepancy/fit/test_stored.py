@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.discrepancy.fit.stored import read_arrays, write_arrays
+from experiments.discrepancy.fit.stored import read_arrays, stored_arrays, write_arrays
 
 RNG = np.random.default_rng(4)
 ARRAYS = {
@@ -25,6 +25,14 @@ def test_all_come_back(tmp_path: Path):
         assert found[name].dtype == one.dtype and found[name].shape == one.shape
         assert np.array_equal(found[name], one) and found[name].flags.aligned
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+def test_what_comes_in_the_place_of_a_file_does_not_change_what_was_opened(tmp_path: Path):
+    write_arrays(tmp_path / "a", ARRAYS)
+    before = stored_arrays(tmp_path / "a")
+    write_arrays(tmp_path / "a", {"one": np.zeros(3)})
+    assert np.array_equal(np.asarray(before["one"]), ARRAYS["one"])
+    assert np.array_equal(read_arrays(tmp_path / "a")["one"], np.zeros(3))
 
 
 @pytest.mark.parametrize("kept", [0, 5, 100, 500, -1])
