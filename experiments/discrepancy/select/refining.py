@@ -61,10 +61,12 @@ def other_laws(problem: Problem) -> list[str]:
     return [name for name in LAWS if law in LAWS and name != law]
 
 
-def under(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis | None:
-    """A hypothesis fitted on under another problem; None where the model does not run."""
+def under(problem: Problem, one: Hypothesis, tell: Tell, level: float = math.inf) -> Hypothesis | None:
+    """A hypothesis fitted on under another problem, given up where its cost will not come down to `level`; None where
+    the model does not run.
+    """
     try:
-        return concluded(problem, improved(problem, moved_to(problem, one.fit), tell))
+        return concluded(problem, improved(problem, moved_to(problem, one.fit), tell, level))
     except InputError as error:
         tell(f"{one.label}: {error}")
         return None

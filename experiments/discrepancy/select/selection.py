@@ -346,7 +346,7 @@ def _other_law(stand: Stand, tell: Tell, refined: bool = True) -> Stand:
         return stand
     for name in other_laws(problem):
         other = problem.but(forward=problem.forward.but(law=name))
-        best = under(other, first, tell)
+        best = under(other, first, tell, first.fit.cost(problem.train) + FAR_BEHIND)
         near = best is not None and best.log_evidence > first.log_evidence - FAR_BEHIND
         if best is not None and refined and near:
             best = polished(other, best, tell)
