@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from railsim.engines._channels import WHEEL, channel_names
+from railsim.engines._chunks import rows_of
 from railsim.engines._equilibrium import initial_state
-from railsim.engines._guard import check_rows
 from railsim.engines._integrate import run_chunk
 from railsim.engines._kernel import SCRATCH, derivatives
 from railsim.engines._plant import build_plant
-from railsim.engines.interface import CHUNK, Run
+from railsim.engines.interface import Run
 
 
 def integrate(run: Run) -> Iterator[np.ndarray]:
@@ -22,16 +21,7 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     ------
     Diverged : a state is not finite or a wheel left its rail; names time, place and body.
     """
-    plant = build_plant(run.model, run.track, run.speed)
-    names = channel_names(run.model)
-    x = initial_state(plant, run)
-    wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
-    scratch = np.empty((4, len(x))), np.empty(len(x)), wheels, np.zeros(SCRATCH)
-    for first in range(0, run.rows, CHUNK):
-        rows = np.zeros((min(CHUNK, run.rows - first), len(names)))
-        finite = run_chunk(plant, x, first, len(rows), run.substeps, run.rate, rows, *scratch)
-        check_rows(rows, finite, names, run)
-        yield rows
+    yield from rows_of(run, build_plant(run.model, run.track, run.speed), run_chunk, 4, run.substeps)
 
 
 def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray], np.ndarray]:

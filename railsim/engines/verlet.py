@@ -11,13 +11,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from railsim.engines import compiled
-from railsim.engines._channels import WHEEL, channel_names
-from railsim.engines._equilibrium import initial_state
-from railsim.engines._guard import check_rows
+from railsim.engines._chunks import rows_of
 from railsim.engines._integrate import verlet_chunk
-from railsim.engines._kernel import SCRATCH
 from railsim.engines._plant import build_plant
-from railsim.engines.interface import CHUNK, Run, slowest_creep
+from railsim.engines.interface import Run, slowest_creep
 
 STABLE = 0.9  # largest product of step and creep rate; the limit on the negative axis is 1
 
@@ -33,13 +30,5 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     if plant.core.round_points > 0:
         yield from compiled.integrate(run)
         return
-    names = channel_names(run.model)
-    x = initial_state(plant, run)
-    wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
-    scratch = np.zeros((2, len(x))), np.empty(len(x)), wheels, np.zeros(SCRATCH)
     steps = max(2 * run.substeps, math.ceil(slowest_creep(run.model, run.speed) / (STABLE * run.rate)))
-    for first in range(0, run.rows, CHUNK):
-        rows = np.zeros((min(CHUNK, run.rows - first), len(names)))
-        finite = verlet_chunk(plant, x, first, len(rows), steps, run.rate, rows, *scratch)
-        check_rows(rows, finite, names, run)
-        yield rows
+    yield from rows_of(run, plant, verlet_chunk, 2, steps)
