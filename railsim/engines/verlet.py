@@ -10,9 +10,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from railsim.engines import compiled
 from railsim.engines._chunks import rows_of
-from railsim.engines._integrate import verlet_chunk
+from railsim.engines._integrate import run_chunk, verlet_chunk
 from railsim.engines._plant import build_plant
 from railsim.engines.interface import Run, slowest_creep
 
@@ -28,7 +27,7 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     """
     plant = build_plant(run.model, run.track, run.speed)
     if plant.core.round_points > 0:
-        yield from compiled.integrate(run)
+        yield from rows_of(run, plant, run_chunk, 4, run.substeps)
         return
     steps = max(2 * run.substeps, math.ceil(slowest_creep(run.model, run.speed) / (STABLE * run.rate)))
     yield from rows_of(run, plant, verlet_chunk, 2, steps)

@@ -76,13 +76,11 @@ def test_error_falls_with_the_square_of_the_step() -> None:
 def test_stable_where_creep_forces_are_stiffest_for_their_step(speed: float) -> None:
     """Just above speeds at which Runge-Kutta's step is halved; thrown aside, the wheelset comes back to the middle."""
     model = Manchester().model()
-    rest = make_run(model, flat(), speed, 0.01)
     first = np.zeros(2 * len(model.names) + 2 * len(model.wheelsets) + 2)
     first[model.names.index("wheelset1.y")] = 1e-3
     first[-4:-2], first[-2:] = speed / 0.46, (20.0, speed)
     thrown = go("verlet", make_run(model, flat(), speed, 3.0, initial=first))
     same = go("compiled", make_run(model, flat(), speed, 3.0, initial=first))
-    assert rest.rows == 11
     assert ratio(thrown["wheelset1.y [m]"], same["wheelset1.y [m]"]) < 2e-3
 
 

@@ -12,7 +12,7 @@ from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Fit, Problem, lost_within
 from experiments.discrepancy.fit.hypothesis import Hypothesis, robust_evidence
 from experiments.discrepancy.fit.products import WEIGHT
-from experiments.discrepancy.screen.locate import Cell, Located, locate
+from experiments.discrepancy.screen.locate import Cell, Located, Spot, locate
 from experiments.discrepancy.screen.places import distance_at
 
 ENOUGH = 10.0  # nats for an effect against nuisances alone, its loudest sections left out
@@ -207,8 +207,9 @@ def decide(problem: Problem, null: Hypothesis, located: Located, judged: Sequenc
             return Decision("unknown", tuple(judged), _certain_by(small.evidence), text)
         spot = located.spot
         if spot.alone:
-            at, channel = float(distance_at(problem, problem.frames.middles)[spot.frame]), spot.channel.split(" [")[0]
-            text = f"{channel} stands out near {at:.0f} m, {spot.low:g} to {spot.high:g} Hz, and no effect explains it"
+            at = float(distance_at(problem, problem.frames.middles)[spot.frame])
+            band = f"{spot.low:g} to {spot.high:g} Hz"
+            text = f"{_plain(spot)} stands out near {at:.0f} m, {band}, and no effect explains it"
             return Decision("unknown", tuple(judged), _certain_by(spot.nats), text)
         text = "nothing is left that tolerances, sensors and the track file do not explain"
         return Decision(
@@ -259,7 +260,7 @@ def _strange(one: Hypothesis, left: Located) -> Cell | None:
     return next((cell for cell in left.loud if _plain(cell) in own), None)
 
 
-def _plain(cell: Cell) -> str:
+def _plain(cell: Cell | Spot) -> str:
     """Its channel without the unit."""
     return cell.channel.split(" [")[0]
 
