@@ -1,5 +1,6 @@
 """What accelerometers and rate gyros share: up to three perpendicular axes on one mount."""
 
+import functools
 from abc import abstractmethod
 from typing import Any, ClassVar
 
@@ -42,17 +43,16 @@ class InertialSensor(Sensor, frozen=True):
         step = self.step(truth)
         mounting, *streams = rng.spawn(4)
         directions = self.errors.mounting(mounting)
+        component = functools.cache(
+            lambda axis: self.component(truth, axis)
+        )  # all axes of a turned sensor ask for each
         columns = []
         for axis in self.axes:
             number = self.axis_names.index(axis)
-            signal = self._along(truth, directions[:, number])
+            signal = np.zeros(len(truth))
+            for own in np.flatnonzero(directions[:, number]):
+                signal += directions[own, number] * component(int(own))
             if self.errors.cross_talk:
-                signal = signal + self.errors.cross_talk * self.component(truth, (number + 1) % 3)
+                signal += self.errors.cross_talk * component((number + 1) % 3)
             columns.append(self.errors.apply(signal, truth.rate, step, streams[number]))
         return self.table(truth, columns)
-
-    def _along(self, truth: Truth, direction: np.ndarray) -> np.ndarray:
-        total = np.zeros(len(truth))
-        for axis in np.flatnonzero(direction):
-            total += direction[axis] * self.component(truth, int(axis))
-        return total

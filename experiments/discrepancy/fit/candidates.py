@@ -17,6 +17,7 @@ MOST_VARIANTS = 8
 FAR = 0.9  # of the way to a bound
 CLOSE, FEW = 2.2, 100.0  # largest ratio of a size and the next
 BLOWS = 1.5  # the same of what strikes: a flat half as long again is a blow of three times
+THRESHOLD = 0.8  # of a number's range, from where it is absent to its smallest size, beyond which it is a threshold
 THRESHOLDS = (0.3, 1.0, 0.05)  # of the smallest size's distance from the bound, for numbers like a velocity of blow-off
 UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no name
 ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
@@ -27,8 +28,9 @@ STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place o
 TIMES = ("begin",)  # fields that are a time of the run [s]
 TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
 GRID = {"frequency": 6}  # values between the bounds that the bank holds
-SHAPES = {"share": (0.4, 0.7), "variation": (0.5,)}
-"""Further values of what shapes an effect: a damper that keeps most of its slope is not like one that loses it."""
+SHAPES = {"share": (0.4, 0.7), "variation": (0.5,), "damping": (0.15,)}
+"""Further values of what shapes an effect: a damper that keeps most of its slope is not like one that loses it, nor a
+body that bends and is damped like one that rings."""
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
 SLIGHTLY = 0.05  # m that a place is varied by for a derivative: an eighth of the shortest wave that the frames show
@@ -135,6 +137,13 @@ class Candidate:
         a little later it is not the same signal a little later.
         """
         return "angle" in self.phases
+
+    @property
+    def from_a_threshold(self) -> bool:
+        """Whether it does nothing until a number is far from where it is absent, like a stop until the gap is small: a
+        part of a signature is then no signature of less.
+        """
+        return any(is_threshold(one) for one in self.parameters.values())
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -299,6 +308,13 @@ def _options(annotation: Any) -> tuple[Any, ...]:
     if get_origin(annotation) is Literal:
         return get_args(annotation)
     return (False, True) if annotation is bool else ()
+
+
+def is_threshold(parameter: Parameter) -> bool:
+    """Whether all happens close to a bound, far from where the effect is absent."""
+    if parameter.absent is None or parameter.smallest is None:
+        return False
+    return abs(parameter.smallest - parameter.absent) > THRESHOLD * (parameter.high - parameter.low)
 
 
 def _ladder(parameter: Parameter, ratio: float) -> list[float]:

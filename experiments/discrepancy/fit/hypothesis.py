@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from experiments.discrepancy.fit.candidates import Candidate
+from experiments.discrepancy.fit.candidates import Candidate, is_threshold
 from experiments.discrepancy.fit.fitting import Fit, Problem, improved, with_candidates
 from experiments.discrepancy.fit.products import WEIGHT, normal_equations
 from experiments.discrepancy.fit.scores import Shares, value_at
@@ -154,8 +154,7 @@ def _size(p: Parameter, value: float) -> float:
     """
     if p.absent is None:
         return 0.0
-    threshold = p.smallest is not None and abs(p.smallest - p.absent) > 0.8 * (p.high - p.low)
-    return min(abs(value), abs(value - p.absent)) if threshold else abs(value - p.absent)
+    return min(abs(value), abs(value - p.absent)) if is_threshold(p) else abs(value - p.absent)
 
 
 def _log_determinant(matrix: np.ndarray) -> float:

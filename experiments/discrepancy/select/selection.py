@@ -42,6 +42,7 @@ RIVAL = 30.0  # nats between two classes below which the noise is propagated ane
 VARIANTS = 3  # other places of the best effect that are fitted too
 NEAREST = 4  # classes that are fitted on with the noise of the best
 HALF_SEEN = 0.75  # of the next, where the derivatives by the nuisances are still the nominal vehicle's
+HARDLY_BENT = 30.0  # nats that new derivatives bring nuisances alone, up to which old ones hid no effect from screening
 FAINT_PAIR = 500.0  # nats that two effects bring together, below which one law may be what they stand for
 KEPT_PROMISE = 0.3  # of what a signature promised, below which a fit is begun elsewhere
 SLIGHT = 0.1  # of the size at which it looks best, from where a fit sets out once more that ended behind the nuisances
@@ -111,15 +112,22 @@ def _looked_at(
 ) -> tuple[Hypothesis, tuple[Screened, ...], Located]:
     """Nuisances alone, the signatures beside them and what they leave. Where much is left signatures are no more than
     hints. Where nothing was, the derivatives by the nuisances are made anew only if a signature seems worth it; all are
-    then looked at again, for the nuisances may have been bent by what old derivatives did not show.
+    then looked at again, for the nuisances may have been bent by what old derivatives did not show, but only those
+    that promise something where they hardly were.
     """
     screened = tuple(screen(problem, null.fit, found, tell))
     if held_out_gap(problem, null.fit) > LARGE:
         return null, screened, located
     screened = renewed(problem, null.fit, screened)
     if not located.worth_looking and _promising(located, screened, tell, HALF_SEEN):
-        null = polished(problem, null, tell)
-        screened = renewed(problem, null.fit, screen(problem, null.fit, found, tell))
+        before, null = null, polished(problem, null, tell)
+        once_more = [*found]
+        if null.log_evidence - before.log_evidence < HARDLY_BENT:
+            loud = {one.candidate.label for one in screened if one.gain > HALF_SEEN * PROMISING}
+            once_more = [one for one in found if one.label in loud]
+        labels = {one.label for one in once_more}
+        rest = [one for one in screened if one.candidate.label not in labels]
+        screened = renewed(problem, null.fit, [*rest, *screen(problem, null.fit, once_more, tell)])
         located = locate(problem, null.fit)
     return null, screened, located
 
@@ -188,13 +196,15 @@ def _fitted(
 
 def _from_all(stand: Stand, label: str, bases: Sequence[Base], tell: Tell) -> Hypothesis | None:
     """One of the shortlist from each base where it is on the list, until it leaves nothing or is out of reach of one
-    that does.
+    that does; in any case if it ends behind nuisances alone, which are a part of it.
     """
     made: Hypothesis | None = None
     one = next(base.chosen[label] for base in bases if label in base.chosen)
     for base in bases:
         far = made is not None and made.fit.cost(stand.problem.train) > stand.level
-        if made is None or (label in base.chosen and not far and something_left(stand.problem, made)):
+        behind = made is not None and made.log_evidence < stand.null.log_evidence
+        open_yet = made is None or behind or (not far and something_left(stand.problem, made))
+        if made is None or (label in base.chosen and open_yet):
             made = _better(made, _begun(stand, base, base.chosen.get(label, one), tell))
     if made is None or made.fit.cost(stand.problem.train) > stand.level:
         return made
@@ -236,6 +246,8 @@ def _begun_at(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesi
         if made is not None and made.log_evidence > null.log_evidence + KEPT_PROMISE * one.gain:
             break
         made = _better(made, hypothesis(problem, base, (one.candidate,), [other], tell, stand.level))
+    for values in all_sizes(one) if one.candidate.from_a_threshold else []:
+        made = _better(made, hypothesis(problem, base, (one.candidate,), [(base.z, [values])], tell, stand.level))
     return made
 
 

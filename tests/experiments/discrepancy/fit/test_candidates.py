@@ -83,3 +83,13 @@ def test_the_bank_holds_every_size_in_more_than_one_shape():
     assert len(long) == 2 * len({wavelength for wavelength, _ in long}) > 2
     assert {values["variation"] for values in soft.at_tones()} == {0.1, 0.5}
     assert [values["share"] for values in made["secondary_asymmetry"].banked() if values["share"] == 0.7] == []
+
+
+def test_what_does_nothing_until_a_threshold_is_known_by_its_numbers():
+    found = {one.name for one in candidates(CONTEXT) if one.from_a_threshold}
+    assert found == {"bump_stop_contact", "lateral_damper_blow_off", "yaw_damper_blow_off"}
+
+
+def test_the_bank_holds_a_body_that_bends_and_is_damped():
+    bending = next(one for one in candidates(CONTEXT) if one.name == "body_bending")
+    assert {round(values["damping"], 3) for values in bending.banked()} == {0.02, 0.15}

@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
+from experiments.discrepancy.fit.candidates import Context, candidates
 from experiments.discrepancy.select import selection
-from experiments.discrepancy.select.selection import Stand, _noise_there, _out_of_question
+from experiments.discrepancy.select.selection import Base, Stand, _begun_at, _from_all, _noise_there, _out_of_question
 from railsim.errors import InputError
 
 
@@ -80,3 +81,48 @@ def test_what_is_worse_than_nuisances_alone_puts_no_effect_out_of_question(
     bent: Any = SimpleNamespace(chosen={"roll bar": SimpleNamespace(gain=156.0)})
     best = _judged(evidence, "gauge").hypothesis
     assert _out_of_question(stand, "roll bar", best, [at_home, bent]) is not asked
+
+
+@pytest.mark.parametrize(("at_home", "begun"), [(-40.0, ["home", "bent"]), (90.0, ["home"])])
+def test_what_ends_behind_nuisances_alone_is_begun_from_these_too(
+    monkeypatch: pytest.MonkeyPatch, at_home: float, begun: list[str]
+):
+    """Softer springs that nuisances alone have taken: from the nominal build their fit ends at nuisances that are worse
+    than alone, though these are a part of it.
+    """
+    from_where: list[str] = []
+
+    def fitted(stand: Any, base: Any, one: Any, tell: Any) -> Any:
+        from_where.append(base.fit)
+        fit = SimpleNamespace(cost=lambda frames: 0.0)
+        return SimpleNamespace(log_evidence=at_home if base.fit == "home" else 88.0, fit=fit)
+
+    monkeypatch.setattr(selection, "_begun", fitted)
+    monkeypatch.setattr(selection, "something_left", lambda problem, one: False)
+    monkeypatch.setattr(selection, "moved", lambda problem, one, tell: one)
+    stand = Stand(SimpleNamespace(train=None), _judged(0.0, "nuisances").hypothesis, [])  # type: ignore[arg-type]
+    bases: Any = [SimpleNamespace(fit=name, chosen={"springs": SimpleNamespace()}) for name in ("home", "bent")]
+    made = _from_all(stand, "springs", bases, lambda text: None)
+    assert made is not None
+    assert made.log_evidence == max(at_home, 88.0 if "bent" in begun else at_home)
+    assert from_where == begun
+
+
+def test_a_stop_is_fitted_from_each_of_its_sizes_and_not_only_from_a_part_of_a_signature(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    """Where the signature of a gap of a tenth fits best at a third of its size there is no contact at all."""
+    context = Context(("body.acceleration_y",), (0.0, 700.0), (0.0, 24.0), ((0.0, 0.0),))
+    stop = next(one for one in candidates(context) if one.name == "bump_stop_contact")
+    begun: list[float] = []
+
+    def fitted(problem: Any, null: Any, which: Any, starts: Any, tell: Any, level: float) -> Any:
+        begun.append(starts[0][1][0]["closed"])
+        return SimpleNamespace(log_evidence=400.0)
+
+    monkeypatch.setattr(selection, "hypothesis", fitted)
+    sizes = list(stop.sizes())
+    one: Any = SimpleNamespace(candidate=stop, z=0.0, values={"closed": 0.7, "offset": 0.0}, tried=sizes[1], gain=600.0)
+    base = Base(SimpleNamespace(z=0.0), ())  # type: ignore[arg-type]
+    _begun_at(Stand(None, _judged(0.0, "nuisances").hypothesis, []), base, one, lambda text: None)  # type: ignore[arg-type]
+    assert begun == [0.7, *(values["closed"] for values in sizes)]
