@@ -11,7 +11,8 @@ def check_rows(rows: np.ndarray, finite: int, names: list[str], run: Run) -> Non
     """Raise `Diverged` where a row is not finite or a wheel is off its rail; `finite` rows come before the first bad
     state.
     """
-    whole = np.isfinite(rows.sum())  # one pass in place of one for each row: nearly always there is nothing to find
+    with np.errstate(over="ignore", invalid="ignore"):
+        whole = np.isfinite(rows.sum())  # one pass in place of one for each row: nearly always there is nothing to find
     good = np.ones(len(rows), bool) if whole else np.isfinite(rows).all(axis=1)
     last = min(finite, int(good.argmin()) if not good.all() else len(rows))
     shifts = [i for i, name in enumerate(names) if name.endswith("lateral_shift [m]")]

@@ -1,10 +1,13 @@
 """Runs that must fail say when, where and what."""
 
 import re
+import warnings
 
 import numpy as np
 import pytest
 
+from railsim.engines._channels import channel_names
+from railsim.engines._guard import check_rows
 from railsim.engines.interface import Diverged
 from railsim.track.track import Track
 from railsim.vehicles.manchester import Manchester
@@ -48,3 +51,16 @@ def test_solver_that_gives_up_names_place_and_body() -> None:
     model = Manchester().model()
     with pytest.raises(Diverged, match=r"^(body|bogie|wheelset\d|wheel\d_\w+).* t = .* s.*s = [\d.]+ m"):
         go("exudyn", make_run(model, jolt("lateral", 2.0), 2.5, 12.0))
+
+
+def test_rows_that_are_both_infinite_and_minus_infinite_end_the_run_without_a_warning() -> None:
+    run = make_run(Manchester().model(), jolt("vertical", 0.0), 20.0, 1.0)
+    names = channel_names(run.model)
+    rows = np.zeros((3, len(names)))
+    rows[:, 0] = np.arange(3) / run.rate
+    body = run.model.bodies[0].name
+    rows[2, names.index(f"{body}.y [m]")], rows[2, names.index(f"{body}.z [m]")] = np.inf, -np.inf
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(Diverged, match=rf"^{body}: state is not finite"):
+            check_rows(rows, 3, names, run)
