@@ -34,7 +34,8 @@ SURPRISING_SENSOR = 3.3  # the same for sensors and alignment, of which there ar
 START = 0.5  # m, distance of the recording's first sample, after alignment
 FASTEST_WANDER = 0.002  # relative standard deviation of the speed's slow errors
 WANDERS = 4  # pieces of the run
-STEP = 0.1  # standard deviations of the prior, by which a number is varied for a derivative,
+STEP = 0.02  # standard deviations of the prior, by which a number is varied for a derivative: with longer steps a
+# damper's factor and the tolerance of the same damper seem two things,
 SHIFT = 0.001  # m along the track at the run's end at most: over a centimetre the derivative is 3 % off
 
 

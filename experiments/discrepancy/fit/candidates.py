@@ -34,7 +34,7 @@ body that bends and is damped like one that rings."""
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
 SLIGHTLY = 0.05  # m that a place is varied by for a derivative: an eighth of the shortest wave that the frames show
-VARIED = 0.01  # of a number's range, by which it is varied for a derivative: a resonance makes larger ones crooked
+VARIED = 0.001  # of a number's range, by which it is varied for a derivative: a resonance makes larger ones crooked
 LENGTHS = {
     "hanging_sleepers": ("length", (3.0, 8.0, 20.0)),
     "exposed_stretch": ("length", (50.0, 110.0)),

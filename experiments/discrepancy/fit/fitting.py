@@ -286,17 +286,23 @@ def _begun(
     return _with_columns(problem, best, best)
 
 
-def linearised(problem: Problem, fit: Fit) -> Fit:
+def linearised(problem: Problem, fit: Fit, alike: float = 0.0) -> Fit:
     """The fit with derivatives made anew at its own point, where the data say anything about a number: by a run each,
-    but for those by the sensors' errors.
+    but for those by the sensors' errors. `alike`: only those by nuisances that do the same as one of the effects, by
+    that cosine at least, and by the effects.
     """
-    return _kept(problem, "linearised", fit, fit.candidates, (), lambda: _linearised(problem, fit))
+    numbers = (np.array(alike),) if alike else ()
+    return _kept(problem, "linearised", fit, fit.candidates, numbers, lambda: _linearised(problem, fit, alike))
 
 
-def _linearised(problem: Problem, fit: Fit) -> Fit:
+def _linearised(problem: Problem, fit: Fit, alike: float) -> Fit:
     forward = problem.forward
     setup, truth = forward.run(fit.z, fit.effects)
-    shown = [np.sum((WEIGHT * one[problem.train]) ** 2) >= SHOWN for one in problem.jacobian(fit)]
+    normal, _ = normal_equations(problem.jacobian(fit), fit.residual, problem.train)
+    information = np.diag(normal)
+    n, size = len(fit.z), np.sqrt(np.maximum(information, SHOWN))
+    likeness = np.abs(normal[:n, n:] / size[:n, None] / size[n:]).max(axis=1, initial=0.0)
+    shown = (information[:n] >= SHOWN) & (likeness >= alike)
 
     def column(number: int) -> np.ndarray:
         if not shown[number]:

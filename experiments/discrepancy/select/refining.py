@@ -15,6 +15,7 @@ WHITE = 1.03  # held-out gap from which nothing is left to explain
 ROUNDS = 2
 WORTH = 150.0  # nats that a further linearisation must have brought to go on: the next brings a hundredth of it
 WORTH_ALONE = 500.0  # the same of nuisances alone: what a weak effect is held against is refined once more beside it
+ALIKE = 0.5  # cosine between what a nuisance and an effect do, from which they are told apart by new derivatives
 LAWS = ("polach", "fastsim")  # creep laws that are tried where something is left
 BUDGET = {"fit": 600.0, "linearise": 1000.0, "law": 1150.0, "further": 1500.0, "end": 1900.0}
 """Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
@@ -47,6 +48,19 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linear
         if not one.candidates and gain < WORTH_ALONE:
             break
     return one
+
+
+def with_own_numbers(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
+    """The numbers of its effects where derivatives by nuisances that do the same are as new as the effects' own: old
+    ones make a spring's factor and the same spring's tolerance seem two things, and intervals too narrow.
+    """
+    if not time_for(problem, "end", f"the numbers of {one.label}", tell):
+        return one
+    try:
+        return concluded(problem, improved(problem, linearised(problem, one.fit, ALIKE), tell))
+    except InputError as error:
+        tell(f"{one.label}: {error}")
+        return one
 
 
 def something_left(problem: Problem, best: Hypothesis) -> bool:

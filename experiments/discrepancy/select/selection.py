@@ -28,6 +28,7 @@ from experiments.discrepancy.select.refining import (
     time_for,
     under,
     with_noise_of,
+    with_own_numbers,
 )
 from experiments.discrepancy.select.rivals import with_noise_of_likeliest, with_rivals_refined
 from experiments.discrepancy.select.stand import FAR_BEHIND, OUT_OF_REACH, Stand
@@ -99,7 +100,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
         if len(stand.best.candidates) > 1:
             stand = with_noise_of_likeliest(stand, tell, "end")
         stand = _with_law(stand, found, screened, tell)
-    stand = _everywhere(stand, found, tell)
+    stand = _with_own_numbers(_everywhere(stand, found, tell), tell)
     located = locate(stand.problem, stand.null.fit)
     decision = decide(stand.problem, stand.null, located, stand.judged)
     tabled = stand.tabled if stand.unexplained or stand.leader is not stand.best or stand.by_law else None
@@ -327,6 +328,14 @@ def _everywhere(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     level = stand.null.log_evidence + ENOUGH
     made = [one if one.log_evidence < level else everywhere(stand.problem, one, found, tell) for one in stand.fitted]
     return replace(stand, fitted=made)
+
+
+def _with_own_numbers(stand: Stand, tell: Tell) -> Stand:
+    """With the best one's numbers as they are handed over."""
+    if stand.best is stand.null:
+        return stand
+    better = shown_held_out(stand.problem, with_own_numbers(stand.problem, stand.best, tell), tell)
+    return replace(stand, fitted=[better if one is stand.best else one for one in stand.fitted])
 
 
 def _nearer(stand: Stand, tell: Tell) -> Stand:

@@ -3,14 +3,31 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.forward import Alignment, Forward
 from experiments.discrepancy.baseline.frames import Frames
 from experiments.discrepancy.baseline.noise import whitener
-from experiments.discrepancy.fit.fitting import Fit, Problem, _taught, linearised, restarted, starting_fit
+from experiments.discrepancy.fit.candidates import Context, candidates
+from experiments.discrepancy.fit.fitting import (
+    Fit,
+    Problem,
+    _taught,
+    at_values,
+    linearised,
+    restarted,
+    starting_fit,
+    with_candidates,
+)
+from experiments.discrepancy.fit.hypothesis import concluded
+from experiments.discrepancy.fit.scores import Shares
 from experiments.discrepancy.select.refining import nuisances_alone, polished
 
+SPRINGS = (
+    ("air_spring_stiffness", "vehicle.secondary_vertical_stiffness"),
+    ("primary_vertical_stiffness", "vehicle.primary_vertical_stiffness"),
+)
 K, F, C = 5, 4, 2
 REACH = 0.1  # m, that start and end of the run are off
 
@@ -80,3 +97,28 @@ def test_derivatives_made_at_a_point_predict_what_a_small_step_away_is_like(prob
         told = np.tensordot(step, fit.columns, axes=1)
         white = [np.linalg.norm(problem.whitened(one)[problem.train]) for one in (change - told, change)]
         assert white[0] < off * white[1]
+
+
+@pytest.mark.parametrize(("name", "nuisance"), SPRINGS)
+def test_a_springs_factor_is_known_no_better_than_the_tolerance_of_the_same_spring(
+    problem: Problem, name: str, nuisance: str
+):
+    """Both scale one stiffness, so that the recording tells their product only: in the limit of good data the factor's
+    relative standard deviation is the tolerance's, 0.06. Derivatives by unequal steps, or old ones, make two of them.
+    """
+    context = Context(("body.acceleration_y",), (0.0, 700.0), (0.0, 9.0), ((0.0, 0.0),))
+    spring = next(one for one in candidates(context) if one.name == name)
+    home = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
+    shares = Shares((spring,)).of([{"factor": 1.5}])
+    begun = with_candidates(problem, home, (spring,), [(home.z, shares)])
+    fit = linearised(problem, begun)
+    span = spring.parameters["factor"].high - spring.parameters["factor"].low
+    own = next(one for one in problem.forward.nuisances if one.label == nuisance)
+    deviation = float(np.sqrt(concluded(problem, fit).covariance[0, 0])) * span / 1.5
+    assert 0.9 * own.std < deviation < 1.5 * own.std
+    labels = [one.label for one in problem.forward.nuisances]
+    softer = at_values(problem, fit, [{"factor": 1.45}])
+    there = linearised(problem, softer, 0.5)
+    again = [label for label, new, old in zip(labels, there.columns, fit.columns, strict=False) if (new != old).any()]
+    assert nuisance in again
+    assert len(again) < 0.5 * len(labels)
