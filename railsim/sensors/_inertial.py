@@ -43,9 +43,7 @@ class InertialSensor(Sensor, frozen=True):
         step = self.step(truth)
         mounting, *streams = rng.spawn(4)
         directions = self.errors.mounting(mounting)
-        component = functools.cache(
-            lambda axis: self.component(truth, axis)
-        )  # all axes of a turned sensor ask for each
+        component = functools.cache(lambda axis: self.component(truth, axis))  # each axis of a turned one asks for all
         columns = []
         for axis in self.axes:
             number = self.axis_names.index(axis)

@@ -298,11 +298,12 @@ def linearised(problem: Problem, fit: Fit, alike: float = 0.0) -> Fit:
 def _linearised(problem: Problem, fit: Fit, alike: float) -> Fit:
     forward = problem.forward
     setup, truth = forward.run(fit.z, fit.effects)
-    normal, _ = normal_equations(problem.jacobian(fit), fit.residual, problem.train)
-    information = np.diag(normal)
-    n, size = len(fit.z), np.sqrt(np.maximum(information, SHOWN))
-    likeness = np.abs(normal[:n, n:] / size[:n, None] / size[n:]).max(axis=1, initial=0.0)
-    shown = (information[:n] >= SHOWN) & (likeness >= alike)
+    jacobian = problem.jacobian(fit)
+    shown = np.array([np.sum((WEIGHT * one[problem.train]) ** 2) >= SHOWN for one in jacobian])
+    if alike:
+        normal, _ = normal_equations(jacobian, fit.residual, problem.train)
+        n, size = len(fit.z), np.sqrt(np.maximum(np.diag(normal), SHOWN))
+        shown[:n] &= np.abs(normal[:n, n:] / size[:n, None] / size[n:]).max(axis=1, initial=0.0) >= alike
 
     def column(number: int) -> np.ndarray:
         if not shown[number]:

@@ -35,10 +35,8 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linear
     for _ in range(ROUNDS if held_out_gap(problem, one.fit) < LARGE else 1):
         if not time_for(problem, stage, f"derivatives at {one.label}", tell):
             break
-        try:
-            better = concluded(problem, improved(problem, linearised(problem, one.fit), tell))
-        except InputError as error:
-            tell(f"{one.label}: {error}")
+        better = _anew(problem, one, tell)
+        if better is None:
             break
         gain = better.log_evidence - one.log_evidence
         tell(f"{one.label}, linearised again: {gain:+.1f} nats")
@@ -56,11 +54,16 @@ def with_own_numbers(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesi
     """
     if not time_for(problem, "end", f"the numbers of {one.label}", tell):
         return one
+    return _anew(problem, one, tell, ALIKE) or one
+
+
+def _anew(problem: Problem, one: Hypothesis, tell: Tell, alike: float = 0.0) -> Hypothesis | None:
+    """Fitted on with derivatives made anew at itself; None where the model does not run there."""
     try:
-        return concluded(problem, improved(problem, linearised(problem, one.fit, ALIKE), tell))
+        return concluded(problem, improved(problem, linearised(problem, one.fit, alike), tell))
     except InputError as error:
         tell(f"{one.label}: {error}")
-        return one
+        return None
 
 
 def something_left(problem: Problem, best: Hypothesis) -> bool:

@@ -234,6 +234,17 @@ def _begun(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis |
 
 
 def _begun_at(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis | None:
+    """A screened effect fitted from the best of its starts, and from each of its sizes where a start that does nothing
+    may look best.
+    """
+    made = _from_starts(stand, begun, one, tell)
+    for values in all_sizes(one) if one.candidate.from_a_threshold else []:
+        start = (begun.fit.z, [values])
+        made = _better(made, hypothesis(stand.problem, begun.fit, (one.candidate,), [start], tell, stand.level))
+    return made
+
+
+def _from_starts(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis | None:
     """A screened effect fitted from where it was screened, or from the nominal build at all of its sizes."""
     problem, null, base = stand.problem, stand.null, begun.fit
     starts = [(one.z, [one.values]), (base.z, [one.values]), (one.z, [one.tried])]
@@ -247,8 +258,6 @@ def _begun_at(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesi
         if made is not None and made.log_evidence > null.log_evidence + KEPT_PROMISE * one.gain:
             break
         made = _better(made, hypothesis(problem, base, (one.candidate,), [other], tell, stand.level))
-    for values in all_sizes(one) if one.candidate.from_a_threshold else []:
-        made = _better(made, hypothesis(problem, base, (one.candidate,), [(base.z, [values])], tell, stand.level))
     return made
 
 

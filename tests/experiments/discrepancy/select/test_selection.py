@@ -108,8 +108,9 @@ def test_what_ends_behind_nuisances_alone_is_begun_from_these_too(
     assert from_where == begun
 
 
+@pytest.mark.parametrize("nominal", [False, True])
 def test_a_stop_is_fitted_from_each_of_its_sizes_and_not_only_from_a_part_of_a_signature(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, nominal: bool
 ):
     """Where the signature of a gap of a tenth fits best at a third of its size there is no contact at all."""
     context = Context(("body.acceleration_y",), (0.0, 700.0), (0.0, 24.0), ((0.0, 0.0),))
@@ -123,6 +124,6 @@ def test_a_stop_is_fitted_from_each_of_its_sizes_and_not_only_from_a_part_of_a_s
     monkeypatch.setattr(selection, "hypothesis", fitted)
     sizes = list(stop.sizes())
     one: Any = SimpleNamespace(candidate=stop, z=0.0, values={"closed": 0.7, "offset": 0.0}, tried=sizes[1], gain=600.0)
-    base = Base(SimpleNamespace(z=0.0), ())  # type: ignore[arg-type]
+    base = Base(SimpleNamespace(z=0.0), (), nominal)  # type: ignore[arg-type]
     _begun_at(Stand(None, _judged(0.0, "nuisances").hypothesis, []), base, one, lambda text: None)  # type: ignore[arg-type]
     assert begun == [0.7, *(values["closed"] for values in sizes)]
