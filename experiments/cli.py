@@ -205,7 +205,9 @@ def _discrepancy_benchmark(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--score", metavar="RULE", default="", help="no new cases: score the rows of that rule, its effects valued anew"
     )
-    parser.add_argument("--rows", metavar="FILE", default="", help="answered cases, one a line: none is asked again")
+    parser.add_argument(
+        "--rows", metavar="FOLDER", default="", help="answered cases, a file per seed: none is asked again"
+    )
     parser.add_argument("--part", metavar="I/N", default="0/1", help="every N-th case from the I-th on (default: 0/1)")
 
 

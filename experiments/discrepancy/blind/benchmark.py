@@ -57,8 +57,8 @@ def run_benchmark(
 ) -> None:
     """Those of the numbers that have no result of this rule yet; stop at any time, it goes on from there.
 
-    `rows`: file of what was answered elsewhere, to which it is added. Several processes can share a folder if they have
-    different numbers.
+    `rows`: folder of what was answered elsewhere, to which it is added. Several processes can share folders if they
+    have different numbers.
 
     Raises
     ------

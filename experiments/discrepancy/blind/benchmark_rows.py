@@ -1,4 +1,4 @@
-"""Rows of the blind benchmark that outlive its folder: a line of JSON for each answered case, with its label.
+"""Rows of the blind benchmark that outlive its folder: a file for each seed, a line of JSON for each answered case.
 
 Recordings are made again from their seed wherever they are wanted; what was answered is not asked again.
 """
@@ -37,22 +37,25 @@ OF_VERDICT = (
 OF_LABEL = ("kind", "setting", "effects", "acting", "classes", "law")
 
 
-def keep(path: Path, row: dict[str, Any], label: dict[str, Any]) -> None:
-    """Add a case: what the scoring reads of it."""
+def keep(store: Path, row: dict[str, Any], label: dict[str, Any]) -> None:
+    """Add a case and its label to its seed's file in the store: what the scoring reads of it."""
     verdict = _part(row["verdict"], OF_VERDICT) | {"empirical": bool(row["verdict"].get("empirical"))}
     line = json.dumps({"row": _part(row, OF_ROW) | {"verdict": verdict}, "label": _part(label, OF_LABEL)})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", encoding="utf-8") as file:
+    store.mkdir(parents=True, exist_ok=True)
+    with _file_of(store, row["seed"]).open("a", encoding="utf-8") as file:
         file.write(line + "\n")
 
 
-def kept(path: Path, rule: str, seed: int, duration: float) -> list[Row]:
+def kept(store: Path, rule: str, seed: int, duration: float) -> list[Row]:
     """Cases (result, label) of a seed and a duration that a rule has answered, by their numbers; none without a file.
 
     Raises
     ------
-    InputError : a line is no row.
+    InputError : the store is a file; a line is no row.
     """
+    if store.is_file():
+        raise InputError(f"{store} is a file; give a folder, in which each seed has a file of its rows")
+    path = _file_of(store, seed)
     if not path.is_file():
         return []
     found: dict[int, Row] = {}
@@ -67,6 +70,11 @@ def kept(path: Path, rule: str, seed: int, duration: float) -> list[Row]:
         if own == (rule, seed, duration):
             found[case] = (row, label)
     return [found[case] for case in sorted(found)]
+
+
+def _file_of(store: Path, seed: int) -> Path:
+    """Where the rows of a seed lie."""
+    return store / f"seed_{seed}.jsonl"
 
 
 def _part(whole: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:

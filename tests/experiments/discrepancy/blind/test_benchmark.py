@@ -45,29 +45,32 @@ def test_rows_are_valued_anew_once(folder: Path):
 
 
 def test_rows_outlive_their_folder(folder: Path, tmp_path: Path):
-    path = tmp_path / "rows.jsonl"
+    store = tmp_path / "rows"
     for row, label in read_rows(folder, "old"):
-        keep(path, row | {"seed": 7, "duration": 24.0, "more": 1}, label)
-    there = kept(path, "old", 7, 24.0)
+        keep(store, row | {"seed": 7, "duration": 24.0, "more": 1}, label)
+    there = kept(store, "old", 7, 24.0)
     assert [row["case"] for row, _ in there] == [0, 1]
-    others = [kept(path, "old", 8, 24.0), kept(path, "old", 7, 60.0), kept(path, "other", 7, 24.0)]
+    others = [kept(store, "old", 8, 24.0), kept(store, "old", 7, 60.0), kept(store, "other", 7, 24.0)]
     assert others == [[], [], []] and kept(tmp_path / "none", "old", 7, 24.0) == []
     assert read_rows(tmp_path / "elsewhere", "old", there) == there
     assert [row["case"] for row, _ in read_rows(folder, "old", there)] == [0, 1]
+    (path,) = store.iterdir()
     path.write_text("no row\n")
     with pytest.raises(InputError, match="line 1"):
+        kept(store, "old", 7, 24.0)
+    with pytest.raises(InputError, match="give a folder"):
         kept(path, "old", 7, 24.0)
 
 
 def test_what_was_answered_elsewhere_is_not_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    path, label = tmp_path / "rows.jsonl", {"kind": "null", "effects": [], "classes": []}
+    store, label = tmp_path / "rows", {"kind": "null", "effects": [], "classes": []}
     rule = {"rule": benchmark.rule_hash(), "seed": 7, "duration": 24.0, "verdict": {"status": "none"}}
-    keep(path, rule | {"case": 0}, label)
+    keep(store, rule | {"case": 0}, label)
     for part in ("sealed", "recordings/0001"):
         (tmp_path / part).mkdir(parents=True)
     write_json(tmp_path / "sealed" / "0001.json", label)
     monkeypatch.setattr(benchmark, "_solve", lambda *given: ({"status": "none", "effect": None}, None))
     cases = benchmark.Cases("yaw_dampers", 7, 24.0)
-    benchmark.run_benchmark(cases, tmp_path, range(2), lambda text: None, path)
-    assert [row["case"] for row, _ in kept(path, benchmark.rule_hash(), 7, 24.0)] == [0, 1]
+    benchmark.run_benchmark(cases, tmp_path, range(2), lambda text: None, store)
+    assert [row["case"] for row, _ in kept(store, benchmark.rule_hash(), 7, 24.0)] == [0, 1]
     assert not (tmp_path / "results" / "0000.json").exists()
