@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from experiments.discrepancy.blind.benchmark import OUTSIDE, ROW
 from experiments.discrepancy.blind.benchmark_rows import Row
 from experiments.discrepancy.rule import rule_hash
 from railsim.files import read_json
 
-COVERED = 1.96
+COVERED = 1.96  # standard deviations of a 95 % interval
 ANY = "any verdict"
 SURE_FROM = (0.0, 0.5, 0.9, 0.97, 0.99)  # edges of the confidence that calibration looks at
 DISTINCT = "unknown where it is outside the library, and nothing in it does the same"
@@ -226,10 +227,8 @@ def wilson(successes: int, cases: int) -> dict[str, float | int]:
     """Share with its 95 % interval (Wilson 1927)."""
     if not cases:
         return {"value": 0.0, "low": 0.0, "high": 1.0, "cases": 0}
-    share, z2 = successes / cases, COVERED**2
-    middle = (share + z2 / (2 * cases)) / (1 + z2 / cases)
-    reach = COVERED * math.sqrt(share * (1 - share) / cases + z2 / (4 * cases**2)) / (1 + z2 / cases)
-    return {"value": share, "low": max(0.0, middle - reach), "high": min(1.0, middle + reach), "cases": cases}
+    interval = binomtest(successes, cases).proportion_ci(0.95, method="wilson")
+    return {"value": successes / cases, "low": float(interval.low), "high": float(interval.high), "cases": cases}
 
 
 TARGETS = {
