@@ -16,6 +16,7 @@ from railsim.speed import SpeedTables
 from railsim.track.kernel import TrackTables
 
 LONGEST_STEP = 1.0 / 1024.0  # s; the wheelset's bounce on its contacts stays below 1.3 rad a step
+SHORTEST_STEP = 1e-8  # s; 24 s of such steps take the fastest engine three quarters of an hour
 STABLE = 2.4  # largest product of step and creep rate; the RK4 limit on the negative axis is 2.78
 CHUNK = 8192  # rows of truth that are held in memory at a time
 
@@ -31,6 +32,10 @@ class Run:
 
     `initial`: state of the compiled engine to start from ([q, dq/dt, spin angles, spins, s, V] with the free
     coordinates in the model's order); None starts from the steady state at `start`.
+
+    Raises
+    ------
+    InputError : the steps are so short that the run would not end.
     """
 
     model: Model
@@ -41,6 +46,13 @@ class Run:
     rate: float
     substeps: int
     initial: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        if self.step < SHORTEST_STEP:
+            raise InputError(
+                f"integration steps of {self.step:.1g} s are asked for, and with less than {SHORTEST_STEP:g} s no run "
+                "ends; make 'substeps' smaller, or a spring that is in series with a damper softer (or leave it out)"
+            )
 
     @property
     def rows(self) -> int:

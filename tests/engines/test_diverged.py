@@ -9,6 +9,9 @@ import pytest
 from railsim.engines._channels import channel_names
 from railsim.engines._guard import check_rows
 from railsim.engines.interface import Diverged
+from railsim.errors import InputError
+from railsim.scenario import load_scenario
+from railsim.simulation import build_run
 from railsim.track.track import Track
 from railsim.vehicles.manchester import Manchester
 from tests.engines.rig import ENGINES, go, make_run
@@ -51,6 +54,15 @@ def test_solver_that_gives_up_names_place_and_body() -> None:
     model = Manchester().model()
     with pytest.raises(Diverged, match=r"^(body|bogie|wheelset\d|wheel\d_\w+).* t = .* s.*s = [\d.]+ m"):
         go("exudyn", make_run(model, jolt("lateral", 2.0), 2.5, 12.0))
+
+
+def test_steps_with_which_no_run_ends_are_refused() -> None:
+    """A fit goes to the bound of a spring in series, and stands beside it by rounding."""
+    nearly_rigid = {"kind": "yaw_damper_series_stiffness", "compliance": 1e-23}
+    with pytest.raises(InputError, match="integration steps of 2e-18 s"):
+        build_run(load_scenario("yaw_dampers", {"effects": [nearly_rigid]}))
+    with pytest.raises(InputError, match="make 'substeps' smaller"):
+        build_run(load_scenario("yaw_dampers", {"substeps": 10**9}))
 
 
 def test_rows_that_are_both_infinite_and_minus_infinite_end_the_run_without_a_warning() -> None:
