@@ -145,6 +145,7 @@ class DiscrepancySizes(Figure):
         return [
             "expected: first variant of each effect (one side, wheelset, channel), noise as stated, nominal build",
             f"blind: {len(BLIND)} effects, one recording at each size, random build, FASTSIM in 30 %",
+            "a damper that blows off ever earlier ends as a weaker one, which tolerances imitate: it shows most before",
         ]
 
 
