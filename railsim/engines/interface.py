@@ -16,7 +16,7 @@ from railsim.speed import SpeedTables
 from railsim.track.kernel import TrackTables
 
 LONGEST_STEP = 1.0 / 1024.0  # s; the wheelset's bounce on its contacts stays below 1.3 rad a step
-SHORTEST_STEP = 1e-8  # s; 24 s of such steps take the fastest engine three quarters of an hour
+SHORTEST_STEP = 1e-8  # s; 24 s of such steps take the fastest engine about an hour
 STABLE = 2.4  # largest product of step and creep rate; the RK4 limit on the negative axis is 2.78
 CHUNK = 8192  # rows of truth that are held in memory at a time
 

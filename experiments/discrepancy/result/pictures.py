@@ -113,7 +113,7 @@ def spectra(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Figur
             panel.plot(
                 frequency, _density((problem.measured - one)[..., place]), color=colour, linewidth=1.1, label=title
             )
-        noise = np.sqrt(np.nanmean(problem.white.deviation[..., place] ** 2, axis=0))[1:]
+        noise = _density(problem.white.deviation[problem.white.good[:, place], :, place])
         panel.fill_between(frequency, noise, noise.min() / 10.0, color="#dddddd", label="stated noise", linewidth=0)
         panel.set(xscale="log", yscale="log")
         panel.set_ylim(noise.min() / 3.0)
