@@ -12,9 +12,13 @@ T = TypeVar("T")
 
 
 def modules(package: ModuleType) -> dict[str, ModuleType]:
-    """Every public module of `package` by its short name; names with a leading underscore are shared helpers."""
-    names = sorted(m.name for m in pkgutil.iter_modules(package.__path__) if not m.name.startswith("_"))
-    return {name: importlib.import_module(f"{package.__name__}.{name}") for name in names}
+    """Every public module of `package` and of the packages in it, by full name, in the order of the modules' own names.
+
+    Names with a leading underscore are private helpers.
+    """
+    walked = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    names = [found.name for found in walked if not found.ispkg and "._" not in found.name]
+    return {name: importlib.import_module(name) for name in sorted(names, key=lambda name: name.rpartition(".")[2])}
 
 
 def discover(package: ModuleType, base: type[T]) -> dict[str, type[T]]:
@@ -24,10 +28,10 @@ def discover(package: ModuleType, base: type[T]) -> dict[str, type[T]]:
 
     Raises
     ------
-    TypeError : a module defines more than one public concrete subclass.
+    TypeError : a module defines more than one public concrete subclass, or two modules have the same name.
     """
     found = {}
-    for name, module in modules(package).items():
+    for full_name, module in modules(package).items():
         own = [
             value
             for value in vars(module).values()
@@ -41,6 +45,9 @@ def discover(package: ModuleType, base: type[T]) -> dict[str, type[T]]:
         if len(own) > 1:
             raise TypeError(f"{module.__name__} defines {len(own)} plug-ins; one file holds one")
         if own:
+            name = full_name.rpartition(".")[2]
+            if name in found:
+                raise TypeError(f"{full_name} and {found[name].__module__} have the same name; rename one of the files")
             found[name] = own[0]
     return found
 

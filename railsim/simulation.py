@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from railsim import engines
 from railsim.cache import cached
-from railsim.engines._channels import channel_names
+from railsim.dynamics.channels import channel_names
 from railsim.engines.interface import Engine, Run
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -29,7 +29,7 @@ from railsim.truth import TIME, Truth, TruthWriter
 
 REFERENCE = "exudyn"
 _TRACK_STREAM = 0x747261636B  # "track": keeps the survey's random numbers apart from the sensors'
-_SHAPING = ("engines", "contact", "track", "vehicles", "effects", "model.py", "speed.py", "simulation.py")
+_SHAPING = ("dynamics", "engines", "contact", "track", "vehicles", "effects", "model.py", "speed.py", "simulation.py")
 _NUMERICS = ("exudyn", "numba", "numpy", "scipy", "python")
 
 

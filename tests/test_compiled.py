@@ -64,7 +64,7 @@ def test_an_estimator_does_not_compile_the_engines_again(name: str) -> None:
     assert not {path for path in own if "engines" in path.parts}
 
 
-@pytest.mark.parametrize("name", ["estimators._conicity_kernel", "estimators._gauge_kernel"])
+@pytest.mark.parametrize("name", ["estimators.wheel_rail.conicity_kernel", "estimators.wheel_rail.gauge_kernel"])
 def test_the_run_that_compiles_has_the_machine_code_of_later_ones(name: str) -> None:
     """Called as a function, a kernel's own copy is used in the process that compiles it, and from the cache one that
     was optimised with its caller: sums are reassociated otherwise. Copied into the caller there is one code only.

@@ -24,7 +24,7 @@ LONGEST_FILE = 500  # lines
 MACHINE_PATH = re.compile(r"(^|[^.\w])/(work|farm|root|tmp|home|Users)/")
 REGISTRY = re.compile(r'https?://[^ "]*/(simple|packages)(/|"|$)|index-ur[l]|find-link[s]|pypi\.or[g]|pythonhoste[d]')
 UNFINISHED = re.compile(r"TOD[O]|FIXM[E]|NotImplemente[d]Error|xfai[l]|assert Tru[e]")
-SIMULATOR = ("engines", "effects", "truth", "recording", "model", "scenario")
+SIMULATOR = ("engines", "dynamics", "effects", "truth", "recording", "model", "scenario")
 HIDDEN_FROM_ESTIMATORS = (*(f"railsim.{name}" for name in SIMULATOR), "experiments", "exudyn")
 
 

@@ -2,7 +2,7 @@
 
 import argparse
 
-from experiments.bench import bench_rows
+from experiments.benchmarks.speed import bench_rows
 from experiments.commands.interface import Outcome, table
 
 

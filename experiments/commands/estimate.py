@@ -5,7 +5,7 @@ import argparse
 import estimators
 from estimators.interface import Estimator
 from experiments.commands.interface import Outcome
-from experiments.condition import tables
+from experiments.maintenance.condition import tables
 from railsim.recording import Recording
 from railsim.registry import discover, pick
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from experiments import retention
 from experiments.commands.interface import Outcome, table
+from experiments.maintenance import retention
 from railsim.errors import InputError
 from railsim.quality.inspection import inspect as quality
 from railsim.quality.repair import write_repaired

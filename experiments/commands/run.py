@@ -14,8 +14,8 @@ from estimators.interface import Estimate, Estimator
 from experiments.commands.interface import Outcome, table
 from experiments.commands.score import score_table
 from experiments.commands.simulate import scenario_of
-from experiments.plots import PLOTS, Results, sensor_label
-from experiments.score import KMH, SPEED, score, score_rows, speed_errors
+from experiments.reporting.plots import PLOTS, Results, sensor_label
+from experiments.scoring.score import KMH, SPEED, score, score_rows, speed_errors
 from railsim.errors import InputError
 from railsim.files import write_folder_atomically, write_json
 from railsim.measurements import Measurements

@@ -6,7 +6,7 @@ from typing import Any
 
 from estimators.interface import Estimate
 from experiments.commands.interface import Outcome, table
-from experiments.score import score, score_rows
+from experiments.scoring.score import score, score_rows
 from railsim.errors import InputError
 from railsim.recording import Recording
 

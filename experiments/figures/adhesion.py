@@ -5,11 +5,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from estimators._adhesion_classifier import LEVELS
-from estimators.adhesion_level import COLUMNS
-from experiments.figures._adhesion_cases import NOMINAL, judged
+from estimators.adhesion.adhesion_level import COLUMNS
+from estimators.adhesion.classifier import LEVELS
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLUE, GREY, RED
+from experiments.reporting.plots import BLUE, GREY, RED
+from experiments.runs.adhesion_unseen import NOMINAL, judged
 
 SET_COLOURS = {"wheelsets": BLUE, "bogie": RED}
 SET_NAMES = {"wheelsets": "wheelsets, bogie, body", "bogie": "bogie and body"}

@@ -7,15 +7,15 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from estimators._conicity_likelihood import Likelihood
-from estimators.conicity_least_squares import ConicityLeastSquares
-from estimators.conicity_smoother import ConicitySmoother
-from experiments.contact_score import function_errors
-from experiments.figures._speed_runs import rows_where
-from experiments.figures._wheelset_runs import record
+from estimators.wheel_rail.conicity_least_squares import ConicityLeastSquares
+from estimators.wheel_rail.conicity_likelihood import Likelihood
+from estimators.wheel_rail.conicity_smoother import ConicitySmoother
 from experiments.figures.fig13 import left_side, true_conicity
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLACK, BLUE, GREEN, ORANGE, RED
+from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
+from experiments.runs.speed import rows_where
+from experiments.runs.wheelset import record
+from experiments.scoring.wheel_rail import function_errors
 
 SEEDS, FAST_SEEDS = 20, 1
 DURATION, FAST_DURATION = 60.0, 30.0

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure as Picture
 
 import estimators
 from estimators.interface import Estimator
-from experiments.contact_runs import ensemble, run
 from experiments.figures.interface import Claim, Figure
-from experiments.score import score
+from experiments.runs.contact import ensemble, run
+from experiments.scoring.score import score
 from railsim.errors import InputError
 from railsim.measurements import TIME, Measurements
 from railsim.registry import discover

@@ -11,7 +11,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure as Picture
 
 from experiments.discrepancy.fit.candidates import effect_names
-from experiments.figures._discrepancy_runs import SIZES, blind, detected, expected, named, rivals
+from experiments.figures.discrepancy_runs import SIZES, blind, detected, expected, named, rivals
 from experiments.figures.interface import Claim, Figure
 from railsim.scenario import load_scenario
 

@@ -7,11 +7,11 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 from scipy import ndimage, signal
 
-from estimators.alignment_vertical import AlignmentVertical
-from estimators.dipped_joints import DippedJoints
+from estimators.track.alignment_vertical import AlignmentVertical
+from estimators.track.dipped_joints import DippedJoints
 from experiments.figures.interface import Claim, Figure
-from experiments.joint_score import TrueDip, matched, true_dips
-from experiments.plots import BLACK, BLUE, GREY, RED
+from experiments.reporting.plots import BLACK, BLUE, GREY, RED
+from experiments.scoring.joints import TrueDip, matched, true_dips
 from railsim import measure, simulate
 from railsim.scenario import Scenario
 

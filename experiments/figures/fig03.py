@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._crossover_runs import PLAIN, CrossoverFigure, X, one_panel, seeds, series, symmetry
 from experiments.figures.interface import Claim
-from experiments.plots import BLUE, GREY, ORANGE
+from experiments.reporting.plots import BLUE, GREY, ORANGE
+from experiments.runs.crossover import PLAIN, CrossoverFigure, X, one_panel, seeds, series, symmetry
 
 
 class Fig03(CrossoverFigure):

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._crossover_runs import LETTERS, CrossoverFigure, X, features, mark, seeds, series
 from experiments.figures.interface import Claim
-from experiments.plots import BLUE, GREEN, GREY, RED
+from experiments.reporting.plots import BLUE, GREEN, GREY, RED
+from experiments.runs.crossover import LETTERS, CrossoverFigure, X, features, mark, seeds, series
 
 CLOSE = 0.5  # m
 

@@ -11,11 +11,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from estimators._half_vehicle import PARAMETERS
-from estimators._verdicts import std_name
-from estimators.suspension_rbpf import SuspensionRbpf
-from experiments.figures._suspension_runs import CASE, JUDGED, SEED, TIME, over_seeds
+from estimators.suspension.suspension_rbpf import SuspensionRbpf
+from estimators.suspension.verdicts import std_name
+from estimators.vehicle.lateral import PARAMETERS
 from experiments.figures.interface import Claim, Figure
+from experiments.runs.suspension import CASE, JUDGED, SEED, TIME, over_seeds
 
 FULL, REDUCED = "wheelsets, bogie, body", "bogie, body"
 UNCERTAIN, OTHER = "bogie, body; track uncertain", "the same, other assumption"

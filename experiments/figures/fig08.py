@@ -11,7 +11,7 @@ from matplotlib.figure import Figure as Picture
 from matplotlib.figure import FigureBase
 
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLUE, GREEN, GREY, PURPLE, RED
+from experiments.reporting.plots import BLUE, GREEN, GREY, PURPLE, RED
 from railsim.contact.adhesion import CONDITIONS, AdhesionCondition
 from railsim.contact.fastsim import fastsim_force
 from railsim.contact.hertz import hertz_ellipse

@@ -8,14 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 from scipy.signal import welch
 
-from estimators._adhesion_classifier import LEVELS
-from estimators._creep_record import RATE, high_pass
-from estimators.adhesion_creep_forces import SETTLE, AdhesionCreepForces
-from estimators.adhesion_creep_forces_profile import AdhesionCreepForcesProfile
-from experiments.adhesion_runs import run, scenario, sensors
-from experiments.adhesion_score import true_forces
+from estimators.adhesion.adhesion_creep_forces import SETTLE, AdhesionCreepForces
+from estimators.adhesion.adhesion_creep_forces_profile import AdhesionCreepForcesProfile
+from estimators.adhesion.channels import RATE, high_pass
+from estimators.adhesion.classifier import LEVELS
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLUE, GREEN, PURPLE, RED
+from experiments.reporting.plots import BLUE, GREEN, PURPLE, RED
+from experiments.runs.adhesion import run, scenario, sensors
+from experiments.scoring.adhesion import true_forces
 from railsim.measurements import Measurements
 from railsim.truth import Truth
 

@@ -8,13 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 from scipy.stats import rankdata
 
-from estimators.conicity_ekf import ConicityEkf
-from estimators.conicity_ekf_track import ConicityEkfTrack
-from experiments.contact_bound import conicity_bound
-from experiments.contact_runs import Case, ensemble, run
-from experiments.contact_score import SETTLE, WINDOW
-from experiments.contact_truth import contact_truth
+from estimators.wheel_rail.conicity_ekf import ConicityEkf
+from estimators.wheel_rail.conicity_ekf_track import ConicityEkfTrack
+from experiments.bounds.conicity import conicity_bound
 from experiments.figures.interface import Claim, Figure
+from experiments.runs.contact import Case, ensemble, run
+from experiments.scoring.wheel_rail import SETTLE, WINDOW
+from experiments.scoring.wheel_rail_truth import contact_truth
 
 SEEDS, FAST_SEEDS = 20, 2
 OTHERS: dict[str, dict[str, float]] = {

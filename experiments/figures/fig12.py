@@ -7,11 +7,11 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 from scipy.stats import rankdata
 
-from estimators.conicity_ekf_table import ConicityEkfTable
-from experiments.contact_runs import Case, ensemble, run
-from experiments.contact_score import function_errors
-from experiments.contact_truth import contact_truth
+from estimators.wheel_rail.conicity_ekf_table import ConicityEkfTable
 from experiments.figures.interface import Claim, Figure
+from experiments.runs.contact import Case, ensemble, run
+from experiments.scoring.wheel_rail import function_errors
+from experiments.scoring.wheel_rail_truth import contact_truth
 
 SEEDS, FAST_SEEDS = 20, 2
 WEARS = (0.0, 0.1)

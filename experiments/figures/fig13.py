@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from estimators.conicity_least_squares import ConicityLeastSquares
-from experiments.figures._section_runs import PAIR
-from experiments.figures._speed_runs import rows_where
-from experiments.figures._wheelset_runs import record
+from estimators.wheel_rail.conicity_least_squares import ConicityLeastSquares
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLACK, BLUE, ORANGE
+from experiments.reporting.plots import BLACK, BLUE, ORANGE
+from experiments.runs.rolling_radii import PAIR
+from experiments.runs.speed import rows_where
+from experiments.runs.wheelset import record
 from railsim.contact.functions import ContactFunctions
 from railsim.profiles.pair import ProfilePair
 

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._section_runs import WIDTH, contact, run, true_geometry
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLACK, SKY
+from experiments.reporting.plots import BLACK, SKY
+from experiments.runs.rolling_radii import WIDTH, contact, run, true_geometry
 
 EVERY = 32  # samples of the run that are drawn
 SEED, DURATION, FAST_DURATION = 14, 120.0, 20.0

@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from estimators._section_rls import Geometry, Signals, geometry, regress
-from experiments.figures._section_runs import FEWEST, WIDTH, contact, parameters, run, true_geometry
-from experiments.figures._speed_runs import rows_where
+from estimators.wheel_rail.section_rls import Geometry, Signals, geometry, regress
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLACK, BLUE, GREEN, ORANGE, RED
+from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
+from experiments.runs.rolling_radii import FEWEST, WIDTH, contact, parameters, run, true_geometry
+from experiments.runs.speed import rows_where
 from railsim.wheelset import RollingTable
 from railsim.wheelset.parameters import Coefficients
 

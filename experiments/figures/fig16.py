@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from estimators._section_rls import Signals, known_parts, regress
-from experiments.figures._section_runs import FEWEST, WIDTH, contact, run
-from experiments.figures._speed_runs import rows_where
+from estimators.wheel_rail.section_rls import Signals, known_parts, regress
 from experiments.figures.fig15 import NAMES, draw, sections, worst
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import SKY
+from experiments.reporting.plots import SKY
+from experiments.runs.rolling_radii import FEWEST, WIDTH, contact, run
+from experiments.runs.speed import rows_where
 from railsim.wheelset.parameters import Coefficients
 
 SEED, DURATION, FAST_DURATION = 15, 120.0, 40.0

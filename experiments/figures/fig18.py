@@ -7,10 +7,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._speed_runs import GRADES, error, rows_where, speed_table, truncation
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
-from experiments.score import KMH
+from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
+from experiments.runs.speed import GRADES, error, rows_where, speed_table, truncation
+from experiments.scoring.score import KMH
 
 CURVE = (300.0, 720.0)  # m; from the first transition's beginning to the second one's end on curve_r400
 SLIDE = 0.2

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._speed_runs import error, rows_where, speed_table
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE
-from experiments.score import KMH
+from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE
+from experiments.runs.speed import error, rows_where, speed_table
+from experiments.scoring.score import KMH
 
 STARTS, ENDS = 15.0, 23.0  # s of the acceleration
 ACCELERATION = 1.0  # m/s2

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
+from experiments.fault_injection.cases import table as cases
+from experiments.fault_injection.faults import FAULTS
 from experiments.figures.interface import Claim, Figure
-from experiments.quality.cases import table as cases
-from experiments.quality.faults import FAULTS
 
 COUNT, FAST_COUNT = 200, 24
 SEED, SHIFT = 520_000, 20.0

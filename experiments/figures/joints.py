@@ -7,11 +7,11 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 from scipy.special import erf
 
-from estimators.dipped_joints import DippedJoints
+from estimators.track.dipped_joints import DippedJoints
+from experiments.bounds.joints import bounds
 from experiments.figures.interface import Claim, Figure
-from experiments.joint_bound import bounds
-from experiments.joint_score import matched
-from experiments.plots import BLACK, BLUE, GREEN, GREY, ORANGE, RED
+from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, RED
+from experiments.scoring.joints import matched
 from railsim import measure, simulate
 from railsim.scenario import Scenario
 

@@ -12,12 +12,12 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from estimators._passes import changes, laid_on, match
-from estimators._space import SPACING
-from estimators.alignment_vertical import AlignmentVertical
-from experiments.figures._growing_defects import KINDS, growing_defects
+from estimators.speed.odometry import SPACING
+from estimators.track.alignment_vertical import AlignmentVertical
+from estimators.track.passes import changes, laid_on, match
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLUE, GREEN, GREY, ORANGE, RED
+from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, RED
+from experiments.runs.growing_defects import KINDS, growing_defects
 from railsim import measure, simulate
 from railsim.scenario import Scenario
 from railsim.track.files import read_track, write_track

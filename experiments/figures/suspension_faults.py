@@ -13,11 +13,11 @@ import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure as Picture
 
-from estimators._half_vehicle import PARAMETERS, nominal
-from estimators._verdicts import damper, std_name
-from estimators.suspension_rbpf import SuspensionRbpf
-from experiments.figures._suspension_runs import write_other
+from estimators.suspension.suspension_rbpf import SuspensionRbpf
+from estimators.suspension.verdicts import damper, std_name
+from estimators.vehicle.lateral import PARAMETERS, nominal
 from experiments.figures.interface import Claim, Figure
+from experiments.runs.suspension import write_other
 from railsim import load_scenario, measure, simulate
 
 TIME = "time [s]"

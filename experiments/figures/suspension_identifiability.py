@@ -15,15 +15,15 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 from scipy.optimize import minimize
 
-from estimators._half_vehicle import PARAMETERS, WITHOUT_WHEELSETS, half_vehicle
-from estimators._suspension import Problem
-from estimators._suspension_information import fisher
-from estimators._suspension_model import Discrete, discrete, layout
-from estimators._verdicts import std_name
-from estimators.suspension_ml import STEP, SuspensionMl, gradient
-from experiments.figures._suspension_runs import JUDGED, write_other
+from estimators.suspension.base import Problem
+from estimators.suspension.discrete_model import Discrete, discrete, layout
+from estimators.suspension.fisher_information import fisher
+from estimators.suspension.suspension_ml import STEP, SuspensionMl, gradient
+from estimators.suspension.verdicts import std_name
+from estimators.vehicle.lateral import PARAMETERS, WITHOUT_WHEELSETS, half_vehicle
 from experiments.figures.interface import Claim, Figure
-from experiments.suspension_score import true_parameters
+from experiments.runs.suspension import JUDGED, write_other
+from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements
 

@@ -8,9 +8,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from estimators._half_vehicle import PARAMETERS
-from estimators._verdicts import std_name
-from estimators.suspension_rbpf import SuspensionRbpf
+from estimators.suspension.suspension_rbpf import SuspensionRbpf
+from estimators.suspension.verdicts import std_name
+from estimators.vehicle.lateral import PARAMETERS
 from experiments.figures.interface import Claim, Figure
 from railsim import load_scenario, measure, simulate
 

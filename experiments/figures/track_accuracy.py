@@ -12,7 +12,7 @@ from joblib import Parallel, delayed
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures._accuracy_claims import (
+from experiments.figures.accuracy_claims import (
     HONEST,
     JUDGED,
     accuracy_claims,
@@ -22,7 +22,9 @@ from experiments.figures._accuracy_claims import (
     share,
     where,
 )
-from experiments.figures._accuracy_runs import (
+from experiments.figures.interface import Claim, Figure
+from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
+from experiments.runs.track_accuracy import (
     ACCELEROMETER,
     AXLEBOXES,
     DISPLACEMENT,
@@ -35,9 +37,7 @@ from experiments.figures._accuracy_runs import (
     accuracy_tasks,
     coverage_tasks,
 )
-from experiments.figures._unseen import write_unseen
-from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
+from experiments.runs.unseen_tracks import write_unseen
 
 PROCESSES = 2
 STYLES = {

@@ -7,14 +7,14 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from estimators.alignment_accelerometer import AlignmentAccelerometer
-from estimators.alignment_displacement import AlignmentDisplacement
-from estimators.alignment_lateral import AlignmentLateral
-from estimators.alignment_vertical import AlignmentVertical
-from estimators.axlebox_profile import AxleboxProfile
-from experiments.figures._track_runs import PLACES, SHARE, errors, gyro_at, noise_limit, place_name, run
+from estimators.track.alignment_accelerometer import AlignmentAccelerometer
+from estimators.track.alignment_displacement import AlignmentDisplacement
+from estimators.track.alignment_lateral import AlignmentLateral
+from estimators.track.alignment_vertical import AlignmentVertical
+from estimators.track.axlebox_profile import AxleboxProfile
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from experiments.runs.track import PLACES, SHARE, errors, gyro_at, noise_limit, place_name, run
 from railsim.sensors.accelerometer import AXLEBOX
 from railsim.sensors.accelerometer import MEMS as MEMS_ACCELEROMETER
 from railsim.sensors.gyro import MEMS as MEMS_GYRO

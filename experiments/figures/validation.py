@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from experiments.figures.interface import Claim, Figure
-from experiments.plots import BLUE, GREY, RED
+from experiments.reporting.plots import BLUE, GREY, RED
 from experiments.validation.interface import Row, Section, sections
 from experiments.validation.reference import VARIABLE
 from experiments.validation.report import document

@@ -22,7 +22,10 @@ from railsim.truth import TIME
 
 ESTIMATORS = "estimators."
 _SHAPING = ("railsim", "estimators", "experiments")
-_APART = ("commands", "figures", "sweep", "studies")
+_APART = (
+    "benchmarks", "bounds", "calibration", "commands", "discrepancy", "fault_injection", "figures", "maintenance",
+    "reporting", "runs", "studies", "sweep", "validation",
+)  # fmt: skip
 Suite = tuple[Measurements, tuple[SensorSet, ...]]
 """A recording without contents, and the sensor sets that stand there."""
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from estimators.interface import Estimator
-from experiments.score import score, score_rows
+from experiments.scoring.score import score, score_rows
 from experiments.sweep.settings import SensorSet, Variant
 from railsim.cache import cache_folder
 from railsim.errors import InputError

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import FigureBase
 
-from estimators.speed_plain import SpeedPlain
-from estimators.speed_refined import SpeedRefined
-from experiments.plots import BLUE, GREY, ORANGE, RED
-from experiments.score import SPEED, speed_errors
+from estimators.speed.speed_plain import SpeedPlain
+from estimators.speed.speed_refined import SpeedRefined
+from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
+from experiments.scoring.score import SPEED, speed_errors
 from experiments.validation.interface import Row, Section
 from railsim import load_scenario, measure, simulate
 

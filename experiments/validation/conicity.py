@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from experiments.plots import BLUE, GREY, RED
+from experiments.reporting.plots import BLUE, GREY, RED
 from experiments.validation.contact_benchmark import PROFILES, profiles
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section

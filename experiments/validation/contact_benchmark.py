@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from scipy.optimize import root_scalar
 
-from experiments.plots import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from experiments.validation.drawing import grid, limit_lines
 from experiments.validation.interface import Row, Section, worst
 from experiments.validation.reference import folder, read

@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from experiments.plots import BLUE, GREY, ORANGE, RED
+from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values, where

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import FigureBase
 
-from experiments.plots import BLUE, GREEN, GREY, ORANGE, RED
+from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, RED
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values, where

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from experiments.plots import BLACK, BLUE, ORANGE
+from experiments.reporting.plots import BLACK, BLUE, ORANGE
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.analysis.hunting import Hunting, hunting

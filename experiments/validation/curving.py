@@ -7,11 +7,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from experiments.plots import BLUE, ORANGE
+from experiments.reporting.plots import BLUE, ORANGE
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.analysis.curving import Curve, Curving, steady_curving
-from railsim.engines._channels import channel_names
+from railsim.dynamics.channels import channel_names
 from railsim.engines.interface import Run, default_substeps
 from railsim.profiles.pair import ProfilePair
 from railsim.simulation import load_engine

@@ -2,7 +2,7 @@
 
 from matplotlib.axes import Axes
 
-from experiments.plots import RED
+from experiments.reporting.plots import RED
 
 
 def grid(axes: Axes) -> None:

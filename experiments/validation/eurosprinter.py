@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import FigureBase
 from scipy.optimize import OptimizeResult, least_squares
 
-from experiments.plots import BLUE, GREY, ORANGE, RED
+from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
 from experiments.validation.drawing import grid, limit_lines
 from experiments.validation.interface import Row, Section, worst
 from experiments.validation.reference import read

@@ -3,7 +3,7 @@
 import pandas as pd
 from matplotlib.figure import FigureBase
 
-from experiments.plots import BLUE, GREY
+from experiments.reporting.plots import BLUE, GREY
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.contact.fastsim import kalker_1982

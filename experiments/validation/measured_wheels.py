@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from experiments.plots import BLACK, BLUE, GREEN, GREY, RED
+from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, RED
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.reference import folder

@@ -6,8 +6,8 @@ from collections.abc import Callable
 import pandas as pd
 from matplotlib.figure import FigureBase
 
-from experiments.bench import SCENARIO, UNIT, rates
-from experiments.plots import BLUE, GREY
+from experiments.benchmarks.speed import SCENARIO, UNIT, rates
+from experiments.reporting.plots import BLUE, GREY
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values

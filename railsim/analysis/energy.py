@@ -3,12 +3,12 @@
 import numpy as np
 
 from railsim.compiled import kernel
-from railsim.engines._equilibrium import initial_state
-from railsim.engines._integrate import rk4_step
-from railsim.engines._kernel import SCRATCH, body_coordinates, cross, derivatives, turned_arm
-from railsim.engines._laws import bump_stop_energy
-from railsim.engines._plant import Plant, build_plant
-from railsim.engines._wheels import contact, wheelset_local
+from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.integrate import rk4_step
+from railsim.dynamics.kernel import SCRATCH, body_coordinates, cross, derivatives, turned_arm
+from railsim.dynamics.laws import bump_stop_energy
+from railsim.dynamics.plant import Plant, build_plant
+from railsim.dynamics.wheels import contact, wheelset_local
 from railsim.engines.interface import Run
 from railsim.model import BUMP_STOP, GRAVITY
 

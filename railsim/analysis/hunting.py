@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from railsim.analysis.linear import critical_speed, linearise, straight
-from railsim.engines._channels import channel_names
-from railsim.engines._equilibrium import steady_state
-from railsim.engines._plant import build_plant
+from railsim.dynamics.channels import channel_names
+from railsim.dynamics.equilibrium import steady_state
+from railsim.dynamics.plant import build_plant
 from railsim.engines.interface import Run, default_substeps
 from railsim.errors import InputError
 from railsim.model import Model

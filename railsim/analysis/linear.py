@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import root_scalar
 
-from railsim.engines._equilibrium import state_size, steady_state
-from railsim.engines._kernel import SCRATCH, derivatives
-from railsim.engines._plant import Plant, build_plant
+from railsim.dynamics.equilibrium import state_size, steady_state
+from railsim.dynamics.kernel import SCRATCH, derivatives
+from railsim.dynamics.plant import Plant, build_plant
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.speed import Constant, speed_tables

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from railsim.effects._track import resampled, window
 from railsim.effects.interface import Effect, Setup
+from railsim.effects.track_changes import resampled, window
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.track.track import Track

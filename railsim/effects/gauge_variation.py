@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
-from railsim.effects._track import wider
 from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.track_changes import wider
 from railsim.spec import quantity
 
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar, Literal
 
-from railsim.effects._wheels import wavy
 from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.wheel_changes import wavy
 from railsim.spec import quantity
 
 

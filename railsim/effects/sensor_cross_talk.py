@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
-from railsim.effects._sensors import ChannelEffect
 from railsim.effects.interface import CHOSEN, Setup
+from railsim.effects.sensor_changes import ChannelEffect
 from railsim.spec import quantity
 
 

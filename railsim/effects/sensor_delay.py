@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from railsim.effects._sensors import FilterEffect
 from railsim.effects.interface import CHOSEN, Setup
+from railsim.effects.sensor_changes import FilterEffect
 from railsim.spec import quantity
 
 

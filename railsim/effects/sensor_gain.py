@@ -5,8 +5,8 @@ from types import MappingProxyType
 from typing import ClassVar
 
 from railsim.effects._references import INERTIAL
-from railsim.effects._sensors import ChannelEffect
 from railsim.effects.interface import CHOSEN, Setup
+from railsim.effects.sensor_changes import ChannelEffect
 from railsim.spec import quantity
 
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
-from railsim.effects._wheels import radius_difference
 from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.wheel_changes import radius_difference
 from railsim.spec import quantity
 
 

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from railsim.engines._chunks import rows_of
-from railsim.engines._equilibrium import initial_state
-from railsim.engines._integrate import run_chunk
-from railsim.engines._kernel import SCRATCH, derivatives
-from railsim.engines._plant import build_plant
+from railsim.dynamics.chunks import rows_of
+from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.integrate import run_chunk
+from railsim.dynamics.kernel import SCRATCH, derivatives
+from railsim.dynamics.plant import build_plant
 from railsim.engines.interface import Run
 
 

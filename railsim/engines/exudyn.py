@@ -13,13 +13,13 @@ import numpy as np
 from exudyn import itemInterface as items  # noqa: N813
 from scipy.spatial.transform import Rotation
 
-from railsim.engines._absolute import track_frame
-from railsim.engines._call import bind_forces
-from railsim.engines._channels import channel_names
-from railsim.engines._equilibrium import initial_state
-from railsim.engines._guard import check_rows
-from railsim.engines._observe_absolute import observe_all
-from railsim.engines._plant import Plant, build_plant
+from railsim.dynamics.absolute import track_frame
+from railsim.dynamics.callback import bind_forces
+from railsim.dynamics.channels import channel_names
+from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.guard import check_rows
+from railsim.dynamics.observe_absolute import observe_all
+from railsim.dynamics.plant import Plant, build_plant
 from railsim.engines.interface import CHUNK, Diverged, Run
 from railsim.model import GRAVITY, Model
 

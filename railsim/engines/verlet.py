@@ -10,9 +10,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from railsim.engines._chunks import rows_of
-from railsim.engines._integrate import run_chunk, verlet_chunk
-from railsim.engines._plant import build_plant
+from railsim.dynamics.chunks import rows_of
+from railsim.dynamics.integrate import run_chunk, verlet_chunk
+from railsim.dynamics.plant import build_plant
 from railsim.engines.interface import Run, slowest_creep
 
 STABLE = 0.9  # largest product of step and creep rate; the limit on the negative axis is 1

@@ -5,7 +5,7 @@ from typing import Any
 
 from railsim.errors import InputError
 from railsim.field.tables import Notes
-from railsim.sensors._inertial import InertialSensor
+from railsim.sensors.inertial import InertialSensor
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensor, kinds
 

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.linalg import toeplitz
 from scipy.signal import fftconvolve
 
-from railsim.quality._agreement import Agreement
 from railsim.quality._signals import BLOCK, Whitened, filled, local_scale, whitened
+from railsim.quality.agreement import Agreement
 
 _TAIL = 4.0  # degrees of freedom of Student's t, by which innovations are judged: shocks count little
 _CHANGE = 20.0  # nepers that one more change of the gain has to bring: ln of 3000 places

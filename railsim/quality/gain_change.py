@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from railsim.measurements import Measurements
-from railsim.quality._agreement import agreement
 from railsim.quality._balance import COARSE, Balance, balance, exact
 from railsim.quality._change_point import edges, interval
-from railsim.quality._gravity import by_mean, levelled, weighed
 from railsim.quality._rigid import relations, spectra_of, window_of
 from railsim.quality._signals import filled
+from railsim.quality.agreement import agreement
+from railsim.quality.gravity import by_mean, levelled, weighed
 from railsim.quality.interface import Check, Finding
 from railsim.quality.repair import tables_of
 from railsim.spec import quantity

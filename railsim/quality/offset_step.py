@@ -7,10 +7,10 @@ from typing import ClassVar
 import numpy as np
 
 from railsim.measurements import Measurements
-from railsim.quality._companions import sized_beside
 from railsim.quality._offsets import axis_of, expected, speed_channel, tolerance
 from railsim.quality._outliers import fitted, peaks, significance, step_pattern
 from railsim.quality._signals import Whitened, chance, kind_of, whitened
+from railsim.quality.companions import sized_beside
 from railsim.quality.interface import Check, Finding
 from railsim.spec import quantity
 

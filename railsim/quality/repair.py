@@ -10,10 +10,10 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 
 from railsim.measurements import TIME, Measurements
-from railsim.quality._companions import predicted
 from railsim.quality._restore import restored
 from railsim.quality._signals import filled
 from railsim.quality.clock import gridded, numbers
+from railsim.quality.companions import predicted
 from railsim.quality.interface import Finding
 from railsim.recording import Recording, write_recording
 

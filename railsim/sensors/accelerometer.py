@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from railsim.sensors._inertial import InertialSensor
 from railsim.sensors.errors import SensorErrors
+from railsim.sensors.inertial import InertialSensor
 from railsim.spec import quantity
 from railsim.truth import Truth
 

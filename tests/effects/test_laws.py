@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from railsim.engines._laws import law_force
+from railsim.dynamics.laws import law_force
 from railsim.model import BLOW_OFF, BUMP_STOP, FRICTION, MAXWELL, TABLED
 
 STEP = 1e-4  # s

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from railsim import load_scenario
-from railsim.effects._track import resampled
+from railsim.effects.track_changes import resampled
 from railsim.model import GRAVITY
 from railsim.scenario import Scenario
 from railsim.simulation import measure, simulate

@@ -9,9 +9,9 @@ from scipy.linalg import eigh
 
 from railsim import InputError, load_scenario
 from railsim.analysis.energy import energy_over
-from railsim.effects._wheels import POINTS, flat_depth
-from railsim.engines._equilibrium import initial_state
-from railsim.engines._plant import build_plant
+from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.plant import build_plant
+from railsim.effects.wheel_changes import POINTS, flat_depth
 from railsim.model import GRAVITY
 from railsim.scenario import effect_kinds
 from railsim.simulation import build_run

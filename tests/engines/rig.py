@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from railsim.dynamics.channels import channel_names
 from railsim.engines import compiled, exudyn, verlet
-from railsim.engines._channels import channel_names
 from railsim.engines.interface import Engine, Run, default_substeps
 from railsim.model import Model
 from railsim.speed import Constant, Driven, Profile, Traction, speed_tables

@@ -6,8 +6,8 @@ import warnings
 import numpy as np
 import pytest
 
-from railsim.engines._channels import channel_names
-from railsim.engines._guard import check_rows
+from railsim.dynamics.channels import channel_names
+from railsim.dynamics.guard import check_rows
 from railsim.engines.interface import Diverged
 from railsim.errors import InputError
 from railsim.scenario import load_scenario

@@ -5,9 +5,9 @@ import pytest
 from scipy.optimize import root
 
 from railsim.analysis.energy import energy_over
-from railsim.engines._equilibrium import initial_state, state_size
-from railsim.engines._kernel import SCRATCH, derivatives
-from railsim.engines._plant import build_plant
+from railsim.dynamics.equilibrium import initial_state, state_size
+from railsim.dynamics.kernel import SCRATCH, derivatives
+from railsim.dynamics.plant import build_plant
 from railsim.model import Model
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.half_vehicle import Adhesion, HalfVehicle

@@ -7,8 +7,8 @@ import pytest
 
 from railsim.analysis.linear import critical_speed, eigenvalues, linearise
 from railsim.contact.functions import C11, C22
-from railsim.engines._equilibrium import steady_state
-from railsim.engines._plant import build_plant
+from railsim.dynamics.equilibrium import steady_state
+from railsim.dynamics.plant import build_plant
 from railsim.engines.exudyn import System
 from railsim.errors import InputError
 from railsim.model import Model

@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import brentq
 
 from railsim.contact.wheel import CREEP, wheel_forces
-from railsim.effects._track import RIGID
-from railsim.engines._extras import TRACK_LOSS, rail_deflection
-from railsim.engines._plant import build_plant
+from railsim.dynamics.extras import TRACK_LOSS, rail_deflection
+from railsim.dynamics.plant import build_plant
+from railsim.effects.track_changes import RIGID
 from railsim.track.kernel import build_tables
 from tests.effects.rig import scenario
 

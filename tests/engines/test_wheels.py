@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from railsim.contact.wheel import CREEP, CREEP_LAWS, LAW
-from railsim.engines._plant import build_plant
-from railsim.engines._wheels import LANES, WHEELS, contact, evaluate, forces_of, put
+from railsim.dynamics.plant import build_plant
+from railsim.dynamics.wheels import LANES, WHEELS, contact, evaluate, forces_of, put
 from railsim.vehicles.class175 import Class175
 from tests.engines.rig import curve, make_run
 

@@ -5,16 +5,16 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from estimators._health import GUARD
-from estimators.adhesion_creep_forces import AdhesionCreepForces
-from estimators.adhesion_creep_forces_profile import AdhesionCreepForcesProfile
-from estimators.adhesion_level import AdhesionLevel
+from estimators.adhesion.adhesion_creep_forces import AdhesionCreepForces
+from estimators.adhesion.adhesion_creep_forces_profile import AdhesionCreepForcesProfile
+from estimators.adhesion.adhesion_level import AdhesionLevel
 from estimators.interface import Estimator
-from estimators.suspension_ekf import SuspensionEkf
-from estimators.suspension_ml import SuspensionMl
-from estimators.suspension_rbpf import SuspensionRbpf
-from estimators.suspension_ukf import SuspensionUkf
-from experiments.adhesion_runs import run, scenario, sensors
+from estimators.signals.channel_health import GUARD
+from estimators.suspension.suspension_ekf import SuspensionEkf
+from estimators.suspension.suspension_ml import SuspensionMl
+from estimators.suspension.suspension_rbpf import SuspensionRbpf
+from estimators.suspension.suspension_ukf import SuspensionUkf
+from experiments.runs.adhesion import run, scenario, sensors
 from railsim.measurements import Measurements
 from tests.estimators.suspension_rig import recording
 

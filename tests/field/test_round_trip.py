@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from estimators.speed_refined import SpeedRefined
+from estimators.speed.speed_refined import SpeedRefined
 from experiments.cli import main
 from railsim import Recording
 from railsim.field.guard import Guard

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from railsim.contact.pairs import WheelRailPair
+from railsim.dynamics.channels import channel_names
 from railsim.engines import compiled
-from railsim.engines._channels import channel_names
 from railsim.errors import InputError
 from railsim.profiles.pair import ProfilePair
 from railsim.vehicles.manchester import Manchester

@@ -9,9 +9,9 @@ import pytest
 from scipy.signal import lfilter, resample
 
 from railsim.measurements import TIME, Measurements
-from railsim.quality._agreement import agreement
-from railsim.quality._companions import sized
-from railsim.quality._gravity import weighed
+from railsim.quality.agreement import agreement
+from railsim.quality.companions import sized
+from railsim.quality.gravity import weighed
 from railsim.quality.inspection import checks, inspect
 from railsim.quality.interface import Finding
 from railsim.quality.repair import repaired

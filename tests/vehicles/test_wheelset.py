@@ -9,8 +9,8 @@ from railsim.analysis.linear import Linearised, linearise
 from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23
 from railsim.contact.pairs import WheelRailPair
 from railsim.contact.polach import SHEAR
-from railsim.engines._equilibrium import initial_state
-from railsim.engines._plant import build_plant
+from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.plant import build_plant
 from railsim.vehicles.half_vehicle import Adhesion
 from railsim.vehicles.wheelset import WheelsetVehicle
 from railsim.wheelset import WheelsetParameters, cone_conicity, full_linear

@@ -16,8 +16,8 @@ import numpy as np
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.memory import MemoryTruth
 from experiments.discrepancy.baseline.nuisances import Nuisance, most_of, nuisances_of
+from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import Effect, Setup
-from railsim.engines._channels import channel_names
 from railsim.engines.interface import Run, default_substeps
 from railsim.errors import InputError
 from railsim.sensors.errors import SensorErrors, sample

@@ -9,7 +9,7 @@ import itertools
 import numpy as np
 
 from experiments.discrepancy.fit.candidates import Candidate
-from railsim.effects._sensors import FilterEffect
+from railsim.effects.sensor_changes import FilterEffect
 
 TRIED = {
     "delay": np.concatenate([np.geomspace(0.001, 0.02, 10), np.arange(0.025, 1.0, 0.01)]),  # s

@@ -1,0 +1,1 @@
+"""Adhesion between wheel and rail, and creep forces."""

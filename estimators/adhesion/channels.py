@@ -1,0 +1,217 @@
+"""Channels of a recording as the creep force filter takes them: one grid, high-passed alike, the bad ones left out.
+
+Every signal goes through the same second-order high-pass. Filter and model are linear, so that the forces come out as
+the same high-pass leaves them: without the sensors' biases, and without what a curve adds over seconds.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import bilinear, lfilter
+
+from estimators.adhesion.creep_model import BODIES, COUNT, GRAVITY, ROLL_BODIES, Floating
+from estimators.speed.odometry import LONGEST_STEP, SpeedSource, delay, find_way
+from estimators.track.observations import channels_of, stated
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+
+RATE = 256.0  # Hz, of the grid
+WHEELSETS = ("wheelset1", "wheelset2")
+ACCELERATION, YAW, ROLL = "acceleration_y", "rate_yaw", "rate_roll"
+ACCELERATION_ERROR = 0.01  # m/s2: what the plan view leaves out (illustrative)
+RATE_ERROR = 1e-4  # rad/s, as above
+UNKNOWN_ROLL = 2e-3  # rad: roll of a body without roll gyro
+
+Good = Mapping[str, np.ndarray]
+"""By channel that is there: which of its samples may be believed, shape as the channel."""
+
+
+class Place(NamedTuple):
+    """Body of a sensor, whether it shows yaw rate or else lateral acceleration, and how far before the centre, m."""
+
+    body: str
+    turning: bool
+    ahead: float
+
+
+@dataclass(frozen=True)
+class Record:
+    """What the filter takes.
+
+    Attributes
+    ----------
+    time : of the grid, s, (n,). speed : m/s, (n,), NaN where it is not measured or too low.
+    names : channels in use, (c,). places : where they are, (c,).
+    samples : high-passed, NaN where left out, (n, c). R : variances, (c,).
+    inputs : rolls of the bodies, then their rates, high-passed, (n, 8).
+    """
+
+    time: np.ndarray
+    speed: np.ndarray
+    names: tuple[str, ...]
+    places: tuple[Place, ...]
+    samples: np.ndarray
+    R: np.ndarray
+    inputs: np.ndarray
+
+    def observation(self, model: Floating) -> tuple[np.ndarray, np.ndarray]:
+        """What the channels show of the states (c, states) and of the inputs (c, 8)."""
+        H = np.zeros((len(self.places), len(model.A)))
+        D = np.zeros((len(self.places), self.inputs.shape[1]))
+        for row, (body, turning, ahead) in enumerate(self.places):
+            y, yaw = BODIES[body]
+            if not turning:
+                H[row], D[row] = model.acceleration[y], model.acceleration_input[y]
+            if yaw is not None and turning:
+                H[row, COUNT + yaw] = 1.0
+            elif yaw is not None:
+                H[row] += ahead * model.acceleration[yaw]
+                D[row] += ahead * model.acceleration_input[yaw]
+        return H, D
+
+
+def used_channels(measurements: Measurements, bodies: Sequence[str]) -> list[str]:
+    """Every lateral accelerometer, yaw and roll gyro on these bodies."""
+    quantities = {body: (ACCELERATION, ROLL) if body == "body" else (ACCELERATION, YAW, ROLL) for body in bodies}
+    return [
+        name for body in bodies for quantity in quantities[body] for name in channels_of(measurements, body, quantity)
+    ]
+
+
+def has_all(measurements: Measurements, names: Iterable[str], bodies: Sequence[str]) -> bool:
+    """Whether each of these bodies has a lateral accelerometer, and but for the car body a yaw and a roll gyro."""
+    there = set(names)
+    return all(
+        there & set(channels_of(measurements, body, quantity))
+        for body in bodies
+        for quantity in ((ACCELERATION,) if body == "body" else (ACCELERATION, YAW, ROLL))
+    )
+
+
+def read(measurements: Measurements, bodies: Sequence[str], good: Good, corner: float, source: SpeedSource) -> Record:
+    """The record on a grid of 256 Hz.
+
+    Parameters
+    ----------
+    bodies : whose sensors are used, of `BODIES`.
+    good : samples that may be believed; a channel that is not in it is left out.
+    corner : of the high-pass, Hz. source : of the speed.
+
+    Raises
+    ------
+    InputError : less than two seconds of record, no speed, no channel that can be used.
+    """
+    names = [name for name in used_channels(measurements, bodies) if name in good]
+    if not names:
+        raise InputError(f"no lateral accelerometer or gyro on {', '.join(bodies)}; add one")
+    time = _grid(measurements, names)
+    way = find_way(measurements, source)
+    speed = np.interp(time, way.knots, np.where(way.trusted, way.speed_at_knots, np.nan))
+    inputs, known = _rolls(measurements, names, bodies, good, time, corner)
+    rows: list[tuple[str, np.ndarray, Place, float]] = []
+    for body in bodies:
+        spin = np.gradient(inputs[:, len(ROLL_BODIES) + ROLL_BODIES.index(body)], 1.0 / RATE)
+        error = float(np.hypot(ACCELERATION_ERROR, 0.0 if known[body] else GRAVITY * UNKNOWN_ROLL))
+        for name in _on(measurements, names, body, ACCELERATION):
+            values = _filtered(measurements, name, good, time, corner)
+            ahead, _, above = _position(measurements, name)
+            rows.append((name, values + above * spin, Place(body, False, ahead), _variance(measurements, name, error)))
+        for name in _on(measurements, names, body, YAW) if body != "body" else []:
+            values = _filtered(measurements, name, good, time, corner)
+            rows.append((name, values, Place(body, True, 0.0), _variance(measurements, name, RATE_ERROR)))
+    kept, samples, places, variances = zip(*rows, strict=True)
+    stacked = np.ascontiguousarray(np.stack(samples, axis=1))
+    return Record(time, speed, tuple(kept), tuple(places), stacked, np.array(variances), inputs)
+
+
+def high_pass(values: np.ndarray, corner: float, integrate: bool = False, rate: float = RATE) -> np.ndarray:
+    """s^2 / (s^2 + sqrt(2) w s + w^2) of the samples, or of their integral; at rest at the first value."""
+    w = 2.0 * np.pi * corner
+    b, a = bilinear([1.0, 0.0] if integrate else [1.0, 0.0, 0.0], [1.0, np.sqrt(2.0) * w, w * w], rate)
+    return np.asarray(lfilter(b, a, values - values[0]))
+
+
+def _grid(measurements: Measurements, names: Sequence[str]) -> np.ndarray:
+    start = max(float(measurements.time(name)[0]) for name in names if len(measurements.time(name)))
+    end = min(float(measurements.time(name)[-1]) for name in names if len(measurements.time(name)))
+    if not end - start >= 2.0:
+        raise InputError(f"the channels have {max(end - start, 0.0):.2f} s in common; give at least 2 s of record")
+    return start + np.arange(int((end - start) * RATE) + 1) / RATE
+
+
+def _resampled(measurements: Measurements, name: str, good: Good, time: np.ndarray) -> np.ndarray:
+    """The channel on the grid without the delay of its filter, NaN where it is lost or bad."""
+    own, values = measurements.time(name) - delay(measurements, name), np.asarray(measurements[name])
+    trusted = np.isfinite(values) & np.asarray(good[name])
+    if trusted.sum() < 2:
+        return np.full(len(time), np.nan)
+    step = 1.0 / measurements.rate(name)
+    filled = np.interp(own, own[trusted], values[trusted])
+    if step < 0.75 / RATE:  # mean over a cell of the grid, against aliasing
+        total = np.concatenate([[0.0], np.cumsum((filled[1:] + filled[:-1]) / 2 * np.diff(own))])
+        half = 0.5 / RATE
+        found = (np.interp(time + half, own, total) - np.interp(time - half, own, total)) * RATE
+    else:
+        found = np.interp(time, own, filled)
+    apart = np.diff(own[trusted], prepend=own[trusted][0])
+    late = np.searchsorted(own[trusted], time).clip(1, len(apart) - 1)
+    longest = max(2.5 * step, 1.5 / RATE)
+    lost = (apart[late] > longest) | (time < own[trusted][0] - LONGEST_STEP) | (time > own[trusted][-1] + LONGEST_STEP)
+    return np.where(lost, np.nan, found)
+
+
+def _filtered(
+    measurements: Measurements, name: str, good: Good, time: np.ndarray, corner: float, integrate: bool = False
+) -> np.ndarray:
+    """On the grid and high-passed; what is lost is bridged for the high-pass and is NaN after it."""
+    values = _resampled(measurements, name, good, time)
+    there = np.isfinite(values)
+    if not there.any():
+        return values
+    bridged = np.interp(time, time[there], values[there])
+    return np.where(there, high_pass(bridged, corner, integrate), np.nan)
+
+
+def _rolls(
+    measurements: Measurements,
+    names: Sequence[str],
+    bodies: Sequence[str],
+    good: Good,
+    time: np.ndarray,
+    corner: float,
+) -> tuple[np.ndarray, dict[str, bool]]:
+    """Rolls and roll rates of all bodies (n, 8), where a body's own is lost the bogie's, and who has a gyro at all."""
+    found = np.zeros((len(time), 2 * len(ROLL_BODIES)))
+    known = {}
+    spare = np.zeros((len(time), 2))
+    for body in sorted(ROLL_BODIES, key=lambda one: one != "bogie"):
+        own = _on(measurements, names, body, ROLL) if body in bodies else []
+        values = np.full((len(time), 2), np.nan)
+        for name in own:
+            pair = [_filtered(measurements, name, good, time, corner, integrate) for integrate in (True, False)]
+            values = np.where(np.isfinite(values), values, np.stack(pair, axis=1))
+        known[body] = bool(np.isfinite(values).any())
+        values = np.where(np.isfinite(values), values, spare if body != "bogie" else 0.0)
+        spare = values if body == "bogie" else spare
+        place = ROLL_BODIES.index(body)
+        found[:, place], found[:, len(ROLL_BODIES) + place] = values[:, 0], values[:, 1]
+    return found, known
+
+
+def _on(measurements: Measurements, names: Sequence[str], body: str, quantity: str) -> list[str]:
+    return [name for name in channels_of(measurements, body, quantity) if name in names]
+
+
+def _position(measurements: Measurements, name: str) -> tuple[float, float, float]:
+    x, y, z = stated(measurements, name).get("position", (0.0, 0.0, 0.0))
+    return float(x), float(y), float(z)
+
+
+def _variance(measurements: Measurements, name: str, error: float) -> float:
+    """Of a sample on the grid: noise by the data sheet, and what the model leaves out."""
+    errors = stated(measurements, name).get("errors", {})
+    noise = float(errors.get("noise_density", 0.0)) * np.sqrt(min(RATE, measurements.rate(name)) / 2.0)
+    rounding = float(errors.get("resolution", 0.0)) / np.sqrt(12.0)
+    return float(noise**2 + rounding**2 + error**2)

@@ -1,0 +1,157 @@
+"""Forces of the rails on the wheelsets by a filter that floats on its contacts: what three estimators share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from estimators.adhesion.channels import RATE, WHEELSETS, Good, Record, read
+from estimators.adhesion.creep_model import (
+    BODIES,
+    COUNT,
+    FORCES,
+    ROLL_BODIES,
+    STATES,
+    Floating,
+    Shaping,
+    floating,
+    parameters,
+)
+from estimators.filters.dropout_filter import run_filter, shifted
+from estimators.speed.odometry import SpeedSource
+from estimators.vehicle.plan_view import BODY, BOGIE, BOGIE_YAW
+from railsim.measurements import Measurements
+
+FORCE_NAMES = tuple(
+    f"{wheelset}.{quantity}"
+    for wheelset in WHEELSETS
+    for quantity in ("lateral_creep_force [N]", "creep_yaw_moment [N m]")
+)
+MOTIONS = (
+    "wheelset1.lateral_creepage [-]",
+    "wheelset2.lateral_creepage [-]",
+    "wheelset1.yaw_rate [rad/s]",
+    "wheelset2.yaw_rate [rad/s]",
+    "bogie.acceleration_y [m/s2]",
+    "bogie.yaw_rate [rad/s]",
+    "body.acceleration_y [m/s2]",
+)
+SIGNALS = FORCE_NAMES + MOTIONS
+
+
+@dataclass(frozen=True)
+class Forces:
+    """What the filter found, over a uniform grid of 256 Hz, all high-passed.
+
+    Attributes
+    ----------
+    record : what it took.
+    signals : by the order of `SIGNALS`, (n, 11). spread : standard deviations, (n, 11).
+    parameters : the vehicle's.
+    """
+
+    record: Record
+    signals: np.ndarray
+    spread: np.ndarray
+    parameters: dict[str, float]
+
+    @property
+    def time(self) -> np.ndarray:
+        """Of the samples, s, (n,)."""
+        return self.record.time
+
+    def complete(self, channels: Sequence[str]) -> np.ndarray:
+        """Where all of these channels were in use, (n,)."""
+        columns = [self.record.names.index(name) for name in channels]
+        return np.asarray(np.isfinite(self.record.samples[:, columns]).all(axis=1))
+
+
+def find_forces(
+    measurements: Measurements, bodies: Sequence[str], good: Good, corner: float, source: SpeedSource, shaping: Shaping
+) -> Forces:
+    """Run the filter over a recording.
+
+    Parameters
+    ----------
+    bodies : whose sensors are used. good : samples that may be believed, by channel. corner : of the high-pass, Hz.
+
+    Raises
+    ------
+    InputError : a vehicle parameter, a channel or the speed is missing.
+    """
+    p = parameters(measurements.vehicle)
+    model = floating(p, RATE, shaping)
+    record = read(measurements, bodies, good, corner, source)
+    H, D = record.observation(model)
+    found, spread = run_filter(
+        np.ascontiguousarray(model.A),
+        np.ascontiguousarray(model.Q),
+        np.ascontiguousarray(model.B),
+        H,
+        D,
+        record.R,
+        np.zeros(STATES),
+        model.start.copy(),
+        shifted(record.inputs),
+        record.inputs,
+        record.samples,
+        _rows(model),
+    )
+    return Forces(record, *_signals(found, spread, record, model, p), p)
+
+
+def _rows(model: Floating) -> np.ndarray:
+    """States or rows behind `SIGNALS`, in between the lateral rate and the yaw of each wheelset."""
+    rows = np.zeros((13, STATES))
+    rows[:4, FORCES] = np.eye(4)
+    for number, wheelset in enumerate(WHEELSETS):
+        y, yaw = BODIES[wheelset]
+        rows[4 + number, COUNT + y] = 1.0
+        rows[6 + number, int(yaw or 0)] = 1.0
+        rows[8 + number, COUNT + int(yaw or 0)] = 1.0
+    rows[10], rows[12] = model.acceleration[BOGIE], model.acceleration[BODY]
+    rows[11, COUNT + BOGIE_YAW] = 1.0
+    return rows
+
+
+def _signals(
+    found: np.ndarray, spread: np.ndarray, record: Record, model: Floating, p: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """`SIGNALS` from the rows; creepage (y' + r phi') / V - psi, its spread as if y' and psi were independent."""
+    speed = record.speed[:, None]
+    rolling = record.inputs[:, [len(ROLL_BODIES) + ROLL_BODIES.index(one) for one in WHEELSETS]]
+    creepage = (found[:, 4:6] + p["wheel_radius"] * rolling) / speed - found[:, 6:8]
+    creepage_spread = np.hypot(spread[:, 4:6] / speed, spread[:, 6:8])
+    found[:, 10] += record.inputs @ model.acceleration_input[BOGIE]
+    found[:, 12] += record.inputs @ model.acceleration_input[BODY]
+    signals = np.hstack([found[:, :4], creepage, found[:, 8:]])
+    return signals, np.hstack([spread[:, :4], creepage_spread, spread[:, 8:]])
+
+
+def spectra(signals: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cross spectral densities (Welch, Hann, half overlap), one-sided.
+
+    Returns
+    -------
+    Frequencies, Hz, (f,); densities, (f, c, c), rows conjugate.
+    """
+    window = np.hanning(length)
+    starts = range(0, len(signals) - length + 1, length // 2)
+    parts = np.stack([signals[start : start + length] for start in starts])
+    parts = (parts - parts.mean(axis=1, keepdims=True)) * window[:, None]
+    transformed = np.fft.rfft(parts, axis=1)
+    density = np.einsum("kfa,kfb->fab", transformed.conj(), transformed)
+    scale = 2.0 / (len(parts) * RATE * float(np.sum(window**2)))
+    return np.fft.rfftfreq(length, 1.0 / RATE), density * scale
+
+
+def force_spectra(forces: Forces, length: int = 1024, highest: float = 15.0) -> dict[str, Any]:
+    """One-sided densities of the estimated forces where they are all known, as plain lists by name."""
+    good = np.isfinite(forces.signals[:, :4]).all(axis=1)
+    if good.sum() < length:
+        return {}
+    frequency, density = spectra(forces.signals[good][:, :4], length)
+    kept = frequency <= highest
+    by_name = {name: np.real(density[kept, i, i]).tolist() for i, name in enumerate(FORCE_NAMES)}
+    return {"frequency [Hz]": frequency[kept].tolist()} | by_name

@@ -1,0 +1,1 @@
+"""Shared: Kalman filters and smoothers, track spectra, information bounds."""

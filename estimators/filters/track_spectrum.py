@@ -1,0 +1,286 @@
+"""Track irregularity as shaped white noise over distance, and the transitions of a vehicle that runs over it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import expm, solve_continuous_lyapunov
+
+from estimators.filters.delay_line_smoother import Steps
+from estimators.vehicle.planes import System
+
+SPEED_STEP = 0.01  # relative distance of the speeds in the tables; between them transitions are interpolated
+EXACT_STEP = 0.06  # the same of those whose matrix exponential is computed; splines in between
+SPLINE_LEAST = 12  # speeds in the table below which all are computed
+CORNERS = (0.0206, 0.8246)  # rad/m: shape of the spectra of ERRI B176 (1989)
+SHORT = 0.438  # rad/m: ERRI's third corner, of cross level
+
+
+@dataclass(frozen=True)
+class Prior:
+    """One-sided density level W^(2 zeros) / product of (W^2 + corner^2) over the wavenumber W, m^2/(rad/m)."""
+
+    level: float
+    corners: tuple[float, ...] = CORNERS
+    zeros: int = 0
+
+    def density(self, wavenumber: np.ndarray) -> np.ndarray:
+        """S(W), m^2/(rad/m)."""
+        w = np.asarray(wavenumber, dtype=float)
+        shape = self.level * w ** (2 * self.zeros)
+        for corner in self.corners:
+            shape = shape / (w**2 + corner**2)
+        return shape
+
+    def scaled(self, level: float) -> "Prior":
+        """The same shape at another level."""
+        return replace(self, level=level)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """A of dx/ds = A x + noise, shape (p, p); the first state is the irregularity (observer form)."""
+        polynomial = np.poly([-corner for corner in self.corners])
+        order = len(self.corners)
+        A = np.diag(np.ones(order - 1), 1)
+        A[:, 0] = -polynomial[1:]
+        return A
+
+    @property
+    def intensity(self) -> np.ndarray:
+        """Covariance of the noise per metre, shape (p, p)."""
+        drive = np.zeros(len(self.corners))
+        drive[-1 - self.zeros] = 1.0
+        return np.pi * self.level * np.outer(drive, drive)
+
+    def stationary(self) -> np.ndarray:
+        """Covariance of the states, shape (p, p)."""
+        return solve_continuous_lyapunov(self.matrix, -self.intensity)
+
+    def step(self, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+        """Transition and covariance over `spacing` m."""
+        T = expm(self.matrix * spacing)
+        P = self.stationary()
+        return T, P - T @ P @ T.T
+
+    def covariance(self, spacing: float, count: int) -> np.ndarray:
+        """Covariance of [the other states, the irregularity now, one step ago ... `count` steps ago]."""
+        T, P = expm(self.matrix * spacing), self.stationary()
+        order = len(P)
+        total = np.empty((order + count, order + count))
+        late = [P]
+        for _ in range(count):
+            late.append(T @ late[-1])  # covariance of the states now with those n steps ago
+        for i in range(count + 1):
+            for j in range(count + 1):
+                total[order - 1 + i, order - 1 + j] = late[abs(i - j)][0, 0]
+            total[: order - 1, order - 1 + i] = total[order - 1 + i, : order - 1] = late[i][1:, 0]
+        total[: order - 1, : order - 1] = P[1:, 1:]
+        return total
+
+
+class Noise(NamedTuple):
+    """Noise of the readings of one plane and what drives its states besides the track; arrays over readings, states.
+
+    Attributes
+    ----------
+    density : one-sided, unit of the reading per square root of Hz, shape (m,).
+    bias : standard deviation, shape (m,).
+    drift : standard deviation of the drifting part, shape (m,).
+    drift_time : its correlation time, s, shape (m,).
+    tilt : standard deviations of the angles by which each reading feels other motions, rad, shape (m, 2).
+    drive : variance per second that is added to each state, shape (n,).
+    """
+
+    density: np.ndarray
+    bias: np.ndarray
+    drift: np.ndarray
+    drift_time: np.ndarray
+    tilt: np.ndarray
+    drive: np.ndarray
+
+
+@dataclass(frozen=True)
+class Passage:
+    """Transitions of a plane on a grid whose step divides the wheelbase.
+
+    Attributes
+    ----------
+    steps : tables for the kernels.
+    speeds : of the tables, m/s; one after the other for each kind of place.
+    spacing, count : step in m, steps in a wheelbase.
+    covariance : of the whole state at the start.
+    """
+
+    steps: Steps
+    speeds: np.ndarray
+    spacing: float
+    count: int
+    covariance: np.ndarray
+
+    def place(self, speed: np.ndarray, kind: np.ndarray | int = 0) -> np.ndarray:
+        """Fractional index in the tables of speeds, at places of that kind."""
+        return len(self.speeds) * np.asarray(kind) + np.interp(
+            np.log(speed), np.log(self.speeds), np.arange(len(self.speeds), dtype=float)
+        )
+
+
+class Track(NamedTuple):
+    """All quantities of the track over a step: their shaping states, the quantities themselves last.
+
+    Attributes
+    ----------
+    transition, new : over the step, shapes (p, p).
+    covariance : of the shaping states and the values at the `count` places before, shape (p + lines count,) twice.
+    lines : how many quantities.
+    """
+
+    transition: np.ndarray
+    new: np.ndarray
+    covariance: np.ndarray
+    lines: int
+
+    @staticmethod
+    def of(priors: Sequence[Prior], spacing: float, count: int) -> "Track":
+        """Independent quantities, one prior each."""
+        lines, size = len(priors), sum(len(one.corners) for one in priors)
+        transition, new = np.zeros((size, size)), np.zeros((size, size))
+        total = np.zeros((size + lines * count, size + lines * count))
+        first = 0
+        for number, prior in enumerate(priors):
+            order = len(prior.corners)
+            hidden = [*range(first, first + order - 1)]
+            T, Q = prior.step(spacing)
+            places = [size - lines + number, *hidden]
+            transition[np.ix_(places, places)] = T
+            new[np.ix_(places, places)] = Q
+            places = [*hidden, *(size - lines + number + lines * i for i in range(count + 1))]
+            total[np.ix_(places, places)] = prior.covariance(spacing, count)
+            first += order - 1
+        return Track(transition, new, total, lines)
+
+
+def passage(
+    systems: Sequence[Callable[[float], System]],
+    priors: Sequence[Prior],
+    noise: Noise,
+    drives: Sequence[Callable[[float], np.ndarray]],
+    speed: np.ndarray,
+    spacing: float,
+    count: int,
+    start: np.ndarray,
+) -> Passage:
+    """Build the tables.
+
+    Parameters
+    ----------
+    systems : the plane at a speed (m/s), for each kind of place.
+    priors : of the quantities of the track, in the order of the plane's inputs.
+    drives : variance per second that enters each state, by the speed, likewise.
+    speed : speeds that occur, m/s.
+    spacing, count : step of the grid, m, and steps in a wheelbase.
+    start : standard deviations of the vehicle's states at the start, shape (n,).
+    """
+    low, high = float(np.min(speed)), float(np.max(speed))
+    speeds = np.geomspace(low, high * (1 + 1e-9), max(2, int(np.ceil(np.log(high / low) / SPEED_STEP)) + 1))
+    twice = systems[0](low).J
+    kept = count + (twice is not None)  # second differences reach one place farther back
+    track = Track.of(priors, spacing, kept)
+    tables = [
+        _step(move, track, noise._replace(drive=drive(float(one))), len(start), spacing / float(one), twice)
+        for system, drive in zip(systems, drives, strict=True)
+        for move, one in zip(_moves(system, speeds, spacing, track.lines), speeds, strict=True)
+    ]
+    m, n, p = len(noise.density), len(start), len(track.new)
+    present = noise.tilt > 0
+    tilted, index = int(present.sum()), np.arange(m)
+    tilts = np.where(present, n + 2 * m + np.cumsum(present).reshape(m, 2) - 1, (n + m + index)[:, None])
+    rows, size = n + 2 * m + tilted + p, n + 2 * m + tilted + len(track.covariance)
+    P = np.zeros((size, size))
+    P[:n, :n] = np.diag(start**2)
+    P[n + m : n + 2 * m, n + m : n + 2 * m] = np.diag(noise.bias**2 + noise.drift**2)
+    P[n + 2 * m : n + 2 * m + tilted, n + 2 * m : n + 2 * m + tilted] = np.diag(noise.tilt[present] ** 2)
+    P[rows - p :, rows - p :] = track.covariance
+    steps = Steps(
+        np.stack([one[0] for one in tables]),
+        np.stack([one[1] for one in tables]),
+        np.array([*range(n), *range(n + m, rows), *_late(rows, count, track.lines, twice is not None)]),
+        np.column_stack([n + index, n + m + index, tilts]),
+        np.concatenate([start**2, np.zeros(rows - n)]),
+        track.lines,
+    )
+    return Passage(steps, speeds, spacing, count, P)
+
+
+def _late(rows: int, count: int, lines: int, twice: bool) -> list[int]:
+    """Places in the state of the track under the trailing wheelset now and one step ago; then, for second differences,
+    two steps ago, and that of the leading one two steps ago.
+    """
+    ago = [count - 1, count, *((count + 1, 1) if twice else ())]
+    return [rows - lines + one * lines + line for one in ago for line in range(lines)]
+
+
+def _moves(system: Callable[[float], System], speeds: np.ndarray, spacing: float, lines: int) -> np.ndarray:
+    """States after a step and mean outputs over it, from states, inputs and their rates.
+
+    They are smooth in the logarithm of the speed, so that cubic splines take the place of most exponentials.
+
+    Returns
+    -------
+    Shape (speeds, n + m, n + 4 lines).
+    """
+    count = int(np.ceil(np.log(speeds[-1] / speeds[0]) / EXACT_STEP)) + 3
+    if len(speeds) < max(SPLINE_LEAST, count):
+        return np.stack([_move(system(float(one)), spacing / float(one), 2 * lines) for one in speeds])
+    exact = np.geomspace(speeds[0], speeds[-1], count)
+    moves = np.stack([_move(system(float(one)), spacing / float(one), 2 * lines) for one in exact])
+    return CubicSpline(np.log(exact), moves)(np.log(np.clip(speeds, exact[0], exact[-1])))
+
+
+def _move(system: System, dt: float, inputs: int) -> np.ndarray:
+    """The same at one speed, for a step of `dt` s."""
+    n, m = len(system.A), len(system.C)
+    known = n + 2 * inputs
+    whole = np.zeros((known + m, known + m))
+    whole[:n, :known] = np.hstack([system.A, system.B, system.E])
+    whole[n : n + inputs, n + inputs : known] = np.eye(inputs)
+    whole[known:, :known] = np.hstack([system.C, system.D, system.G])
+    moved = expm(whole * dt)[[*range(n), *range(known, known + m)], :known]
+    moved[n:] /= dt
+    return moved
+
+
+def _step(
+    moved: np.ndarray, track: Track, noise: Noise, n: int, dt: float, twice: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """F and Q of `Steps` for steps of `dt` s; irregularities go linearly from place to place, outputs are means."""
+    m, p, q = len(noise.density), len(track.new), track.lines
+    held = m + int((noise.tilt > 0).sum())  # biases and tilts
+    top = n + held + p
+    after = moved[:, n + 2 * q : n + 4 * q] / dt
+    before = moved[:, n : n + 2 * q] - after
+    own = np.zeros((p, top + (2 if twice is None else 4) * q))
+    own[:, n + held : top] = track.transition
+    F = np.zeros((n + m + held + p, own.shape[1]))
+    F[: n + m, :n] = moved[:, :n]
+    F[: n + m, top - q : top] += before[:, :q]
+    F[: n + m, top : top + q] += after[:, q:]
+    F[: n + m, top + q : top + 2 * q] += before[:, q:]
+    lead = after[:, :q].copy()
+    if twice is not None:
+        curve = np.vstack([np.zeros((n, 2 * q)), twice]) / dt**2
+        lead += curve[:, :q]
+        F[: n + m, top - q : top] -= 2.0 * curve[:, :q]
+        F[: n + m, top + 3 * q :] += curve[:, :q]
+        F[: n + m, top : top + 3 * q] += np.hstack([curve[:, q:], -2.0 * curve[:, q:], curve[:, q:]])
+    F[: n + m] += lead @ own[-q:]
+    F[n + m : n + m + held, n : n + held] = np.eye(held)
+    F[n + m + held :] = own
+    into = np.zeros((n + m + held + p, p))
+    into[n + m + held :] = np.eye(p)
+    into[: n + m, -q:] = lead
+    Q = into @ track.new @ into.T
+    drift = 2.0 * noise.drift**2 / noise.drift_time
+    Q[np.diag_indices(len(Q))] += dt * np.concatenate([noise.drive, np.zeros(m), drift, np.zeros(held - m + p)])
+    return F, Q

@@ -1,0 +1,1 @@
+"""Shared: channels of a recording, their health, wavelength bands, correlation."""

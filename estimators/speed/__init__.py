@@ -1,0 +1,1 @@
+"""Speed from the bogie's own motion, and the distance travelled (odometry)."""

@@ -1,0 +1,125 @@
+"""Interacting multiple models of a train's motion with the mismatch of the wheelsets' signals as the only measurement.
+
+Blom and Bar-Shalom 1988. Every model is an extended Kalman filter over the unknowns of `speed.delay`; they differ in
+how freely speed and acceleration may change.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from estimators.speed.delay import UNKNOWNS
+from railsim.compiled import as_written
+
+
+class Motion(NamedTuple):
+    """Bank of filters.
+
+    Attributes
+    ----------
+    x, P : states and covariances of the models, shapes (models, 8) and (models, 8, 8).
+    weight : probability of each model, shape (models,).
+    keep : share of the acceleration kept over a step, shape (models,).
+    Q : variance added to each unknown over a step, shape (models, 8).
+    switch : probability to leave a model within a step.
+    """
+
+    x: np.ndarray
+    P: np.ndarray
+    weight: np.ndarray
+    keep: np.ndarray
+    Q: np.ndarray
+    switch: float
+
+
+def bank(relax: np.ndarray, diffusion: np.ndarray, step: float, switch_rate: float) -> Motion:
+    """A bank for steps of `step` s.
+
+    Parameters
+    ----------
+    relax : time constants of the acceleration's decay in s (infinite: none), shape (models,).
+    diffusion : growth of each unknown's variance per s, shape (models, 8).
+    switch_rate : how often a model is left, 1/s.
+    """
+    models = len(relax)
+    return Motion(
+        np.zeros((models, UNKNOWNS)),
+        np.zeros((models, UNKNOWNS, UNKNOWNS)),
+        np.full(models, 1 / models),
+        np.exp(-step / relax),
+        diffusion * step,
+        switch_rate * step,
+    )
+
+
+@as_written
+def start(motion: Motion, x: np.ndarray, variance: np.ndarray) -> None:
+    """Begin at `x` with independent variances, every model alike."""
+    motion.weight[:] = 1 / len(motion.weight)
+    for j in range(len(motion.weight)):
+        motion.x[j] = x
+        motion.P[j] = np.diag(variance)
+
+
+@as_written
+def mean(motion: Motion) -> np.ndarray:
+    """The models' weighted mean."""
+    return motion.weight @ motion.x
+
+
+@as_written
+def covariance(motion: Motion, centre: np.ndarray) -> np.ndarray:
+    """The mixture's covariance about its mean `centre`."""
+    total = np.zeros((UNKNOWNS, UNKNOWNS))
+    for j in range(len(motion.weight)):
+        off = motion.x[j] - centre
+        total += motion.weight[j] * (motion.P[j] + np.outer(off, off))
+    return total
+
+
+@as_written
+def predict(motion: Motion, step: float, gain: float) -> None:
+    """Mix the models and move them on by one step, in which the measured acceleration adds `gain` to the speed."""
+    models = len(motion.weight)
+    x, P, weight = motion.x.copy(), motion.P.copy(), motion.weight.copy()
+    other = motion.switch / (models - 1)
+    for j in range(models):
+        into = weight * other
+        into[j] = weight[j] * (1 - motion.switch)
+        motion.weight[j] = into.sum()
+        into /= motion.weight[j]
+        centre = into @ x
+        mixed = np.zeros((UNKNOWNS, UNKNOWNS))
+        for i in range(models):
+            off = x[i] - centre
+            mixed += into[i] * (P[i] + np.outer(off, off))
+        F = np.eye(UNKNOWNS)
+        F[0, 1], F[1, 1] = step, motion.keep[j]
+        motion.x[j] = F @ centre
+        motion.x[j, 0] += gain
+        motion.P[j] = F @ mixed @ F.T
+        for k in range(UNKNOWNS):
+            motion.P[j, k, k] += motion.Q[j, k]
+
+
+@as_written
+def correct(motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pull: np.ndarray, real: float) -> None:
+    """Use each model's mismatch (shape (models,)) and its slopes (models, 8).
+
+    R is the variance of the mismatch's noise, `pull` (models, 8) what noise alone gives for slope times mismatch,
+    `real` the share of the slopes' power that is not noise (reliability ratio of errors in variables, Fuller 1987): the
+    noise counts as R / real, and that share of the knowledge is kept which the noisy slopes would then seem to give.
+    """
+    log_weight = np.empty(len(errors))
+    for j in range(len(errors)):
+        gain = motion.P[j] @ slopes[j]
+        S = slopes[j] @ gain + R / real
+        limit = 4 * np.sqrt(S)
+        error = min(max(errors[j], -limit), limit)
+        motion.x[j] -= (gain * error - motion.P[j] @ pull[j]) / S
+        motion.P[j] -= np.outer(gain, gain) * (real / S)
+        motion.P[j] = (motion.P[j] + motion.P[j].T) / 2
+        log_weight[j] = np.log(motion.weight[j]) - error * error / (2 * S) - np.log(S) / 2
+    weight = np.exp(log_weight - log_weight.max())
+    motion.weight[:] = np.maximum(weight / weight.sum(), 1e-9)
+    motion.weight[:] /= motion.weight.sum()

@@ -1,0 +1,274 @@
+"""From time to distance: how far the vehicle has come, where that is trusted, and channels on a grid of distance.
+
+Distance is the integral of a speed: of a tachometer's, or of the refined speed from the bogie's own motion. It goes on
+over a standstill and over lost samples, but what lies there is marked: nothing is made up.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import gaussian_filter1d
+from scipy.signal import resample_poly
+
+from estimators.signals.bands import settled, stretches
+from estimators.speed.speed_refined import SpeedRefined
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+
+SPACING = 0.125
+"""Grid of distance, m (Ward et al. 2011, section 3.2)."""
+FINEST = 64
+"""Most fine cells in a cell of the grid."""
+BLUR = 1.25
+"""Reach of the anti-aliasing filter, m: ten cells."""
+LONGEST_STEP = 0.05
+"""Samples farther apart than this, s, have a gap between them (or 2.5 sample intervals where that is longer)."""
+FLEETING = 1.0
+"""A refined speed that is known for less than this, s, is not used."""
+DISAGREE = 0.2
+"""Share of the tachometer's speed by which the refined one may differ (slip, flats, a sensor that is wrong)."""
+SURE = 0.01
+"""Relative standard deviation of the refined speed up to which it is used beside a tachometer."""
+STEADY = 3.0
+"""Standard deviation of the weights over time, s, by which the ratio of refined speed and tachometer is smoothed: it is
+the wheel's radius; after a standstill the refined speed swings by 4 % for three seconds."""
+SpeedSource = Literal["tachometer", "refined"]
+
+
+@dataclass(frozen=True)
+class Way:
+    """Distance over time, and the grid.
+
+    Attributes
+    ----------
+    knots : times, s, shape (k,), increasing.
+    distance : at the knots, m, from 0 at the first, never decreasing, shape (k,).
+    speed_at_knots : m/s, shape (k,).
+    trusted : at the knots, whether the speed is measured and not below `slowest`, shape (k,).
+    slowest : m/s.
+    spacing : of the grid, m.
+    """
+
+    knots: np.ndarray
+    distance: np.ndarray
+    speed_at_knots: np.ndarray
+    trusted: np.ndarray
+    slowest: float
+    spacing: float = SPACING
+
+    @cached_property
+    def s(self) -> np.ndarray:
+        """The grid: 0, 0.125 ... m, shape (n,)."""
+        return self.spacing * np.arange(int(np.floor(self.distance[-1] / self.spacing + 1e-9)) + 1)
+
+    @cached_property
+    def time(self) -> np.ndarray:
+        """When the reference was at each place of the grid, s, shape (n,)."""
+        forward = np.concatenate([[True], np.diff(self.distance) > 1e-9])
+        return np.interp(self.s, self.distance[forward], self.knots[forward])
+
+    @cached_property
+    def speed(self) -> np.ndarray:
+        """At each place of the grid, m/s, not below `slowest` (where it is, `valid` is False), shape (n,)."""
+        return np.maximum(np.interp(self.time, self.knots, self.speed_at_knots), self.slowest)
+
+    @cached_property
+    def valid(self) -> np.ndarray:
+        """Whether the speed is measured and not too low around each place of the grid, shape (n,)."""
+        return self.mark(self.knots, self.trusted)
+
+    def distance_at(self, time: np.ndarray) -> np.ndarray:
+        """Distance at any time, m."""
+        return np.interp(time, self.knots, self.distance)
+
+    def mark(self, time: np.ndarray, good: np.ndarray) -> np.ndarray:
+        """Places of the grid at which samples at `time` are all `good` as far as the anti-aliasing filter reaches."""
+        fault = np.zeros(len(self.s), dtype=bool)
+        bad = ~np.asarray(good, dtype=bool)
+        places = self.distance_at(time)
+        if bad.any():
+            before = np.maximum(np.flatnonzero(bad) - 1, 0)
+            after = np.minimum(np.flatnonzero(bad) + 1, len(time) - 1)
+            low = np.floor(places[before] / self.spacing).astype(int)
+            high = np.ceil(places[after] / self.spacing).astype(int) + 1
+            change = np.zeros(len(self.s) + 1)
+            np.add.at(change, np.clip(low, 0, len(self.s)), 1.0)
+            np.add.at(change, np.clip(high, 0, len(self.s)), -1.0)
+            fault = np.cumsum(change[:-1]) > 0.5
+        inside = (self.s >= places[0] - 1e-9) & (self.s <= places[-1] + 1e-9)
+        return settled(~fault & inside, self.spacing, BLUR)
+
+    def channel(
+        self, measurements: Measurements, name: str, ahead: float = 0.0, values: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A measured channel on the grid, and where it is all measured; delays of the data sheet are taken out.
+
+        Parameters
+        ----------
+        ahead : how far before the vehicle's reference the sensor stands, m: what it feels belongs to that place.
+        values : what was made of the samples, to be taken in their stead; shape as they.
+        """
+        time = measurements.time(name) - delay(measurements, name)
+        samples = measurements[name]
+        return self.resample(time, samples if values is None else np.where(np.isfinite(samples), values, np.nan), ahead)
+
+    def resample(self, time: np.ndarray, values: np.ndarray, ahead: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Samples over time to the grid, without aliasing: values, shape (n,), and where they are valid.
+
+        Lost samples (NaN, or missing in time) are bridged by a line or spline, and marked.
+        """
+        good = np.isfinite(values)
+        if good.sum() < 4:
+            return np.zeros(len(self.s)), np.zeros(len(self.s), dtype=bool)
+        step = max(LONGEST_STEP, 2.5 * float(np.median(np.diff(time))))
+        wide = np.concatenate([[False], np.diff(time) > step])
+        place = self.distance_at(time)
+        fine = self._fineness(time)
+        smooth = _cells(place[good] + ahead, values[good], self.spacing / fine)
+        places = self.spacing / fine * np.arange((len(self.s) - 1) * fine + 1)
+        resampled = CubicSpline(*smooth)(np.clip(places, smooth[0][0], smooth[0][-1]))
+        if fine > 1:
+            resampled = resample_poly(resampled, 1, fine, padtype="line")
+        marked = self._shifted(self.mark(time, good & ~wide), ahead)
+        return resampled[: len(self.s)], marked & self.valid
+
+    def _fineness(self, time: np.ndarray) -> int:
+        """How many cells of one sample each, at the lowest speed that counts, make one of the grid."""
+        moving = self.speed_at_knots[self.trusted]
+        lowest = float(np.quantile(moving, 0.01)) if moving.size else self.slowest
+        apart = max(lowest, self.slowest) * float(np.median(np.diff(time)))
+        return int(np.clip(np.ceil(self.spacing / apart), 1, FINEST))
+
+    def _shifted(self, mark: np.ndarray, ahead: float) -> np.ndarray:
+        count = round(ahead / self.spacing)
+        moved = np.roll(mark, count)
+        if count > 0:
+            moved[:count] = False
+        elif count < 0:
+            moved[count:] = False
+        return moved
+
+
+def find_way(
+    measurements: Measurements, source: SpeedSource = "tachometer", slowest: float = 1.0, spacing: float = SPACING
+) -> Way:
+    """How far the vehicle came.
+
+    Parameters
+    ----------
+    source : "tachometer" (its wheel radius errors stay in), or "refined": estimator `speed_refined` on the same record,
+        and where that gives nothing (below 3 m/s, at the start) the tachometer scaled to agree, if there is one.
+    slowest : below this speed (m/s) places are marked invalid.
+
+    Raises
+    ------
+    InputError : no such source in the recording, or no sample of it.
+    """
+    time, speed = _SOURCES[source](measurements)
+    good = np.isfinite(speed)
+    if good.sum() < 2:
+        raise InputError(f"the {source} gives no speed; check that channel, or use another 'speed_source'")
+    step = np.diff(time)
+    longest = max(LONGEST_STEP, 2.5 * float(np.median(step)))
+    filled = np.interp(time, time[good], speed[good])
+    mean = np.where(step > longest, (filled[1:] + filled[:-1]) / 2, filled[1:])
+    distance = np.concatenate([[0.0], np.cumsum(np.maximum(mean, 0.0) * step)])
+    trusted = good & (filled >= slowest)
+    lost = step > longest
+    trusted[1:] &= ~lost
+    trusted[:-1] &= ~lost
+    if distance[-1] < 4 * spacing:
+        raise InputError(f"the vehicle moves by {distance[-1]:.2f} m only; give a record of a moving vehicle")
+    return Way(time, distance, filled, trusted, slowest, spacing)
+
+
+def has_speed(measurements: Measurements, source: SpeedSource) -> bool:
+    """Whether the recording has what `find_way` needs for that source."""
+    if source == "refined":
+        return SpeedRefined().fits(measurements)
+    return _tachometer_channel(measurements) is not None
+
+
+def delay(measurements: Measurements, name: str) -> float:
+    """Delay of a channel by its data sheet, s: latency, and the low-pass's at low frequency; 0 where none is stated.
+
+    A Butterworth filter of order n and corner w delays by 1 / (w sin(pi / 2 n)).
+    """
+    try:
+        errors = measurements.sensor(name).get("errors", {})
+    except InputError:
+        return 0.0
+    corner, order = errors.get("bandwidth"), errors.get("bandwidth_order", 2)
+    filtered = 1.0 / (2.0 * np.pi * corner * np.sin(np.pi / (2 * order))) if corner else 0.0
+    return float(errors.get("latency", 0.0) + filtered)
+
+
+def _tachometer_channel(measurements: Measurements) -> str | None:
+    names = [name for name in measurements.channels if name.startswith("wheelset")]
+    speeds = [name for name in names if name.endswith(".speed [m/s]")]
+    spins = [name for name in names if name.endswith(".wheel_speed [rad/s]")]
+    return next(iter(speeds + spins), None)
+
+
+def _tachometer(measurements: Measurements) -> tuple[np.ndarray, np.ndarray]:
+    """Times and speeds; each speed is the mean since the sample before (pulses counted and timed)."""
+    name = _tachometer_channel(measurements)
+    if name is None:
+        raise InputError("no tachometer channel ('wheelset1.speed [m/s]'); add one or set speed_source to 'refined'")
+    values = np.asarray(measurements[name])
+    if name.endswith("[rad/s]"):
+        values = values * float(measurements.vehicle.get("wheel_radius", np.nan))
+    return measurements.time(name), values
+
+
+def _refined(measurements: Measurements) -> tuple[np.ndarray, np.ndarray]:
+    """The refined speed; with a tachometer, that one times how much the refined speed is of it.
+
+    Where the refined speed is not sure (around a standstill), the ratio goes on from one sure place to the next, so
+    that nothing jumps there: a jump would be read as an acceleration, which pitches the bogie.
+    """
+    series = SpeedRefined().estimate(measurements).series
+    time = series["time [s]"].to_numpy()
+    speed = np.where(series["valid [-]"].to_numpy() > 0.5, series["speed [m/s]"].to_numpy(), np.nan)
+    speed = _lasting(time, speed)
+    if _tachometer_channel(measurements) is None:
+        return time, speed
+    wheel = np.interp(time, *_tachometer(measurements))
+    sure = np.isfinite(speed) & (wheel > 3.0) & (series["speed_std [m/s]"].to_numpy() < SURE * speed)
+    if not sure.any():
+        return time, wheel
+    ratio = np.divide(speed, wheel, out=np.ones(len(time)), where=sure)
+    scale = float(np.median(ratio[sure]))
+    sure &= np.abs(ratio - scale) <= DISAGREE * scale
+    weight = np.divide(speed, series["speed_std [m/s]"].to_numpy(), out=np.zeros(len(time)), where=sure) ** 2
+    reach = STEADY * (len(time) - 1) / (time[-1] - time[0])
+    mean = gaussian_filter1d(weight * ratio, reach)[sure] / gaussian_filter1d(weight, reach)[sure]
+    return time, wheel * np.interp(time, time[sure], mean)
+
+
+def _lasting(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Speeds less those known for less than `FLEETING`: at standstill, noise may look like a speed for a moment."""
+    kept = speed.copy()
+    for first, last in stretches(np.isfinite(speed)):
+        if time[last - 1] - time[first] < FLEETING:
+            kept[first:last] = np.nan
+    return kept
+
+
+_SOURCES: dict[str, Callable[[Measurements], tuple[np.ndarray, np.ndarray]]] = {
+    "tachometer": _tachometer,
+    "refined": _refined,
+}
+
+
+def _cells(place: np.ndarray, values: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """Mean place and value of the samples in every cell that has some; places increase strictly."""
+    cell = np.floor(place / width).astype(np.int64)
+    first = np.flatnonzero(np.diff(cell, prepend=cell[0] - 1))
+    count = np.diff(np.append(first, len(cell)))
+    means = np.add.reduceat(place, first) / count
+    return means, np.add.reduceat(values, first) / count

@@ -1,0 +1,141 @@
+"""True speed as in section 5 of Ward et al. 2011: integer-lag peak of a running cross-correlation."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from estimators.interface import Estimate, Estimator
+from estimators.signals.correlation import recompute, runner_up, slide
+from estimators.speed.bogie_channels import Stepper, accelerometer_offset, read
+from estimators.speed.inverse_filter import Front, advance, front
+from estimators.vehicle.bogie_pitch import ACCELERATION, PITCH_RATE, chain, pitch_frequency
+from railsim.compiled import as_written
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+COLUMNS = ("speed [m/s]", "speed_std [m/s]", "correlation [-]", "valid [-]")
+PAPER = "Ward et al. 2011, section 5"
+
+
+class SpeedPlain(Estimator, frozen=True):
+    """Speed V = 2 Lb / T, equation (9), T the integer lag at the peak of the running cross-correlation, equation (10).
+
+    The two signals are the wheelsets' vertical accelerations, band limited. Errors to expect: truncation of the lag to
+    whole samples, and a delay of about half a window while the speed changes.
+    """
+
+    requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
+
+    window: float = quantity(4.0, unit="s", source="illustrative; longer at low speed (" + PAPER + ".2)", gt=0.2, le=60)
+    low: float = quantity(1.0, unit="Hz", source="body bounce stays below; trial on bogie_rig", gt=0.05, lt=50)
+    reach: float = quantity(
+        1.7,
+        unit="-",
+        source="upper edge over the bogie's pitch frequency; Cramer-Rao bound with MEMS noise",
+        gt=0.3,
+        le=5,
+    )
+    slowest: float = quantity(3.0, unit="m/s", source="2 Lb / slowest must fit well into the window", gt=0.5)
+    fastest: float = quantity(80.0, unit="m/s", source="above every conventional train", gt=5)
+    threshold: float = quantity(0.3, unit="-", source="normalised peak of unrelated signals stays below", ge=0, lt=1)
+    ambiguity: float = quantity(1.2, unit="-", source="peak over the next one; trial on bogie_rig", ge=1)
+    floor: float = quantity(0.02, unit="m/s2", source="root mean square of MEMS noise after the inverse", gt=0)
+    inverse: bool = quantity(True, unit="-", source="False: plain sums z -+ Lb theta, biased; for comparison only")
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Speed at every sample of the record.
+
+        Raises
+        ------
+        InputError : a channel or a vehicle parameter is missing, or the sampling cannot serve the settings.
+        """
+        self.need(measurements)
+        grid = read(measurements)
+        run = self.online(measurements.about, grid.rate)
+        rows = run.advance(grid.acceleration, grid.pitch_rate, grid.forward)[grid.rows]
+        series = pd.DataFrame(dict(zip(("time [s]", *COLUMNS), (grid.time, *rows.T), strict=True)))
+        return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), "rate [Hz]": grid.rate})
+
+    def online(self, about: Mapping[str, Any], rate: float) -> Stepper:
+        """Start a run; see `OnlineEstimator`."""
+        vehicle = about["vehicle"]
+        high = self.reach * pitch_frequency(vehicle)
+        filters = chain(vehicle, rate, self.low, high, self.inverse, accelerometer_offset(about))
+        size = round(self.window * rate)
+        first = int(filters.wheelbase / self.fastest * rate)
+        last = int(np.ceil(filters.wheelbase / self.slowest * rate))
+        if not 1 <= first < last < 0.8 * size:
+            raise InputError(
+                f"speed_plain: lags {first} to {last} do not fit a window of {size} samples; "
+                "raise 'slowest' or lengthen 'window'"
+            )
+        state = _State(
+            front(filters, rate, self.low),
+            np.zeros((2, 2 * size)),
+            np.zeros(2 * size),
+            np.zeros(last - first + 1),
+            np.zeros(3),
+            np.zeros(1, dtype=np.int64),
+        )
+        limits = np.array([filters.wheelbase * rate, self.threshold, self.floor, self.ambiguity])
+        return Stepper(COLUMNS, rate, lambda a, q, _: _run(state, first, limits, a, q))
+
+
+class _State(NamedTuple):
+    front: Front
+    signals: np.ndarray  # last N samples of both wheelsets, each twice, shape (2, 2 N)
+    good: np.ndarray  # 1 where they can be used, shape (2 N,)
+    sums: np.ndarray  # running correlation by lag
+    power: np.ndarray  # sums of x^2, y^2, good over the window
+    counts: np.ndarray  # number of samples so far, shape (1,)
+
+
+@as_written
+def _run(state: _State, first: int, limits: np.ndarray, a: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Rows of `COLUMNS` for new samples of acceleration and pitch rate; `limits`: see `online`."""
+    rows = np.empty((len(a), 4))
+    out = np.empty(4)
+    for i in range(len(a)):
+        good = advance(state.front, a[i], q[i], out)
+        x, y = (out[0] + out[1], out[0] - out[1]) if good else (0.0, 0.0)
+        _take(state, first, x, y, 1.0 if good else 0.0)
+        _peak(state, first, limits, rows[i])
+    return rows
+
+
+@as_written
+def _take(state: _State, first: int, x: float, y: float, good: float) -> None:
+    n = state.counts[0]
+    size = len(state.good) // 2
+    p = n % size
+    state.power[0] += x * x - state.signals[0, p] ** 2
+    state.power[1] += y * y - state.signals[1, p] ** 2
+    state.power[2] += good - state.good[p]
+    state.good[p] = good
+    slide(state.signals[0], state.signals[1], x, y, n, first, state.sums)
+    if n % (8 * size) == 8 * size - 1:
+        recompute(state.signals[0], state.signals[1], n, first, state.sums)
+        state.power[0] = np.sum(state.signals[0, :size] ** 2)
+        state.power[1] = np.sum(state.signals[1, :size] ** 2)
+    state.counts[0] = n + 1
+
+
+@as_written
+def _peak(state: _State, first: int, limits: np.ndarray, row: np.ndarray) -> None:
+    """Peak of the correlation -> speed, standard deviation of the truncation, normalised peak, valid."""
+    size = len(state.good) // 2
+    k = int(np.argmax(state.sums))
+    lag = first + k
+    scale = np.sqrt(max(state.power[0] * state.power[1], 0.0)) * (size - lag) / size
+    strong = scale > limits[2] ** 2 * (size - lag)
+    row[2] = state.sums[k] / scale if strong else 0.0
+    inside = 0 < k < len(state.sums) - 1
+    covered = state.power[2] > 0.5 * size
+    clear = strong and inside and covered and row[2] > limits[1]
+    row[3] = 1.0 if clear and state.sums[k] > limits[3] * runner_up(state.sums, k) else 0.0
+    speed = limits[0] / lag
+    row[0] = speed if row[3] > 0 else np.nan
+    row[1] = speed / lag / np.sqrt(12.0) if row[3] > 0 else np.nan

@@ -1,0 +1,179 @@
+"""True speed by locking on to the travel time between the wheelsets with a motion model: sub-sample, without delay."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+from estimators.interface import Estimate, Estimator
+from estimators.speed.bogie_channels import Stepper, accelerometer_offset, noise_density, read, together
+from estimators.speed.inverse_filter import front
+from estimators.speed.motion_models import Motion, bank
+from estimators.speed.noise_slopes import power, pull
+from estimators.speed.travel_time import COLUMNS, Limits, Lock, run
+from estimators.vehicle.bogie_pitch import ACCELERATION, PITCH_RATE, Chain, chain, pitch_frequency
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+LEAST = 0.1  # of `floor`; what a sensor without any noise is taken to have
+TRIAL = "trial on tests/estimators/bogie_rig.py"
+
+
+class SpeedRefined(Estimator, frozen=True):
+    """Speed from the mismatch w_2''(t) - w_1''(t - T) of the wheelsets' vertical accelerations, V T - a T^2/2 = 2 Lb.
+
+    A running correlation finds the travel time coarsely; a bank of extended Kalman filters (steady speed, steady
+    acceleration, change) then drives the mismatch to zero step by step. Their memory is as long as the noise asks for
+    and the motion allows. Errors of the vehicle's parameters that let one wheelset leak into the other are
+    estimated too. Where the bogie's longitudinal acceleration is recorded at the same rate, it drives the motion model,
+    and what is estimated is its bias (sensor, mounting, gradient): manoeuvres are then followed without delay.
+    While the signals are no more than the sensors' noise, as at standstill, no travel time is looked for; a peak that
+    stands in both directions alike is noise of one sensor. Noise that comes up on the way is seen in the mismatch: it
+    takes weight from what is measured, and what of the slopes is noise is not counted as knowledge. After a lock was
+    lost, the speed of the search's window is carried on with the longitudinal acceleration less its known bias.
+    """
+
+    requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
+
+    low: float = quantity(1.0, unit="Hz", source="body bounce stays below; " + TRIAL, gt=0.05, lt=50)
+    reach: float = quantity(
+        1.3,
+        unit="-",
+        source="upper edge over the bogie's pitch frequency; manoeuvres are followed faster than at 1.0",
+        gt=0.3,
+        le=5,
+    )
+    slowest: float = quantity(3.0, unit="m/s", source="travel time well inside the search window", gt=0.5)
+    fastest: float = quantity(80.0, unit="m/s", source="above every conventional train", gt=5)
+    window: float = quantity(4.0, unit="s", source="of the first search; as speed_plain", gt=0.2, le=60)
+    threshold: float = quantity(0.5, unit="-", source="peak of unrelated signals stays below; " + TRIAL, gt=0, lt=1)
+    ambiguity: float = quantity(1.5, unit="-", source="peak over the next one; " + TRIAL, ge=1)
+    floor: float = quantity(0.02, unit="m/s2", source="root mean square of MEMS noise after the inverse", gt=0)
+    lost: float = quantity(0.05, unit="-", source="relative standard deviation at which a new search is better", gt=0)
+    memory: float = quantity(1.0, unit="s", source="averaging of the mismatch's power; a few travel times", gt=0.1)
+    model_error: float = quantity(
+        5e-3,
+        unit="-",
+        source="power that curving and longitudinal forces add to the mismatch; chosen on figures 18 and 19, class175",
+        gt=0,
+        lt=1,
+    )
+    steady_speed: float = quantity(1e-6, unit="m2/s3", source="cruise drifts by some mm/s in 10 s; illustrative", gt=0)
+    steady_acceleration: float = quantity(
+        3e-7, unit="m2/s5", source="sum of gradient and thrust while coasting; illustrative", gt=0
+    )
+    first_acceleration: float = quantity(0.5, unit="m/s2", source="service braking and traction, EN 13452-1", gt=0)
+    forward_bias: float = quantity(
+        0.3, unit="m/s2", source="gradient of 3 %; bias and mounting of a MEMS sensor stay below", gt=0
+    )
+    gradient_change: float = quantity(
+        1e-4, unit="m2/s5", source="gradient: 0.3 % (0.03 m/s2) within 10 s; illustrative", gt=0
+    )
+    cruise: float = quantity(
+        0.01, unit="m/s2*s^0.5", source="1 cm/s of drift in a second of cruise; illustrative", gt=0
+    )
+    forward_change: float = quantity(
+        0.02, unit="m2/s5", source="end of a gradient: 2 % (0.2 m/s2) within 2 s; illustrative", gt=0
+    )
+    change: float = quantity(0.5, unit="m2/s5", source="1 m/s2 reached within 2 s, EN 13452-1 service braking", gt=0)
+    switch_rate: float = quantity(3e-3, unit="1/s", source="a change of motion every few minutes; illustrative", gt=0)
+    inertia_spread: float = quantity(0.1, unit="-", source="parameter scatter between vehicles; illustrative", ge=0)
+    gain_spread: float = quantity(0.02, unit="-", source="scale errors of MEMS data sheets", ge=0)
+    lead_spread: float = quantity(0.5e-3, unit="s", source="half a sample at 1 kHz between two sensors", ge=0)
+    damping_spread: float = quantity(0.3e-3, unit="s", source="damping over stiffness; 10 % of 3 ms", ge=0)
+    secondary_spread: float = quantity(0.8e-3, unit="s", source="secondary over primary; 10 % of 8 ms", ge=0)
+    acceleration_noise: float = quantity(6e-4, unit="m/s2/Hz^0.5", source="60 ug, industrial MEMS data sheets", gt=0)
+    rate_noise: float = quantity(9e-5, unit="rad/s/Hz^0.5", source="0.005 deg/s, industrial MEMS data sheets", gt=0)
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Speed at every sample of the record, causal: the same numbers as `online`.
+
+        Raises
+        ------
+        InputError : a channel or a vehicle parameter is missing, or the sampling cannot serve the settings.
+        """
+        self.need(measurements)
+        grid = read(measurements)
+        stepper = self._start(measurements.about, grid.rate, bool(np.isfinite(grid.forward).any()))
+        rows = stepper.advance(grid.acceleration, grid.pitch_rate, grid.forward)[grid.rows]
+        series = pd.DataFrame(dict(zip(("time [s]", *COLUMNS), (grid.time, *rows.T), strict=True)))
+        return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), "rate [Hz]": grid.rate})
+
+    def online(self, about: Mapping[str, Any], rate: float) -> Stepper:
+        """Start a run; see `OnlineEstimator`. Where `about` states a sensor of it, samples also hold `FORWARD`."""
+        return self._start(about, rate, together(about, rate))
+
+    def _start(self, about: Mapping[str, Any], rate: float, driven: bool) -> Stepper:
+        if not self.slowest < self.fastest:
+            raise InputError("speed_refined: 'slowest' must lie below 'fastest'")
+        vehicle = about["vehicle"]
+        high = self.reach * pitch_frequency(vehicle)
+        filters = chain(vehicle, rate, self.low, high, True, accelerometer_offset(about))
+        stride = max(1, int(rate / (8 * high)))
+        densities = self.acceleration_noise, self.rate_noise
+        limits = Limits(
+            rate=rate,
+            stride=stride,
+            wheelbase=filters.wheelbase,
+            delay=filters.delay,
+            slowest=self.slowest,
+            fastest=self.fastest,
+            threshold=self.threshold,
+            ambiguity=self.ambiguity,
+            floor=self.floor**2,
+            lost=self.lost,
+            model_error=self.model_error,
+            forget=stride / (self.memory * rate),
+            recall=2 * stride / (self.window * rate),
+            repeat=max(1.0, rate / stride / (2 * filters.bandwidth)),
+            first=max(1, int(filters.wheelbase / self.fastest * rate / stride) - 1),
+            spread=self._spread(),
+            pull=pull(filters, rate, filters.wheelbase / self.slowest, densities),
+            late=round(filters.delay * rate),
+            first_acceleration=self.forward_bias if driven else self.first_acceleration,
+            noise=self._still(about, filters, rate),
+            cruise=self.cruise**2 if driven else 0.0,
+        )
+        bank = self._driven_bank(stride / rate) if driven else self._bank(stride / rate)
+        lock = Lock.new(front(filters, rate, self.low), bank, limits, self.window)
+        return Stepper(COLUMNS, rate, lambda a, q, u: run(lock, limits, a, q, u))
+
+    def _still(self, about: Mapping[str, Any], filters: Chain, rate: float) -> float:
+        """Power of the wheelsets' signals at standstill, (m/s2)^2: by the data sheets, or else `floor` squared."""
+        vertical, pitch = (noise_density(about, name) for name in (ACCELERATION, PITCH_RATE))
+        if vertical is None or pitch is None:
+            return self.floor**2
+        return max(power(filters, rate, (vertical, pitch)), (LEAST * self.floor) ** 2)
+
+    def _spread(self) -> np.ndarray:
+        return (
+            np.array(
+                [
+                    self.inertia_spread,
+                    self.inertia_spread,
+                    self.gain_spread,
+                    self.lead_spread,
+                    self.damping_spread,
+                    self.secondary_spread,
+                ]
+            )
+            ** 2
+        )
+
+    def _driven_bank(self, step: float) -> Motion:
+        diffusion = np.zeros((3, 8))
+        diffusion[:, 0] = self.steady_speed
+        diffusion[:, 1] = self.steady_acceleration, self.gradient_change, self.forward_change
+        diffusion[:, 2:] = self._spread() / 1000
+        return bank(np.full(3, np.inf), diffusion, step, self.switch_rate)
+
+    def _bank(self, step: float) -> Motion:
+        slow = self._spread() / 1000  # the vehicle may have changed within a quarter of an hour
+        diffusion = np.zeros((3, 8))
+        diffusion[:, 0] = self.steady_speed
+        diffusion[:, 1] = self.steady_acceleration, self.steady_acceleration, self.change
+        diffusion[:, 2:] = slow
+        diffusion[0, 1] = 0.0
+        return bank(np.array([0.3, np.inf, np.inf]), diffusion, step, self.switch_rate)

@@ -1,0 +1,1 @@
+"""Condition of the secondary suspension: dampers and conicity."""

@@ -1,0 +1,1 @@
+"""Track geometry and defects: alignment, cross level, joints, switches."""

@@ -1,0 +1,67 @@
+"""Vertical alignment from a bogie accelerometer, in space or in time: what pitch-rate alignment is compared with."""
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from estimators.interface import Estimate
+from estimators.signals.bands import ORDER
+from estimators.signals.frequency_response import filter_time
+from estimators.speed.odometry import Way
+from estimators.track.geometry import TrackEstimator, filled, geometry, sensor_place
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+PAPER = "Ward et al. 2011, section 3.1"
+
+
+class AlignmentAccelerometer(TrackEstimator, frozen=True):
+    """Vertical acceleration twice integrated, the path of the bogie at the sensor's place.
+
+    In space: acceleration over the square of speed is curvature, as with a gyro. In time: integrated with a high pass
+    whose corner is the median speed over `cut`, then put on the grid. Where on the bogie the sensor stands matters.
+    """
+
+    requires: ClassVar[tuple[str, ...]] = ("bogie.acceleration_z [m/s2]",)
+
+    sensor: str = quantity("bogie", unit="name of the accelerometer", source=PAPER, pattern=r"^\w+$")
+    domain: Literal["space", "time"] = quantity("space", unit="-", source=PAPER)
+
+    def channels(self) -> tuple[str, ...]:
+        """The vertical channel of `sensor`."""
+        return (f"{self.sensor}.acceleration_z [m/s2]",)
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Alignment over the whole record.
+
+        Raises
+        ------
+        InputError : no such accelerometer, no speed, or no movement.
+        """
+        way = self.way(measurements)
+        name = self.channels()[0]
+        ahead = sensor_place(measurements, name)[0]
+        raw = filled(measurements[name])
+        raw = raw - float(np.mean(raw))
+        if self.domain == "space":
+            acceleration, good = way.channel(measurements, name, ahead, raw)
+            curvature = acceleration / way.speed**2
+            columns = geometry("vertical", curvature, good, way, self.cut, integrate=2)
+            columns["vertical_curvature [1/m]"] = np.where(good, curvature, np.nan)
+        else:
+            height = filter_time(raw, measurements.rate(name), self._integral(way))
+            values, good = way.channel(measurements, name, ahead, height)
+            columns = geometry("vertical", values, good, way, self.cut)
+        return self.result(way, columns, good)
+
+    def _integral(self, way: Way):
+        """-1 / w^2 above the corner."""
+        speed = float(np.median(way.speed[way.valid])) if way.valid.any() else way.slowest
+        corner = 2.0 * np.pi * speed / max(self.cut, 150.0)
+
+        def gain(omega: np.ndarray) -> np.ndarray:
+            safe = np.maximum(omega, 1e-9)
+            power = (safe / corner) ** ORDER
+            return -power / (1.0 + power) / safe**2
+
+        return gain

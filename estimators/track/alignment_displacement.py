@@ -1,0 +1,72 @@
+"""Vertical alignment of both rails from a bogie accelerometer, gyros and primary displacement transducers."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from estimators.interface import Estimate
+from estimators.speed.odometry import Way
+from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails, sensor_place, turning
+from railsim.measurements import Measurements
+
+ACCELERATION = "bogie.acceleration_z [m/s2]"
+PITCH, ROLL = "bogie.rate_pitch [rad/s]", "bogie.rate_roll [rad/s]"
+LEFT, RIGHT = "primary1_left.displacement [m]", "primary1_right.displacement [m]"
+
+
+class AlignmentDisplacement(TrackEstimator, frozen=True):
+    """Path of the bogie frame above the leading wheelset, less the length of the primary suspension there.
+
+    The sensor set that Ward et al. 2011, section 3.1 name for what axlebox accelerometers lose: a sensitive
+    accelerometer on the bogie, displacement down to both axleboxes. The pitch rate carries the acceleration from the
+    sensor's place to that above the wheelset. With the roll rate, left and right rail come apart.
+    """
+
+    requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH, LEFT, RIGHT)
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Alignment over the whole record.
+
+        Raises
+        ------
+        InputError : a channel is missing, no speed, no movement, or a vehicle parameter is not given.
+        """
+        way = self.way(measurements)
+        arm, half = (number(measurements, name) for name in ("semi_wheelbase", "primary_half_spacing"))
+        raw = filled(measurements[ACCELERATION])
+        acceleration, good = way.channel(measurements, ACCELERATION, arm, raw - float(np.mean(raw)))
+        pitching, turned = turning(measurements, PITCH, way, ahead=arm)
+        left, measured_left = way.channel(measurements, LEFT, arm)
+        right, measured_right = way.channel(measurements, RIGHT, arm)
+        good = good & turned & measured_left & measured_right
+        lever = arm - sensor_place(measurements, ACCELERATION)[0]
+        speed = np.interp(way.s - arm, way.s, way.speed)  # the bogie's centre is `arm` behind the place
+        columns = _sum(
+            geometry("vertical", acceleration / speed**2, good, way, self.cut, integrate=2),
+            geometry("vertical", -lever * pitching, good, way, self.cut, integrate=1),
+            geometry("vertical", -(left + right) / 2.0, good, way, self.cut),
+        )
+        if ROLL in measurements:
+            columns |= self._apart(measurements, way, columns, (left - right) / (2.0 * half), good)
+        return self.result(way, columns, good)
+
+    def _apart(
+        self,
+        measurements: Measurements,
+        way: Way,
+        columns: dict[str, np.ndarray],
+        suspension: np.ndarray,
+        good: np.ndarray,
+    ) -> dict[str, np.ndarray]:
+        """Cross level and each rail, from the bogie's roll less that across the suspension (rad)."""
+        rolling, rolled = turning(measurements, ROLL, way, ahead=number(measurements, "semi_wheelbase"))
+        both = good & rolled
+        level = _sum(
+            geometry("cross_level", -CANT_BASE * rolling, both, way, self.cut, integrate=1),
+            geometry("cross_level", CANT_BASE * suspension, both, way, self.cut),
+        )
+        return level | rails(columns, level)
+
+
+def _sum(*parts: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: np.sum([part[name] for part in parts], axis=0) for name in parts[0]}

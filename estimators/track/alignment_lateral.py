@@ -1,0 +1,95 @@
+"""Lateral alignment and curvature from the bogie's yaw rate: y'' = yaw rate / speed, less the bogie's own motion."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from estimators.interface import Estimate
+from estimators.speed.odometry import Way
+from estimators.track.geometry import Gain, TrackEstimator, by_speed, geometry, turning
+from estimators.vehicle.lateral_roll import CREEP, followed
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+RATE = "bogie.rate_yaw [rad/s]"
+ROLL_RATE = "bogie.rate_roll [rad/s]"
+NODES = 801  # 0.008 rad/m apart: finer than the memory asks for
+SHORTEST = 2.0 * np.pi / 1.0  # rad/m; shorter waves than 1 m carry nothing of the bands
+MEMORY = 150.0  # m; the bogie's kinematic oscillation has decayed
+
+
+class AlignmentLateral(TrackEstimator, frozen=True):
+    """Yaw rate over speed is curvature; on a grid of 0.125 m, twice integrated, long waves cut with zero phase.
+
+    The bogie does not follow the rails sideways as it does upwards: its wheelsets run on creep, and cross level turns
+    it too. `compensation` inverts the transfer function from the rails' position to the bogie's yaw at the speed of
+    each place (Ward et al. 2011, section 3.1, reference [11] there), from a linear model on the vehicle's nominal
+    parameters (`vehicle.lateral_roll`). The share of cross level is taken from the roll rate where that is measured.
+    Both are the linear estimate of least mean square error for irregularities of stated relative sizes (Wiener filter).
+    """
+
+    requires: ClassVar[tuple[str, ...]] = (RATE,)
+
+    compensation: bool = quantity(True, unit="-", source="Ward et al. 2011, reference [11]")
+    creep: float = quantity(1.0, unit="-", source="factor of the slopes of Polach's law (2005), dry", gt=0.0, le=2.0)
+    cross_level: float = quantity(
+        0.5, unit="-", source="power of the height r phi over that of the lateral irregularity; illustrative", ge=0.0
+    )
+    yaw_error: float = quantity(
+        1e-3, unit="-", source="power of what the model leaves over that of the irregularity; straight_erri_low", gt=0.0
+    )
+    roll_error: float = quantity(1e-2, unit="-", source="the same for the roll; straight_erri_low", gt=0.0)
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Alignment over the whole record.
+
+        Raises
+        ------
+        InputError : no yaw rate, no speed, no movement, or a vehicle parameter is missing.
+        """
+        way = self.way(measurements)
+        curvature, good = turning(measurements, RATE, way)
+        rolling = np.zeros(len(curvature))
+        if self.compensation and ROLL_RATE in measurements:
+            rolling, rolled = turning(measurements, ROLL_RATE, way)
+            good = good & rolled
+        seen = np.where(good, curvature, np.nan)
+        track = seen
+        if self.compensation:
+            track = self._compensated(seen, np.where(good, rolling, np.nan), way, measurements)
+        columns = geometry("lateral", track, good, way, self.cut, integrate=2)
+        columns["lateral_curvature [1/m]"] = seen
+        return self.result(way, columns, good)
+
+    def _compensated(self, yawing: np.ndarray, rolling: np.ndarray, way: Way, measurements: Measurements) -> np.ndarray:
+        """Curvature of the rails from yaw rate and roll rate over speed (NaN where not measured)."""
+        rolled = ROLL_RATE in measurements
+        inputs = [yawing, rolling] if rolled else [yawing]
+        return by_speed(inputs, way, lambda speed: self._filters(measurements.vehicle, speed, rolled), MEMORY)
+
+    def _filters(self, vehicle: Mapping[str, Any], speed: float, rolled: bool) -> list[Gain]:
+        """Filters by wave number that make the rails' curvature of yaw rate over speed and of roll rate over speed."""
+        k = np.linspace(0.0, SHORTEST, NODES)
+        position, height, roll = followed({**vehicle, CREEP: self.creep}, speed, k)
+        seen = np.abs(position) ** 2 + np.abs(height) ** 2 * self.cross_level + self.yaw_error
+        if not rolled:
+            return [_between(k, np.conj(position) / seen)]
+        power = np.abs(roll) ** 2 * self.cross_level + self.roll_error
+        cross = height * np.conj(roll) * self.cross_level
+        determinant = seen * power - np.abs(cross) ** 2
+        scale = 1j * k * vehicle["wheel_radius"]  # slope of the height r phi, from the rate of phi itself
+        by_yaw, by_roll = np.conj(position) * power / determinant, -np.conj(position) * cross / determinant * scale
+        return [_between(k, by_yaw), _between(k, by_roll)]
+
+
+def _between(nodes: np.ndarray, values: np.ndarray) -> Gain:
+    """Response by interpolation; zero beyond the last node."""
+
+    def gain(k: np.ndarray) -> np.ndarray:
+        inside = np.searchsorted(k, nodes[-1], side="right")
+        found = np.zeros(len(k), dtype=complex)
+        found[:inside] = np.interp(k[:inside], nodes, values)
+        return found
+
+    return gain

@@ -1,0 +1,60 @@
+"""Vertical alignment and curvature from the bogie's pitch rate: equation z'' = -pitch rate / speed."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from estimators.interface import Estimate
+from estimators.signals.bands import transform
+from estimators.signals.frequency_response import pitch_inverse
+from estimators.speed.odometry import Way
+from estimators.track.geometry import TrackEstimator, geometry, turning
+from estimators.vehicle.bogie_pitch import parameters
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+RATE = "bogie.rate_pitch [rad/s]"
+MEMORY = 30.0  # m; the inverse of the chord rings no longer
+
+
+class AlignmentVertical(TrackEstimator, frozen=True):
+    """Pitch rate over speed is curvature; on a grid of 0.125 m, twice integrated, long waves cut with zero phase.
+
+    The chain of Ward et al. 2011, section 3.2 (reference [10] there). The bogie's slope is that of the chord between
+    its wheelsets, which shows a wave k only as sin(k Lb) / (k Lb) of itself, and the primary suspension filters it;
+    `compensate` takes both out with the vehicle's nominal parameters.
+    """
+
+    requires: ClassVar[tuple[str, ...]] = (RATE,)
+
+    compensate: bool = quantity(False, unit="-", source="the paper's chain does without")
+    regularisation: float = quantity(
+        1e-3, unit="-", source="noise over signal in curvature: MEMS gyro on ERRI B176 low at 20 m/s, 3 m waves", gt=0.0
+    )
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Alignment over the whole record.
+
+        Raises
+        ------
+        InputError : no pitch rate, no speed, or no movement.
+        """
+        way = self.way(measurements)
+        curvature, good = self._curvature(measurements, way)
+        columns = geometry("vertical", curvature, good, way, self.cut, integrate=2)
+        columns["vertical_curvature [1/m]"] = np.where(good, curvature, np.nan)
+        return self.result(way, columns, good)
+
+    def _curvature(self, measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
+        if not self.compensate:
+            rate, good = turning(measurements, RATE, way)
+            return -rate, good
+        vehicle = parameters(measurements.vehicle)
+        rate, good = turning(measurements, RATE, way, pitch_inverse(vehicle))
+        arm = vehicle["semi_wheelbase"]
+
+        def inverse(k: np.ndarray) -> np.ndarray:
+            chord = np.sinc(k * arm / np.pi)
+            return chord / (chord**2 + self.regularisation)
+
+        return transform(np.where(good, -rate, np.nan), way.spacing, inverse, MEMORY, detrend=False), good

@@ -1,0 +1,210 @@
+"""Curvature and roll of the track as a bogie's gyros and accelerometer give them, with the primary suspension undone.
+
+Pitch of the bogie (Ward et al. 2011, section 5.1; `vehicle.bogie_pitch`) and, the car body taken as at rest, roll:
+
+    I_y theta'' + 4 b^2 (c s + k) theta = 4 b^2 (c s + k) theta_w
+    I_x phi'' + [4 d^2 (c s + k) + K2] phi = 4 d^2 (c s + k) phi_w
+
+and its bounce as in `vehicle.bogie_pitch`, with the wheelsets' line theta_w, mean roll phi_w, primary stiffness k and
+damping c of an axlebox, half spacings b along and d across, and the secondary suspension's roll stiffness K2. The
+inverses act on the rates over time, so they hold at any speed; a Gaussian low-pass keeps the noise down.
+
+Over distance, wave number k, the rails' mean vertical u shows in the line through the wheelsets, 2 b apart, and in
+their mean: curvature sin(kb) / (kb) u'' from the pitch rate and cos(kb) u'' from the acceleration over speed squared.
+Each has waves that it cannot see, the wheelbase and its fractions among them; together they see all.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+import numpy as np
+import scipy.fft
+
+from estimators.signals.bands import transform
+from estimators.speed.bogie_channels import accelerometer_offset
+from estimators.speed.odometry import Way
+from estimators.track.dips import welch
+from estimators.vehicle.roll import parameters, roll_response
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+from railsim.sensors.errors import low_pass
+
+BOUNCE = "bogie.acceleration_z [m/s2]"
+PITCH = "bogie.rate_pitch [rad/s]"
+ROLL = "bogie.rate_roll [rad/s]"
+MEMORY = 1.0
+"""Over which the inverse remembers, s: ten times the decay of the bogie's pitch."""
+
+MISMATCH = 0.05
+"""Relative error of the inverses, added to the sensors' noise when pitch and bounce are weighed (illustrative)."""
+ROLL_ERROR = 0.1
+"""Error of the bogie's roll over the wheelsets' (compiled engine against `vehicle.roll`: to 0.2 around 14 Hz)."""
+FAINT = 0.05
+"""Least response that is divided by."""
+ROLL_GRID = np.concatenate([np.linspace(0, 40, 401), np.geomspace(40.5, 4000, 40)])
+"""Frequencies at which the response is computed, Hz."""
+_SEGMENT = 512
+
+Gain = Callable[[np.ndarray], np.ndarray]
+
+
+def pitch_inverse(vehicle: Mapping[str, Any]) -> Gain:
+    """Response from the bogie's pitch rate to that of the line through both wheelsets, over rad/s."""
+    inertia, stiffness, damping, base = _positive(
+        vehicle, "bogie_pitch_inertia", "primary_vertical_stiffness", "primary_vertical_damping", "semi_wheelbase"
+    )
+
+    def gain(omega: np.ndarray) -> np.ndarray:
+        return 1 - inertia * omega**2 / (4 * base**2 * (stiffness + 1j * omega * damping))
+
+    return gain
+
+
+def roll_inverse(vehicle: Mapping[str, Any]) -> tuple[Gain, Gain]:
+    """Response from the bogie's roll rate to the wheelsets' mean one, over rad/s, at most 1 / `FAINT`; and how far it
+    is to be trusted, 0 to 1: less where hardly any roll is left.
+    """
+    coarse = 2 * np.pi * ROLL_GRID
+    response = roll_response(parameters(vehicle), coarse)
+
+    def follows(omega: np.ndarray) -> np.ndarray:
+        return np.interp(omega, coarse, np.real(response)) + 1j * np.interp(omega, coarse, np.imag(response))
+
+    def gain(omega: np.ndarray) -> np.ndarray:
+        seen = follows(omega)
+        return np.conj(seen) / np.maximum(np.abs(seen), FAINT) ** 2
+
+    def trust(omega: np.ndarray) -> np.ndarray:
+        seen = np.abs(follows(omega)) ** 2
+        return np.sqrt(seen / (seen + ROLL_ERROR**2))
+
+    return gain, trust
+
+
+def bounce_inverse(vehicle: Mapping[str, Any]) -> Gain:
+    """Response from the bogie's vertical acceleration to the wheelsets' mean one, over rad/s."""
+    mass, body, stiffness, damping, soft, slow = _positive(
+        vehicle,
+        "bogie_mass",
+        "body_mass",
+        "primary_vertical_stiffness",
+        "primary_vertical_damping",
+        "secondary_vertical_stiffness",
+        "secondary_vertical_damping",
+    )
+
+    def gain(omega: np.ndarray) -> np.ndarray:
+        s = 1j * omega
+        secondary = 2 * (soft + slow * s)
+        carried = secondary * body * s**2 / (body * s**2 + secondary)
+        return 1 + (mass * s**2 + carried) / (4 * (stiffness + damping * s))
+
+    return gain
+
+
+def over_distance(
+    measurements: Measurements, way: Way, name: str, inverse: Gain, cut_off: float, power: int = 1
+) -> tuple[np.ndarray, np.ndarray]:
+    """A channel through its inverse and a Gaussian low-pass (standard deviation `cut_off` Hz), over speed ^ `power`.
+
+    Returns
+    -------
+    Values on the grid, shape (n,), 0 where not valid, and where they are valid.
+    """
+    low_pass, late = sensor_filter(measurements, name)
+    time = measurements.time(name) - late
+    step = 1 / measurements.rate(name)
+    values = np.where(np.isfinite(measurements[name]), measurements[name], np.nan)
+    missing = ~np.isfinite(values)
+    missing[1:] |= np.diff(time) > 2.5 * step
+
+    def gain(omega: np.ndarray) -> np.ndarray:
+        return inverse(omega) / low_pass(omega) * np.exp(-((omega / (2 * np.pi * cut_off)) ** 2) / 2)
+
+    undone = transform(np.where(missing, np.nan, values), step, gain, MEMORY, detrend=False)
+    rate, valid = way.resample(time, undone)
+    return np.where(valid, rate / way.speed**power, 0.0), valid
+
+
+def sensor_filter(measurements: Measurements, name: str) -> tuple[Gain, float]:
+    """Response of the low-pass (Butterworth) that the data sheet states, 1 where there is none, and the latency, s."""
+    try:
+        errors = measurements.sensor(name).get("errors", {})
+    except InputError:
+        errors = {}
+    late, corner = float(errors.get("latency", 0.0)), errors.get("bandwidth")
+    if not corner:
+        return np.ones_like, late
+    order = int(errors.get("bandwidth_order", 2))
+    return lambda omega: low_pass(omega, corner, order), late
+
+
+def vertical(
+    measurements: Measurements, way: Way, cut_off: float
+) -> tuple[np.ndarray, np.ndarray, Literal["chord", "rail"]]:
+    """Vertical curvature on the grid, 1/m, hollow +, shape (n,), where it is valid, and what it is.
+
+    "rail": of the rails' mean under the bogie's centre, from pitch rate and vertical acceleration; "chord": of the line
+    through both wheelsets, where there is no accelerometer.
+    """
+    gain = pitch_inverse(measurements.vehicle)
+    pitch, valid = over_distance(measurements, way, PITCH, gain, cut_off)
+    chord = -pitch
+    if BOUNCE not in measurements:
+        return chord, valid, "chord"
+    bounce, both = _bounce(measurements, way, cut_off)
+    valid = valid & both
+    speed = float(np.median(way.speed[valid])) if valid.any() else 1.0
+    size = scipy.fft.next_fast_len(len(chord), real=True) or len(chord)
+    k = 2 * np.pi * np.fft.rfftfreq(size, way.spacing)
+    arm = float(measurements.vehicle["semi_wheelbase"]) * k
+    spread = _noise(measurements, PITCH, gain, k, speed, 1) + MISMATCH**2 * _power(chord, way.spacing, k)
+    inverse = bounce_inverse(measurements.vehicle)
+    other = _noise(measurements, BOUNCE, inverse, k, speed, 2) + MISMATCH**2 * _power(bounce, way.spacing, k)
+    first, second = np.sinc(arm / np.pi), np.cos(arm)
+    joined = first * np.fft.rfft(chord, size) / spread + second * np.fft.rfft(bounce, size) / other
+    joined /= first**2 / spread + second**2 / other
+    return np.where(valid, np.fft.irfft(joined, size)[: len(chord)], 0.0), valid, "rail"
+
+
+def _bounce(measurements: Measurements, way: Way, cut_off: float) -> tuple[np.ndarray, np.ndarray]:
+    """Mean of the wheelsets' vertical acceleration over speed squared, 1/m, and where it is valid."""
+    inverse = bounce_inverse(measurements.vehicle)
+    values, valid = over_distance(measurements, way, BOUNCE, inverse, cut_off, 0)
+    ahead = accelerometer_offset(measurements.about)
+    if ahead:
+        turned, both = over_distance(measurements, way, PITCH, lambda w: 1j * w * ahead * inverse(w), cut_off, 0)
+        values, valid = values + turned, valid & both
+    mean = float(np.mean(values[valid])) if valid.any() else 0.0
+    return np.where(valid, (values - mean) / way.speed**2, 0.0), valid
+
+
+def _noise(measurements: Measurements, name: str, inverse: Gain, k: np.ndarray, speed: float, power: int) -> np.ndarray:
+    """Spectral density of a sensor's noise in the curvature, two-sided over wave number / 2 pi, 1/m."""
+    try:
+        errors = measurements.sensor(name).get("errors", {})
+    except InputError:
+        errors = {}
+    rounding = float(errors.get("resolution", 0.0)) ** 2 / 6 / measurements.rate(name)
+    density = float(errors.get("noise_density", 0.0)) ** 2 + rounding
+    return density / 2 * np.abs(inverse(k * speed)) ** 2 / speed ** (2 * power - 1) + 1e-20
+
+
+def _power(values: np.ndarray, spacing: float, k: np.ndarray) -> np.ndarray:
+    frequency, power = welch(values, spacing, min(_SEGMENT, len(values)))
+    return np.interp(k / (2 * np.pi), frequency, power) / 2
+
+
+def blur(speed: float, cut_off: float) -> float:
+    """Standard deviation in m of the Gaussian that the low-pass is in space at `speed` m/s."""
+    return speed / (2 * np.pi * cut_off)
+
+
+def _positive(vehicle: Mapping[str, Any], *names: str) -> list[float]:
+    for name in names:
+        value = vehicle.get(name)
+        if not isinstance(value, int | float) or not value > 0:
+            raise InputError(
+                f"vehicle parameter '{name}' is {value!r}; about.json must give a positive number in SI units"
+            )
+    return [float(vehicle[name]) for name in names]

@@ -1,0 +1,172 @@
+"""What the estimators of track geometry share: settings, the columns of their series, cleaning of a gyro's signal."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from estimators.interface import Estimate, Estimator
+from estimators.signals.bands import Band, band_pass, bands_of, settled, transform
+from estimators.signals.frequency_response import filter_time
+from estimators.speed.odometry import SpeedSource, Way, find_way, has_speed
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+Gain = Callable[[np.ndarray], np.ndarray]
+PAPER = "Ward et al. 2011, section 3.2"
+CANT_BASE = 1.5  # m, distance of the rail centres over which cross level is given (EN 13848-1)
+APART = 1.06  # ratio of neighbouring speeds between which responses are blended
+STANDING = 2.0  # s of standstill from which a bias is taken
+ENDS = 25.0  # m, longest wavelength of D1: closer to an end or a gap (or than half of `cut`) nothing is called valid
+
+
+class TrackEstimator(Estimator, frozen=True):
+    """Base: distance from a speed source, wavelengths up to `cut`."""
+
+    speed_source: SpeedSource = quantity("tachometer", unit="-", source=PAPER)
+    slowest: float = quantity(1.0, unit="m/s", source="illustrative: slower is marked as invalid", gt=0.0)
+    cut: float = quantity(70.0, unit="m", source=f"{PAPER}: wavelengths below 35 m or 70 m", gt=6.0, le=300.0)
+
+    def channels(self) -> tuple[str, ...]:
+        """The channels that these settings need."""
+        return self.requires
+
+    def fits(self, measurements: Measurements) -> bool:
+        """Whether the recording has every channel, and a speed."""
+        return set(self.channels()) <= set(measurements.channels) and has_speed(measurements, self.speed_source)
+
+    def need(self, measurements: Measurements) -> None:
+        """Raise `InputError` that names the first channel that is missing."""
+        missing = [name for name in self.channels() if name not in measurements.channels]
+        if missing:
+            raise InputError(f"{self.name} needs channel '{missing[0]}'; add that sensor to the recording")
+
+    def way(self, measurements: Measurements) -> Way:
+        """Distance; raises `InputError` where a channel or the speed is missing."""
+        self.need(measurements)
+        return find_way(measurements, self.speed_source, self.slowest)
+
+    def result(self, way: Way, columns: Mapping[str, np.ndarray], good: np.ndarray, **about: object) -> Estimate:
+        """The estimate from its columns; `good`: where all that went in was measured."""
+        valid = settled(good, way.spacing, max(ENDS, self.cut / 2.0))
+        table = {"s [m]": way.s, "time [s]": way.time, **columns, "valid [-]": valid.astype(float)}
+        return Estimate(self.name, pd.DataFrame(table), {"settings": self.model_dump(mode="json"), **about})
+
+
+def geometry(
+    name: str, values: np.ndarray, good: np.ndarray, way: Way, cut: float, integrate: int = 0
+) -> dict[str, np.ndarray]:
+    """Columns of one quantity: wavelengths below `cut`, then the bands, each where its filter has settled.
+
+    Parameters
+    ----------
+    name : "vertical" and the like, in m after integration.
+    values : on the grid, shape (n,). good : where they are measured.
+    integrate : how often to integrate over distance.
+    """
+    masked = np.where(good, values, np.nan)
+    columns = {f"{name} [m]": band_pass(masked, way.spacing, Band(0.0, cut), integrate)}
+    for band, edges in bands_of(name).items():
+        found = band_pass(masked, way.spacing, edges, integrate)
+        columns[f"{name}_{band} [m]"] = np.where(settled(good, way.spacing, edges.longest), found, np.nan)
+    return columns
+
+
+def filled(values: np.ndarray) -> np.ndarray:
+    """Lost samples (NaN) bridged by straight lines; zeros where there is nothing at all."""
+    good = np.isfinite(values)
+    if good.all():
+        return np.asarray(values)
+    if not good.any():
+        return np.zeros(len(values))
+    index = np.arange(len(values))
+    return np.interp(index, index[good], np.asarray(values)[good])
+
+
+def turning(
+    measurements: Measurements,
+    name: str,
+    way: Way,
+    gain: Callable[[np.ndarray], np.ndarray] | None = None,
+    ahead: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """A gyro's rate over the speed (1/m) on the grid, bias taken out, and where it is measured.
+
+    Parameters
+    ----------
+    gain : response of a filter over time, by angular frequency in rad/s.
+    ahead : how far before the bogie's centre the place lies to which the rate shall belong, m.
+    """
+    rate = filled(without_bias(measurements[name], measurements.time(name), way))
+    if gain is not None:
+        rate = filter_time(rate, measurements.rate(name), gain)
+    values, good = way.channel(measurements, name, ahead, rate)
+    return values / np.interp(way.s - ahead, way.s, way.speed), good
+
+
+def without_bias(values: np.ndarray, time: np.ndarray, way: Way, still_only: bool = False) -> np.ndarray:
+    """A gyro's signal less its bias: the mean at standstill where there is 2 s of it, or else the mean of the record.
+
+    `still_only` : leave it as it is where there was no standstill (in a curve the mean is no bias).
+    """
+    speed = np.interp(time, way.knots, way.speed_at_knots)
+    still = (speed < 1e-3) & np.isfinite(values)
+    step = float(np.median(np.diff(time)))
+    stood = still.sum() * step >= STANDING
+    chosen = still if stood else np.isfinite(values) & (not still_only)
+    return values - (float(np.mean(values[chosen])) if chosen.any() else 0.0)
+
+
+def sensor_place(measurements: Measurements, name: str) -> tuple[float, float, float]:
+    """Where the sensor of a channel stands, m from its body's centre of gravity; the centre where it is not stated."""
+    try:
+        x, y, z = measurements.sensor(name).get("position", (0.0, 0.0, 0.0))
+    except InputError:
+        return 0.0, 0.0, 0.0
+    return float(x), float(y), float(z)
+
+
+def by_speed(
+    inputs: Sequence[np.ndarray], way: Way, filters_at: Callable[[float], Sequence[Gain]], memory: float
+) -> np.ndarray:
+    """Sum of filtered inputs where the filters depend on the speed: those of neighbouring speeds, blended by place.
+
+    Parameters
+    ----------
+    inputs : on the grid, NaN where there is nothing (at the same places).
+    filters_at : speed (m/s) to one response by angular wave number (rad/m) for each input.
+    memory : of the filters, m.
+    """
+    known = np.isfinite(inputs[0])
+    if not known.any():
+        return inputs[0]
+    fast = way.speed[known]
+    low, high = float(fast.min()), float(fast.max())
+    speeds = np.geomspace(low, high, max(2, round(np.log(high / low) / np.log(APART)) + 1))
+    place = np.clip(np.interp(way.speed, speeds, np.arange(len(speeds))), 0.0, len(speeds) - 1.0)
+    found = np.where(known, 0.0, np.nan)
+    for index, speed in enumerate(speeds):
+        weight = np.maximum(0.0, 1.0 - np.abs(place - index))
+        if weight[known].any():
+            for values, gain in zip(inputs, filters_at(float(speed)), strict=True):
+                found += weight * transform(values, way.spacing, gain, memory, detrend=False)
+    return found
+
+
+def number(measurements: Measurements, name: str) -> float:
+    """A nominal parameter of the vehicle; raises `InputError` where about.json does not give it as a number."""
+    value = measurements.vehicle.get(name)
+    if not isinstance(value, int | float):
+        raise InputError(f"vehicle parameter '{name}' is {value!r}; about.json must give a number in SI units")
+    return float(value)
+
+
+def rails(vertical: dict[str, np.ndarray], level: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns of the left and the right rail from those of their mean and of cross level."""
+    found = {}
+    for side, sign in (("left", -0.5), ("right", 0.5)):
+        for name, values in vertical.items():
+            if name.startswith("vertical") and name.endswith("[m]"):
+                found[f"{side}_{name}"] = values + sign * level[name.replace("vertical", "cross_level")]
+    return found

@@ -1,0 +1,146 @@
+"""The fused estimate across the track: lateral path and cross level together, of all that the bogie feels sideways.
+
+Readings pass a high-pass over distance first: what is longer than `LONGEST` the vehicle follows without motion of its
+own, so that path and cant of that length are those of the bogie itself; they are added afterwards. Filter and model
+are linear, so that a high-passed track makes the high-passed readings.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from estimators.filters.track_spectrum import Prior
+from estimators.signals.bands import Band, band_pass, transform
+from estimators.speed.odometry import Way
+from estimators.track.fusion import Kind, Plane
+from estimators.track.observations import Attitude, Reading, channels_of, reading
+from estimators.track.sensor_pairs import WHEELSETS, axleboxes, displacements, place_of, singles
+from estimators.vehicle import lateral_roll as plane_of
+from estimators.vehicle.bump_stop import STIFFNESS, slope, steps
+from estimators.vehicle.planes import CANT_BASE, Output
+from railsim.measurements import Measurements
+
+YAW, ROLL, SIDE = "bogie.rate_yaw [rad/s]", "bogie.rate_roll [rad/s]", "bogie.acceleration_y [m/s2]"
+LONGEST = 300.0  # m; longer waves are taken from the bogie's own path and roll
+ORDER = 8
+PATH = 1000.0  # m; of the bogie's own path longer waves are left out
+SPACING = 0.25  # m, about; the grid divides the wheelbase
+LEVEL = 4.032e-7 * 0.8246**2  # m rad; lateral irregularity of ERRI B176 (1989) "low" has nearly the vertical's level
+CANT_CORNERS = (0.001, 0.8246)  # rad/m; ERRI's upper corner, and freedom for the design cant below
+
+
+DISTURBED = ((plane_of.Y1, plane_of.Y2), (plane_of.YAW1, plane_of.YAW2))
+"""Wheelsets are pushed sideways and turned by forces that are not in the model: flange, creep beyond its slope."""
+
+
+def fits(measurements: Measurements) -> bool:
+    """Whether the bogie's three lateral channels and all parameters are there."""
+    return all(name in measurements for name in (YAW, ROLL, SIDE)) and plane_of.fits(measurements.vehicle)
+
+
+def high_passed(one: Reading, way: Way) -> Reading:
+    """Without waves longer than `LONGEST`; missing places are bridged for the filter and stay missing."""
+    present = np.isfinite(one.values)
+    if not present.any():
+        return one
+    at = np.arange(len(one.values))
+    values = _high(np.interp(at, at[present], one.values[present]), way)
+    return replace(one, values=np.where(present, values, np.nan))
+
+
+def _high(values: np.ndarray, way: Way) -> np.ndarray:
+    return transform(values, way.spacing, lambda k: 1.0 - low(k), 3.0 * LONGEST, detrend=False)
+
+
+def long_waves(vehicle: Mapping[str, Any], way: Way, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
+    """Path and cross level of the bogie itself at the leading wheelset, m, shapes (n,): waves longer than `LONGEST`."""
+    if moved is None:
+        return np.zeros(len(way.s)), np.zeros(len(way.s))
+    arm = vehicle["semi_wheelbase"]
+
+    def passed(values: np.ndarray) -> np.ndarray:
+        return transform(values, way.spacing, lambda k: low(k) * np.exp(1j * k * arm), 3.0 * LONGEST, detrend=False)
+
+    path = band_pass(passed(moved.yaw_rate / way.speed), way.spacing, Band(0.0, PATH), integrate=2)
+    return path, -CANT_BASE * passed(moved.roll)
+
+
+def low(k: np.ndarray) -> np.ndarray:
+    """Share of an angular wavenumber that is left to the bogie's own path."""
+    return 1.0 / (1.0 + (k * LONGEST / (2.0 * np.pi)) ** ORDER)
+
+
+def across(
+    measurements: Measurements,
+    way: Way,
+    unknown: dict[str, float],
+    kinds: tuple[Kind, ...],
+    kind: np.ndarray,
+    lift: Callable[[Output], tuple[np.ndarray, float]],
+) -> Plane:
+    """The lateral plane with all readings.
+
+    Parameters
+    ----------
+    kinds, kind : of places, see `Plane`.
+    lift : what the vertical estimate says of a sensor at a wheelset, see `singles`.
+    """
+    readings = [
+        reading(measurements, way, YAW, Output("rate", axis="yaw")),
+        reading(measurements, way, ROLL, Output("rate", axis="roll")),
+    ]
+    for name in channels_of(measurements, "bogie", "acceleration_y"):
+        readings.append(reading(measurements, way, name, Output("acceleration", place_of(measurements, name))))
+    for number, x in WHEELSETS:
+        for name in channels_of(measurements, f"wheelset{number}", "acceleration_y"):
+            readings.append(reading(measurements, way, name, Output("axlebox", (x, 0.0, 0.0))))
+    readings += displacements(measurements, way, half_difference=True)
+    readings += axleboxes(measurements, way, half_difference=True)
+    readings += singles(measurements, way, lift)
+    outputs = [one.output for one in readings]
+    return Plane(
+        lambda p, speed: plane_of.lateral(p, outputs, speed),
+        dict(measurements.vehicle),
+        unknown,
+        [high_passed(one, way) for one in readings],
+        (Prior(LEVEL), Prior(4 * LEVEL, CANT_CORNERS)),
+        2 * plane_of.MOVES,
+        tuple(tuple(plane_of.MOVES + one for one in group) for group in DISTURBED),
+        start,
+        kinds,
+        kind,
+    )
+
+
+def places(
+    vehicle: Mapping[str, Any], curve: np.ndarray, unbalanced: np.ndarray
+) -> tuple[tuple[Kind, ...], np.ndarray]:
+    """Kinds of places: straight track, curves, and curves in which the body leans on its bump stop, more or less.
+
+    Parameters
+    ----------
+    vehicle : nominal parameters. curve : where the track is curved, shape (n,). unbalanced : see `slope`, m/s2.
+    """
+    mean, spread = slope(vehicle, unbalanced)
+    step = np.where(curve, 1 + steps(vehicle, unbalanced), 0)
+    numbers = [0, *(int(one) for one in np.unique(step) if one > 0)]
+    usual = max(numbers[1:], key=lambda one: np.count_nonzero(step == one), default=0)
+    found = []
+    for one in numbers:
+        here = step == one
+        sized_as = numbers.index(usual) if one else 0
+        if one < 2:
+            found.append(Kind(sized_as=sized_as))
+        else:
+            stiff = float(mean[here].mean())
+            found.append(Kind({STIFFNESS: stiff}, {STIFFNESS: float(spread[here].mean()) / stiff}, sized_as))
+    return tuple(found), np.searchsorted(numbers, step)
+
+
+def start(height: np.ndarray, slope: np.ndarray, speed: float) -> np.ndarray:
+    """Standard deviations of the states at the start."""
+    shift, turn, lean = height[0] + height[1], slope[0] + slope[1], height[1] / CANT_BASE
+    places = np.array([shift, turn, shift, turn, shift, lean, turn, 3 * shift, 2 * lean])
+    return np.concatenate([places, speed * np.array([turn, turn, turn, turn, turn, turn, turn, 3 * turn, 2 * turn])])

@@ -1,0 +1,147 @@
+"""Sensors at the wheelsets and away from the bogie's middle, split into what lifts and what rolls the vehicle."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from estimators.signals.bands import transform
+from estimators.speed.odometry import Way
+from estimators.track.observations import Attitude, Reading, combined, reading, stated
+from estimators.vehicle.planes import GRAVITY, Output
+from railsim.measurements import Measurements
+
+NOD_REACH = 2.0  # m; the speed's own noise is averaged over this length; no longer, for at a stop the sign changes
+CENTRED = 0.05  # m; a vertical accelerometer farther to the side feels roll
+SHORTEST = 3.0  # m; of the bands; noise that grows with the wavenumber is taken as it is there
+ROLL_RATE = "bogie.rate_roll [rad/s]"
+WHEELSETS = ((1, 1.0), (2, -1.0))
+"""Numbers of the leading and trailing wheelset, and their side of the bogie's centre."""
+
+
+def place_of(measurements: Measurements, name: str) -> tuple[float, float, float]:
+    """Where a channel's sensor stands on its body, m; the middle where that is not stated."""
+    x, y, z = stated(measurements, name).get("position", (0.0, 0.0, 0.0))
+    return float(x), float(y), float(z)
+
+
+def pair(measurements: Measurements, number: int, quantity: str) -> list[str]:
+    """Channels "..._left.quantity" and "..._right.quantity" of one wheelset, those that there are."""
+    prefix = {"displacement [m]": "primary", "acceleration_z [m/s2]": "axlebox"}[quantity]
+    names = [f"{prefix}{number}_{side}.{quantity}" for side in ("left", "right")]
+    return [name for name in names if name in measurements]
+
+
+def without_roll(measurements: Measurements, way: Way, one: Reading, moved: Attitude | None) -> list[Reading]:
+    """A vertical accelerometer of the bogie less y times the roll's acceleration, by the roll gyro; nothing if it is
+    beside the middle and there is no such gyro.
+    """
+    y = one.output.position[1]
+    if abs(y) <= CENTRED:
+        return [one]
+    if moved is None:
+        return []
+    spun = way.speed * np.gradient(moved.roll_rate, way.spacing)
+    gyro = float(stated(measurements, ROLL_RATE).get("errors", {}).get("noise_density", 0.0))
+    noise = abs(y) * gyro * 2.0 * np.pi * float(np.median(way.speed)) / SHORTEST
+    return [replace(one, values=one.values - y * spun, density=float(np.hypot(one.density, noise)))]
+
+
+def displacements(measurements: Measurements, way: Way, half_difference: bool) -> list[Reading]:
+    """Primary displacement transducers, left and right of a wheelset together.
+
+    Their mean also shows how the bogie pitches as the vehicle is braked or driven: a length per acceleration that
+    depends on where the force comes from, and so is estimated.
+    """
+    found = []
+    for number, x in WHEELSETS:
+        names = pair(measurements, number, "displacement [m]")
+        if len(names) == 2:
+            ends = [_displacement(measurements, way, name, x, not half_difference) for name in names]
+            found.append(combined(ends[0], ends[1], half_difference, _step(way)))
+    return found
+
+
+def axleboxes(measurements: Measurements, way: Way, half_difference: bool) -> list[Reading]:
+    """Vertical accelerometers on both axleboxes of a wheelset together: its lift, or its roll (half the difference)."""
+    found = []
+    for number, x in WHEELSETS:
+        names = pair(measurements, number, "acceleration_z [m/s2]")
+        if len(names) == 2:
+            ends = [_axlebox(measurements, way, name, x) for name in names]
+            arm = (place_of(measurements, names[0])[1] - place_of(measurements, names[1])[1]) / 2.0
+            skew = float(stated(measurements, names[0]).get("errors", {}).get("misalignment_std", 0.0))
+            one = combined(ends[0], ends[1], half_difference, _step(way), skew)
+            found.append(replace(one, output=Output("lift", (x, arm, 0.0))) if half_difference else one)
+    return found
+
+
+def singles(
+    measurements: Measurements,
+    way: Way,
+    mean: Callable[[Output], tuple[np.ndarray, float]],
+) -> list[Reading]:
+    """Transducers and axlebox accelerometers without one on the other side, as halves of a difference.
+
+    Parameters
+    ----------
+    mean : from the output of a pair's mean to its course by the vertical estimate, shape (n,), and the density of that
+        course's error; what is left of a single one belongs to the roll.
+    """
+    found = []
+    for number, x in WHEELSETS:
+        for quantity in ("displacement [m]", "acceleration_z [m/s2]"):
+            names = pair(measurements, number, quantity)
+            if len(names) != 1:
+                continue
+            side = 1.0 if "_left." in names[0] else -1.0
+            if quantity.startswith("displacement"):
+                one, output = (
+                    _displacement(measurements, way, names[0], x, False),
+                    Output("displacement", (x, 0.0, 0.0)),
+                )
+            else:
+                one, output = _axlebox(measurements, way, names[0], x), Output("lift", (x, side, 0.0))
+                output = replace(output, position=(x, abs(place_of(measurements, names[0])[1]), 0.0))
+            course, density = mean(one.output)
+            values = side * (one.values - course)
+            found.append(replace(one, values=values, output=output, density=float(np.hypot(one.density, density))))
+    return found
+
+
+def _step(way: Way) -> float:
+    """Typical duration of a step of the grid, s."""
+    return way.spacing / float(np.median(way.speed))
+
+
+def _displacement(measurements: Measurements, way: Way, name: str, x: float, nods: bool) -> Reading:
+    turning = (forward(way), np.zeros(len(way.s))) if nods else None
+    output = Output("displacement", (x, 0.0, 0.0))
+    return reading(measurements, way, name, output, turning=turning, mounting=nod(measurements.vehicle))
+
+
+def _axlebox(measurements: Measurements, way: Way, name: str, x: float) -> Reading:
+    """Acceleration averaged with triangular weights over two steps, as the second difference of the track has it."""
+    one = reading(measurements, way, name, Output("axlebox", (x, 0.0, 0.0)), typical=GRAVITY, late=way.spacing / 2.0)
+    known = np.isfinite(one.values)
+    bridged = np.interp(way.s, way.s[known], one.values[known]) if known.any() else np.zeros(len(way.s))
+    smooth = transform(
+        bridged, way.spacing, lambda k: np.sinc(k * way.spacing / (2.0 * np.pi)) ** 2, 4.0 * way.spacing, detrend=False
+    )
+    return replace(one, values=np.where(known, smooth, np.nan))
+
+
+def forward(way: Way) -> np.ndarray:
+    """Acceleration along the track from the speed, m/s2, shape (n,): d(V^2 / 2)/ds, mean over `NOD_REACH`; V^2 is a
+    straight line over distance up to a stop, where V itself is not.
+    """
+    rate = np.gradient(0.5 * way.speed**2, way.spacing)
+    return uniform_filter1d(rate, max(1, round(NOD_REACH / way.spacing)))
+
+
+def nod(vehicle: Mapping[str, float]) -> float:
+    """Movement over a wheelset as all of the vehicle's inertia pitches the bogie, m per m/s2: the most there can be."""
+    mass = vehicle["body_mass"] + vehicle["bogie_mass"] + 2.0 * vehicle["wheelset_mass"]
+    lever = vehicle["secondary_height"] - vehicle["wheel_radius"]
+    return mass * abs(lever) / (4.0 * vehicle["primary_vertical_stiffness"] * vehicle["semi_wheelbase"])

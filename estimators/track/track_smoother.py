@@ -1,0 +1,280 @@
+"""Track geometry from all bogie sensors at once: Gaussian smoother over distance with the vehicle's model, and what
+every value is uncertain by.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
+
+from estimators.filters.track_spectrum import Prior
+from estimators.interface import Estimate, Estimator
+from estimators.signals.bands import BANDS, band_pass, bands_of, settled
+from estimators.speed.odometry import SpeedSource, Way, find_way, has_speed
+from estimators.track import lateral_fusion
+from estimators.track.fusion import Fused, Plane, fuse
+from estimators.track.geometry import by_speed
+from estimators.track.observations import Attitude, attitude, channels_of, reading
+from estimators.track.sensor_pairs import axleboxes, displacements, place_of, without_roll
+from estimators.vehicle import lateral_roll
+from estimators.vehicle.planes import GRAVITY, Output, check_vehicle, vertical
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
+LEVEL = 4.032e-7 * 0.8246**2  # m rad; vertical irregularity of ERRI B176 (1989) "low", where none can be fitted
+CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
+CURVE_REACH = 60.0  # m; the error in a transition is felt this far
+LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
+CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
+STIFF_AND_HEAVY: tuple[str, ...] = (
+    "primary_vertical_stiffness",
+    "secondary_vertical_stiffness",
+    "bogie_mass",
+    "body_mass",
+    "bogie_pitch_inertia",
+)
+DAMPED: tuple[str, ...] = ("primary_vertical_damping", "secondary_vertical_damping")
+LATERAL_STIFF_AND_HEAVY: tuple[str, ...] = (
+    *STIFF_AND_HEAVY[:4], "primary_lateral_stiffness", "primary_longitudinal_stiffness", "secondary_lateral_stiffness",
+    "roll_bar_stiffness", "wheelset_mass", "body_roll_inertia", "bogie_roll_inertia", "bogie_yaw_inertia",
+)  # fmt: skip
+LATERAL_DAMPED: tuple[str, ...] = (*DAMPED, "secondary_lateral_damping")
+
+
+class TrackSmoother(Estimator, frozen=True):
+    """Vertical alignment by Kalman filter and smoother: bogie gyros, accelerometers and displacement transducers."""
+
+    speed_source: SpeedSource = quantity("tachometer", unit="-", source="tachometer or refined")
+    slowest: float = quantity(1.0, unit="m/s", source="illustrative", gt=0.0)
+    parameter_error: float = quantity(
+        0.03,
+        unit="- (standard deviation of stiffness, mass, inertia; dampers twice that)",
+        source="illustrative",
+        ge=0.0,
+    )
+    distance_error: float = quantity(
+        0.01, unit="- (standard deviation of the odometer's scale)", source="illustrative: wheel worn by 5 mm", ge=0.0
+    )
+
+    curve_error: float = quantity(
+        0.0022,
+        unit="m/rad (standard deviation of the height by the roll on canted track)",
+        source="tuned on curve_r400: wheelset lifted by its lateral shift, products of angles not modelled",
+        ge=0.0,
+    )
+
+    creep_error: float = quantity(
+        0.08, unit="- (standard deviation of the creep coefficients)", source="illustrative: dry rail", ge=0.0
+    )
+    spin_error: float = quantity(
+        0.2, unit="- (standard deviation of that by spin beyond it)", source="illustrative: Polach, Kalker", ge=0.0
+    )
+    profile_error: float = quantity(
+        0.05, unit="- (standard deviation of conicity, contact angle's rate)", source="illustrative: worn", ge=0.0
+    )
+
+    requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH)
+
+    def fits(self, measurements: Measurements) -> bool:
+        """Whether there are the bogie's two vertical channels and a speed."""
+        return super().fits(measurements) and has_speed(measurements, self.speed_source)
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Smooth the whole record.
+
+        Raises
+        ------
+        InputError : a channel, the speed or a parameter of the vehicle is missing.
+        """
+        self.need(measurements)
+        vehicle = measurements.vehicle
+        check_vehicle(vehicle)
+        wheelbase = 2.0 * vehicle["semi_wheelbase"]
+        out = find_way(measurements, self.speed_source, self.slowest)
+        way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / out.spacing))
+        moved = attitude(measurements, way)
+        plane = self.vertical_plane(measurements, way, moved)
+        found = {"vertical": fuse(plane, way, [bands_of("vertical")], self.distance_error)[0]}
+        found["vertical"] = found["vertical"].raised(*self._settling(vehicle, way, moved), CURVE_SHARES)
+        if lateral_fusion.fits(measurements):
+            found |= self._sideways(measurements, Lift(plane, found["vertical"], self.distance_error))
+            canted = self._canted(way, moved)
+            level = found["cross_level"].on(way.s)
+            for name, share in (("left_vertical", -0.5), ("right_vertical", 0.5)):
+                found[name] = found["vertical"].with_share(level, share).without(canted | level.hidden)
+        series = pd.DataFrame({"s [m]": out.s, "time [s]": out.time})
+        for name, fused in found.items():
+            add(series, name, fused, out, wheelbase / 2)
+        seen = np.interp(out.s, way.s, found["vertical"].seen.astype(float)) > 0.5
+        series["valid [-]"] = (out.valid & seen).astype(float)
+        about: dict[str, Any] = self.model_dump()
+        for name in {"vertical", "cross_level", "lateral"} & set(found):
+            about[f"{name}_level [m rad]"] = found[name].level
+            about |= {f"{name}_{band}_bound [m]": bound for band, bound in found[name].bounds.items()}
+        return Estimate(self.name, series, about)
+
+    def vertical_plane(self, measurements: Measurements, way: Way, moved: Attitude | None) -> Plane:
+        """The vertical plane with all that is read of it; `moved` : what `attitude` gives for the grid."""
+        rate, force, across, side, roll_std = None, None, None, None, 0.0
+        if moved is not None:
+            rate = moved.roll * moved.turn
+            force = centripetal(moved, way)
+            across, side = (moved.yaw_rate, moved.roll_rate), (moved.side, np.zeros(len(way.s)))
+            roll_std = moved.roll_std
+        readings = [
+            reading(measurements, way, name, Output("rate"), rate, across, roll_std=roll_std)
+            for name in channels_of(measurements, "bogie", "rate_pitch")
+        ]
+        for name in channels_of(measurements, "bogie", "acceleration_z"):
+            output = Output("acceleration", place_of(measurements, name))
+            one = reading(measurements, way, name, output, force, side, GRAVITY, roll_std)
+            readings += without_roll(measurements, way, one, moved)
+        readings += displacements(measurements, way, half_difference=False)
+        readings += axleboxes(measurements, way, half_difference=False)
+        outputs = [one.output for one in readings]
+        return Plane(
+            lambda p, _speed: vertical(p, outputs),
+            dict(measurements.vehicle),
+            self._unknown(),
+            readings,
+            (Prior(LEVEL),),
+            6,
+            (),
+            lambda height, slope, speed: np.array(
+                [2 * height[0], 2 * height[0], *(slope[0] * np.array([2, 2 * speed, 2 * speed, speed]))]
+            ),
+        )
+
+    def _sideways(self, measurements: Measurements, lift: "Lift") -> dict[str, Fused]:
+        """Lateral alignment and cross level, on a coarser grid."""
+        wheelbase = lift.plane.wheelbase
+        way = find_way(
+            measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / lateral_fusion.SPACING)
+        )
+        moved = attitude(measurements, way)
+        curve = np.zeros(len(way.s), dtype=bool) if moved is None else curved(moved, way)
+        curve = maximum_filter1d(curve, max(1, round(CURVE_REACH / way.spacing)))
+        unbalanced = np.zeros(len(way.s)) if moved is None else self._unbalanced(way, moved)
+        kinds, kind = lateral_fusion.places(measurements.vehicle, curve, unbalanced)
+        unknown = self._unknown_sideways()
+        plane = lateral_fusion.across(measurements, way, unknown, kinds, kind, lambda output: lift(output, way))
+        names = ("lateral", "cross_level")
+        found = fuse(plane, way, [bands_of(name) for name in names], self.distance_error)
+        own = lateral_fusion.long_waves(measurements.vehicle, way, moved)
+        lateral, level = (one._replace(values=one.values + more) for one, more in zip(found, own, strict=True))
+        if curve.any():  # the path's long waves reach far into the bands where the record ends
+            ends = np.minimum(way.s, way.s[-1] - way.s) < lateral_fusion.LONGEST / 2.0
+            lateral = lateral.without(np.logical_or(curve, ends))
+        if moved is not None:  # the attitude through a gap is a guess, which stands in both
+            lateral, level = lateral.without(moved.bridged), level.without(moved.bridged)
+        return {"lateral": lateral, "cross_level": level}
+
+    def _unbalanced(self, way: Way, moved: Attitude) -> np.ndarray:
+        """Lateral acceleration that cant does not balance, m/s2."""
+        side = beyond_straight(moved.side, curved(moved, way))
+        return uniform_filter1d(side, max(1, round(CURVE_REACH / way.spacing)))
+
+    def _settling(self, p: Mapping[str, Any], way: Way, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
+        """How far the primary springs give under the larger force in a canted curve, m; what is unsure in curves, m."""
+        if moved is None:
+            return np.zeros(len(way.s)), np.zeros(len(way.s))
+        given = (p["bogie_mass"] + p["body_mass"]) * centripetal(moved, way) / (4 * p["primary_vertical_stiffness"])
+        curve = curved(moved, way)
+        canted = uniform_filter1d(np.abs(beyond_straight(moved.roll, curve)), max(1, round(CURVE_REACH / way.spacing)))
+        return given, self.curve_error * canted * curve
+
+    def _canted(self, way: Way, moved: Attitude | None) -> np.ndarray:
+        """Where a curve's cant stands in the cross level and cannot be told from a rail's own irregularity."""
+        if moved is None:
+            return np.zeros(len(way.s), dtype=bool)
+        return maximum_filter1d(curved(moved, way), max(1, round(2 * CURVE_REACH / way.spacing)))
+
+    def _unknown(self) -> dict[str, float]:
+        """Relative standard deviations of the vehicle's parameters."""
+        one = self.parameter_error
+        return dict.fromkeys(STIFF_AND_HEAVY, one) | dict.fromkeys(DAMPED, 2 * one)
+
+    def _unknown_sideways(self) -> dict[str, float]:
+        one = self.parameter_error
+        known = dict.fromkeys(LATERAL_STIFF_AND_HEAVY, one) | dict.fromkeys(LATERAL_DAMPED, 2 * one)
+        profile = dict.fromkeys(("design_conicity", "design_contact_angle_rate"), self.profile_error)
+        return known | profile | {lateral_roll.CREEP: self.creep_error, lateral_roll.SPIN: self.spin_error}
+
+
+@dataclass(frozen=True)
+class Lift:
+    """What the vertical estimate says of sensors at the wheelsets.
+
+    Attributes
+    ----------
+    plane, fused : the vertical plane and what came of it.
+    distance_error : as in `TrackSmoother`.
+    """
+
+    plane: Plane
+    fused: Fused
+    distance_error: float
+
+    def __call__(self, output: Output, way: Way) -> tuple[np.ndarray, float]:
+        """Course of the output over a grid, shape (n,), and the density of its error, the largest of D1."""
+        steps = 2 if output.kind == "axlebox" else 1  # over which its reading is a mean
+
+        def response(k: np.ndarray, speed: float) -> np.ndarray:
+            lead, trail = vertical(self.plane.vehicle, [output]).response(k * speed)[:, 0].T
+            return lead + trail * np.exp(-1j * k * self.plane.wheelbase)
+
+        def gains(speed: float) -> list[Callable[[np.ndarray], np.ndarray]]:
+            def gain(k: np.ndarray) -> np.ndarray:
+                mean = np.sinc(k * way.spacing / (2.0 * np.pi)) * np.exp(-0.5j * k * way.spacing)
+                return response(k, speed) * mean**steps
+
+            return [gain]
+
+        course = by_speed([self.fused.on(way.s).values], way, gains, LIFT_MEMORY)
+        speed = float(np.median(way.speed))
+        priors = [self.plane.priors[0].scaled(self.fused.level)]
+        known = self.plane.information(speed, way.spacing, self.distance_error, priors, np.zeros(0))
+        inside = (known.wavenumber > 2 * np.pi / BANDS["d1"].longest) & (
+            known.wavenumber < 2 * np.pi / BANDS["d1"].shortest
+        )
+        error = known.with_model_error[inside, 0] * np.abs(response(known.wavenumber[inside], speed)) ** 2
+        return course, float(np.sqrt(2.0 * np.pi / speed * error.max()))
+
+
+def centripetal(moved: Attitude, way: Way) -> np.ndarray:
+    """Vertical specific force less gravity that a canted curve makes, m/s2: -V r roll - g roll^2 / 2."""
+    return -way.speed * moved.turn * moved.roll - GRAVITY * moved.roll**2 / 2
+
+
+def curved(moved: Attitude, way: Way) -> np.ndarray:
+    """Where the track is curved, and not only the yaw gyro biased."""
+    count = max(1, round(CURVE_REACH / way.spacing))
+    curvature = np.abs(uniform_filter1d(moved.turn / way.speed, count))
+    return curvature > CANTED + 2.0 * moved.turn_std / way.speed
+
+
+def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:
+    """Values less their median outside curves, which is the sensor's bias; as they are where all is curve."""
+    return values if curve.all() else values - np.median(values[~curve])
+
+
+def add(series: pd.DataFrame, name: str, fused: Fused, way: Way, lead: float) -> None:
+    """Columns of one quantity on the grid of the estimate."""
+    ahead = fused.s + lead
+
+    def put(column: str, values: np.ndarray, known: np.ndarray) -> None:
+        shown = np.interp(way.s, ahead, known.astype(float)) > 1.0 - 1e-9
+        series[column] = np.where(shown, CubicSpline(ahead, values)(np.clip(way.s, ahead[0], ahead[-1])), np.nan)
+
+    put(f"{name} [m]", fused.values, ~fused.hidden)
+    series[f"{name}_std [m]"] = np.interp(way.s, ahead, fused.std)
+    spacing = float(fused.s[1] - fused.s[0])
+    for band, edges in bands_of(name).items():
+        inside = settled(~fused.hidden, spacing, edges.longest)
+        put(f"{name}_{band} [m]", band_pass(fused.values, spacing, edges), inside)
+        series[f"{name}_{band}_std [m]"] = np.interp(way.s, ahead, fused.band_std[band])

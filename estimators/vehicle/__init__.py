@@ -1,0 +1,1 @@
+"""Shared: linear models of the vehicle from its nominal parameters."""

@@ -1,0 +1,1 @@
+"""Wheel-rail geometry: conicity, rolling radii, contact angles."""

@@ -1,0 +1,264 @@
+"""Conicity from the response of the yaw rate to a known section of track, in the frequency domain."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+from scipy import signal
+from scipy.ndimage import uniform_filter1d
+from scipy.optimize import least_squares
+
+from estimators.interface import Estimate, Estimator
+from estimators.signals.bands import Band, band_pass
+from estimators.vehicle import plan_view, single_wheelset
+from estimators.wheel_rail.contact_run import SPEED, held
+from estimators.wheel_rail.known_rails import Survey, refine
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+WHEELSET, BOGIE = "wheelset1.rate_yaw [rad/s]", "bogie.rate_yaw [rad/s]"
+SPACING = 0.2  # m
+SMOOTH = 9  # Fourier coefficients over which the residual's variance is averaged
+MOST, LEAST = 1.0, 0.005  # conicities that are looked for
+CREEP = (0.2, 1.2)  # shares of Kalker's slope that are looked for
+TYPICAL = (0.15, 0.6)  # conicity and creep share of the response with which the place is sought (-)
+CANDIDATES = 13  # places of which the one with the most coherent response is taken
+SCALES = 1.0 + np.linspace(-0.012, 0.012, 13)
+"""Real over measured way that are tried: the wheel's radius (-)."""
+ASIDE = 8.0  # m; how far the first finding may be off
+COARSE = (0.06, 0.2)
+"""Conicities from which the search begins; the best of their ends counts (-)."""
+
+Response = Callable[[float, float, float, np.ndarray], np.ndarray]
+"""Yaw over the slope of the rails from conicity, creep share, speed (m/s) and wave numbers (rad/m)."""
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Fourier coefficients of stretches of the section.
+
+    k : wave numbers in the band, rad/m (m,). speeds : m/s (b,). turning : yaw rate over speed (b, m). slope : of the
+    rails times i k, (b, m): the turning of a bogie that follows them.
+    """
+
+    k: np.ndarray
+    speeds: np.ndarray
+    turning: np.ndarray
+    slope: np.ndarray
+
+
+class ConicitySpectral(Estimator, frozen=True):
+    """Least squares on Fourier coefficients: yaw rate = response (conicity, creep) times the measured track.
+
+    The use of "frequency analysis of output signals along a known section of track" is what Ward et al. (2011), section
+    4.4, propose as a way out. It takes a yaw gyro on the wheelset or, on a half vehicle, on the bogie, and the wheel's
+    speed; where the record lies on the track is found by the yaw rate itself. One conicity for the whole section.
+    """
+
+    block: float = quantity(200.0, unit="m", source="illustrative: several memories of the hunting motion", gt=50.0)
+    shortest: float = quantity(6.0, unit="m", source="illustrative: below Klingel's waves of worn wheels", gt=2.0)
+    longest: float = quantity(60.0, unit="m", source="illustrative: the gyro's drift stays below", gt=10.0)
+    model_error: float = quantity(0.1, unit="- of the conicity", source="trial on other tracks and vehicles", ge=0.0)
+    model_floor: float = quantity(0.01, unit="-", source="trial on other tracks and vehicles", ge=0.0)
+
+    bogie_error: float = quantity(0.3, unit="- of the conicity", source="trial with the half vehicle", ge=0.0)
+
+    requires: ClassVar[tuple[str, ...]] = (SPEED,)
+
+    def fits(self, measurements: Measurements) -> bool:
+        """Whether there are a yaw gyro, the wheel's speed, the measured track and a vehicle that is known."""
+        track = measurements.track
+        known = track is not None and bool({"lateral [m]", "left_lateral [m]"} & set(track.columns))
+        return super().fits(measurements) and known and _channel(measurements) is not None
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """One conicity, stated at every second of the record.
+
+        Raises
+        ------
+        InputError : a channel, the track or a vehicle parameter is missing, or the record is shorter than two blocks.
+        """
+        self.need(measurements)
+        channel = _channel(measurements)
+        if channel is None:
+            raise InputError(f"conicity_spectral needs channel '{WHEELSET}' or '{BOGIE}' of a known vehicle; add it")
+        respond = response(measurements.vehicle, channel)
+        way, turning, speed = path(measurements, channel)
+        survey = Survey(measurements)
+        typical = float(np.median(speed))
+        places = find(way, turning, survey, lambda k: respond(*TYPICAL, typical, k))[:CANDIDATES]
+        start, rough = min(
+            places, key=lambda one: incoherent(self._blocks(way, turning, speed, survey, one[0], one[1]))
+        )
+
+        def misfit(offset: float, scale: float) -> float:
+            return incoherent(self._blocks(way, turning, speed, survey, offset, rough * scale))
+
+        offset, scale = refine(misfit, start)
+        scale *= rough
+        first = self._fit(self._blocks(way, turning, speed, survey, offset, scale), respond, None)
+        offset += float(first.x[2])
+        blocks = self._blocks(way, turning, speed, survey, offset, scale)
+        found = self._fit(blocks, respond, _deviation(blocks, respond, np.array([*first.x[:2], 0.0])))
+        offset += float(found.x[2])
+        conicity, creep = np.exp(found.x[:2])
+        spread = conicity * float(np.sqrt(np.linalg.inv(found.jac.T @ found.jac)[0, 0]))
+        share = self.bogie_error if channel == BOGIE else self.model_error
+        honest = np.sqrt(spread**2 + (share * conicity) ** 2 + self.model_floor**2)
+        time = np.arange(measurements.time(channel)[0], measurements.time(channel)[-1], 1.0)
+        series = pd.DataFrame({"time [s]": time, "conicity [-]": conicity, "conicity_std [-]": honest})
+        about = {"offset [m]": offset, "way_scale [-]": scale, "creep_share [-]": float(creep)}
+        about |= {"filter_std [-]": spread, "channel": channel, "blocks [-]": len(blocks.speeds)}
+        return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), **about})
+
+    def _blocks(
+        self,
+        way: np.ndarray,
+        turning: np.ndarray,
+        speed: np.ndarray,
+        survey: Survey,
+        offset: float,
+        scale: float,
+    ) -> Blocks:
+        centre = np.interp(offset + scale * way, survey.s, survey.centre)
+        size = round(self.block / SPACING)
+        if len(way) < 2 * size:
+            raise InputError(
+                f"the record covers {way[-1]:.0f} m; conicity_spectral needs two blocks of {self.block:g} m"
+            )
+        starts = np.arange(0, len(way) - size + 1, size // 2)
+        k = 2.0 * np.pi * np.fft.rfftfreq(size, SPACING)
+        band = (k >= 2.0 * np.pi / self.longest) & (k <= 2.0 * np.pi / self.shortest)
+        window = np.hanning(size)
+
+        def coefficients(values: np.ndarray) -> np.ndarray:
+            parts = np.stack([signal.detrend(values[one : one + size]) for one in starts])
+            return np.fft.rfft(parts * window, axis=1)[:, band]
+
+        mean = np.array([speed[one : one + size].mean() for one in starts])
+        return Blocks(k[band], mean, coefficients(turning), -(k[band] ** 2) * coefficients(centre))
+
+    def _fit(self, blocks: Blocks, respond: Response, deviation: np.ndarray | None) -> Any:
+        """Logarithms of conicity and creep share, and how far ahead the record really lies (m); residuals over
+        `deviation` (m,), or else over the measured size.
+        """
+        scale = np.sqrt(np.mean(np.abs(blocks.turning) ** 2, axis=0)) if deviation is None else deviation
+
+        def residual(x: np.ndarray) -> np.ndarray:
+            wrong = (blocks.turning - _foretold(blocks, respond, x)) / scale
+            return np.concatenate([wrong.real.ravel(), wrong.imag.ravel()])
+
+        bounds = [[np.log(LEAST), np.log(CREEP[0]), -ASIDE], [np.log(MOST), np.log(CREEP[1]), ASIDE]]
+        begin = np.log(single_wheelset.DRY)
+        ends = [
+            least_squares(residual, [np.log(one), begin, place], bounds=bounds, x_scale=[0.1, 0.1, 0.5])
+            for one in COARSE
+            for place in ((0.0,) if deviation is not None else (0.0, 2.5))
+        ]
+        return min(ends, key=lambda one: one.cost)
+
+
+def response(vehicle: Mapping[str, Any], channel: str) -> Response:
+    """What turns the rails' slope into the yaw of the body whose gyro it is."""
+    if channel == BOGIE:
+        angles = float(vehicle["design_contact_angle_rate"]) / float(vehicle["design_conicity"])
+
+        def bogie(conicity: float, creep: float, speed: float, k: np.ndarray) -> np.ndarray:
+            known = {**vehicle, "design_conicity": conicity, "design_contact_angle_rate": angles * conicity}
+            return plan_view.yaw_response(known, speed, k, creep)[0]
+
+        return bogie
+    nominal = single_wheelset.wheelset_model(vehicle, 1.0)
+
+    def wheelset(conicity: float, creep: float, speed: float, k: np.ndarray) -> np.ndarray:
+        own = nominal.numbers
+        model = nominal._replace(numbers=own._replace(f11=creep * own.f11, f22=creep * own.f22))
+        a, b = single_wheelset.linear(model, conicity, speed)
+        s = 1j * k * speed
+        dynamic = s[:, None, None] * np.eye(len(a)) - a
+        force = b[:, 0] + s[:, None] * b[:, 1]
+        return np.linalg.solve(dynamic, force[:, :, None])[:, single_wheelset.YAW, 0] / (1j * k)
+
+    return wheelset
+
+
+def path(measurements: Measurements, channel: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distance since the start (m), yaw rate over speed (1/m) and speed (m/s) on a uniform grid of distance."""
+    time, rate = measurements.time(channel), measurements[channel]
+    good = np.isfinite(rate)
+    speed = held(measurements, time)
+    speed = np.where(np.isfinite(speed), speed, speed[np.isfinite(speed)][0])
+    gone = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+    way = np.arange(0.0, gone[-1], SPACING)
+    turned = np.interp(time, time[good], rate[good]) / np.maximum(speed, 1.0)
+    return way, np.interp(way, gone, turned), np.interp(way, gone, speed)
+
+
+def find(
+    way: np.ndarray, turning: np.ndarray, survey: Survey, gain: Callable[[np.ndarray], np.ndarray]
+) -> list[tuple[float, float]]:
+    """Distances at which the record may begin (m) with the scale of its way (-): where its turning is most like the
+    rails' curvature through a typical response (`gain` of the wave number), the likeliest first; one for each scale.
+
+    Raises
+    ------
+    InputError : the way is longer than the measured track.
+    """
+    grid = np.arange(survey.s[0], survey.s[-1], SPACING)
+    slow = Band(15.0, 60.0)
+    bent = np.gradient(np.gradient(np.interp(grid, survey.s, survey.centre), SPACING), SPACING)
+    k = 2.0 * np.pi * np.fft.rfftfreq(len(bent), SPACING)
+    k[0] = k[1]
+    rails = np.nan_to_num(band_pass(np.fft.irfft(np.fft.rfft(bent) * gain(k), len(bent)), SPACING, slow))
+    found: list[tuple[float, float, float]] = []
+    for scale in SCALES:
+        places = np.arange(0.0, scale * way[-1], SPACING)
+        if len(places) > len(grid):
+            continue
+        own = np.nan_to_num(band_pass(np.interp(places, scale * way, turning), SPACING, slow))
+        agreement = signal.correlate(rails, own, "valid", "fft")
+        size = signal.correlate(rails**2, np.ones(len(own)), "valid", "fft") * float(own @ own)
+        likeness = agreement / np.sqrt(np.maximum(size, 1e-3 * size.max()))
+        found.append((float(likeness.max()), float(grid[int(likeness.argmax())]), float(scale)))
+    if not found:
+        raise InputError(
+            f"the record covers {way[-1]:.0f} m, the measured track {grid[-1]:.0f} m; give that of the whole way"
+        )
+    return [(place, scale) for _, place, scale in sorted(found, reverse=True)]
+
+
+def incoherent(blocks: Blocks) -> float:
+    """Share of the turning that no response to the slope explains, whatever it is at each wave number (-)."""
+    cross = np.abs(np.sum(blocks.turning * blocks.slope.conj(), axis=0)) ** 2
+    power = np.sum(np.abs(blocks.turning) ** 2, axis=0) * np.sum(np.abs(blocks.slope) ** 2, axis=0)
+    return 1.0 - float(np.mean(cross / power))
+
+
+def _channel(measurements: Measurements) -> str | None:
+    """The yaw gyro whose response is known."""
+    if WHEELSET in measurements and single_wheelset.fits(measurements.vehicle):
+        return WHEELSET
+    return BOGIE if BOGIE in measurements and plan_view.fits(measurements.vehicle) else None
+
+
+def _foretold(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
+    """Turning of every block (b, m); one response serves blocks of about the same speed."""
+    conicity, creep = np.exp(x[:2])
+    shifted = np.exp(1j * blocks.k * x[2])
+    known: dict[float, np.ndarray] = {}
+    rows = []
+    for speed, slope in zip(blocks.speeds, blocks.slope, strict=True):
+        near = float(np.round(speed * 2.0) / 2.0)
+        if near not in known:
+            known[near] = respond(conicity, creep, near, blocks.k) * shifted
+        rows.append(known[near] * slope)
+    return np.stack(rows)
+
+
+def _deviation(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
+    """Standard deviation of each part (real, imaginary) of what the fit leaves, smoothed over wave numbers (m,)."""
+    left = np.abs(blocks.turning - _foretold(blocks, respond, x)) ** 2
+    return np.sqrt(uniform_filter1d(left.mean(axis=0), SMOOTH) / 2.0)

@@ -1,0 +1,1 @@
+"""Cramér-Rao bounds: what can be known at all."""

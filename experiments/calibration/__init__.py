@@ -1,0 +1,1 @@
+"""Calibrations that an estimator ships with: how they were made."""

@@ -1,0 +1,1 @@
+"""Faults put into recordings on purpose, and how well the inspection finds them."""

@@ -1,0 +1,155 @@
+"""Cases: a run measured, spoilt or not, inspected, repaired, and estimated from again."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from estimators.interface import Estimate
+from experiments.commands.run import estimate_all
+from experiments.fault_injection.faults import FAULTS, Fault, Spoiler
+from experiments.fault_injection.runs import RUNS, scenario, truth_of
+from experiments.scoring.score import score
+from railsim import measure
+from railsim.errors import InputError
+from railsim.measurements import TIME, Measurements
+from railsim.quality.inspection import inspect
+from railsim.quality.interface import Finding
+from railsim.truth import Truth
+
+NEAR = 0.5  # s: as the place of a fault must be found
+GRADES = ("industrial", "mems")
+_ERRORS = "rms error"
+_FLOOR = {"km/h": 0.02, "mm": 0.05}
+"""Errors below which a share of an error says nothing, by unit; illustrative."""
+
+
+def cases(count: int, seed: int, shift: float, fast: bool, every: int) -> Iterator[dict[str, Any]]:
+    """Spoilt recordings, each kind of fault in turn, then as many clean ones: a row each.
+
+    Parameters
+    ----------
+    count : of each.
+    seed : of runs, noise and faults.
+    shift : m by which the runs begin further on.
+    fast : the compiled engine.
+    every : of every so-many-th spoilt recording the estimators' scores are compared.
+    """
+    truth = lru_cache(len(RUNS))(lambda name: truth_of(name, fast, shift))
+    kinds = list(FAULTS)
+    for number in range(count):
+        rng = np.random.default_rng([seed, number])
+        run, grade = str(rng.choice(list(RUNS))), str(rng.choice(GRADES))
+        measured = measure(truth(run), scenario(run, grade, shift), seed=seed + number).measurements
+        fault, spoilt = spoil(measured, kinds[number % len(kinds)], rng)
+        row = {"case": number, "run": run, "grade": grade, **judge(fault, spoilt)}
+        scored = number // len(kinds) % every == 0
+        yield row | (restored(measured, spoilt, truth(run)) if scored else {})
+    names = list(RUNS)
+    for number in range(count, 2 * count):
+        run, grade = names[number % len(names)], GRADES[number // len(names) % 2]
+        measured = measure(truth(run), scenario(run, grade, shift), seed=seed + number).measurements
+        yield {"case": number, "run": run, "grade": grade, **judge(None, measured)}
+
+
+def spoil(measured: Measurements, kind: str, rng: np.random.Generator) -> tuple[Fault, Measurements]:
+    """A fault of a kind, and the recording with it."""
+    spoiler = Spoiler(measured, rng)
+    fault = FAULTS[kind](spoiler)
+    return fault, spoiler.result()
+
+
+def judge(fault: Fault | None, measured: Measurements) -> dict[str, Any]:
+    """What the inspection says of a recording, against what was done to it."""
+    faults = inspect(measured).faults
+    words = "; ".join(f"{one.kind} {one.channel}" for one in faults)
+    if fault is None:
+        return {"fault": "none", "found": faults[0].kind if faults else "nothing", "alarms": len(faults), "text": words}
+    there = [one for one in faults if one.channel in fault.channels or one.other in fault.channels]
+    named = [one for one in there if one.kind == fault.kind]
+    best = named[0] if named else (there[0] if there else None)
+    return {
+        "fault": fault.kind,
+        "channel": fault.channels[0],
+        "size": fault.size,
+        "start [s]": fault.start,
+        "end [s]": fault.end,
+        "found": best.kind if best else "nothing",
+        "detected": float(bool(there)),
+        "named": float(bool(named)),
+        "placed": float(any(_placed(one, fault) for one in named)),
+        "alarms": len(faults) - len(named),
+        "text": words,
+    }
+
+
+def _placed(one: Finding, fault: Fault) -> bool:
+    """Whether begin and end are right."""
+    return abs(one.start - fault.start) <= NEAR and abs(one.end - fault.end) <= NEAR
+
+
+def restored(clean: Measurements, spoilt: Measurements, truth: Truth) -> dict[str, Any]:
+    """Largest rms error of any estimator after the repair, and without it, over that from the clean recording, and
+    over that from the clean recording without the samples that the fault touched; how many scores each has lost.
+    """
+    before, after = _errors(clean, truth), _errors(inspect(spoilt).cleaned, truth)
+    without, gap = _errors(spoilt, truth), _errors(gapped(clean, spoilt), truth)
+    worst = {key: after[key] / value for key, value in before.items() if key in after}
+    name = max(worst, key=lambda key: worst[key]) if worst else ""
+    return {
+        "repaired over clean": worst.get(name, np.nan),
+        "worst score": name,
+        "lost": len(before.keys() - after.keys()),
+        "spoilt over clean": _worst(without, before),
+        "repaired over gap": _worst(after, gap),
+        "lost beside gap": len((before.keys() & gap.keys()) - after.keys()),
+    }
+
+
+def gapped(clean: Measurements, spoilt: Measurements) -> Measurements:
+    """The clean recording without the samples and rows that differ in the spoilt one: the best a repair can leave of
+    what takes information away.
+    """
+    frames: dict[float, dict[str, np.ndarray]] = {}
+    for name in clean:
+        time, values = clean.time(name), clean[name].copy()
+        kept = np.isin(time, spoilt.time(name))
+        values[~kept] = np.nan
+        if kept.sum() == spoilt[name].size:
+            values[np.flatnonzero(kept)[spoilt[name] != clean[name][kept]]] = np.nan
+        frames.setdefault(clean.rate(name), {TIME: time})[name] = values
+    return Measurements(clean.about, frames, clean.track)
+
+
+def _worst(errors: dict[str, float], reference: dict[str, float]) -> float:
+    """Largest of the ratios; NaN where there is no score in both."""
+    return max((errors[key] / value for key, value in reference.items() if key in errors), default=np.nan)
+
+
+def _errors(measured: Measurements, truth: Truth) -> dict[str, float]:
+    """Root-mean-square errors of all estimators, not below a floor, by "estimator: score"."""
+    found = {}
+    try:
+        estimates = estimate_all(measured).found
+    except (ValueError, ArithmeticError, IndexError):
+        return {}
+    for name, estimate in estimates.items():
+        for key, value in _scores(estimate, truth).items():
+            unit = key.rpartition("[")[2].rstrip("]")
+            if _ERRORS in key and unit in _FLOOR and np.isfinite(value):
+                found[f"{name}: {key}"] = max(value, _FLOOR[unit])
+    return found
+
+
+def _scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
+    try:
+        return score(estimate, truth)
+    except InputError:
+        return {}
+
+
+def table(count: int, seed: int, shift: float, fast: bool, every: int) -> pd.DataFrame:
+    """All cases."""
+    return pd.DataFrame(list(cases(count, seed, shift, fast, every)))

@@ -1,0 +1,1 @@
+"""What track maintenance reads from an estimate, and how long raw data are kept."""

@@ -1,1 +1,0 @@
-"""Faults put into recordings on purpose, and how well the inspection of recordings finds them."""

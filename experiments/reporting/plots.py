@@ -1,0 +1,239 @@
+"""Pictures of one run: speed, the vehicle on the track, wheel forces."""
+
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from estimators.interface import Estimate
+from experiments.scoring.score import KMH, SPEED, speed_errors
+from railsim.measurements import Measurements
+from railsim.model import GRAVITY
+from railsim.truth import Truth
+
+BLACK, GREY = "#000000", "#8c8c8c"
+BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
+"""Palette of Okabe and Ito (2008), for colour-blind readers too."""
+
+ESTIMATOR_COLOURS = (ORANGE, BLUE, PURPLE, SKY)
+SENSOR_COLOURS = (RED, GREEN, SKY)
+CLOSE = 60.0  # m; length of the stretch that is shown from close by
+MOST_POINTS = 6000  # a line; more are drawn as an envelope of lowest and highest
+
+
+@dataclass(frozen=True)
+class Results:
+    """What `railsim run` has found."""
+
+    name: str
+    description: str
+    truth: Truth
+    measured: Measurements
+    estimates: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A channel of the truth, times a factor, plus an offset."""
+
+    channel: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """A panel over distance: its label and the lines in it by name."""
+
+    label: str
+    lines: Mapping[str, Line]
+    height: float = 1.0
+
+
+def speed(results: Results) -> Figure:
+    """Speeds over time, and their errors on two scales."""
+    figure, panels = _panels(results, (3.0, 2.0, 2.0), columns=1)
+    top, middle, bottom = panels[:, 0]
+    truth = results.truth
+    _sensors(results, top, middle)
+    _line(top, truth.time, KMH * truth[SPEED], color=BLACK, lw=2.6, label="true", zorder=4)
+    spreads = []
+    for (name, estimate), colour in zip(_speeds(results).items(), ESTIMATOR_COLOURS, strict=False):
+        time, error = speed_errors(estimate, truth)
+        true = np.interp(time, truth.time, truth[SPEED])
+        _line(top, time, KMH * (true + error), color=colour, lw=1.2, label=name, zorder=5)
+        for axes in (middle, bottom):
+            _line(axes, time, KMH * error, color=colour, lw=1.0, zorder=5)
+        if np.isfinite(error).any():
+            spreads.append(KMH * float(np.nanquantile(np.abs(error), 0.999)))
+    for axes in (middle, bottom):
+        axes.axhline(0.0, color=BLACK, lw=0.8, zorder=3)
+    if spreads:
+        _limit(middle, 1.15 * max(spreads))
+        _limit(bottom, 1.15 * min(spreads))
+    top.set_ylabel("speed [km/h]")
+    middle.set_ylabel("error [km/h]")
+    bottom.set_ylabel("error, closer [km/h]")
+    bottom.set_xlabel("time [s]")
+    _legend(top)
+    return figure
+
+
+def overview(results: Results) -> Figure:
+    """Track, wheelsets and bogie over distance."""
+    curve = Row(
+        "curvature\nand cant",
+        {
+            "curvature [1/km]": Line("track1.curvature [1/m]", 1e3),
+            "cant [cm]": Line("track1.cant [m]", 1e2),
+        },
+    )
+    rates = {"roll": "x", "pitch": "y", "yaw": "z"}
+    rows = [
+        Row(
+            "rail height\n[mm]",
+            {
+                "left rail": Line("track1.left_vertical [m]", 1e3),
+                "right rail": Line("track1.right_vertical [m]", 1e3),
+            },
+        ),
+        Row(
+            "lateral\n[mm]",
+            {
+                "leading wheelset": Line("wheelset1.y [m]", 1e3),
+                "trailing wheelset": Line("wheelset2.y [m]", 1e3),
+            },
+        ),
+        Row("bogie lateral\n[m/s²]", {"": Line("bogie.specific_force_y [m/s2]")}),
+        Row("bogie vertical\nless g [m/s²]", {"": Line("bogie.specific_force_z [m/s2]", 1.0, -GRAVITY)}),
+        Row(
+            "bogie rates\n[°/s]",
+            {name: Line(f"bogie.angular_velocity_{axis} [rad/s]", np.degrees(1.0)) for name, axis in rates.items()},
+        ),
+    ]
+    curved = bool(np.abs(results.truth["track1.curvature [1/m]"]).max() > 1e-9)
+    return _over_distance(results, [curve] * curved + rows, (BLUE, ORANGE, BLACK))
+
+
+def forces(results: Results) -> Figure:
+    """Forces between wheels and rails over distance."""
+    wheels = {
+        f"{end} {side}": f"wheel{number}_{side}"
+        for number, end in ((1, "leading"), (2, "trailing"))
+        for side in ("left", "right")
+    }
+    quantities = {
+        "normal\n[kN]": "normal_force [N]",
+        "lateral creep\n[kN]": "creep_force_y [N]",
+        "longitudinal\ncreep [kN]": "creep_force_x [N]",
+    }
+    rows = [
+        Row(label, {name: Line(f"{wheel}.{quantity}", 1e-3) for name, wheel in wheels.items()}, height=1.6)
+        for label, quantity in quantities.items()
+    ]
+    return _over_distance(results, rows, (BLUE, SKY, RED, ORANGE), legends=1)
+
+
+PLOTS: dict[str, Callable[[Results], Figure]] = {"speed": speed, "overview": overview, "forces": forces}
+"""Every plot of a run by the name of its file."""
+
+
+def thin(x: np.ndarray, y: np.ndarray, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """The points of a line, or where there are more than `most`, the lowest and the highest of each stretch."""
+    if len(x) <= most:
+        return x, y
+    width = -(-2 * len(x) // most)
+    count = len(x) // width * width
+    parts = y[:count].reshape(-1, width)
+    lost = np.isnan(parts).all(axis=1)
+    low = np.where(np.isnan(parts), np.inf, parts).argmin(axis=1)
+    high = np.where(np.isnan(parts), -np.inf, parts).argmax(axis=1)
+    first = np.arange(len(parts)) * width
+    rows = np.sort(np.column_stack([first + low, np.where(lost, first + low, first + high)]), axis=1).ravel()
+    return x[rows], y[rows]
+
+
+def sensor_label(measured: Measurements, channel: str) -> str:
+    """Kind and name of the sensor that gives a channel; once where both are the same."""
+    sheet = measured.sensor(channel)
+    return sheet["kind"] if sheet["kind"] == sheet["name"] else f"{sheet['kind']} {sheet['name']}"
+
+
+def _over_distance(results: Results, rows: list[Row], colours: tuple[str, ...], legends: int | None = None) -> Figure:
+    """Left the whole run, right a stretch of it from close by; what the vehicle does not have is left out."""
+    truth = results.truth
+    rows = [row for row in rows if any(line.channel in truth for line in row.lines.values())]
+    place = truth["s [m]"]
+    middle = 0.5 * (place[0] + place[-1])
+    close = np.abs(place - middle) <= 0.5 * min(CLOSE, float(np.ptp(place)))
+    figure, panels = _panels(results, tuple(row.height for row in rows), columns=2)
+    for number, row in enumerate(rows):
+        whole, stretch = panels[number]
+        for (name, line), colour in zip(row.lines.items(), colours, strict=False):
+            if line.channel in truth:
+                y = line.factor * truth[line.channel] + line.offset
+                _line(whole, place, y, color=colour, lw=0.8, label=name)
+                _line(stretch, place[close], y[close], color=colour, lw=1.2)
+        whole.set_ylabel(row.label)
+        _legend(whole, len(row.lines) > 1 and number < (legends or len(rows)))
+    panels[-1, 0].set_xlabel("distance [m]")
+    panels[-1, 1].set_xlabel("distance [m], closer")
+    return figure
+
+
+def _panels(results: Results, heights: tuple[float, ...], columns: int) -> tuple[Figure, np.ndarray]:
+    """Figure and its panels, shape (rows, columns); the panels of a column share their horizontal axis."""
+    figure = Figure(
+        figsize=(10.0 if columns == 1 else 12.0, 1.0 + 1.4 * sum(heights) * (0.75 if columns == 1 else 1.0)),
+        layout="constrained",
+    )
+    widths = (1.0,) if columns == 1 else (1.6, 1.0)
+    panels = figure.subplots(
+        len(heights), columns, sharex="col", sharey="row", height_ratios=heights, width_ratios=widths, squeeze=False
+    )
+    figure.suptitle("\n".join(textwrap.wrap(f"{results.name}: {results.description}".rstrip(": "), 110)), fontsize=11)
+    for panel in panels.ravel():
+        panel.grid(True, color="#dddddd", lw=0.6)
+        panel.set_axisbelow(True)
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.margins(x=0.0)
+    figure.align_ylabels(panels[:, 0])
+    return figure, panels
+
+
+def _line(axes: Axes, x: np.ndarray, y: np.ndarray, **style: object) -> None:
+    axes.plot(*thin(x, y), **style)  # pyright: ignore[reportArgumentType]
+
+
+def _legend(axes: Axes, wanted: bool = True) -> None:
+    """Above the panel, so that it covers nothing."""
+    count = len(axes.get_legend_handles_labels()[1])
+    if wanted and count:
+        axes.legend(
+            loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=count, frameon=False, fontsize=9, borderaxespad=0.1
+        )
+
+
+def _limit(axes: Axes, size: float) -> None:
+    size = max(size, 1e-3)
+    axes.set_ylim(-size, size)
+
+
+def _speeds(results: Results) -> dict[str, Estimate]:
+    return {name: one for name, one in results.estimates.items() if SPEED in one.series.columns}
+
+
+def _sensors(results: Results, top: Axes, middle: Axes) -> None:
+    """Tachometers and GNSS, behind the estimates."""
+    truth, measured = results.truth, results.measured
+    names = [name for name in measured.channels if name.endswith(f".{SPEED}")]
+    colours = iter(SENSOR_COLOURS)
+    for name in names:
+        colour = GREY if measured.sensor(name)["kind"] == "gnss" else next(colours, GREY)
+        time, values = measured.time(name), measured[name]
+        _line(top, time, KMH * values, color=colour, lw=1.4, label=sensor_label(measured, name), zorder=2)
+        error = values - np.interp(time, truth.time, truth[SPEED])
+        _line(middle, time, KMH * error, color=colour, lw=0.9, zorder=2)

@@ -1,0 +1,1 @@
+"""Simulated runs that figures and calibrations share."""

@@ -1,0 +1,82 @@
+"""Runs for the figures of the suspension: the shipped scenario on other tracks, with many noise seeds, track errors."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+
+from estimators.suspension.suspension_rbpf import SuspensionRbpf
+from estimators.suspension.verdicts import std_name
+from estimators.vehicle.lateral import PARAMETERS
+from experiments.scoring.suspension import true_parameters
+from railsim import load_scenario, measure, simulate
+from railsim.measurements import Measurements
+from railsim.track import spectra, synthesis
+from railsim.track.files import write_track
+from railsim.track.track import Track
+
+BAND = spectra.Band(shortest=1.0, longest=100.0)
+LENGTH, SPACING = 2000.0, 0.2  # m
+JUDGED = 5107
+"""Seed of the track that figures are judged on; nothing was chosen on it."""
+WORKERS = 2
+CASE, SEED, TIME = "case", "seed", "time [s]"
+
+
+def with_track_errors(measurements: Measurements, share: float, seed: int) -> Measurements:
+    """The same with a measured track that is wrong: errors of the shape of ERRI B176 low, `share` of its power."""
+    track = measurements.track
+    assert track is not None
+    track = track.copy()
+    s = track["s [m]"].to_numpy(dtype=float)
+    rng = np.random.default_rng(seed)
+    errors = synthesis.irregularities(spectra.spectra("erri_low"), s.size, float(s[1] - s[0]), rng, BAND)
+    for name in ("lateral", "cross_level"):
+        track[f"{name} [m]"] = track[f"{name} [m]"].to_numpy(dtype=float) + np.sqrt(share) * errors[name]
+    tables: dict[float, dict[str, np.ndarray]] = {}
+    for name in measurements:
+        table = tables.setdefault(measurements.rate(name), {TIME: measurements.time(name)})
+        table[name] = measurements[name]
+    return Measurements(measurements.about, tables, track)
+
+
+def write_other(folder: Path, seed: int, length: float = LENGTH) -> Path:
+    """A straight track with irregularities of ERRI B176 low of its own."""
+    s = synthesis.distances(length, SPACING)
+    found = synthesis.irregularities(spectra.spectra("erri_low"), s.size, SPACING, np.random.default_rng(seed), BAND)
+    columns = {key: column * synthesis.fade_in(s, 25.0, 20.0) for key, column in found.items()}
+    path = folder / f"other_{seed}.csv"
+    write_track(Track(s, columns, path.stem, [f"Irregularities of seed {seed}."]), path)
+    return path
+
+
+def over_seeds(
+    cases: dict[str, tuple[SuspensionRbpf, float]], track_seed: int, seeds: int, duration: float, engine: str
+) -> tuple[pd.DataFrame, np.ndarray]:
+    """Estimates of every case and noise seed over time, and the true parameters; one run serves all.
+
+    Parameters
+    ----------
+    cases : by name, the estimator and the share of the track's power that is error of track.csv.
+    track_seed : of the true track's irregularities.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        track = str(write_other(Path(folder), track_seed))
+        scenario = load_scenario("suspension", {"duration": duration, "track": track})
+        truth = simulate(scenario, engine=engine)
+
+    def one(name: str, seed: int) -> pd.DataFrame:
+        estimator, share = cases[name]
+        measurements = measure(truth, scenario, seed=seed).measurements
+        if share > 0.0:
+            measurements = with_track_errors(measurements, share, 1000 + seed)
+        series = estimator.but(seed=seed).estimate(measurements).series
+        columns = [TIME, *PARAMETERS, *(std_name(parameter) for parameter in PARAMETERS)]
+        return series[columns].assign(**{CASE: name, SEED: seed})
+
+    jobs = [(name, seed) for seed in range(1, seeds + 1) for name in cases]
+    tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(delayed(one)(*job) for job in jobs)
+    return pd.concat(tables, ignore_index=True), true_parameters(truth)

@@ -1,0 +1,1 @@
+"""Scores: an estimate against the truth."""

@@ -1,0 +1,87 @@
+"""Scores of the suspension estimators: dampers and conicity against the run's own."""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from estimators.interface import Estimate
+from estimators.suspension.verdicts import std_name
+from estimators.vehicle.lateral import PARAMETERS
+from experiments.scoring.detection import damping_left, score_detection
+from railsim.errors import InputError
+from railsim.truth import Truth
+
+SETTLED = 5.0  # s at the end of the record over which the estimate is averaged
+LABELS = ("secondary lateral damping", "secondary yaw damping", "conicity")
+
+
+def true_parameters(truth: Truth) -> np.ndarray:
+    """C_sy (N s/m), C_spsi (N m s/rad) at the start of the run, and the conicity that the wheels had, shape (3,).
+
+    Conicity is the slope of half the difference of the rolling radii over the lateral shift, of both wheelsets.
+
+    Raises
+    ------
+    InputError : the run does not state its dampers.
+    """
+    vehicle = truth.about.get("vehicle", {})
+    try:
+        lateral = 2.0 * float(vehicle["secondary_lateral_damping [N s/m]"])
+        turn = 2.0 * float(vehicle["yaw_damper_damping [N s/m]"]) * float(vehicle["yaw_damper_half_spacing [m]"]) ** 2
+    except KeyError as error:
+        raise InputError(f"the run's vehicle states no {error}; simulate it again") from None
+    return np.array([lateral, turn, true_conicity(truth)])
+
+
+def true_conicity(truth: Truth) -> float:
+    """Least-squares slope of (r_left - r_right) / 2 over the lateral shift of the wheelsets on the rails."""
+    above, below = 0.0, 0.0
+    for number in (1, 2):
+        sides = [f"wheel{number}_{side}" for side in ("left", "right")]
+        radius = [truth[f"{side}.rolling_radius [m]"] for side in sides]
+        rails = [truth[f"track{number}.{side}_lateral [m]"] for side in ("left", "right")]
+        arm = float(truth.about.get("vehicle", {}).get("wheel_radius [m]", 0.45))
+        shift = (
+            truth[f"wheelset{number}.y [m]"] + arm * truth[f"wheelset{number}.roll [rad]"] - (rails[0] + rails[1]) / 2
+        )
+        shift = shift - shift.mean()
+        above += float(shift @ (radius[0] - radius[1])) / 2.0
+        below += float(shift @ shift)
+    return above / below if below > 0.0 else float("nan")
+
+
+def final(estimate: Estimate) -> np.ndarray:
+    """Means and standard deviations over the last seconds of the record, shape (2, 3)."""
+    time = estimate.series["time [s]"].to_numpy(dtype=float)
+    late = time >= time.max() - SETTLED
+    names = (list(PARAMETERS), [std_name(name) for name in PARAMETERS])
+    return np.array([estimate.series[one].to_numpy(dtype=float)[late].mean(axis=0) for one in names])
+
+
+def score_parameter(index: int, estimate: Estimate, truth: Truth) -> dict[str, float]:
+    """Error at the end of the record from what the run had then: in per cent of the nominal damper, or of conicity as
+    it is.
+    """
+    if PARAMETERS[index] not in estimate.series.columns or std_name(PARAMETERS[index]) not in estimate.series.columns:
+        return {}
+    true = true_parameters(truth)[index]
+    mean, std = final(estimate)[:, index]
+    if index == 2:
+        return {"conicity error [-]": mean - true, "conicity std [-]": std}
+    if true <= 0.0:
+        return {}
+    label, left = LABELS[index], damping_left(truth)[0][index]
+    return {f"{label} error [%]": 100.0 * (mean / true - left), f"{label} std [%]": 100.0 * std / true}
+
+
+def score_dampers(estimate: Estimate, truth: Truth) -> dict[str, float]:
+    """Error of the lateral damping, and detection of weak dampers."""
+    return score_parameter(0, estimate, truth) | score_detection(estimate, truth)
+
+
+SUSPENSION_SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {
+    PARAMETERS[0]: score_dampers,
+    PARAMETERS[1]: partial(score_parameter, 1),
+}
+"""By the column of the estimate: what scores it. Conicity is scored in experiments/scoring/score.py with the others."""

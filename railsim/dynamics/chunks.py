@@ -1,0 +1,31 @@
+"""Rows of truth of a fixed-step loop over the compiled right-hand side, chunk by chunk."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from railsim.dynamics.channels import WHEEL, channel_names
+from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.guard import check_rows
+from railsim.dynamics.kernel import SCRATCH
+from railsim.dynamics.plant import Plant
+from railsim.engines.interface import CHUNK, Run
+
+
+def rows_of(run: Run, plant: Plant, loop: Callable[..., int], stages: int, steps: int) -> Iterator[np.ndarray]:
+    """A run by one of the loops of `integrate`, which keeps so many derivatives and takes so many steps a row; see
+    `interface.Engine`.
+
+    Raises
+    ------
+    Diverged : a state is not finite or a wheel left its rail; names time, place and body.
+    """
+    names = channel_names(run.model)
+    x = initial_state(plant, run)
+    wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
+    scratch = np.zeros((stages, len(x))), np.empty(len(x)), wheels, np.zeros(SCRATCH)
+    for first in range(0, run.rows, CHUNK):
+        rows = np.zeros((min(CHUNK, run.rows - first), len(names)))
+        finite = loop(plant, x, first, len(rows), steps, run.rate, rows, *scratch)
+        check_rows(rows, finite, names, run)
+        yield rows

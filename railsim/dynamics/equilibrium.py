@@ -1,0 +1,131 @@
+"""Steady state to start from: all accelerations zero at the first instant."""
+
+import itertools
+
+import numpy as np
+from scipy.optimize import root
+
+from railsim.dynamics.kernel import SCRATCH, derivatives
+from railsim.dynamics.plant import Plant
+from railsim.engines.interface import Run
+from railsim.errors import InputError
+from railsim.model import GRAVITY
+from railsim.track.kernel import LEFT_VERTICAL, RIGHT_VERTICAL, TrackTables, sample
+
+GAUGE = 1.5  # m; distance of the contacts, for a first guess
+LENGTH, ANGLE, SPIN = 1e-4, 1e-4, 1e-3  # m, rad, relative: scales of the unknowns
+ACCURACY = 1e-9  # m/s2, rad/s2
+ASIDE = (0.0, 2e-3, -2e-3, 5e-3, -5e-3)  # m, sideways starts: wheels of unlike radius, worn profiles
+SEARCHES = {
+    "hybr": {"xtol": 1e-14, "maxfev": 20000},
+    "lm": {"xtol": 1e-14, "ftol": 1e-15, "maxiter": 20000},  # weak creep forces hardly hold the bodies' y and yaw
+}
+RESTLESS = 1e-4  # m/s2, rad/s2; more is no steady state
+
+
+def state_size(plant: Plant) -> int:
+    """Length of the state vector."""
+    return 2 * len(plant.core.mass) + 2 * len(plant.core.radius) + 2 + int(plant.core.states)
+
+
+def initial_state(plant: Plant, run: Run) -> np.ndarray:
+    """The run's own initial state, or the steady one at its start.
+
+    Raises
+    ------
+    InputError : the state does not fit the model, or no steady one was found.
+    """
+    if run.initial is None:
+        return steady_state(plant, run.start)
+    state = np.array(run.initial, dtype=float)
+    if state.shape != (state_size(plant),) or not np.isfinite(state).all():
+        raise InputError(
+            f"initial state: give {state_size(plant)} finite numbers (got an array of shape {state.shape})"
+        )
+    return state
+
+
+def steady_state(plant: Plant, start: float) -> np.ndarray:
+    """State at `start` [m] without acceleration: on straight track the rest position, in a curve the steady one.
+
+    Raises
+    ------
+    InputError : no such state was found (the vehicle cannot stand in this place at this speed).
+    """
+    n, w = len(plant.core.mass), len(plant.core.radius)
+    size = state_size(plant)
+    speed, radius = plant.knots[0, 1], plant.core.radius.copy()
+    vertical = plant.core.coordinate[:, 2]
+    weight = float((plant.core.body_mass * (vertical >= 0)).sum()) * GRAVITY + float(plant.core.vertical_load.sum())
+    load = weight / (2 * w)
+    sunk = (load / plant.core.contact_stiffness.mean()) ** (2.0 / 3.0)
+    scale = np.full(n + w, LENGTH)
+    for axes in plant.core.coordinate:
+        scale[axes[3:][axes[3:] >= 0]] = ANGLE
+    guess = np.concatenate((_on_rails(plant, start, sunk) / scale[:n], np.zeros(w)))
+    scale[n:] = SPIN * speed / radius
+    out, scratch = np.empty(size), np.zeros(SCRATCH)
+
+    def state(unknown: np.ndarray) -> np.ndarray:
+        x = np.zeros(size)
+        x[:n] = unknown[:n] * scale[:n]
+        x[2 * n + w : 2 * n + 2 * w] = speed / radius + unknown[n:] * scale[n:]
+        x[2 * n + 2 * w : 2 * n + 2 * w + 2] = start, speed
+        return x
+
+    def residual(unknown: np.ndarray) -> np.ndarray:
+        derivatives(plant, 0.0, state(unknown), out, scratch)
+        return np.concatenate((out[n : 2 * n], out[2 * n + w : 2 * n + 2 * w]))
+
+    def restlessness(unknown: np.ndarray) -> float:
+        return float(np.nan_to_num(np.abs(residual(unknown)).max(), nan=np.inf))
+
+    sideways = [axes[1] for axes in plant.core.coordinate if axes[1] >= 0]
+    best = guess
+    for aside, (method, options) in itertools.product(ASIDE, SEARCHES.items()):
+        begun = guess.copy()
+        begun[sideways] += aside / LENGTH
+        found = _polish(residual, root(residual, begun, method=method, options=options).x)
+        best = min(best, found, key=restlessness)
+        if restlessness(best) <= RESTLESS:
+            break
+    else:
+        raise InputError(
+            f"no steady state at s = {start:g} m and {speed:g} m/s: "
+            "start on straight track or choose a speed that suits the cant"
+        )
+    return state(best)
+
+
+def _on_rails(plant: Plant, start: float, sunk: float) -> np.ndarray:
+    """Free coordinates with every wheel `sunk` [m] into its rail, and the bodies above as the wheelsets stand."""
+    core = plant.core
+    track = TrackTables(core.s0, core.ds, core.cells, plant.track, False)
+    x = core.position[core.wheelset_body, 0]
+    left, right = (sample(track, channel, start + x) for channel in (LEFT_VERTICAL, RIGHT_VERTICAL))
+    height, roll = 0.5 * (left + right) - sunk, (left - right) / GAUGE
+    slope = (height[0] - height[-1]) / (x[0] - x[-1]) if len(x) > 1 else 0.0
+    own = {int(body): i for i, body in enumerate(core.wheelset_body)}
+    placed = np.zeros(len(core.mass))
+    for body, axes in enumerate(core.coordinate):
+        i = own.get(body)
+        z, tilt = (height.mean(), roll.mean()) if i is None else (height[i], roll[i])
+        for axis, value in ((2, z), (3, tilt), (4, -slope)):
+            if axes[axis] >= 0:
+                placed[axes[axis]] = value
+    return placed
+
+
+def _polish(residual, unknown: np.ndarray) -> np.ndarray:
+    """Newton steps with central differences until the accelerations vanish to rounding."""
+    best, value = unknown, residual(unknown)
+    for _ in range(8):
+        if np.abs(value).max() < ACCURACY:
+            break
+        jacobian = np.column_stack([(residual(best + e) - residual(best - e)) / 2e-4 for e in 1e-4 * np.eye(len(best))])
+        trial = best - np.linalg.lstsq(jacobian, value, rcond=1e-13)[0]
+        moved = residual(trial)
+        if not np.abs(moved).max() < np.abs(value).max():
+            break
+        best, value = trial, moved
+    return best

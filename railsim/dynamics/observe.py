@@ -1,0 +1,130 @@
+"""Rows of truth from the state: what an ideal observer on the vehicle and in the contacts sees (compiled)."""
+
+import math
+
+from railsim.compiled import inlined, kernel
+from railsim.dynamics.channels import BODY, RUN, SPIN, TRACK, WHEEL
+from railsim.dynamics.moving_frame import frame_motion, pose
+from railsim.dynamics.wheels import wheelset_local
+from railsim.model import GRAVITY
+from railsim.track.kernel import CURVATURE, EAST, LEFT_VERTICAL, ROLL, locate, value
+from railsim.track.track import CANT_BASE
+
+RUN_COUNT, BODY_COUNT, SPIN_COUNT, TRACK_COUNT, WHEEL_COUNT = len(RUN), len(BODY), len(SPIN), len(TRACK), len(WHEEL)
+ROLL_ROW, PITCH_ROW, YAW_ROW = 2, 3, 4
+
+
+@inlined
+def turn_of(roll, pitch, yaw):
+    """Cosines and sines of roll, pitch and yaw."""
+    return math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch), math.cos(yaw), math.sin(yaw)
+
+
+@inlined
+def body_axes(turn, x, y, z):
+    """Components of a vector in body axes, from those in the frame in which the body is turned by yaw, pitch and roll
+    (in this order).
+    """
+    x, y = turn[4] * x + turn[5] * y, turn[4] * y - turn[5] * x
+    x, z = turn[2] * x - turn[3] * z, turn[2] * z + turn[3] * x
+    return x, turn[0] * y + turn[1] * z, turn[0] * z - turn[1] * y
+
+
+@kernel
+def run_row(plant, s, velocity, acceleration, row):
+    """Distance, speed and the place of the track frame's origin."""
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    row[0], row[1], row[2] = s, velocity, acceleration
+    for k in range(3):
+        row[3 + k] = value(plant.track, cell, EAST + k, x)
+
+
+@kernel
+def track_row(plant, s, row):
+    """Curvature, cant and the four rail coordinates at s."""
+    c = plant.track
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    row[0] = value(c, cell, CURVATURE, x)
+    row[1] = -CANT_BASE * math.sin(value(c, cell, ROLL, x))
+    for k in range(4):
+        row[2 + k] = value(c, cell, LEFT_VERTICAL + k, x)
+
+
+@kernel
+def observe(plant, t, x, x_dot, wheels, scratch, row):
+    """Fill a row of truth from the compiled engine's state, its derivative and what is kept of the wheels' contacts."""
+    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+    q, rate, accel = x[:n], x[n : 2 * n], x_dot[n : 2 * n]
+    s, velocity = x[2 * n + 2 * w], x_dot[2 * n + 2 * w]
+    acceleration = x_dot[2 * n + 2 * w + 1]
+    frame, here, local = scratch[:9], scratch[9:21], scratch[21:29]
+    frame_motion(plant, s, velocity, acceleration, frame)
+    row[0] = t
+    run_row(plant, s, velocity, acceleration, row[1 : 1 + RUN_COUNT])
+    at = 1 + RUN_COUNT
+    for b in range(plant.core.body_mass.shape[0]):
+        _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, row[at : at + BODY_COUNT])
+        at += BODY_COUNT
+    for i in range(w):
+        body = plant.core.wheelset_body[i]
+        distance = s + plant.core.position[body, 0]
+        wheelset_local(plant, i, s, velocity, q, rate, here, local)
+        start = 1 + RUN_COUNT + body * BODY_COUNT
+        for k, place in enumerate((0, 1, ROLL_ROW, YAW_ROW)):  # wheelsets: relative to the track at their own distance
+            row[start + place] = local[k]
+            row[start + 5 + place] = local[4 + k]
+        row[at], row[at + 1] = x[2 * n + i], x[2 * n + w + i]
+        track_row(plant, distance, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
+        at += SPIN_COUNT + TRACK_COUNT
+        for side in range(2):
+            for k in range(WHEEL_COUNT):
+                row[at + k] = wheels[2 * i + side, k]
+            at += WHEEL_COUNT
+    if plant.core.primary:
+        displacements(plant, q, row[at : at + 2 * w])
+
+
+@kernel
+def _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, row):
+    index = plant.core.coordinate[b]
+    row[:] = 0.0
+    second = here[6:12]
+    second[:] = 0.0
+    for k in range(5):
+        j = index[1 + k]
+        if j >= 0:
+            row[k], row[5 + k], second[k] = q[j], rate[j], accel[j]
+    if b == plant.core.chord_body:
+        pose(plant, 0, s, here)
+        row[YAW_ROW], row[5 + YAW_ROW] = here[5], velocity * here[11]
+        for k in range(5):
+            j = index[1 + k]
+            second[k] = accel[j] if j >= 0 else 0.0
+    o_x, o_y, o_z, a_x, a_y, a_z = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
+    p_x, p_y, p_z = plant.core.position[b, 0], plant.core.position[b, 1] + row[0], plant.core.position[b, 2] + row[1]
+    c_x = o_y * p_z - o_z * p_y + velocity
+    c_y = o_z * p_x - o_x * p_z + 2.0 * row[5]
+    c_z = o_x * p_y - o_y * p_x + 2.0 * row[6]
+    f_x = acceleration + a_y * p_z - a_z * p_y + o_y * c_z - o_z * c_y + GRAVITY * frame[6]
+    f_y = second[0] + a_z * p_x - a_x * p_z + o_z * c_x - o_x * c_z + GRAVITY * frame[7]
+    f_z = second[1] + a_x * p_y - a_y * p_x + o_x * c_y - o_y * c_x + GRAVITY * frame[8]
+    turn = turn_of(row[ROLL_ROW], row[PITCH_ROW], row[YAW_ROW])
+    row[10], row[11], row[12] = body_axes(turn, f_x, f_y, f_z)
+    t_x, t_y, t_z = body_axes(turn, o_x, o_y, o_z)
+    row[13], row[14], row[15] = t_x + row[7], t_y + row[8], t_z + row[9]
+    t_x, t_y, t_z = body_axes(turn, a_x, a_y, a_z)
+    row[16], row[17], row[18] = t_x + second[2], t_y + second[3], t_z + second[4]
+
+
+@kernel
+def displacements(plant, q, row):
+    """Vertical movement of the bogie above each axlebox, extension +."""
+    frame = plant.core.coordinate[plant.core.reference_body]
+    for i in range(plant.core.radius.shape[0]):
+        body = plant.core.wheelset_body[i]
+        index = plant.core.coordinate[body]
+        x = plant.core.position[body, 0]
+        height = q[frame[2]] - x * q[frame[4]] - q[index[2]]
+        roll = q[frame[3]] - q[index[3]]
+        row[2 * i] = height + plant.core.axlebox[i] * roll
+        row[2 * i + 1] = height - plant.core.axlebox[i] * roll

@@ -1,0 +1,81 @@
+"""Rows of truth from the absolute coordinates of the Exudyn engine (compiled)."""
+
+import math
+
+from railsim.compiled import kernel
+from railsim.dynamics.absolute import angular_velocity, place, vehicle_coordinates, wheelset_motion
+from railsim.dynamics.observe import (
+    BODY_COUNT,
+    RUN_COUNT,
+    SPIN_COUNT,
+    TRACK_COUNT,
+    WHEEL_COUNT,
+    displacements,
+    run_row,
+    track_row,
+)
+from railsim.dynamics.wheels import contact, wheel_row
+from railsim.model import GRAVITY
+
+
+@kernel
+def observe_absolute(plant, t, q, v, a, memory, work, row):
+    """Fill a row from coordinates, velocities and accelerations of Exudyn (6 per body, then spins)."""
+    bodies, w = plant.core.body_mass.shape[0], plant.core.radius.shape[0]
+    for b in range(bodies):
+        place(plant, b, q, v, memory, work)
+    r = plant.core.reference_body
+    f = work[r, :16]
+    own = a[6 * r : 6 * r + 3]
+    tangential = f[0] * own[0] + f[3] * own[1] + f[6] * own[2]
+    row[0] = t
+    run_row(plant, f[15], work[r, 28], tangential, row[1 : 1 + RUN_COUNT])
+    at = 1 + RUN_COUNT
+    for b in range(bodies):
+        _body(plant, b, q, v, a, work, row[at : at + BODY_COUNT])
+        at += BODY_COUNT
+    local = work[bodies, 12:20]
+    for i in range(w):
+        b = plant.core.wheelset_body[i]
+        s, pace = work[b, 15], work[b, 28]
+        wheelset_motion(plant, i, work, local)
+        row[at], row[at + 1] = q[6 * bodies + i], v[6 * bodies + i]
+        track_row(plant, s, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
+        at += SPIN_COUNT + TRACK_COUNT
+        for side in range(2):
+            forces = contact(plant, i, side, s, pace, v[6 * bodies + i], q[6 * bodies + i], local)
+            wheel_row(forces, row[at : at + WHEEL_COUNT])
+            at += WHEEL_COUNT
+    if plant.core.primary:
+        n = plant.core.mass.shape[0]
+        spare = work[bodies]
+        vehicle_coordinates(plant, q, v, work, spare[40 : 40 + n], spare[40 + n : 40 + 2 * n])
+        displacements(plant, spare[40 : 40 + n], row[at : at + 2 * w])
+
+
+@kernel
+def _body(plant, b, q, v, a, work, row):
+    motion, turn = work[b, 16:29], work[b, 30:39]
+    own, rate, second = q[6 * b : 6 * b + 6], v[6 * b : 6 * b + 6], a[6 * b : 6 * b + 6]
+    row[0], row[1] = motion[1], motion[2] - plant.core.position[b, 2]
+    row[5], row[6] = motion[7], motion[8]
+    for k in range(3):
+        row[2 + k], row[7 + k] = motion[3 + k], motion[9 + k]
+    f_x, f_y, f_z = second[0], second[1], second[2] + GRAVITY
+    w_x, w_y, w_z = angular_velocity(own, rate)
+    ca, sa, cb, sb = math.cos(own[3]), math.sin(own[3]), math.cos(own[4]), math.sin(own[4])
+    a_x, a_y, a_z = angular_velocity(own, second)
+    a_x += cb * rate[4] * rate[5]
+    a_y += -sa * rate[3] * rate[4] + (-ca * cb * rate[3] + sa * sb * rate[4]) * rate[5]
+    a_z += ca * rate[3] * rate[4] + (-sa * cb * rate[3] - ca * sb * rate[4]) * rate[5]
+    for k in range(3):
+        row[10 + k] = turn[k] * f_x + turn[3 + k] * f_y + turn[6 + k] * f_z
+        row[13 + k] = turn[k] * w_x + turn[3 + k] * w_y + turn[6 + k] * w_z
+        row[16 + k] = turn[k] * a_x + turn[3 + k] * a_y + turn[6 + k] * a_z
+
+
+@kernel
+def observe_all(plant, time, coordinates, velocities, accelerations, memory, work, rows):
+    """Rows for all instants."""
+    for k in range(time.shape[0]):
+        observe_absolute(plant, time[k], coordinates[k], velocities[k], accelerations[k], memory, work, rows[k])

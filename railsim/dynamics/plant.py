@@ -1,0 +1,258 @@
+"""Plant: the arrays that the compiled kernels read, made from a model, a track and a speed."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from railsim.contact.wheel import ContactLaw
+from railsim.dynamics.tables import build_extras, wheel_load
+from railsim.errors import InputError
+from railsim.model import AXES, Model
+from railsim.speed import SpeedTables
+from railsim.track.kernel import (
+    COMPLIANCE,
+    CURVATURE,
+    EAST,
+    GRADIENT,
+    HEADING,
+    NORTH,
+    ROLL,
+    UP,
+    TrackTables,
+    sample,
+)
+
+POSE_CHANNELS = (
+    6  # of the track frame ahead or behind, seen from the vehicle frame: x, y, z [m]; roll, pitch, yaw [rad]
+)
+MOST_ELEMENTS = 24  # nonlinear elements of a model
+MOST_FINITE = 2  # elements that are evaluated to second order
+MOST_LOADS = 8
+POSE_ROUNDING = 1e-13  # m, rad: smaller than this everywhere = straight
+
+
+class Plant(NamedTuple):
+    """What a kernel reads: one record of small fixed-size arrays and five long tables (few arguments, so that calls
+    stay cheap).
+    """
+
+    core: Any  # numpy record; see `_core_type`
+    track: np.ndarray  # (cells, channels, 4) of `TrackTables`
+    contact: np.ndarray  # (2, cells, channels, 4) of `ContactTable`
+    pose: np.ndarray  # (1 + w, cells, 6, 4): 0 = the chord to the missing bogie, then each wheelset's place
+    knots: np.ndarray  # (k, 2 + 3 w) time, speed, torques, slips, brakes of `SpeedTables`
+    tables: np.ndarray  # numbers of loads, tabulated laws and wheels that are not round, one after the other
+
+
+def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
+    """Record of a vehicle with n free coordinates, b bodies, w wheelsets; each layout is compiled once."""
+    n, b, w = coordinates, bodies, wheelsets
+    fields = [
+        ("mass", "f8", n),
+        ("link_start", "i8", n + 1),  # of each coordinate's links; the last one's end
+        ("link", "i8", n * n),  # other coordinate whose displacement or rate gives a force on this one
+        ("link_stiffness", "f8", n * n),
+        ("link_damping", "f8", n * n),
+        ("preload", "f8", n),  # forces of the preloaded springs and static loads at q = 0
+        ("coordinate", "i8", (b, 6)),  # index of the free coordinate, -1 where held
+        ("chord_body", "i8"),
+        ("reference_body", "i8"),
+        ("body_mass", "f8", b),
+        ("vertical_load", "f8", b),  # static, downwards in the track frame
+        ("inertia", "f8", (b, 3)),
+        ("position", "f8", (b, 3)),
+        ("wheelset_body", "i8", w),
+        ("spin_inertia", "f8", w),
+        ("radius", "f8", w),
+        ("axlebox", "f8", w),  # half spacing of the axleboxes
+        ("primary", "i8"),
+        ("elements", "i8"),  # nonlinear elements in use
+        ("law_code", "i8", MOST_ELEMENTS),
+        ("direction", "f8", (MOST_ELEMENTS, n)),
+        ("chord_direction", "f8", MOST_ELEMENTS),  # of the yaw of the body that keeps the chord's direction
+        ("parameters", "f8", (MOST_ELEMENTS, 8)),
+        ("states", "i8"),  # of all elements
+        ("element_state", "i8", MOST_ELEMENTS),  # -1 = none
+        ("loads", "i8"),
+        ("load_body", "i8", MOST_LOADS),
+        ("load_axis", "i8", MOST_LOADS),
+        ("load_over", "i8", MOST_LOADS),  # 0 = time, 1 = distance
+        ("load_start", "f8", MOST_LOADS),
+        ("load_step", "f8", MOST_LOADS),
+        ("load_offset", "i8", MOST_LOADS),  # place in the tables
+        ("load_count", "i8", MOST_LOADS),
+        ("round_points", "i8"),  # a turn; 0 = all wheels are round
+        ("round_offset", "i8", (w, 2)),
+        ("uneven", "i8"),  # wheels not round or unbalanced, or rails that give way
+        ("unbalance", "f8", (w, 2, 3)),  # kg m, rad, m: size, angle, lateral place
+        ("finite", "i8"),  # finite elements in use
+        ("finite_bodies", "i8", (MOST_FINITE, 2)),  # upper, lower
+        ("finite_arms", "f8", (MOST_FINITE, 2, 3)),  # from the bodies' centres of gravity
+        ("finite_stiffness", "f8", (MOST_FINITE, 6, 6)),
+        ("finite_damping", "f8", (MOST_FINITE, 6, 6)),
+        ("finite_preload", "f8", (MOST_FINITE, 3)),
+        ("contact_start", "f8"),
+        ("contact_spacing", "f8"),
+        ("contact_stiffness", "f8", 2),
+        ("law", "f8", len(ContactLaw._fields)),
+        ("compliant", "i8"),  # rails give way
+        ("static_deflection", "f8"),  # under the wheels' mean static load on the mean compliance
+        ("s0", "f8"),
+        ("ds", "f8"),
+        ("cells", "i8"),
+        ("friction_given", "i8"),
+        ("curved", "i8"),
+        ("driven", "i8"),
+        ("resistance", "f8", 3),
+        ("path_frame", "i8"),  # body that the wheelsets pull, -1 = longitudinal forces pitch nothing
+        ("path_mass", "f8", 2),  # of all wheelsets, of the frame
+        ("path_lever", "f8", 2),  # height of axles and of the rod above the frame's centre of gravity
+    ]
+    return np.dtype([field if len(field) == 2 else (field[0], field[1], field[2]) for field in fields], align=True)
+
+
+def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
+    """Arrays of a run."""
+    free, bodies = model.free, len(model.bodies)
+    if len(model.nonlinear) > MOST_ELEMENTS or sum(e.finite for e in model.elements) > MOST_FINITE:
+        raise InputError(f"a model takes at most {MOST_ELEMENTS} nonlinear and {MOST_FINITE} finite elements")
+    if len(model.loads) > MOST_LOADS:
+        raise InputError(f"a model takes at most {MOST_LOADS} loads, not {len(model.loads)}; leave out an effect")
+    core = np.zeros(1, _core_type(len(free), bodies, len(model.wheelsets))).view(np.recarray)[0]
+    coordinate = np.full(6 * bodies, -1)
+    coordinate[free] = np.arange(len(free))
+    chord = -1 if model.chord_yaw is None else model.index(model.chord_yaw)
+    wheelset_body = [model.index(w.body) for w in model.wheelsets]
+    curved = _curved(track)
+    finite = [element for element in model.elements if element.finite]
+    stiffness, damping = model.assembled([element for element in model.elements if not element.finite])
+    values = {
+        "mass": model.mass[free],
+        **_links(stiffness[np.ix_(free, free)], damping[np.ix_(free, free)]),
+        "preload": model.preload[free],
+        "coordinate": coordinate.reshape(bodies, 6),
+        "chord_body": chord,
+        "reference_body": model.index(model.reference),
+        "body_mass": [b.mass for b in model.bodies],
+        "vertical_load": [model.vertical_load.get(b.name, 0.0) for b in model.bodies],
+        "inertia": [b.inertia for b in model.bodies],
+        "position": [b.position for b in model.bodies],
+        "wheelset_body": wheelset_body,
+        "spin_inertia": [w.spin_inertia for w in model.wheelsets],
+        "radius": [w.radius for w in model.wheelsets],
+        "axlebox": [w.axlebox_half_spacing for w in model.wheelsets],
+        "primary": model.primary,
+        "elements": len(model.nonlinear),
+        "finite": len(finite),
+        "contact_start": model.contact.start,
+        "contact_spacing": model.contact.spacing,
+        "contact_stiffness": model.contact.stiffness,
+        "law": tuple(model.law),
+        "compliant": track.compliant,
+        "static_deflection": wheel_load(model) * float(track.coefficients[:, COMPLIANCE, 0].mean()),
+        "s0": track.s0,
+        "ds": track.ds,
+        "cells": track.count,
+        "friction_given": track.friction_given,
+        "curved": curved,
+        "driven": speed.driven,
+        "resistance": speed.resistance,
+    }
+    tables, extras = build_extras(model)
+    extras["uneven"] = extras["uneven"] or track.compliant
+    values |= _path(model)
+    for row, parameters in extras.pop("tabled").items():
+        core["parameters"][row, : len(parameters)] = parameters
+    core["element_state"] = -1
+    for name, value in (values | extras).items():
+        if np.ndim(value) == 1 and len(value) < len(np.atleast_1d(core[name])):
+            core[name][: len(value)] = value
+        else:
+            core[name] = value
+    for row, element in enumerate(model.nonlinear):
+        relative = model.relative(element.upper, element.lower, element.position)
+        core["law_code"][row] = element.law
+        core["direction"][row] = relative[AXES.index(element.axis), free]
+        if chord >= 0:
+            core["chord_direction"][row] = relative[AXES.index(element.axis), 6 * chord + AXES.index("yaw")]
+        if element.table is None:
+            core["parameters"][row, : len(element.parameters)] = element.parameters
+    for row, element in enumerate(finite):
+        pair = [model.index(element.upper), model.index(element.lower)]
+        core["finite_bodies"][row] = pair
+        core["finite_arms"][row] = [np.subtract(element.position, model.bodies[i].position) for i in pair]
+        core["finite_stiffness"][row], core["finite_damping"][row] = element.stiffness, element.damping
+        core["finite_preload"][row] = element.preload
+    ahead = [model.bodies[i].position[0] for i in wheelset_body]
+    pose = _poses(track, [-model.trailing_pivot, *ahead], curved)
+    knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip, speed.brake))
+    return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots, tables)
+
+
+def _links(stiffness: np.ndarray, damping: np.ndarray) -> dict[str, np.ndarray]:
+    """What is not nought of two matrices (n, n), row by row."""
+    rows, columns = np.nonzero((stiffness != 0.0) | (damping != 0.0))
+    return {
+        "link_start": np.searchsorted(rows, np.arange(len(stiffness) + 1)),
+        "link": columns,
+        "link_stiffness": stiffness[rows, columns],
+        "link_damping": damping[rows, columns],
+    }
+
+
+def _path(model: Model) -> dict[str, Any]:
+    if model.path is None:
+        return {"path_frame": -1}
+    frame = model.bodies[model.index(model.path.frame)]
+    axles = sum(model.bodies[model.index(w.body)].mass for w in model.wheelsets)
+    heights = np.array([model.wheelsets[0].radius, model.path.rod_height])
+    return {
+        "path_frame": model.index(model.path.frame),
+        "path_mass": [axles, frame.mass],
+        "path_lever": heights - frame.position[2],
+    }
+
+
+def _curved(track: TrackTables) -> bool:
+    return any(bool(np.abs(track.coefficients[:, c]).max() > POSE_ROUNDING) for c in (CURVATURE, ROLL, GRADIENT))
+
+
+def _poses(track: TrackTables, offsets: list[float], curved: bool) -> np.ndarray:
+    """Pose of the track frame at s + offset seen from the one at s, as cubic splines over s."""
+    if not curved:
+        return np.zeros((len(offsets), 1, POSE_CHANNELS, 4))
+    nodes = track.s0 + track.ds * np.arange(track.count + 1)
+    here, origin = _frame(track, nodes), _origin(track, nodes)
+    tables = []
+    for offset in offsets:
+        there = np.clip(nodes + offset, nodes[0], nodes[-1])
+        frame = _frame(track, there)
+        beyond = (nodes + offset - there)[:, None]  # straight on beyond the ends of the file
+        relative = np.einsum("nji,njk->nik", here, frame)
+        place = np.einsum("nji,nj->ni", here, _origin(track, there) + beyond * frame[:, :, 0] - origin)
+        pitch = -np.arcsin(np.clip(relative[:, 2, 0], -1.0, 1.0))
+        roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
+        yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
+        if offset < -5.0:  # the chord's direction, not the frame's
+            yaw = np.arctan2(-place[:, 1], -place[:, 0])
+        rows = np.column_stack((place, roll, pitch, yaw))
+        spline = CubicSpline(nodes, rows)
+        tables.append(np.transpose(spline.c[::-1], (1, 2, 0)))
+    return np.ascontiguousarray(np.stack(tables))
+
+
+def _frame(track: TrackTables, s: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) rotation of the track frame: heading, then gradient, then roll of the track plane."""
+    heading, climb, roll = (sample(track, c, s) for c in (HEADING, GRADIENT, ROLL))
+    cz, sz, cy, sy, cx, sx = np.cos(heading), np.sin(heading), np.cos(climb), -np.sin(climb), np.cos(roll), np.sin(roll)
+    rows = [
+        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+        [-sy, cy * sx, cy * cx],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def _origin(track: TrackTables, s: np.ndarray) -> np.ndarray:
+    return np.column_stack([sample(track, c, s) for c in (EAST, NORTH, UP)])

@@ -1,0 +1,98 @@
+"""Tables of a plant that only effects bring: tabulated laws, loads, wheels that are not round."""
+
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from railsim.contact.functions import HALF_DISTANCE
+from railsim.dynamics.extras import OVER_DISTANCE, OVER_TIME, TURN
+from railsim.errors import InputError
+from railsim.model import AXES, GRAVITY, WITH_STATE, Model
+
+
+def wheel_load(model: Model) -> float:
+    """Mean static vertical force of a wheel [N]."""
+    carried = sum(body.mass for body in model.bodies if "z" in body.free)
+    return (carried * GRAVITY + sum(model.vertical_load.values())) / (2.0 * len(model.wheelsets))
+
+
+class _Store:
+    """Numbers one after the other."""
+
+    def __init__(self) -> None:
+        self.parts: list[np.ndarray] = [np.zeros(1)]  # never empty
+        self.size = 1
+
+    def add(self, values: np.ndarray) -> int:
+        """Place of the first one."""
+        place, flat = self.size, np.ascontiguousarray(values, dtype=float).ravel()
+        self.parts.append(flat)
+        self.size += len(flat)
+        return place
+
+
+def build_extras(model: Model) -> tuple[np.ndarray, dict[str, Any]]:
+    """The tables and the fields of the plant's record that belong to them.
+
+    Raises
+    ------
+    InputError : wheels with different numbers of points around a turn.
+    """
+    store = _Store()
+    values = _laws(model, store) | _loads(model, store) | _wheels(model, store)
+    return np.concatenate(store.parts), values
+
+
+def _laws(model: Model, store: _Store) -> dict[str, Any]:
+    states = np.cumsum([e.law in WITH_STATE for e in model.nonlinear])
+    own = [int(k) - 1 if e.law in WITH_STATE else -1 for e, k in zip(model.nonlinear, states, strict=True)]
+    tabled = {}
+    for row, element in enumerate(model.nonlinear):
+        if element.table is not None:
+            tabled[row] = (store.add(element.table), *element.table.shape, *element.parameters)
+    return {"states": int(states[-1]) if len(states) else 0, "element_state": own, "tabled": tabled}
+
+
+def _loads(model: Model, store: _Store) -> dict[str, Any]:
+    columns: dict[str, list[float]] = {key: [] for key in ("body", "axis", "over", "start", "step", "offset", "count")}
+    for load in model.loads:
+        columns["body"].append(model.index(load.body))
+        columns["axis"].append(AXES.index(load.axis))
+        columns["over"].append(OVER_DISTANCE if load.over == "distance" else OVER_TIME)
+        columns["start"].append(load.start)
+        columns["step"].append(load.step)
+        columns["offset"].append(store.add(load.values))
+        columns["count"].append(len(load.values))
+    return {"loads": len(model.loads)} | {f"load_{key}": column for key, column in columns.items()}
+
+
+def _wheels(model: Model, store: _Store) -> dict[str, Any]:
+    given = [wheelset.roundness for wheelset in model.wheelsets]
+    points = {len(one) for pair in given if pair is not None for one in pair}
+    if len(points) > 1:
+        raise InputError("roundness: give the radii of all wheels at the same number of angles")
+    count = points.pop() if points else 0
+    offsets = np.zeros((len(given), 2), dtype=int)
+    for i, pair in enumerate(given):
+        for side in range(2) if count else ():
+            offsets[i, side] = store.add(_with_slope(pair[side] if pair is not None else np.zeros(count)))
+    middle = model.contact.coefficients.shape[1] // 2
+    unbalance = np.zeros((len(given), 2, 3))
+    for i, wheelset in enumerate(model.wheelsets):
+        for side in range(2):
+            lever = (1.0 - 2.0 * side) * model.contact.coefficients[side, middle, HALF_DISTANCE, 0]
+            unbalance[i, side] = [*wheelset.unbalance[side], lever]
+    return {
+        "round_points": count,
+        "round_offset": offsets,
+        "uneven": count > 0 or bool(unbalance[:, :, 0].any()),
+        "unbalance": unbalance,
+    }
+
+
+def _with_slope(radius: np.ndarray) -> np.ndarray:
+    """(points, 2): deviation [m] and its slope [m/rad] of the periodic spline."""
+    angle = np.linspace(0.0, TURN, len(radius) + 1)
+    spline = CubicSpline(angle, np.append(radius, radius[0]), bc_type="periodic")
+    return np.column_stack((radius, spline(angle[:-1], 1)))

@@ -1,0 +1,221 @@
+"""Wheels on their rails (compiled): coordinates of a wheelset on its own piece of track, forces of one wheel, and those
+of the wheels of two wheelsets at once.
+
+The latter take the search for the contacts wheel by wheel and all the rest in a loop over `LANES` wheels that the
+compiler turns into instructions for all of them; the formulas are those of `railsim.contact.wheel`.
+"""
+
+import math
+
+from railsim.compiled import inlined, kernel
+from railsim.contact.elementary import cubic
+from railsim.contact.polach import friction_coefficient, polach_force
+from railsim.contact.wheel import (
+    CREEP,
+    DAMPING,
+    DECAY,
+    FRICTION,
+    K_ADHESION,
+    K_SLIP,
+    LAW,
+    POLACH,
+    RATIO,
+    Touch,
+    WheelForces,
+    creep_force,
+    nearest,
+    press,
+    resultant,
+    wheel_forces,
+)
+from railsim.dynamics.extras import uneven
+from railsim.dynamics.moving_frame import pose
+from railsim.track.kernel import CURVATURE, LEFT_FRICTION, LEFT_LATERAL, LEFT_VERTICAL, locate, slope, value
+
+RAIL_RIGHT = 1  # offset of the right rail's channels from the left one's
+LANES = 4  # wheels: so many numbers an instruction takes
+(
+    Y, ROLL, YAW, Y_RATE, Z_RATE, ROLL_RATE, YAW_RATE, SPIN, RADIUS_0, SPEED, CURVED, RAIL_Y_RATE, RAIL_Z_RATE,
+    STIFFNESS, MU, DEPTH, ACROSS, ALONG, ASIDE, ARM, YAW_FACTOR, SHIFT, RADIUS, AXIS_A, AXIS_B, C11, C22, C23,
+    NORMAL, CREEPAGE_X, CREEPAGE_Y, SPIN_CREEPAGE, CREEP_X, CREEP_Y,
+    FORCE_X, FORCE_Y, FORCE_Z, MOMENT_X, MOMENT_SPIN, MOMENT_Z,
+) = range(0, 40 * LANES, LANES)  # fmt: skip
+WHEELS = 40 * LANES
+"""Numbers that the wheels need; zeros to begin with, so that lanes without a wheel hold no NaN."""
+
+
+@inlined
+def wheelset_local(plant, i, s, velocity, q, rate, here, local):
+    """Fill local (8,): y, z, roll, yaw and rates of wheelset i in the track frame at its own distance; `here` is
+    scratch (12,).
+    """
+    body = plant.core.wheelset_body[i]
+    index = plant.core.coordinate[body]
+    for k, axis in enumerate((1, 2, 3, 5)):
+        j = index[axis]
+        local[k] = q[j] if j >= 0 else 0.0
+        local[4 + k] = rate[j] if j >= 0 else 0.0
+    if not plant.core.curved:
+        return
+    pose(plant, 1 + i, s, here)
+    height = plant.core.radius[i] + local[1]
+    y, z = local[0] - here[1], height - here[2]
+    y_rate, z_rate = local[4] - velocity * here[7], local[5] - velocity * here[8]
+    sin_r, cos_r, turning = math.sin(here[3]), math.cos(here[3]), velocity * here[9]
+    local[0] = y * cos_r + z * sin_r
+    local[1] = z * cos_r - y * sin_r - plant.core.radius[i]
+    local[4] = y_rate * cos_r + z_rate * sin_r + turning * (z * cos_r - y * sin_r)
+    local[5] = z_rate * cos_r - y_rate * sin_r - turning * (y * cos_r + z * sin_r)
+    local[2] -= here[3]
+    local[3] -= here[5]
+    local[6] -= velocity * here[9]
+    local[7] -= velocity * here[11]
+
+
+@inlined
+def rail(plant, i, side, s, velocity, spin, angle, local):
+    """Under one wheel (side 0 left, 1 right) of wheelset i whose distance is s, with local coordinates and angle of
+    rotation: friction, the rail's lateral place and its rate, its height and its rate, the track's curvature.
+    """
+    c = plant.track
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    vertical, lateral = LEFT_VERTICAL + side * RAIL_RIGHT, LEFT_LATERAL + side * RAIL_RIGHT
+    friction = plant.core.law[FRICTION]
+    if plant.core.friction_given:
+        friction = value(c, cell, LEFT_FRICTION + side * RAIL_RIGHT, x)
+    rail_y, rail_y_rate = value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x)
+    height, rate = value(c, cell, vertical, x), velocity * slope(c, cell, vertical, x)
+    if plant.core.uneven:
+        height, rate = uneven(plant, i, side, s, spin, angle, local, rail_y, rail_y_rate, height, rate)
+    curvature = value(c, cell, CURVATURE, x) if plant.core.curved else 0.0
+    return friction, rail_y, rail_y_rate, height, rate, curvature
+
+
+@inlined
+def contact(plant, i, side, s, velocity, spin, angle, local):
+    """Forces of one wheel: arguments of `rail`."""
+    friction, rail_y, rail_y_rate, height, rate, curvature = rail(plant, i, side, s, velocity, spin, angle, local)
+    return wheel_forces(
+        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
+        1.0 - 2.0 * side, plant.core.radius[i], plant.core.law, friction,
+        local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
+        velocity, curvature, spin, rail_y, rail_y_rate, height, rate,
+    )  # fmt: skip
+
+
+@inlined
+def wheel_row(forces: WheelForces, row):
+    """What is kept of the contact of one wheel."""
+    row[0], row[1], row[2] = forces.normal, forces.creep_force_x, forces.creep_force_y
+    row[3], row[4], row[5] = forces.creepage_x, forces.creepage_y, forces.spin_creepage
+    row[6], row[7], row[8], row[9] = math.atan(forces.tangent), forces.radius, forces.shift, forces.friction
+
+
+@inlined
+def upward(forces: WheelForces):
+    """Vertical part of the normal force [N]."""
+    return forces.normal / math.sqrt(1.0 + forces.tangent * forces.tangent)
+
+
+@inlined
+def put(plant, i, side, k, s, velocity, spin, angle, local, v):
+    """Lane k gets the wheel on that side of wheelset i: arguments of `rail`."""
+    friction, rail_y, rail_y_rate, rail_z, rail_z_rate, curvature = rail(
+        plant, i, side, s, velocity, spin, angle, local
+    )
+    r0 = plant.core.radius[i]
+    touch = nearest(
+        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], 1.0 - 2.0 * side, r0,
+        local[0], local[1], local[2], local[3], rail_y, rail_z,
+    )  # fmt: skip
+    v[Y + k], v[ROLL + k], v[YAW + k] = local[0], local[2], local[3]
+    v[Y_RATE + k], v[Z_RATE + k], v[ROLL_RATE + k], v[YAW_RATE + k] = local[4], local[5], local[6], local[7]
+    v[SPIN + k], v[RADIUS_0 + k], v[SPEED + k], v[CURVED + k] = spin, r0, velocity, curvature
+    v[RAIL_Y_RATE + k], v[RAIL_Z_RATE + k] = rail_y_rate, rail_z_rate
+    v[STIFFNESS + k], v[MU + k] = plant.core.contact_stiffness[side], friction
+    v[DEPTH + k], v[ACROSS + k], v[ALONG + k], v[ASIDE + k] = touch.depth, touch.across, touch.along, touch.aside
+    v[ARM + k], v[YAW_FACTOR + k], v[SHIFT + k] = touch.arm, touch.yaw_factor, touch.shift
+    row, x = plant.contact[side, touch.cell], touch.x
+    v[RADIUS + k], v[AXIS_A + k], v[AXIS_B + k] = cubic(row[1], x), cubic(row[3], x), cubic(row[4], x)
+    v[C11 + k], v[C22 + k], v[C23 + k] = cubic(row[5], x), cubic(row[6], x), cubic(row[7], x)
+
+
+@inlined
+def _pressed(v, k, damping):
+    """What is known of the wheel in lane k before the creep force."""
+    touch = Touch(
+        v[DEPTH + k], v[ACROSS + k], v[ALONG + k], v[ASIDE + k], v[ARM + k], v[YAW_FACTOR + k], v[SHIFT + k], 0, 0.0
+    )
+    return touch, press(
+        touch, v[RADIUS + k], v[STIFFNESS + k], damping, v[RADIUS_0 + k], v[ROLL + k], v[YAW + k],
+        v[Y + k], v[Y_RATE + k], v[Z_RATE + k], v[ROLL_RATE + k], v[YAW_RATE + k], v[SPEED + k], v[CURVED + k],
+        v[SPIN + k], v[RAIL_Y_RATE + k], v[RAIL_Z_RATE + k],
+    )  # fmt: skip
+
+
+@inlined
+def _creepages(pressed):
+    return pressed.slip_x * pressed.reference, pressed.slip_y * pressed.reference, pressed.turning * pressed.reference
+
+
+@inlined
+def _sliding(v, k, touch, pressed, ratio, decay):
+    """Friction at the slip in lane k, that of the place where the wheel does not touch."""
+    slip = math.sqrt(pressed.slip_x * pressed.slip_x + pressed.slip_y * pressed.slip_y)
+    friction = friction_coefficient(v[MU + k], ratio, decay, slip)
+    return friction if touch.depth > 0.0 else v[MU + k]
+
+
+@inlined
+def _keep(v, k, touch, pressed, friction, force_x, force_y):
+    """Fill what comes out in lane k."""
+    v[NORMAL + k], v[MU + k] = pressed.normal, friction
+    v[CREEPAGE_X + k], v[CREEPAGE_Y + k], v[SPIN_CREEPAGE + k] = _creepages(pressed)
+    v[CREEP_X + k], v[CREEP_Y + k] = force_x, force_y
+    (
+        v[FORCE_X + k], v[FORCE_Y + k], v[FORCE_Z + k], v[MOMENT_X + k], v[MOMENT_SPIN + k], v[MOMENT_Z + k]
+    ) = resultant(touch, pressed, v[RADIUS + k], v[YAW + k], force_x, force_y)  # fmt: skip
+
+
+@inlined
+def evaluate(law, v):
+    """Fill the forces and what leads to them, of all wheels that were put."""
+    if law[CREEP] == 0.0 or law[LAW] != POLACH:
+        _one_by_one(law, v)
+        return
+    damping, ratio, decay, k_adhesion, k_slip = law[DAMPING], law[RATIO], law[DECAY], law[K_ADHESION], law[K_SLIP]
+    for k in range(LANES):
+        touch, pressed = _pressed(v, k, damping)
+        x, y, spin = _creepages(pressed)
+        friction = _sliding(v, k, touch, pressed, ratio, decay)
+        force_x, force_y = polach_force(
+            x, y, spin, v[AXIS_A + k] * pressed.scale, v[AXIS_B + k] * pressed.scale,
+            v[C11 + k], v[C22 + k], v[C23 + k], pressed.normal, friction, k_adhesion, k_slip,
+        )  # fmt: skip
+        _keep(v, k, touch, pressed, friction, force_x, force_y)
+
+
+@kernel
+def _one_by_one(law, v):
+    """The same for any creep law, or none."""
+    for k in range(LANES):
+        touch, pressed = _pressed(v, k, law[DAMPING])
+        friction, force_x, force_y = v[MU + k], 0.0, 0.0
+        if law[CREEP] != 0.0 and touch.depth > 0.0:
+            x, y, spin = _creepages(pressed)
+            friction = _sliding(v, k, touch, pressed, law[RATIO], law[DECAY])
+            force_x, force_y = creep_force(
+                law[LAW], x, y, spin, v[AXIS_A + k] * pressed.scale, v[AXIS_B + k] * pressed.scale,
+                v[C11 + k], v[C22 + k], v[C23 + k], pressed.normal, friction, law[K_ADHESION], law[K_SLIP],
+            )  # fmt: skip
+        _keep(v, k, touch, pressed, friction, force_x, force_y)
+
+
+@inlined
+def forces_of(v, k):
+    """`WheelForces` in lane k."""
+    return WheelForces(
+        v[FORCE_X + k], v[FORCE_Y + k], v[FORCE_Z + k], v[MOMENT_X + k], v[MOMENT_SPIN + k], v[MOMENT_Z + k],
+        v[NORMAL + k], v[CREEP_X + k], v[CREEP_Y + k], v[CREEPAGE_X + k], v[CREEPAGE_Y + k], v[SPIN_CREEPAGE + k],
+        v[ACROSS + k], v[RADIUS + k], v[SHIFT + k], v[MU + k],
+    )  # fmt: skip

@@ -1,0 +1,126 @@
+"""Distance, standstill, gaps and resampling on made-up records."""
+
+import numpy as np
+import pytest
+
+from estimators.speed.odometry import BLUR, SPACING, delay, find_way, has_speed
+from railsim import InputError
+from railsim.measurements import Measurements
+
+RATE, SLOW = 256.0, 64.0
+NAME = "bogie.rate_pitch [rad/s]"
+
+
+def record(
+    speed: np.ndarray, values: np.ndarray | None = None, errors: dict | None = None, scale: float = 1.0
+) -> Measurements:
+    """A tachometer, which gives means since the sample before, and one channel; `speed` [m/s] at 256 Hz."""
+    time = np.arange(len(speed)) / RATE
+    sheet = {"name": "bogie", "channels": [NAME], "errors": errors or {}}
+    fast = {"time [s]": time, NAME: np.zeros(len(speed)) if values is None else values}
+    every = round(RATE / SLOW)
+    mean = np.diff(travelled(speed)[::every], prepend=-speed[0] / SLOW) * SLOW
+    slow = {"time [s]": time[::every], "wheelset1.speed [m/s]": scale * mean}
+    about = {"origin": "test", "vehicle": {"wheel_radius": 0.46}, "sensors": [sheet]}
+    return Measurements(about, {RATE: fast, SLOW: slow})
+
+
+def travelled(speed: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 / RATE)])
+
+
+def test_distance_and_time_at_constant_speed():
+    way = find_way(record(np.full(5121, 10.0)))
+    assert way.s[-1] == pytest.approx(200.0, abs=SPACING)
+    assert way.time == pytest.approx(way.s / 10.0, abs=1e-9)
+    assert way.valid[round(BLUR / SPACING) : -round(BLUR / SPACING)].all()
+
+
+def test_wheel_spin_serves_where_the_speed_is_not_given():
+    time = np.arange(640) / SLOW
+    about = {"origin": "test", "vehicle": {"wheel_radius": 0.5}, "sensors": []}
+    spin = {"time [s]": time, "wheelset1.wheel_speed [rad/s]": np.full(640, 20.0)}
+    assert find_way(Measurements(about, {SLOW: spin})).s[-1] == pytest.approx(99.75, abs=SPACING)
+
+
+@pytest.mark.parametrize("speed", [4.0, 12.0, 45.0])
+def test_wave_in_space_comes_back_at_every_speed(speed: float):
+    v = speed * (1 + 0.2 * np.sin(np.arange(round(400.0 / speed * RATE)) / RATE))
+    s = travelled(v)
+    way = find_way(record(v, np.sin(2 * np.pi * s / 3.0)))
+    values, good = way.channel(record(v, np.sin(2 * np.pi * s / 3.0)), NAME)
+    error = values - np.sin(2 * np.pi * way.s / 3.0)
+    assert good.mean() > 0.95
+    assert np.abs(error[good]).max() < 0.05
+
+
+def test_waves_shorter_than_the_grid_do_not_fold_into_it():
+    v = np.full(round(100 * RATE), 4.0)
+    s = travelled(v)
+    values, good = find_way(record(v)).channel(record(v, np.sin(2 * np.pi * s / 0.13)), NAME)
+    assert np.abs(values[good]).max() < 0.01
+
+
+def test_delay_of_the_data_sheet_is_taken_out():
+    sheet = {"bandwidth": 100.0, "bandwidth_order": 2, "latency": 0.02}
+    v = np.full(2560, 30.0)
+    s = travelled(v)
+    late = np.sin(2 * np.pi * (s - 30.0 * (0.02 + np.sqrt(2) / (2 * np.pi * 100.0))) / 8.0)
+    measured = record(v, late, sheet)
+    assert delay(measured, NAME) == pytest.approx(0.02 + np.sqrt(2) / (2 * np.pi * 100.0))
+    way = find_way(measured)
+    values, good = way.channel(measured, NAME)
+    assert values[good] == pytest.approx(np.sin(2 * np.pi * way.s[good] / 8.0), abs=0.02)
+
+
+def test_place_of_the_sensor_is_taken_out():
+    v = np.full(2560, 10.0)
+    measured = record(v, travelled(v))
+    way = find_way(measured)
+    values, good = way.channel(measured, NAME, ahead=1.25)
+    assert values[good] == pytest.approx(way.s[good] - 1.25, abs=1e-6)
+
+
+def test_standstill_is_marked_and_distance_goes_on():
+    time = np.arange(round(80 * RATE)) / RATE
+    v = np.interp(time, [0, 20, 30, 50, 60, 80], [10, 10, 0, 0, 10, 10])
+    s = travelled(v)
+    way = find_way(record(v, s))
+    assert way.distance[-1] == pytest.approx(s[-1], abs=10.0 / SLOW)  # to the last sample of the tachometer
+    assert np.all(np.diff(way.time) > 0)
+    stop = float(np.interp(40.0, time, s))
+    slow = (np.abs(way.s - stop) < 0.4) | ~(way.speed > way.slowest)
+    assert not way.valid[slow].any()
+    assert way.valid[np.abs(way.s - stop) > 4.0][20:-20].all()
+    values, good = way.channel(record(v, s), NAME)
+    assert values[good] == pytest.approx(way.s[good], abs=0.1)
+    assert np.isfinite(values).all()
+
+
+def test_lost_samples_and_lost_times_are_marked():
+    v = np.full(5121, 10.0)
+    values = travelled(v)
+    values[1000:1010] = np.nan
+    measured = record(v, values)
+    way = find_way(measured)
+    _, good = way.channel(measured, NAME)
+    lost = (way.s >= values[999] - BLUR / 2) & (way.s <= values[1011] + BLUR / 2)
+    assert not good[lost].any()
+    assert good[20:-20].mean() > 0.97
+
+
+def test_wrong_wheel_radius_stretches_distance_but_not_time():
+    v = np.full(5121, 10.0)
+    way = find_way(record(v, scale=1.01))
+    assert way.time == pytest.approx(way.s / 10.1, abs=1e-9)
+
+
+def test_missing_or_silent_source_is_refused():
+    about = {"origin": "test", "vehicle": {}, "sensors": []}
+    time = np.arange(100) / RATE
+    bare = Measurements(about, {RATE: {"time [s]": time, NAME: np.zeros(100)}})
+    assert not has_speed(bare, "tachometer")
+    with pytest.raises(InputError, match="no tachometer channel"):
+        find_way(bare)
+    with pytest.raises(InputError, match="moves by 0.00 m only"):
+        find_way(record(np.zeros(2560)))

@@ -1,0 +1,62 @@
+"""The linear lateral plane against the engine's own linearisation and against closed forms."""
+
+import numpy as np
+import pytest
+
+from estimators.vehicle.lateral_roll import BODY, MOVES, YAW, Contact, Y, creep_slopes, lateral
+from estimators.vehicle.planes import Output
+from railsim.analysis.linear import linearise
+from railsim.contact.linear import creep_coefficients
+from railsim.vehicles.class175 import Class175
+from railsim.vehicles.half_vehicle import HalfVehicle
+from railsim.vehicles.manchester import Manchester
+
+OUTPUTS = [Output("rate", axis="yaw"), Output("acceleration")]
+
+
+@pytest.mark.parametrize("vehicle", [Manchester(), Class175()], ids=["manchester", "class175"])
+@pytest.mark.parametrize("speed", [10.0, 40.0])
+def test_oscillations_are_those_of_the_linearised_engine(vehicle: HalfVehicle, speed: float):
+    """Every oscillation below 20 rad/s per 10 m/s that the engine's matrices have sideways: kinematic wave and sway."""
+    mine = np.linalg.eigvals(lateral(vehicle.nominal(), OUTPUTS, speed).A)
+    linear = linearise(vehicle.model(), speed)
+    keep = [i for i, name in enumerate(linear.names) if name.endswith((".y", ".roll", ".yaw"))]
+    inverse = np.linalg.inv(linear.mass[np.ix_(keep, keep)])
+    stiffness, damping = (one[np.ix_(keep, keep)] for one in (linear.stiffness, linear.damping))
+    size = len(keep)
+    theirs = np.linalg.eigvals(
+        np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ stiffness, -inverse @ damping]])
+    )
+    slow = theirs[(theirs.imag > 1.0) & (np.abs(theirs) < 25.0) & (np.abs(theirs.real) < 0.5 * np.abs(theirs))]
+    assert len(slow) >= 2
+    for value in slow:
+        assert np.min(np.abs(mine - value)) < 0.06 * abs(value)
+
+
+def test_vehicle_follows_long_waves():
+    k, speed = 2 * np.pi / 2000.0, 10.0
+    p = Manchester().nominal()
+    system = lateral(p, OUTPUTS, speed)
+    late = np.exp(-1j * k * 2.0 * p["semi_wheelbase"])
+    path = system.states(np.array([k * speed]))[0] @ np.array([1.0, 0.0, late, 0.0])
+    centre = np.exp(-1j * k * p["semi_wheelbase"])
+    assert path[Y] / centre == pytest.approx(1.0, abs=0.01)
+    assert path[BODY] / centre == pytest.approx(1.0, abs=0.01)
+    assert path[YAW] / (1j * k * centre) == pytest.approx(1.0, abs=0.02)
+    assert system.A.shape == (2 * MOVES, 2 * MOVES)
+
+
+def test_heads_of_wheel_and_rail_are_found_from_rate_and_curvature():
+    """Radii 0.5 and 0.3 m of the analytic pair: gain 0.5 / 0.2, angle 0.125 / 2.5 (Wickens 2003, section 2.5)."""
+    contact = Contact(Manchester().nominal())
+    assert contact.gain == pytest.approx(2.5, rel=0.01)
+    assert contact.angle == pytest.approx(0.05, rel=0.01)
+
+
+def test_spin_at_rest_takes_some_of_the_slope_along_the_track():
+    """Across, and by spin, Polach's slopes are Kalker's times (kA + kS) / 2; along it is nearer to that across."""
+    load = Manchester().nominal()["design_wheel_load"]
+    kalker = creep_coefficients(1 / 0.46, 4 / 3, load, 0.7)
+    spinning = creep_slopes(1 / 0.46, 4 / 3, load, 0.05 / 0.46)
+    assert spinning.f22 == pytest.approx(kalker.f22, rel=0.06)
+    assert kalker.f22 < spinning.f11 < 0.94 * kalker.f11

@@ -1,0 +1,68 @@
+"""Conicity from the response to a known section: closed forms of the response, place and conicity found again."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from estimators.vehicle.single_wheelset import linear, wheelset_model
+from estimators.wheel_rail import conicity_spectral as spectral
+from estimators.wheel_rail.conicity_spectral import ConicitySpectral
+from railsim import load_scenario
+from railsim.errors import InputError
+from railsim.measurements import Measurements
+
+SPEED, PLACE, SCALE, CONICITY = 30.0, 137.3, 1.004, 0.12
+VEHICLE = load_scenario("wheelset_new").vehicle.nominal()
+
+
+def survey(length: float = 2600.0) -> pd.DataFrame:
+    """Waves from 6 to 80 m."""
+    rng = np.random.default_rng(8)
+    s = np.arange(0.0, length, 0.2)
+    lengths = np.geomspace(6.0, 80.0, 60)
+    waves = lengths * np.sin(2.0 * np.pi * s[:, None] / lengths + rng.uniform(0.0, 2.0 * np.pi, 60))
+    return pd.DataFrame({"s [m]": s, "lateral [m]": 4e-6 * waves.sum(axis=1)})
+
+
+def recording(duration: float = 60.0, track: pd.DataFrame | None = None) -> Measurements:
+    """A wheelset of another creep share and conicity than nominal over the waves; its tachometer reads slow."""
+    table = survey()
+    model = wheelset_model(VEHICLE, 0.55)
+    time = np.arange(0.0, duration, 1.0 / 256.0)
+    place = PLACE + SPEED * time
+    k = 2.0 * np.pi * np.fft.rfftfreq(len(table), 0.2)
+    a, b = linear(model, CONICITY, SPEED)
+    s = 1j * k * SPEED
+    gain = np.linalg.solve(s[:, None, None] * np.eye(6) - a, (b[:, 0] + s[:, None] * b[:, 1])[:, :, None])[:, 3, 0]
+    yaw_rate = np.fft.irfft(np.fft.rfft(table["lateral [m]"]) * gain, len(table))
+    columns = {"time [s]": time, "wheelset1.rate_yaw [rad/s]": np.interp(place, table["s [m]"], yaw_rate)}
+    columns["wheelset1.speed [m/s]"] = np.full(len(time), SPEED / SCALE)
+    about = {"origin": "test", "vehicle": VEHICLE, "sensors": []}
+    return Measurements(about, {256.0: columns}, table if track is None else track)
+
+
+def test_place_scale_and_conicity_are_found() -> None:
+    found = ConicitySpectral().estimate(recording())
+    assert found.series["conicity [-]"].iloc[0] == pytest.approx(CONICITY, rel=0.03)
+    assert found.about["creep_share [-]"] == pytest.approx(0.55, rel=0.1)
+    assert found.about["offset [m]"] == pytest.approx(PLACE, abs=0.5)
+    assert found.about["way_scale [-]"] == pytest.approx(SCALE, abs=5e-4)
+
+
+def test_long_waves_are_followed() -> None:
+    """The suspension holds the yaw, so that the response comes close to one only without it."""
+    free = {**VEHICLE, "yaw_stiffness": 0.0, "lateral_stiffness": 0.0}
+    respond = spectral.response(free, spectral.WHEELSET)
+    assert respond(0.15, 0.7, 20.0, np.array([1e-3]))[0] == pytest.approx(1.0, abs=0.02)
+
+
+def test_short_record_and_missing_channel_are_refused() -> None:
+    with pytest.raises(InputError, match="two blocks"):
+        ConicitySpectral().estimate(recording(duration=12.0))
+    measured = recording(duration=20.0)
+    other = Measurements(measured.about, {256.0: {
+        "time [s]": measured.time("wheelset1.speed [m/s]"), "wheelset1.speed [m/s]": measured["wheelset1.speed [m/s]"],
+    }}, measured.track)  # fmt: skip
+    assert not ConicitySpectral().fits(other)
+    with pytest.raises(InputError, match="yaw"):
+        ConicitySpectral().estimate(other)
