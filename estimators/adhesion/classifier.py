@@ -90,7 +90,7 @@ def softmax(scores: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=1)
 def calibrations() -> dict[str, Any]:
     """Contents of the shipped file."""
-    return json.loads(importlib.resources.files("estimators").joinpath(FILE).read_text(encoding="utf-8"))
+    return json.loads(importlib.resources.files("estimators.adhesion").joinpath(FILE).read_text(encoding="utf-8"))
 
 
 def vehicles() -> list[str]:

@@ -34,7 +34,7 @@ BAND = spectra.Band(shortest=1.0, longest=100.0)
 HOPS = {10.0: 5.0, 4.0: 4.0}  # s between windows
 PENALTIES = {"level": 1e-3, "slope": 1e-2}
 DIGITS = 4
-SHIPPED = Path("estimators") / FILE
+SHIPPED = Path("estimators/adhesion") / FILE
 CLEAR = 20.0  # m, start of runs with vehicles off their nominal parameters: all wheels on even track
 SPREAD = {
     "body_mass": (0.95, 1.2),
