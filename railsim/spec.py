@@ -2,14 +2,25 @@
 
 import hashlib
 import json
-from typing import Any, Self, get_args
+from collections.abc import Sequence
+from typing import Any, Literal, Self, get_args
 
 import pydantic
 
 from railsim.errors import InputError
 
+Role = Literal[
+    "", "onset", "ramp", "distance", "time", "length", "duration", "spacing", "wavelength", "frequency", "period",
+    "order", "phase", "channel",
+]  # fmt: skip
+"""What a field says other than a size: when a fault begins and how long it grows; a distance along the track or a time
+of the run at which something is, its length or duration, the spacing of many; length, frequency or period of a wave,
+how many waves a turn of a wheel has; an angle of a wheel; a measured channel."""
 
-def quantity(default: Any = ..., *, unit: str, source: str, **bounds: Any) -> Any:
+
+def quantity(
+    default: Any = ..., *, unit: str, source: str, role: Role = "", trials: Sequence[float] = (), **bounds: Any
+) -> Any:
     """A field of a `Spec` that knows where its number comes from.
 
     Parameters
@@ -17,9 +28,12 @@ def quantity(default: Any = ..., *, unit: str, source: str, **bounds: Any) -> An
     default : the value in SI units; omitted where it must be given.
     unit : SI unit, "-" for a pure number.
     source : publication or standard; "illustrative" where there is none.
+    role : what it says other than a size; a search treats places, waves and angles each in its own way.
+    trials : values that a search tries beside the default, where it tries several.
     bounds : pydantic bounds (`gt`, `ge`, `lt`, `le`).
     """
-    return pydantic.Field(default, json_schema_extra={"unit": unit, "source": source}, **bounds)
+    about = {"unit": unit, "source": source, "role": role, "trials": [*map(float, trials)]}
+    return pydantic.Field(default, json_schema_extra=about, **bounds)
 
 
 class Spec(pydantic.BaseModel, frozen=True, extra="forbid"):
@@ -50,6 +64,18 @@ class Spec(pydantic.BaseModel, frozen=True, extra="forbid"):
         """(unit, source) of a field."""
         extra = cls.model_fields[name].json_schema_extra
         return (str(extra["unit"]), str(extra["source"])) if isinstance(extra, dict) else ("", "")
+
+    @classmethod
+    def role(cls, name: str) -> str:
+        """What a field says other than a size, empty where it is one; of `Role`."""
+        extra = cls.model_fields[name].json_schema_extra
+        return str(extra.get("role", "")) if isinstance(extra, dict) else ""
+
+    @classmethod
+    def trials(cls, name: str) -> tuple[float, ...]:
+        """Values of a field that a search tries beside the default."""
+        extra: Any = cls.model_fields[name].json_schema_extra
+        return tuple(extra.get("trials", ())) if isinstance(extra, dict) else ()
 
     @classmethod
     def limits(cls, name: str) -> tuple[float | None, float | None]:

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import get_args
 
 import pydantic
 import pytest
@@ -10,12 +11,13 @@ import estimators
 from estimators.interface import Estimator
 from railsim import load_scenario, sensors, vehicles
 from railsim.effects.interface import PLACES
+from railsim.effects.sensor_changes import FilterEffect
 from railsim.registry import discover
 from railsim.scenario import Scenario, effect_kinds, shipped_scenarios
 from railsim.sensors.errors import SensorErrors
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensor
-from railsim.spec import Spec
+from railsim.spec import Role, Spec
 from railsim.track.survey import TrackErrors
 from railsim.vehicles.interface import Vehicle
 
@@ -71,8 +73,37 @@ def test_effect_knows_itself(name: str):
     assert kind.absent and kind.smallest and {*kind.absent, *kind.smallest} <= set(kind.parameters())
     if kind.everywhere:  # the same effect without a stretch
         whole = EFFECTS[kind.everywhere]
-        assert set(whole.parameters()) == set(kind.parameters()) - {"place", "length"}
+        assert set(whole.parameters()) == set(kind.parameters()) - set(kind.fields_of("distance", "length"))
         assert whole.absent == kind.absent
+
+
+PLACED = {
+    "": (),
+    "short": ("distance",),
+    "stretch": ("distance", "length"),
+    "pulse": ("distance time", "length duration"),
+}
+"""Roles of which an effect of each extent needs one field each."""
+
+
+@pytest.mark.parametrize("name", list(EFFECTS))
+def test_effect_has_the_fields_that_a_search_for_it_needs(name: str):
+    kind = EFFECTS[name]
+    free = kind.parameters()
+    assert {kind.role(field) for field in kind.model_fields} <= set(get_args(Role))
+    for roles in PLACED[kind.extent]:
+        assert [field for field in free if kind.role(field) in roles.split()], f"extent needs a field of role {roles}"
+    assert not kind.impact or kind.fields_of("phase"), "an impact needs an angle of its wheel"
+    assert not kind.wave_about_mean or kind.fields_of("wavelength")
+    assert set(kind.rivals) <= set(EFFECTS) and (kind.masked or not kind.rivals)
+    assert not kind.weakens or "factor" in free
+    for field, one in free.items():
+        assert all(one.low <= value <= one.high for value in one.trials) or field in getattr(kind, "probe", {}), field
+    if issubclass(kind, FilterEffect) and kind.probe:
+        sized = [field for field in free if field not in kind.held()]
+        assert sorted(kind.probe) == sorted(sized), "the probe fixes all numbers of the filter"
+        assert all(free[field].trials for field in kind.probe)
+        assert set(kind.fine_trials) <= set(kind.probe)
 
 
 @pytest.mark.parametrize("name", list(ESTIMATORS))

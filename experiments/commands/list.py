@@ -48,7 +48,7 @@ def _effects() -> dict[str, str]:
 
 def _parameters(kind: type[Effect]) -> str:
     """Parameters that a fit may vary, e.g. "factor 0 to 1"."""
-    found = {name: one for name, one in kind.parameters().items() if name not in kind.held}
+    found = {name: one for name, one in kind.parameters().items() if name not in kind.held()}
     return ", ".join(f"{name} {one.low:g} to {one.high:g}{_unit(one.unit)}" for name, one in found.items())
 
 

@@ -13,7 +13,7 @@ from scipy.stats import norm
 
 from experiments.discrepancy.baseline.evidence import gather
 from experiments.discrepancy.blind.blind_cases import FASTSIM, _record, _scores, _specimen
-from experiments.discrepancy.fit.candidates import DISTANCES, TIMES, Candidate, Context, candidates
+from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Problem, starting_fit
 from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.result.adding import gaps, predicted_after
@@ -121,9 +121,8 @@ def _sized(
 ) -> Sized:
     distance, time = one.context.spots[0]
     free = one.parameters
-    moved = {name: distance for name in DISTANCES if name in free} | {
-        name: time - 1.0 for name in TIMES if name in free
-    }
+    there = {"distance": distance, "time": time - 1.0}
+    moved = {name: there[p.role] for name, p in free.items() if p.role in there}
     values = {**values, **{name: min(max(at, free[name].low), free[name].high) for name, at in moved.items()}}
     effect = one.build(values)
     sized = [(name, p) for name, p in free.items() if p.absent is not None]

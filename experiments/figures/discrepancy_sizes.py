@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure as Picture
 
-from experiments.discrepancy.fit.candidates import effect_names
+from experiments.discrepancy.fit.candidates import fitted_names
 from experiments.figures.discrepancy_runs import SIZES, blind, detected, expected, named, rivals
 from experiments.figures.interface import Claim, Figure
 from railsim.scenario import load_scenario
@@ -33,7 +33,6 @@ BLIND = (
 """Effects that are also run blind, one or two of each part: suspension, wheel, contact, load, track, sensor."""
 SEED = 20261  # of the blind runs: of no development case
 SURE, HOPELESS = 0.95, 0.05
-UNTRIED = {"speed_scale", "odometer_scale"}  # found by the alignment, never named
 AGREED = 0.8  # share of blind runs that must turn out as expected
 WORST = 5
 ALIKE = 0.5  # likeness from which two effects are said to be confused
@@ -119,7 +118,7 @@ class DiscrepancySizes(Figure):
         gains = {(one["effect"], one["size"]): one["expected evidence [nats]"] for one in rows}
         names = set(table["effect"])
         whole = len(table) == len(SIZES) * len(names)
-        complete = names in (set(FEW), set(effect_names()) - UNTRIED)
+        complete = names in (set(FEW), set(fitted_names()))
         both = [name for name in names if {(name, SIZES[0]), (name, SIZES[2])} <= set(gains)]
         grows = [gains[name, SIZES[2]] >= gains[name, SIZES[0]] for name in both]
         ran = [one for one in rows if one["blind status"] not in ("", "impossible")]

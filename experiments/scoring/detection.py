@@ -5,19 +5,20 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.suspension.verdicts import damper, std_name
 from estimators.vehicle.lateral import PARAMETERS, nominal
+from railsim.scenario import effect_kinds
 from railsim.truth import Truth
 
-EFFECTS = ("weak_lateral_damper", "weak_yaw_damper")
-"""Effects that take damping away, in the order of the first of `PARAMETERS`."""
 ASKED = 15.0  # s from which on a verdict is asked for; the filters start from nothing
 
 
 def damping_left(truth: Truth) -> tuple[np.ndarray, np.ndarray]:
     """Share of the lateral and yaw damping that the run had at its end, and since when (s), shapes (2,)."""
-    share, onset = np.ones(2), np.zeros(2)
+    share, onset, kinds = np.ones(2), np.zeros(2), effect_kinds()
+    dampers = [name.partition(" [")[0] for name in PARAMETERS[:2]]
     for one in truth.about.get("effects", []):
-        if one.get("kind") in EFFECTS:
-            which = EFFECTS.index(one["kind"])
+        damping = kinds[one["kind"]].weakens if one.get("kind") in kinds else ""
+        if damping in dampers:
+            which = dampers.index(damping)
             share[which] *= float(one["factor"])
             onset[which] = max(onset[which], float(one.get("onset", 0.0)))
     return share, onset

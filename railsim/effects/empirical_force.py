@@ -43,6 +43,7 @@ class EmpiricalForce(Effect, frozen=True):
     signature: ClassVar[str] = (
         "whatever the table says: a force between two bodies that the nominal vehicle does not have"
     )
+    named: ClassVar[bool] = False  # a table answers `unknown`
     references: ClassVar[tuple[str, ...]] = (
         "Masri and Caughey (1979), A nonparametric identification technique for nonlinear dynamic problems, "
         "Journal of Applied Mechanics 46: force-state mapping",

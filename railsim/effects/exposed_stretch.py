@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import ClassVar
 
 from railsim.effects._loads import gust
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Effect, Extent, Setup
 from railsim.spec import quantity
 
 
@@ -13,8 +13,10 @@ class ExposedStretch(Effect, frozen=True):
     """Lateral force on the body, 1 - cosine from `place` to `place + length`."""
 
     force: float = quantity(10e3, unit="N on half a body, to the left, at its peak", source=CHOSEN, ge=-80e3, le=80e3)
-    place: float = quantity(30.0, unit="m, where it begins", source=CHOSEN, ge=0.0, le=1e5)
-    length: float = quantity(200.0, unit="m", source="illustrative: a bridge", ge=10.0, le=1e3)
+    place: float = quantity(30.0, unit="m, where it begins", source=CHOSEN, role="distance", ge=0.0, le=1e5)
+    length: float = quantity(
+        200.0, unit="m", source="illustrative: a bridge", role="length", trials=(50.0, 110.0), ge=10.0, le=1e3
+    )
     height: float = quantity(2.3, unit="m above the rails", source="illustrative: middle of the side wall", gt=0.0)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"force": 0.0})
@@ -22,6 +24,7 @@ class ExposedStretch(Effect, frozen=True):
     signature: ClassVar[str] = "the body sways once to one side and back, at the same place in every run"
     acts_on: ClassVar[str] = "load"
     family: ClassVar[str] = "gust"
+    extent: ClassVar[Extent] = "pulse"
     references: ClassVar[tuple[str, ...]] = ("EN 14067-6: gust of 1 - cosine",)
 
     def install(self, setup: Setup) -> Setup:

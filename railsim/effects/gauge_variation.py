@@ -14,8 +14,8 @@ class GaugeVariation(Effect, frozen=True):
 
     widening: float = quantity(3e-3, unit="m", source=CHOSEN, ge=-5e-3, le=15e-3)
     amplitude: float = quantity(2e-3, unit="m", source=CHOSEN, ge=0.0, le=10e-3)
-    wavelength: float = quantity(10.0, unit="m", source=CHOSEN, ge=3.0, le=100.0)
-    place: float = quantity(30.0, unit="m, where the wave begins", source=CHOSEN, ge=0.0, le=1e5)
+    wavelength: float = quantity(10.0, unit="m", source=CHOSEN, role="wavelength", ge=3.0, le=100.0)
+    place: float = quantity(30.0, unit="m, where the wave begins", source=CHOSEN, role="distance", ge=0.0, le=1e5)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"widening": 0.0, "amplitude": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"widening": 1e-3, "amplitude": 0.0})
@@ -24,7 +24,8 @@ class GaugeVariation(Effect, frozen=True):
         "before the flange"
     )
     acts_on: ClassVar[str] = "track"
-    held: ClassVar[frozenset[str]] = frozenset({"place"})
+    masked: ClassVar[bool] = True
+    rivals: ClassVar[tuple[str, ...]] = ("conicity_change", "worn_profile", "reduced_creep_slope", "low_adhesion")
     references: ClassVar[tuple[str, ...]] = ("EN 13848-1: track gauge",)
 
     def install(self, setup: Setup) -> Setup:

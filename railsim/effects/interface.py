@@ -6,18 +6,21 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from functools import cached_property, reduce
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.sensors.interface import Sensor
-from railsim.spec import Spec, quantity
+from railsim.spec import Role, Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction, speed_tables
 from railsim.track.track import Track
 from railsim.vehicles.interface import Vehicle
 
 PLACES = ("vehicle", "wheel", "contact", "track", "sensor", "speed", "load")
 """Where an effect can act."""
+
+Extent = Literal["", "short", "stretch", "pulse"]
+"""How something that has a place or a time lies there."""
 
 CHOSEN = "chosen by the scenario; not known in the field"
 
@@ -79,13 +82,16 @@ class Parameter(NamedTuple):
     absent: float | None  # where the effect is not there; None = this number alone does not take it away
     smallest: float | None  # value at the smallest size worth naming
     prior: Prior
+    role: str = ""  # what it says other than a size, of `railsim.spec.Role`
+    trials: tuple[float, ...] = ()  # values that a search tries beside the default
 
 
 class Effect(Spec, frozen=True):
     """Base of every effect; its kind is the name of its module.
 
-    A number with both bounds (`ge` or `gt`, `le` or `lt`) is one that a fit may vary between them; those in `held`
-    (times, for example) are left as they are unless one asks for them.
+    A number with both bounds (`ge` or `gt`, `le` or `lt`) is one that a fit may vary between them. A field says by its
+    `role` (`railsim.spec.quantity`) where it is no size: a distance along the track, a wavelength, an angle of a wheel.
+    The class variables below say all else that a search for the effect must know; their defaults suit most effects.
     """
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({})
@@ -94,7 +100,6 @@ class Effect(Spec, frozen=True):
     """Field values of the smallest size worth naming; with them something that can be measured changes."""
     priors: ClassVar[Mapping[str, Prior]] = MappingProxyType({})
     """Where the prior is another than normal about `absent` with half the way to the farther bound (else uniform)."""
-    held: ClassVar[frozenset[str]] = frozenset({"onset", "ramp"})
     growth: ClassVar[Mapping[str, float]] = MappingProxyType({})
     """Power of a number's distance from `absent` with which what is measured grows; 1 where none is stated."""
     signature: ClassVar[str] = ""
@@ -105,6 +110,24 @@ class Effect(Spec, frozen=True):
     everywhere: ClassVar[str] = ""
     """Of an effect with a stretch: name of the effect that it is where the stretch covers the whole way, with the same
     numbers but for place and length."""
+    extent: ClassVar[Extent] = ""
+    """Of an effect with a place or a time: "short" acts within a metre or so of its place, which must be found to a
+    fraction of that; "stretch" from its place on over a length; "pulse" is a load that rises and falls once."""
+    impact: ClassVar[bool] = False
+    """Whether it is a blow once a turn of a wheel, so short that much of it lies above half the sensors' rate and folds
+    back into their samples: a little later it is another signal, not the same a little later."""
+    wave_about_mean: ClassVar[bool] = False
+    """Whether its wave is about a mean that acts as well: its signature, turned, is not that of a longer wave."""
+    masked: ClassVar[bool] = False
+    """Whether tolerances of the vehicle imitate it so well that only a fit shows it."""
+    rivals: ClassVar[tuple[str, ...]] = ()
+    """Of a masked one: names of the effects that the same tolerances imitate. It gets a name only if it beats them."""
+    named: ClassVar[bool] = True
+    """Whether a verdict may name it."""
+    by_registration: ClassVar[bool] = False
+    """Whether the registration of recording and track finds it, so that no fit looks for it."""
+    weakens: ClassVar[str] = ""
+    """Damping of the vehicle that its `factor` multiplies, e.g. "secondary_lateral_damping"; empty: none."""
     references: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
@@ -125,6 +148,21 @@ class Effect(Spec, frozen=True):
     def equivalence(cls) -> str:
         """The family, or the effect's own name where it has none."""
         return cls.family or cls.__module__.rpartition(".")[2]
+
+    @classmethod
+    def fields_of(cls, *roles: Role) -> list[str]:
+        """Names of the fields with one of these roles."""
+        return [name for name in cls.model_fields if cls.role(name) in roles]
+
+    @classmethod
+    def local(cls) -> bool:
+        """Whether it has a place or a time of its own."""
+        return bool(cls.fields_of("distance", "time"))
+
+    @classmethod
+    def held(cls) -> list[str]:
+        """Numbers that are left as they are unless one asks for them: of a fault's growth, and angles of a wheel."""
+        return cls.fields_of("onset", "ramp", "phase")
 
     def settings(self) -> dict[str, Any]:
         """All fields with the kind, as a scenario's `effects` holds them."""
@@ -156,6 +194,8 @@ class Effect(Spec, frozen=True):
                 cls.absent.get(name),
                 cls.smallest.get(name),
                 cls._prior(name, low, high),
+                cls.role(name),
+                cls.trials(name),
             )
         return found
 
@@ -171,12 +211,12 @@ class Effect(Spec, frozen=True):
 
 def onset_field() -> Any:
     """Field `onset`: when a fault begins."""
-    return quantity(0.0, unit="s, 0 = from the start", source=CHOSEN, ge=0.0, le=1e5)
+    return quantity(0.0, unit="s, 0 = from the start", source=CHOSEN, role="onset", ge=0.0, le=1e5)
 
 
 def ramp_field() -> Any:
     """Field `ramp`: how long a fault that begins in the run takes to grow."""
-    return quantity(0.1, unit="s, from the onset to the full size", source=CHOSEN, gt=0.0, le=1e5)
+    return quantity(0.1, unit="s, from the onset to the full size", source=CHOSEN, role="ramp", gt=0.0, le=1e5)
 
 
 def changed(setup: Setup, effect: Effect, **values: Callable[[Any], Any]) -> Setup:

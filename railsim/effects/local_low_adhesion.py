@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from railsim.effects._contact import less_friction
 from railsim.effects._references import POLACH
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Effect, Extent, Setup
 from railsim.spec import quantity
 
 
@@ -14,14 +14,15 @@ class LocalLowAdhesion(Effect, frozen=True):
     """Friction by one factor over a stretch of the track, with ends of 2 m."""
 
     factor: float = quantity(0.15, unit="-", source=CHOSEN, ge=0.03, le=1.0)
-    place: float = quantity(40.0, unit="m, where it begins", source=CHOSEN, ge=0.0, le=1e5)
-    length: float = quantity(30.0, unit="m", source=CHOSEN, ge=5.0, le=1e4)
+    place: float = quantity(40.0, unit="m, where it begins", source=CHOSEN, role="distance", ge=0.0, le=1e5)
+    length: float = quantity(30.0, unit="m", source=CHOSEN, role="length", ge=5.0, le=1e4)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.5})
     signature: ClassVar[str] = "as low adhesion, within one stretch"
     acts_on: ClassVar[str] = "track"
     everywhere: ClassVar[str] = "low_adhesion"
+    extent: ClassVar[Extent] = "stretch"
     references: ClassVar[tuple[str, ...]] = (
         "Ward et al. (2011), section 4.2",
         POLACH,

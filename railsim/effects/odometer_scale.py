@@ -20,6 +20,7 @@ class OdometerScale(Effect, frozen=True):
     signature: ClassVar[str] = "speed and distance of the tachometer grow by one factor against all waves of the track"
     acts_on: ClassVar[str] = "sensor"
     family: ClassVar[str] = "speed_scale"
+    by_registration: ClassVar[bool] = True
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 5",)
 
     def install(self, setup: Setup) -> Setup:

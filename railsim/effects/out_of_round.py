@@ -13,8 +13,8 @@ class OutOfRound(Effect, frozen=True):
     """Radius r + amplitude cos(order (angle - phase)) of one wheel or both."""
 
     amplitude: float = quantity(2e-4, unit="m", source=CHOSEN, ge=0.0, le=1.5e-3)
-    order: int = quantity(1, unit="waves a turn", source=CHOSEN, ge=1, le=30)
-    phase: float = quantity(0.0, unit="rad", source=CHOSEN, ge=0.0, le=6.2832)
+    order: int = quantity(1, unit="waves a turn", source=CHOSEN, role="order", ge=1, le=30)
+    phase: float = quantity(0.0, unit="rad", source=CHOSEN, role="phase", ge=0.0, le=6.2832)
     wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
     side: Literal["left", "right", "both"] = quantity("left", unit="-", source=CHOSEN)
 
@@ -24,7 +24,6 @@ class OutOfRound(Effect, frozen=True):
         "a tone at order times v / (2 pi r) in vertical acceleration of axlebox and bogie, that keeps its "
         "wavelength at all speeds"
     )
-    held: ClassVar[frozenset[str]] = frozenset({"phase"})
     acts_on: ClassVar[str] = "wheel"
     family: ClassVar[str] = "once_per_turn"
     references: ClassVar[tuple[str, ...]] = (

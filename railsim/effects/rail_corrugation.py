@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Effect, Extent, Setup
 from railsim.effects.track_changes import corrugated
 from railsim.spec import quantity
 
@@ -13,15 +13,15 @@ class RailCorrugation(Effect, frozen=True):
     """A wave of both rail heads between `place` and `place + length`."""
 
     amplitude: float = quantity(5e-5, unit="m", source=CHOSEN, ge=0.0, le=5e-4)
-    wavelength: float = quantity(0.2, unit="m", source=CHOSEN, ge=0.1, le=1.0)
-    place: float = quantity(30.0, unit="m, where it begins", source=CHOSEN, ge=0.0, le=1e5)
-    length: float = quantity(60.0, unit="m", source=CHOSEN, ge=12.0, le=1e4)
+    wavelength: float = quantity(0.2, unit="m", source=CHOSEN, role="wavelength", ge=0.1, le=1.0)
+    place: float = quantity(30.0, unit="m, where it begins", source=CHOSEN, role="distance", ge=0.0, le=1e5)
+    length: float = quantity(60.0, unit="m", source=CHOSEN, role="length", ge=12.0, le=1e4)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"amplitude": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"amplitude": 5e-6})
     signature: ClassVar[str] = "a tone at v / wavelength in the axleboxes over one stretch"
     acts_on: ClassVar[str] = "track"
-    held: ClassVar[frozenset[str]] = frozenset({"place"})
+    extent: ClassVar[Extent] = "stretch"
     references: ClassVar[tuple[str, ...]] = (
         "Grassie and Kalousek (1993), Rail corrugation: characteristics, causes and treatments, Proc. IMechE Part "
         "F 207",

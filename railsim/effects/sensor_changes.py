@@ -1,7 +1,8 @@
 """Faults of one measured channel."""
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,7 +19,9 @@ class ChannelEffect(Effect, frozen=True):
     sheet says; random numbers of all sensors stay what they are.
     """
 
-    channel: str = quantity("bogie.acceleration_y", unit="-, channel without its unit", source="scenario")
+    channel: str = quantity(
+        "bogie.acceleration_y", unit="-, channel without its unit", source="scenario", role="channel"
+    )
 
     acts_on: ClassVar[str] = "sensor"
 
@@ -45,7 +48,16 @@ class ChannelEffect(Effect, frozen=True):
 
 
 class FilterEffect(ChannelEffect, frozen=True):
-    """Base of faults that pass one channel through a filter."""
+    """Base of faults that pass one channel through a filter.
+
+    A channel through a filter H differs from itself by (H - 1) times its spectrum, so that one filter's signature gives
+    those of all others: a search runs the `probe` alone, and makes of it what the fields' `trials` would give.
+    """
+
+    probe: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Numbers of a filter that changes all frequencies that are compared; empty: every size is run."""
+    fine_trials: ClassVar[Mapping[str, tuple[float, ...]]] = MappingProxyType({})
+    """Closer values in place of the fields' `trials`, for the few that are looked at once more."""
 
     @abstractmethod
     def response(self, frequency: np.ndarray) -> np.ndarray:

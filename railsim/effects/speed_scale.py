@@ -22,6 +22,7 @@ class SpeedScale(Effect, frozen=True):
     )
     acts_on: ClassVar[str] = "speed"
     family: ClassVar[str] = "speed_scale"
+    by_registration: ClassVar[bool] = True
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 5",)
 
     def install(self, setup: Setup) -> Setup:

@@ -20,6 +20,7 @@ class WeakLateralDamper(Weakened, frozen=True):
         "body and bogie sway against each other more and for longer, at the body's lateral modes (0.5 to 2 Hz); "
         "less lateral force goes through at 3 to 10 Hz"
     )
+    weakens: ClassVar[str] = "secondary_lateral_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
     elements: ClassVar[tuple[str, ...]] = ("secondary",)
     axes: ClassVar[tuple[str, ...]] = ("y",)

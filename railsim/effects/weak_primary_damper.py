@@ -17,6 +17,7 @@ class WeakPrimaryDamper(Weakened, frozen=True):
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.7})
     signature: ClassVar[str] = "the bogie bounces and pitches more at its own frequencies (5 to 12 Hz)"
+    weakens: ClassVar[str] = "primary_vertical_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
     elements: ClassVar[tuple[str, ...]] = ("primary",)
     axes: ClassVar[tuple[str, ...]] = ("z", "roll")

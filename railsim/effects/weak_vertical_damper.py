@@ -19,6 +19,7 @@ class WeakVerticalDamper(Weakened, frozen=True):
     signature: ClassVar[str] = (
         "the body bounces and rolls more at its own frequencies (about 1 Hz), less goes through above them"
     )
+    weakens: ClassVar[str] = "secondary_vertical_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
     elements: ClassVar[tuple[str, ...]] = ("secondary",)
     axes: ClassVar[tuple[str, ...]] = ("z", "roll")

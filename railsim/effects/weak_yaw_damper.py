@@ -20,6 +20,7 @@ class WeakYawDamper(Weakened, frozen=True):
         "the bogie yaws more at its kinematic wavelength, less damped as the speed rises; less yaw moment where "
         "the curvature changes"
     )
+    weakens: ClassVar[str] = "secondary_yaw_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
     elements: ClassVar[tuple[str, ...]] = ("secondary",)
     axes: ClassVar[tuple[str, ...]] = ("yaw",)

@@ -15,7 +15,7 @@ class WheelFlat(Effect, frozen=True):
     """
 
     length: float = quantity(0.05, unit="m", source=CHOSEN, ge=0.0, le=0.15)
-    angle: float = quantity(0.0, unit="rad, of its middle", source=CHOSEN, ge=0.0, le=6.2832)
+    angle: float = quantity(0.0, unit="rad, of its middle", source=CHOSEN, role="phase", ge=0.0, le=6.2832)
     wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
     side: Literal["left", "right", "both"] = quantity("left", unit="-", source=CHOSEN)
 
@@ -25,8 +25,8 @@ class WheelFlat(Effect, frozen=True):
     signature: ClassVar[str] = (
         "one impact a turn (v / (2 pi r) and its multiples) in axlebox and bogie acceleration, on one side"
     )
-    held: ClassVar[frozenset[str]] = frozenset({"angle"})
     acts_on: ClassVar[str] = "wheel"
+    impact: ClassVar[bool] = True
     references: ClassVar[tuple[str, ...]] = (
         "Newton and Clark (1979), An investigation into the dynamic effects on the track of wheelflats on railway "
         "vehicles, Journal of Mechanical Engineering Science 21",

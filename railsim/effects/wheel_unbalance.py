@@ -13,7 +13,7 @@ class WheelUnbalance(Effect, frozen=True):
     """Centrifugal force U w^2 that turns with the wheel, up and along the track."""
 
     unbalance: float = quantity(0.5, unit="kg m", source=CHOSEN, ge=0.0, le=5.0)
-    phase: float = quantity(0.0, unit="rad, at which it is lowest", source=CHOSEN, ge=0.0, le=6.2832)
+    phase: float = quantity(0.0, unit="rad, at which it is lowest", source=CHOSEN, role="phase", ge=0.0, le=6.2832)
     wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
     side: Literal["left", "right", "both"] = quantity("left", unit="-", source=CHOSEN)
 
@@ -22,7 +22,6 @@ class WheelUnbalance(Effect, frozen=True):
     signature: ClassVar[str] = (
         "a tone at v / (2 pi r) that grows with the square of the speed; on one wheel also in yaw"
     )
-    held: ClassVar[frozenset[str]] = frozenset({"phase"})
     acts_on: ClassVar[str] = "wheel"
     family: ClassVar[str] = "once_per_turn"
     references: ClassVar[tuple[str, ...]] = (

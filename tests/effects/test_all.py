@@ -30,7 +30,7 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> Truth:
 @pytest.mark.parametrize("name", list(EFFECTS))
 def test_parameters_are_within_their_bounds(name: str):
     kind = EFFECTS[name]
-    fields = {n: one for n, one in kind.parameters().items() if n not in kind.held}
+    fields = {n: one for n, one in kind.parameters().items() if n not in kind.held()}
     assert fields, "give at least one number both bounds"
     for one in fields.values():
         assert one.low <= one.default <= one.high

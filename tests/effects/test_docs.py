@@ -17,5 +17,5 @@ def test_bounds_and_signatures_are_those_of_the_code():
         row = next(line for line in TEXT.splitlines() if line.startswith(f"| `{name}` |"))
         assert kind.signature in row
         for parameter, one in kind.parameters().items():
-            if parameter not in kind.held:
+            if parameter not in kind.held():
                 assert f"`{parameter}` {one.low:g} to {one.high:g}" in row, name

@@ -7,18 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.fit.candidates import DISTANCES, TIMES
 from experiments.discrepancy.fit.fitting import Fit, Problem, improved, linearised, moved_to, starting_fit
 from experiments.discrepancy.fit.hypothesis import DROPPED, Hypothesis, concluded
 from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.select.decide import held_out_gap
 from experiments.discrepancy.select.refining import nuisances_alone
 from experiments.discrepancy.workflow import Findings
-from railsim import effects as library
 from railsim.effects.interface import Effect, Setup
 from railsim.errors import InputError
 from railsim.model import Model
-from railsim.registry import discover
+from railsim.scenario import effect_kinds
 
 ROUNDS, SETTLED = 5, 1.0  # linearisations at most, and nats that one must bring for another
 SURELY = 1000.0  # nats beyond which it does not matter how much exactly: derivatives made anew take a sixth at most
@@ -26,8 +24,7 @@ SURELY = 1000.0  # nats beyond which it does not matter how much exactly: deriva
 
 def effect_of(settings: Mapping[str, Any]) -> Effect:
     """The effect of a label."""
-    kinds = discover(library, Effect)
-    return kinds[settings["kind"]].build({name: value for name, value in settings.items() if name != "kind"})
+    return effect_kinds()[settings["kind"]].build({name: value for name, value in settings.items() if name != "kind"})
 
 
 def expected_evidence(
@@ -119,7 +116,7 @@ def _brought(problem: Problem, one: Hypothesis, effects: Sequence[Effect]) -> fl
 
 
 def _local(effect: Effect) -> bool:
-    return effect.acts_on == "track" or any(name in type(effect).model_fields for name in (*DISTANCES, *TIMES))
+    return effect.acts_on == "track" or type(effect).local()
 
 
 def _silent(text: str) -> None:
@@ -155,7 +152,7 @@ def acting(setup: Setup, effect: Effect) -> list[list[str]]:
     """
     changed = effect.install(setup)
     if effect.acts_on == "sensor":
-        return [[str(getattr(effect, "channel", ""))]]
+        return [[str(getattr(effect, name)) for name in type(effect).fields_of("channel")] or [""]]
     groups = {group[:-1] for group in _joined(setup.model) ^ _joined(changed.model)} | {
         (a.name,) for a, b in zip(changed.model.bodies, setup.model.bodies, strict=False) if repr(a) != repr(b)
     }

@@ -9,9 +9,10 @@ from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 
-from railsim import effects as library
 from railsim.effects.interface import Effect, Parameter, Prior
-from railsim.registry import discover
+from railsim.effects.sensor_changes import FilterEffect
+from railsim.scenario import effect_kinds
+from railsim.spec import Role
 
 MOST_VARIANTS = 8
 FAR = 0.9  # of the way to a bound
@@ -19,30 +20,11 @@ CLOSE, FEW = 2.2, 100.0  # largest ratio of a size and the next
 BLOWS = 1.5  # the same of what strikes: a flat half as long again is a blow of three times
 THRESHOLD = 0.8  # of a number's range, from where it is absent to its smallest size, beyond which it is a threshold
 THRESHOLDS = (0.3, 1.0, 0.05)  # of the smallest size's distance from the bound, for numbers like a velocity of blow-off
-UNNAMED = ("empirical_force",)  # tabulated laws: an answer to `unknown`, no name
-ALIGNED = "speed_scale"  # family that the alignment finds, not the fit
-DISTANCES = ("place", "first")  # fields that are a distance along the track [m]
-SHORT = ("rail_joints", "hanging_sleepers")  # effects of a place that is short against a section
-UNEVEN = ("soft_track",)  # waves about a mean
-STRETCHES = ("local_low_adhesion", "rail_corrugation")  # effects from a place on over a length
-TIMES = ("begin",)  # fields that are a time of the run [s]
-TUNED = ("wavelength", "frequency", "period")  # fields that say where in the spectrum it is
-GRID = {"frequency": 6}  # values between the bounds that the bank holds
-SHAPES = {"share": (0.4, 0.7), "variation": (0.5,), "damping": (0.15,)}
-"""Further values of what shapes an effect: a damper that keeps most of its slope is not like one that loses it, nor a
-body that bends and is damped like one that rings."""
+FREQUENCIES = 6  # values between the bounds that the bank holds
 LONG_WAVES = (8.0, 50.0, 32)  # m; the bank holds so many, shorter ones come from tones
 NEAR = 0.05  # relative distance of a tone from a whole number of waves a turn
 SLIGHTLY = 0.05  # m that a place is varied by for a derivative: an eighth of the shortest wave that the frames show
 VARIED = 0.001  # of a number's range, by which it is varied for a derivative: a resonance makes larger ones crooked
-LENGTHS = {
-    "hanging_sleepers": ("length", (3.0, 8.0, 20.0)),
-    "exposed_stretch": ("length", (50.0, 110.0)),
-    "wind_gust": ("duration", (2.0, 5.0)),
-}
-REFERENCES = {"sensor_delay": {"delay": 0.002}, "sensor_resonance": {"period": 0.03, "damping": 0.3}}
-"""Filters of one channel at numbers that change all that the frames show."""
-PHASES = ("phase", "angle")  # held fields that are found all the same [rad]
 
 
 @dataclass(frozen=True)
@@ -68,9 +50,9 @@ class Context:
         """Of the run [m]."""
         return max(self.distance[1] - self.distance[0], 1.0)
 
-    def range(self, name: str, parameter: Parameter) -> Parameter:
+    def range(self, parameter: Parameter) -> Parameter:
         """The parameter with the bounds that the run leaves it, uniform between them; others as they are."""
-        limits = self.distance if name in DISTANCES else self.time if name in TIMES else None
+        limits = {"distance": self.distance, "time": self.time}.get(parameter.role)
         if limits is None:
             return parameter
         low, high = max(limits[0], parameter.low), min(limits[1], parameter.high)
@@ -114,12 +96,17 @@ class Candidate:
     @property
     def reference(self) -> dict[str, float] | None:
         """Of a filter of one channel: numbers whose signature makes all others."""
-        return REFERENCES.get(self.name)
+        return dict(self.kind.probe) or None if issubclass(self.kind, FilterEffect) else None
+
+    @property
+    def channel(self) -> str:
+        """The measured channel that it changes; empty where it is of no single one."""
+        return next((str(value) for name, value in self.choices if self.kind.role(name) == "channel"), "")
 
     @property
     def local(self) -> bool:
         """Whether it has a place or a time of its own."""
-        return any(name in self.kind.model_fields for name in (*DISTANCES, *TIMES))
+        return self.kind.local()
 
     @property
     def speaks_in_places(self) -> bool:
@@ -129,14 +116,14 @@ class Candidate:
     @property
     def phases(self) -> list[str]:
         """Fields that turn with a wheel."""
-        return [name for name in PHASES if name in self.kind.held]
+        return self.kind.fields_of("phase")
 
     @property
     def sharp(self) -> bool:
         """Whether it is a blow once a turn, of which the sensors' samples hold more than half their rate folded back:
         a little later it is not the same signal a little later.
         """
-        return "angle" in self.phases
+        return self.kind.impact
 
     @property
     def from_a_threshold(self) -> bool:
@@ -148,22 +135,31 @@ class Candidate:
     @property
     def parameters(self) -> dict[str, Parameter]:
         """Free numbers."""
-        fixed = {name for name, _ in self.choices} | set(self.kind.held) - {*DISTANCES, *self.phases}
+        fixed = {name for name, _ in self.choices} | {*self.kind.held()} - {*self.phases}
         free = {name: one for name, one in self.kind.parameters().items() if name not in fixed}
-        return {name: self.context.range(name, one) for name, one in free.items()}
+        return {name: self.context.range(one) for name, one in free.items()}
 
-    def step(self, name: str, parameter: Parameter, value: float) -> float:
+    def number(self, *roles: Role) -> str:
+        """Name of the first free number with one of these roles; empty where there is none."""
+        return next((name for name, one in self.parameters.items() if one.role in roles), "")
+
+    def step(self, parameter: Parameter, value: float) -> float:
         """How far a parameter is varied for a derivative, in its own unit: a place by a part of a short dip, a wave or
         a spacing so that it moves by no more than that at the end of the run.
         """
-        span = parameter.high - parameter.low
-        if name == "wavelength":
-            return min(0.05 * value**2 / self.context.length, VARIED * span)
-        if name == "spacing":
-            return min(SLIGHTLY * value / self.context.length, VARIED * span)
-        if name == "length" and self.local:
-            return min(0.5, VARIED * span)
-        return SLIGHTLY if name in DISTANCES else 0.05 if name in TIMES else VARIED * span
+        usual = VARIED * (parameter.high - parameter.low)
+        match parameter.role:
+            case "wavelength":
+                return min(0.05 * value**2 / self.context.length, usual)
+            case "spacing":
+                return min(SLIGHTLY * value / self.context.length, usual)
+            case "length":
+                return min(0.5, usual)
+            case "distance":
+                return SLIGHTLY
+            case "time":
+                return 0.05
+        return usual
 
     def build(self, values: Mapping[str, float]) -> Effect:
         """The effect with these numbers."""
@@ -186,7 +182,7 @@ class Candidate:
         """Whether a large one is much like a small one made larger: what turns with a wheel, what sensors add, and what
         has a place or a frequency of its own, which must do with few sizes.
         """
-        return bool(self.phases or self.of_sensor or self.local or any(name in GRID for name in self.parameters))
+        return bool(self.phases or self.of_sensor or self.local or self.number("frequency"))
 
     @property
     def _ratio(self) -> float:
@@ -198,69 +194,76 @@ class Candidate:
     def banked(self) -> Iterator[dict[str, float]]:
         """All sizes, at several frequencies where it has one of its own and no place in the spectrum is usual."""
         free = self.parameters
+        frequency, wave = self.number("frequency"), self.number("wavelength")
         for values in [self.reference] if self.reference else self._shaped(self.sizes()):
             yield values
-            for name in GRID:
-                if name in free and free[name].absent is None:
-                    for value in np.geomspace(free[name].low, free[name].high, GRID[name]):
-                        yield {**values, name: float(value)}
-        if "wavelength" in free and not self.local:
+            if frequency and free[frequency].absent is None:
+                for value in np.geomspace(free[frequency].low, free[frequency].high, FREQUENCIES):
+                    yield {**values, frequency: float(value)}
+        if wave and not self.local:
             middle = list(self._shaped([next(iter(self.sizes()))]))
             for value in np.geomspace(*LONG_WAVES):
-                if free["wavelength"].low <= value <= free["wavelength"].high:
-                    yield from ({**values, "wavelength": float(value)} for values in middle)
+                if free[wave].low <= value <= free[wave].high:
+                    yield from ({**values, wave: float(value)} for values in middle)
 
     def _shaped(self, sizes: Iterable[dict[str, float]]) -> Iterator[dict[str, float]]:
         """Sizes in the usual shape and in others."""
         free = self.parameters
-        names = [name for name in SHAPES if name in free and free[name].absent is None]
+        shapes = {name: one.trials for name, one in free.items() if one.absent is None and not one.role}
         for values in sizes:
             yield values
-            yield from ({**values, name: value} for name in names for value in SHAPES[name])
+            yield from ({**values, name: value} for name, trials in shapes.items() for value in trials)
 
     def at_tones(self) -> Iterator[dict[str, float]]:
         """The middle and the largest size where the residual has its tones, where it can be tuned; of a wave about a
         mean a small and a large one.
         """
         free = self.parameters
-        name = next((one for one in TUNED if one in free), None)
+        name = self.number("wavelength", "frequency", "period")
         sizes = list(self.sizes())
         for frequency, wavelength in self.context.tones if name else ():
-            value = {"wavelength": wavelength, "period": 1.0 / frequency, "frequency": frequency}.get(str(name))
-            if value is None or not free[str(name)].low <= value <= free[str(name)].high:
+            tuned = {"wavelength": wavelength, "period": 1.0 / frequency, "frequency": frequency}
+            value = tuned[free[name].role]
+            if not free[name].low <= value <= free[name].high:
                 continue
-            usual = (sizes[0], sizes[-1]) if free[str(name)].absent is None else sizes[:1]
+            usual = (sizes[0], sizes[-1]) if free[name].absent is None else sizes[:1]
             for values in self._shaped(sizes[:1]) if self.uneven else usual:
-                yield {**values, str(name): value}
+                yield {**values, name: value}
 
     @property
     def uneven(self) -> bool:
         """Whether its wave is about a mean that acts as well: its signature is not that of a wave a little longer,
         turned.
         """
-        return self.name in UNEVEN
+        return self.kind.wave_about_mean
 
     @property
     def gust(self) -> bool:
         """Whether it is a force that rises and falls once."""
-        return self.name in LENGTHS and self.kind.acts_on == "load"
+        return self.kind.extent == "pulse"
 
     @property
     def short(self) -> bool:
         """Whether it acts within a metre or so of a place, which must therefore be found to a fraction of that."""
-        return self.name in SHORT
+        return self.kind.extent == "short"
+
+    @property
+    def stretch(self) -> bool:
+        """Whether it acts from a place on over a length."""
+        return self.kind.extent == "stretch"
 
     def variants_of(self, values: Mapping[str, float]) -> Iterator[dict[str, float]]:
         """The same size at the places and times where it may be, and at some lengths."""
         free = self.parameters
-        where = [name for name in free if name in (*DISTANCES, *TIMES)]
-        name, lengths = LENGTHS.get(self.name, ("", (0.0,)))
+        where = [name for name, one in free.items() if one.role in ("distance", "time")]
+        name = self.number("length", "duration")
+        lengths = (free[name].trials if name else ()) or (0.0,)
         spots = self.context.spots if where else ((0.0, 0.0),)
         for number, length in enumerate(lengths):
             for distance, time in spots[: max(1, len(spots) - number)]:  # what is long has less choice
-                begin = {False: time - max(1.0, 0.5 * length), True: distance - 0.5 * length}
-                moved = {n: _within(free[n], begin[n in DISTANCES]) for n in where}
-                yield {**values, **moved, **({name: _within(free[name], length)} if name in free else {})}
+                begin = {"time": time - max(1.0, 0.5 * length), "distance": distance - 0.5 * length}
+                moved = {n: _within(free[n], begin[free[n].role]) for n in where}
+                yield {**values, **moved, **({name: _within(free[name], length)} if length else {})}
 
 
 def settings_of(effect: Effect) -> str:
@@ -273,32 +276,37 @@ def in_tune(found: Sequence[Candidate]) -> list[Candidate]:
     tuned: list[Candidate] = []
     for one in found:
         tuned.append(one)
-        if "order" in one.kind.model_fields:
+        for name in one.kind.fields_of("order"):
             turns = [2.0 * math.pi * one.context.wheel_radius / wavelength for _, wavelength in one.context.tones]
             near = {round(turn) for turn in turns if abs(turn - round(turn)) < NEAR * turn and turn > 1.5}
-            tuned += [replace(one, choices=(*one.choices, ("order", number))) for number in sorted(near)]
+            tuned += [replace(one, choices=(*one.choices, (name, number))) for number in sorted(near)]
     return tuned
 
 
 def candidates(context: Context) -> list[Candidate]:
-    """All effects of the library that have a name, with their variants."""
-    kinds = [kind for name, kind in discover(library, Effect).items() if name not in UNNAMED]
-    return [one for kind in kinds if kind.equivalence() != ALIGNED for one in _variants(kind, context)]
+    """All effects of the library that a fit looks for, with their variants."""
+    return [one for name in fitted_names() for one in _variants(effect_kinds()[name], context)]
 
 
 def effect_names() -> list[str]:
     """Names of all effects that can be asked for."""
-    return sorted(name for name in discover(library, Effect) if name not in UNNAMED)
+    return sorted(name for name, kind in effect_kinds().items() if kind.named)
+
+
+def fitted_names() -> list[str]:
+    """Names of those of them that a fit looks for."""
+    return sorted(name for name, kind in effect_kinds().items() if kind.named and not kind.by_registration)
 
 
 def _variants(kind: type[Effect], context: Context) -> Iterator[Candidate]:
     options: dict[str, Sequence[Any]] = {}
     for name, field in kind.model_fields.items():
-        values = context.channels if name == "channel" else _options(field.annotation)
-        if len(values) > 1 or name == "channel":
+        of_channel = kind.role(name) == "channel"
+        values = context.channels if of_channel else _options(field.annotation)
+        if len(values) > 1 or of_channel:
             options[name] = values
     combinations = list(itertools.product(*options.values()))
-    if "channel" not in options:
+    if not kind.fields_of("channel"):
         combinations = combinations[:MOST_VARIANTS]
     for chosen in combinations:
         yield Candidate(kind, context, tuple(zip(options, chosen, strict=True)))

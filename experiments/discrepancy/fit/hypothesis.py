@@ -131,7 +131,7 @@ def intervals(problem: Problem, one: Hypothesis, which: int = 0) -> dict[str, di
     found = {}
     for name, p in one.candidates[which].parameters.items():
         middle, reach = float(one.fit.shares[place]), 2.0 * float(spread[place])
-        value, low, high = (value_at(name, p, share) for share in (middle, middle - reach, middle + reach))
+        value, low, high = (value_at(p, share) for share in (middle, middle - reach, middle + reach))
         own = 2.0 * OWN_ERROR * _size(p, value)
         low, high = max(p.low, value - math.hypot(value - low, own)), min(p.high, value + math.hypot(high - value, own))
         found[name] = {"value": value, "low": low, "high": high, "unit": p.unit}

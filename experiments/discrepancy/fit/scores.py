@@ -11,7 +11,7 @@ from scipy.optimize import lsq_linear
 from scipy.stats import norm
 
 from experiments.discrepancy.baseline.nuisances import TOLERATED
-from experiments.discrepancy.fit.candidates import DISTANCES, TIMES, VARIED, Candidate
+from experiments.discrepancy.fit.candidates import VARIED, Candidate
 from railsim.effects.interface import Effect, Parameter
 
 DECADES = 100.0  # upper over lower bound
@@ -30,13 +30,13 @@ class Shares:
 
     def steps(self, shares: np.ndarray) -> list[float]:
         """Shares by which each is varied for a derivative there."""
-        owners = [(one, name, p) for one in self.candidates for name, p in one.parameters.items()]
+        owners = [(one, p) for one in self.candidates for p in one.parameters.values()]
         found = []
-        for (one, name, p), share in zip(owners, shares, strict=True):
-            value = value_at(name, p, float(share))
-            step = one.step(name, p, value)
+        for (one, p), share in zip(owners, shares, strict=True):
+            value = value_at(p, float(share))
+            step = one.step(p, value)
             usual = step >= VARIED * (p.high - p.low) * (1.0 - 1e-9)
-            log = logarithmic(name, p)
+            log = logarithmic(p)
             relative = step / value / math.log(p.high / p.low) if log else step / (p.high - p.low)
             found.append(VARIED if usual else relative)
         return found
@@ -45,7 +45,7 @@ class Shares:
         """(m,) from the values of each candidate."""
         return np.array(
             [
-                share_of(name, p, given[name])
+                share_of(p, given[name])
                 for one, given in zip(self.candidates, values, strict=True)
                 for name, p in one.parameters.items()
             ]
@@ -57,7 +57,7 @@ class Shares:
         for one in self.candidates:
             here: dict[str, float] = {}
             for name, p in one.parameters.items():
-                here[name] = value_at(name, p, float(shares[place]))
+                here[name] = value_at(p, float(shares[place]))
                 place += 1
             found.append(here)
         return found
@@ -70,8 +70,8 @@ class Shares:
     def log_prior(self, shares: np.ndarray) -> float:
         """Of the shares; each prior is one in all over its range."""
         total = 0.0
-        for share, (name, parameter) in zip(shares, self.parameters, strict=True):
-            mean, std = _scaled(name, parameter)
+        for share, (_, parameter) in zip(shares, self.parameters, strict=True):
+            mean, std = _scaled(parameter)
             if math.isfinite(std):
                 mass = float(norm.cdf((1.0 - mean) / std) - norm.cdf(-mean / std))
                 total += float(norm.logpdf(share, mean, std)) - math.log(max(mass, 1e-12))
@@ -90,7 +90,7 @@ class Shares:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Matrix, right-hand side and point of a Newton step, priors in; shares as scores whose bounds are +-3."""
         slope = [
-            (s - _scaled(name, p)[0]) / std**2 if math.isfinite(std) else 0.0
+            (s - _scaled(p)[0]) / std**2 if math.isfinite(std) else 0.0
             for s, std, (name, p) in zip(shares, self._stds(), self.parameters, strict=True)
         ]
         prior = np.concatenate([np.ones(len(z)), self.curvature() + 1e-3])
@@ -104,31 +104,32 @@ class Shares:
         return np.clip(0.5 * (edges / TOLERATED + 1.0), 0.0, 1.0)
 
     def _stds(self) -> list[float]:
-        return [_scaled(name, parameter)[1] for name, parameter in self.parameters]
+        return [_scaled(parameter)[1] for name, parameter in self.parameters]
 
 
-def logarithmic(name: str, parameter: Parameter) -> bool:
+def logarithmic(parameter: Parameter) -> bool:
     """Whether a number ranges over so many decades that its logarithm is what varies evenly (and what is uniform before
     anything is measured); never a place or a time.
     """
-    return name not in (*DISTANCES, *TIMES) and parameter.low > 0.0 and parameter.high > DECADES * parameter.low
+    where = parameter.role in ("distance", "time")
+    return not where and parameter.low > 0.0 and parameter.high > DECADES * parameter.low
 
 
-def share_of(name: str, p: Parameter, value: float) -> float:
+def share_of(p: Parameter, value: float) -> float:
     """Where a value lies between the bounds."""
-    if logarithmic(name, p):
+    if logarithmic(p):
         return math.log(value / p.low) / math.log(p.high / p.low)
     return (value - p.low) / (p.high - p.low)
 
 
-def value_at(name: str, p: Parameter, share: float) -> float:
+def value_at(p: Parameter, share: float) -> float:
     """The value at a share, within the bounds."""
-    value = p.low * (p.high / p.low) ** share if logarithmic(name, p) else p.low + (p.high - p.low) * share
+    value = p.low * (p.high / p.low) ** share if logarithmic(p) else p.low + (p.high - p.low) * share
     return float(np.clip(value, p.low, p.high))
 
 
-def _scaled(name: str, parameter: Parameter) -> tuple[float, float]:
-    if logarithmic(name, parameter):
+def _scaled(parameter: Parameter) -> tuple[float, float]:
+    if logarithmic(parameter):
         return 0.5, math.inf
     span = parameter.high - parameter.low
     return (parameter.prior.mean - parameter.low) / span, parameter.prior.std / span

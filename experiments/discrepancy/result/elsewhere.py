@@ -147,7 +147,7 @@ def _turned(problem: Problem, z: np.ndarray, effects: Sequence[Effect]) -> tuple
     """The effects; those that turn with a wheel at the best of some angles, for where it stood is not known."""
     chosen = list(effects)
     for place, effect in enumerate(effects):
-        names = [name for name in ("phase", "angle") if name in type(effect).held]
+        names = type(effect).fields_of("phase")
         if not names:
             continue
 

@@ -1,7 +1,6 @@
 """Filters: what a late or a resonating channel would give, made of the signature of one such fault.
 
-A channel through a filter H differs from itself by (H - 1) times its spectrum, so that of any other filter G is
-(G - 1) / (H - 1) times that.
+Where one filter H changes a channel by (H - 1) times its spectrum, another one G does by (G - 1) / (H - 1) times that.
 """
 
 import itertools
@@ -11,14 +10,6 @@ import numpy as np
 from experiments.discrepancy.fit.candidates import Candidate
 from railsim.effects.sensor_changes import FilterEffect
 
-TRIED = {
-    "delay": np.concatenate([np.geomspace(0.001, 0.02, 10), np.arange(0.025, 1.0, 0.01)]),  # s
-    "period": np.concatenate([[0.003, 0.006, 0.01], np.geomspace(1.0 / 60.0, 0.06, 8)]),  # s
-    "damping": np.array([0.03, 0.07, 0.15, 0.27]),
-}
-"""A channel is like itself a little later only within a part of a turn of its loudest wave; resonances beyond the
-frames' highest frequency show by their foot only."""
-FINELY = {"period": np.geomspace(0.003, 0.06, 30), "damping": np.array([0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.29])}
 SLOW = 1e-3  # Hz, for a mean
 
 
@@ -29,12 +20,13 @@ def forms(candidate: Candidate, frequencies: np.ndarray, finely: bool) -> list[t
     ------
     ValueError : the candidate is no filter.
     """
-    if candidate.reference is None:
+    if candidate.reference is None or not issubclass(candidate.kind, FilterEffect):
         raise ValueError(f"{candidate.name} is no filter")
     at = np.maximum(frequencies, SLOW)
     own = _change(candidate, candidate.reference, at)
     free = candidate.parameters
-    grids = [{**TRIED, **(FINELY if finely else {})}[name] for name in candidate.reference]
+    fine = candidate.kind.fine_trials if finely else {}
+    grids = [fine.get(name, free[name].trials) for name in candidate.reference]
     found: list[tuple[dict[str, float], np.ndarray]] = []
     for numbers in itertools.product(*grids):
         values = {name: float(value) for name, value in zip(candidate.reference, numbers, strict=True)}

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from experiments.discrepancy.fit.candidates import DISTANCES, LENGTHS, TIMES, Candidate
+from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Problem
 from experiments.discrepancy.screen.places import distance_at
 
@@ -38,12 +38,12 @@ def put_together(
     some signatures of which such products are known.
     """
     free, middle = candidate.parameters, next(iter(candidate.sizes()))
-    where = next(name for name in (*DISTANCES, *TIMES) if name in free)
-    length, force = LENGTHS[candidate.name][0], next(name for name, one in free.items() if one.smallest is not None)
+    where, length = candidate.number("distance", "time"), candidate.number("length", "duration")
+    force = next(name for name, one in free.items() if one.smallest is not None)
     starts = problem.frames.starts
     hop = float(starts[1] - starts[0])
     at, peaks = starts, starts + hop
-    if where in DISTANCES:
+    if free[where].role == "distance":
         at, peaks = distance_at(problem, at), distance_at(problem, peaks)
     short = {where: float(at[1]), length: float(at[3] - at[1])}
     change = change_of(candidate, {**middle, **short})

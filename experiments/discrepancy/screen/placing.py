@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from experiments.discrepancy.fit.candidates import DISTANCES, Candidate
+from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Fit, Problem
 from experiments.discrepancy.screen.places import distance_at, likely_places, loudest_places, series
 from experiments.discrepancy.screen.projection import SLIGHTEST, Projection, whitened
@@ -21,12 +21,12 @@ def matched(
 ) -> list[dict[str, float]]:
     """Places of a short dip, or first place and spacing of many, by a matched filter with one dip at the run's end."""
     free = candidate.parameters
-    name = next(one for one in DISTANCES if one in free)
-    spacing = free.get("spacing")
+    name, gap, length = candidate.number("distance"), candidate.number("spacing"), candidate.number("length")
+    spacing = free.get(gap)
     found: list[dict[str, float]] = []
-    for alone in candidate.variants_of(middle) if spacing is None else [{**middle, "spacing": spacing.high}]:
+    for alone in candidate.variants_of(middle) if spacing is None else [{**middle, gap: spacing.high}]:
         at = free[name].high - min(100.0, 0.3 * (free[name].high - free[name].low))
-        if any(one.get("length") == alone.get("length") for one in found):
+        if any(one.get(length) == alone.get(length) for one in found):
             continue
         change = change_of(candidate, {**alone, name: at})
         if change is None:
@@ -36,16 +36,17 @@ def matched(
             for number in loudest_places(places, fits, 1):
                 found.append({**alone, name: float(np.clip(places[number], free[name].low, free[name].high))})
         else:
-            for first, gap in series(places, fits, (spacing.low, spacing.high)):
-                found.append({**alone, name: float(np.clip(first, free[name].low, free[name].high)), "spacing": gap})
+            for first, metres in series(places, fits, (spacing.low, spacing.high)):
+                found.append({**alone, name: float(np.clip(first, free[name].low, free[name].high)), gap: metres})
     return found
 
 
 def waves_about_means(candidate: Candidate) -> list[list[dict[str, float]]]:
     """A small and a large wave at each of the residual's tones."""
     at: dict[float, list[dict[str, float]]] = {}
+    length = candidate.number("wavelength")
     for values in candidate.at_tones():
-        at.setdefault(values["wavelength"], []).append(values)
+        at.setdefault(values[length], []).append(values)
     return list(at.values())
 
 
@@ -56,7 +57,8 @@ def beside_tone(
     middle of the run. A small and a large one are run; they tell the mean's change from the wave's, which is turned
     along the way.
     """
-    free = candidate.parameters["wavelength"]
+    length = candidate.number("wavelength")
+    free = candidate.parameters[length]
     small, large = waves
     name = next(one for one in small if small[one] != large[one])
     changes = [change_of(candidate, values) for values in waves]
@@ -66,11 +68,11 @@ def beside_tone(
     mean = changes[0] - small[name] * wave
     s = distance_at(problem, problem.frames.middles)
     for turns in BESIDE:
-        number = 1.0 / small["wavelength"] + turns / float(s.mean())
+        number = 1.0 / small[length] + turns / float(s.mean())
         if free.low <= 1.0 / number <= free.high:
-            turned = wave * np.exp(2j * np.pi * s * (number - 1.0 / small["wavelength"]))[:, None, None]
+            turned = wave * np.exp(2j * np.pi * s * (number - 1.0 / small[length]))[:, None, None]
             for values in waves:
-                yield {**values, "wavelength": 1.0 / number}, mean + values[name] * turned
+                yield {**values, length: 1.0 / number}, mean + values[name] * turned
 
 
 def stretches(
@@ -80,15 +82,16 @@ def stretches(
     any phase, and a little longer or shorter. Sections that do not train say nothing: a begin or an end there is in
     their middle, and what may last to the end does.
     """
-    free = candidate.parameters
-    at = np.append(distance_at(problem, problem.frames.starts), free["place"].high)
+    where, extent, length = (candidate.number(role) for role in ("distance", "length", "wavelength"))
+    limits = {name: (one.low, one.high) for name, one in candidate.parameters.items()}
+    at = np.append(distance_at(problem, problem.frames.starts), limits[where][1])
     first, last = np.triu_indices(len(at), 1)
     trained = np.concatenate([[0], np.cumsum(problem.train)])  # frames of the projection before each
     pairs = trained[first], trained[last]
     found: list[dict[str, float]] = []
-    tones = {one["wavelength"]: one for one in reversed(list(candidate.at_tones()))} if "wavelength" in free else {}
-    for values in tones.values() if "wavelength" in free else [next(iter(candidate.sizes()))]:
-        whole = {**values, "place": free["place"].low, "length": free["length"].high}
+    tones = {one[length]: one for one in reversed(list(candidate.at_tones()))} if length else {}
+    for values in tones.values() if length else [next(iter(candidate.sizes()))]:
+        whole = {**values, where: limits[where][0], extent: limits[extent][1]}
         change = change_of(candidate, whole)
         if change is None:
             continue
@@ -103,11 +106,11 @@ def stretches(
             best = max(best, (gain, which, wave, phase), key=lambda one: one[0])
         _, which, wave, phase = best
         begins, ends = at[trained == pairs[0][which]], at[trained == pairs[1][which]]
-        begin = float(np.clip(begins.mean(), free["place"].low, free["place"].high))
-        begin = _in_phase(begin, whole, wave, phase)
+        begin = float(np.clip(begins.mean(), *limits[where]))
+        if length:
+            begin = _in_phase(begin, wave[length], whole[where] / whole[length] - phase / (2.0 * math.pi))
         end = math.inf if ends[-1] == at[-1] else float(ends.mean())
-        length = float(np.clip(end - begin, free["length"].low, free["length"].high))
-        found.append({**wave, "place": begin, "length": length})
+        found.append({**wave, where: begin, extent: float(np.clip(end - begin, *limits[extent]))})
     return found
 
 
@@ -118,8 +121,8 @@ def _waves(
     signature as it is where it has no wave.
     """
     s = distance_at(problem, problem.frames.middles)
-    name = "wavelength"
-    if name not in whole:
+    name = candidate.number("wavelength")
+    if not name:
         yield whole, 0.0, np.ones(int(problem.train.sum()), complex)
         return
     free = candidate.parameters[name]
@@ -132,9 +135,6 @@ def _waves(
             yield {**whole, name: 1.0 / number}, float(phase), np.exp(1j * aside)[problem.train]
 
 
-def _in_phase(begin: float, whole: dict[str, float], wave: dict[str, float], phase: float) -> float:
-    """The first place after `begin` from which a wave goes on as that of `whole` does that is turned by `phase`."""
-    if "wavelength" not in wave:
-        return begin
-    turns = whole["place"] / whole["wavelength"] - phase / (2.0 * math.pi)
-    return wave["wavelength"] * (turns + math.ceil(begin / wave["wavelength"] - turns))
+def _in_phase(begin: float, wavelength: float, turns: float) -> float:
+    """The first place after `begin` at which a wave has gone through a whole number of turns and these."""
+    return wavelength * (turns + math.ceil(begin / wavelength - turns))

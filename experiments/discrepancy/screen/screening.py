@@ -14,7 +14,7 @@ import numpy as np
 
 from experiments.discrepancy.baseline.noise import split
 from experiments.discrepancy.baseline.parallel import in_parallel
-from experiments.discrepancy.fit.candidates import DISTANCES, STRETCHES, Candidate, in_tune, settings_of
+from experiments.discrepancy.fit.candidates import Candidate, in_tune, settings_of
 from experiments.discrepancy.fit.fitting import Fit, Problem
 from experiments.discrepancy.fit.scores import logarithmic
 from experiments.discrepancy.screen.filters import forms
@@ -84,7 +84,7 @@ def screen(
 
 def _turns(candidate: Candidate, values: dict[str, float]) -> bool:
     """Whether the signature of a candidate without a place stands for others: at other angles, delays or waves."""
-    return bool(candidate.reference or candidate.phases or ("wavelength" in values and not candidate.uneven))
+    return bool(candidate.reference or candidate.phases or (candidate.number("wavelength") and not candidate.uneven))
 
 
 def _judged_turned(
@@ -155,11 +155,11 @@ def _turned(problem: Problem, candidate: Candidate, values: dict[str, float]) ->
         aside = 2.0 * np.pi * np.arange(PHASES_TRIED) / PHASES_TRIED - values[name]
         metres = float(getattr(problem.evidence.scenario.vehicle, "wheel_radius", 0.5))
     elif candidate.short:
-        name, aside, metres = next(one for one in DISTANCES if one in values), PLACES_TRIED, 1.0
-    elif "begin" in values:
-        name, aside, metres = "begin", TIMES_TRIED, 0.0
-    elif "place" in values and candidate.kind.acts_on == "load":
-        name, aside, metres = "place", STRETCH_TRIED, 1.0
+        name, aside, metres = candidate.number("distance"), PLACES_TRIED, 1.0
+    elif name := candidate.number("time"):
+        aside, metres = TIMES_TRIED, 0.0
+    elif candidate.kind.acts_on == "load" and (name := candidate.number("distance")):
+        aside, metres = STRETCH_TRIED, 1.0
     else:
         return [(values, None), *_detuned(problem, candidate, values)]
     free = candidate.parameters[name]
@@ -177,8 +177,8 @@ def _detuned(
     problem: Problem, candidate: Candidate, values: dict[str, float]
 ) -> Iterator[tuple[dict[str, float], Any]]:
     """Wavelengths whose waves are up to `DETUNED` turns ahead or behind by the middle of the run."""
-    name = next((one for one in values if one == "wavelength"), None)
-    if name is None or candidate.short or candidate.uneven:
+    name = candidate.number("wavelength")
+    if not name or candidate.short or candidate.uneven:
         return
     free = candidate.parameters[name]
     s = distance_at(problem, problem.frames.middles)
@@ -234,7 +234,7 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
         middle = next(iter(one.sizes()))
         if one.short:
             return matched(problem, fit, one, middle, change_of)
-        if one.name in STRETCHES:
+        if one.stretch:
             return stretches(problem, fit, projection, one, change_of)
         if not one.local:
             return list(one.at_tones())
@@ -318,7 +318,7 @@ def scaled(candidate: Candidate, values: dict[str, float], scale: float) -> dict
     """The numbers that say how large it is, where what is measured is so many times larger."""
     moved = dict(values)
     for name, one in candidate.parameters.items():
-        if one.absent is not None and not logarithmic(name, one):
+        if one.absent is not None and not logarithmic(one):
             factor = scale ** (1.0 / candidate.kind.growth.get(name, 1.0))
             moved[name] = float(np.clip(one.absent + factor * (values[name] - one.absent), one.low, one.high))
     return moved

@@ -256,7 +256,7 @@ def _strange(one: Hypothesis, left: Located) -> Cell | None:
     """The loudest cell that what is there would not leave: one of its own channel where a sensor is at fault, of which
     the model is exact.
     """
-    own = {str(dict(each.choices).get("channel")) for each in one.candidates if each.of_sensor}
+    own = {each.channel for each in one.candidates if each.of_sensor}
     return next((cell for cell in left.loud if _plain(cell) in own), None)
 
 

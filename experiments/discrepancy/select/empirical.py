@@ -17,14 +17,11 @@ from experiments.discrepancy.screen.latent import LatentForce, latent_forces
 from experiments.discrepancy.select.decide import LARGE, held_out_gap
 from experiments.discrepancy.select.refining import polished, something_left
 from experiments.discrepancy.select.starts import at_home
-from railsim import effects as library
+from railsim.effects.empirical_force import EmpiricalForce
 from railsim.effects.interface import Effect, Parameter, Prior
-from railsim.model import Model
-from railsim.registry import discover
+from railsim.model import TRACK, Model
 
 STARTS = (0.7, 1.5)  # of the curve, which the smoother shrinks
-LAW = "empirical_force"  # the effect that takes a table
-OUTSIDE = "track"  # its name for what is no body
 POINTS = 9  # whose forces are fitted
 FINER = 8  # times as many steps in the table, on a monotone cubic through the points (Fritsch and Carlson 1980)
 BEYOND = 0.5  # of the states' range to each side, over which the law goes on straight
@@ -87,8 +84,7 @@ class TabledLaw(Candidate):
 
 def tabled_law(context: Context, force: LatentForce, model: Model) -> tuple[TabledLaw, dict[str, float]] | None:
     """The law of a latent force and its values by the smoother; None where its curve says nothing."""
-    kind = discover(library, Effect).get(LAW)
-    if kind is None or len(force.curve) < POINTS or force.follows < LEAST_TRIED:
+    if len(force.curve) < POINTS or force.follows < LEAST_TRIED:
         return None
     often = np.interp(np.linspace(0.0, len(force.curve) - 1.0, POINTS), np.arange(len(force.curve)), force.curve[:, 0])
     states = 0.5 * (often + np.linspace(often[0], often[-1], POINTS))  # closer where the state is often
@@ -99,14 +95,14 @@ def tabled_law(context: Context, force: LatentForce, model: Model) -> tuple[Tabl
     own = model.bodies[model.index(force.place.upper)].position
     choices = (
         ("upper", force.place.upper),
-        ("lower", force.place.lower or OUTSIDE),
+        ("lower", force.place.lower or TRACK),
         ("axis", force.place.direction),
         ("position", tuple(joint.position) if joint else own),
     )
     size = 2.0 * float(np.abs(values).max())
     if not 0.0 < size < math.inf:
         return None
-    law = TabledLaw(kind, context, choices, tuple(states.tolist()), "velocity" in force.state, size)
+    law = TabledLaw(EmpiricalForce, context, choices, tuple(states.tolist()), "velocity" in force.state, size)
     return law, {f"force{number}": float(value) for number, value in enumerate(values)}
 
 

@@ -15,9 +15,6 @@ from experiments.discrepancy.select.refining import time_for
 from experiments.discrepancy.select.stand import Stand
 from experiments.discrepancy.select.starts import at_home
 
-MASKED = ("gauge_variation",)
-RIVALS = ("conicity_change", "worn_profile", "reduced_creep_slope", "low_adhesion")
-"""What else the contact's nuisances imitate: held against the former before that gets a name."""
 REACH = 50.0  # nats behind nuisances alone, from which a fit is followed: 23 healthy recordings ended 12 to 72 behind
 
 
@@ -25,10 +22,12 @@ def unmasked(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
     """With the masked effects fitted from the nominal build, larger and smaller ones; where one is better than
     nuisances alone, with its rivals too, else as it was.
     """
-    made = [one for name in MASKED for one in _fitted(stand, name, found, tell)]
+    masked = {one.name: one.kind for one in found if one.kind.masked}
+    made = [one for name in masked for one in _fitted(stand, name, found, tell)]
     if all(one.log_evidence < stand.null.log_evidence + ENOUGH for one in made):
         return stand
-    rivals = [one for name in RIVALS for one in _fitted(stand, name, found, tell)]
+    names = dict.fromkeys(name for kind in masked.values() for name in kind.rivals)
+    rivals = [one for name in names for one in _fitted(stand, name, found, tell)]
     return Stand(stand.problem, stand.null, [*made, *rivals])
 
 

@@ -19,7 +19,7 @@ from experiments.discrepancy.screen.places import distance_at
 from experiments.discrepancy.screen.placing import matched
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap
 from experiments.discrepancy.select.refining import something_left
-from experiments.discrepancy.select.starts import with_other_ends
+from experiments.discrepancy.select.starts import ends, with_other_ends
 from railsim.errors import InputError
 
 FEW = 2  # joints in training sections that do not fix their spacing against the errors of their places
@@ -54,7 +54,7 @@ def everywhere(problem: Problem, made: Hypothesis, found: Sequence[Candidate], t
     names = {one.name for one in made.candidates}
     for number, (candidate, values) in enumerate(zip(made.candidates, made.values, strict=True)):
         whole = next((one for one in found if one.name == candidate.kind.everywhere and one.name not in names), None)
-        if whole is None or values["place"] > s[1] or values["place"] + values["length"] < s[-2]:
+        if whole is None or not _covers(candidate, values, s):
             continue
         now = [*made.values]
         now[number] = {name: values[name] for name in whole.parameters}
@@ -66,13 +66,19 @@ def everywhere(problem: Problem, made: Hypothesis, found: Sequence[Candidate], t
     return made
 
 
+def _covers(candidate: Candidate, values: dict[str, float], s: np.ndarray) -> bool:
+    """Whether a stretch begins by the second section and lasts to the last but one; s: their middles [m]."""
+    begin, end = ends(candidate, values)
+    return bool(begin <= s[1] and end >= s[-2])
+
+
 def shown_held_out(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
     """A row of joints or a dip with the numbers that held-out sections show, where it leaves much there: what lies in a
     held-out section is seen there only. Those sections are then no test of these numbers.
     """
     if len(made.candidates) > 1 or not made.candidate.short or held_out_gap(problem, made.fit) < LARGE:
         return made
-    found = _respaced(problem, made, tell) if "spacing" in made.values[0] else _deepened(problem, made, tell)
+    found = _respaced(problem, made, tell) if made.candidate.number("spacing") else _deepened(problem, made, tell)
     return found if held_out_gap(problem, found.fit) < held_out_gap(problem, made.fit) else made
 
 
@@ -80,17 +86,18 @@ def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
     """With another first joint and spacing, the joint that training sections hold where it is."""
     values = made.values[0]
     s = distance_at(problem, problem.frames.middles)
-    joints = np.arange(values["first"], s[-1], values["spacing"])
+    begin, gap = made.candidate.number("distance"), made.candidate.number("spacing")
+    joints = np.arange(values[begin], s[-1], values[gap])
     held = [place for place in joints if problem.train[int(np.abs(s - place).argmin())]]
     if not 0 < len(held) <= FEW:
         return made
     kept = float(held[0])
-    first, spacing = (made.candidate.parameters[name] for name in ("first", "spacing"))
+    first, spacing = (made.candidate.parameters[name] for name in (begin, gap))
 
     def at(before: int, metres: float) -> dict[str, float]:
         metres = float(np.clip(metres, spacing.low, spacing.high))
         start = float(np.clip(kept - before * metres, first.low, first.high))
-        return {**values, "spacing": metres, "first": start}
+        return {**values, gap: metres, begin: start}
 
     def worth(before: int, metres: float) -> float:
         try:
@@ -98,8 +105,8 @@ def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
         except InputError:
             return np.inf
 
-    rows = [(one["first"], one["spacing"]) for one in (values, *_placed(problem, made))]
-    tried = {(round((kept - begin) / metres), metres + float(aside)) for begin, metres in rows for aside in ASIDE}
+    rows = [(one[begin], one[gap]) for one in (values, *_placed(problem, made))]
+    tried = {(round((kept - start) / metres), metres + float(aside)) for start, metres in rows for aside in ASIDE}
     before, near = min(sorted(tried), key=lambda row: worth(*row))
     step = float(ASIDE[1] - ASIDE[0])
     found: Any = minimize_scalar(

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from experiments.discrepancy.fit.candidates import DISTANCES, LENGTHS, STRETCHES, TIMES, Candidate
+from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Fit, Problem
 from experiments.discrepancy.screen.screening import Screened
 
@@ -36,9 +36,9 @@ def all_sizes(one: Screened) -> list[dict[str, float]]:
 
 def stretched(one: Screened) -> list[dict[str, float]]:
     """Begins and ends around those of a stretch that screening found to a section only, and those of the whole way."""
-    if one.candidate.name not in STRETCHES:
+    if not one.candidate.stretch:
         return []
-    first, last = one.values["place"], one.values["place"] + one.values["length"]
+    first, last = ends(one.candidate, one.values)
     whole = [(first, math.inf), (-math.inf, last), (-math.inf, math.inf)]
     return [_between(one.candidate, one.values, *pair) for pair in (*_moved(first, last, ENDS), *whole)]
 
@@ -47,12 +47,17 @@ def with_other_ends(candidate: Candidate, values: dict[str, float]) -> list[dict
     """A fitted stretch with one end elsewhere, near and far: further off than a section a fit does not find it. A wave
     stays in phase. Nothing of what is no stretch.
     """
-    if candidate.name not in STRETCHES:
+    if not candidate.stretch:
         return []
-    wave = values.get("wavelength", 0.0)
+    wave = values.get(candidate.number("wavelength"), 0.0)
     moves = [round(metres / wave) * wave if wave else metres for metres in FAR_ENDS]
-    first, last = values["place"], values["place"] + values["length"]
-    return [_between(candidate, values, *pair) for pair in _moved(first, last, moves)]
+    return [_between(candidate, values, *pair) for pair in _moved(*ends(candidate, values), moves)]
+
+
+def ends(candidate: Candidate, values: dict[str, float]) -> tuple[float, float]:
+    """Where, or when, what has a place or a time and a length begins and ends."""
+    begin = values[candidate.number("distance", "time")]
+    return begin, begin + values[candidate.number("length", "duration")]
 
 
 def _moved(first: float, last: float, moves: Iterable[float]) -> list[tuple[float, float]]:
@@ -62,9 +67,10 @@ def _moved(first: float, last: float, moves: Iterable[float]) -> list[tuple[floa
 
 def _between(candidate: Candidate, values: dict[str, float], first: float, last: float) -> dict[str, float]:
     """The same from there to there, as far as the run goes."""
-    place, length = candidate.parameters["place"], candidate.parameters["length"]
-    begin = float(np.clip(first, place.low, place.high))
-    return {**values, "place": begin, "length": float(np.clip(last - begin, length.low, length.high))}
+    where, length = candidate.number("distance"), candidate.number("length")
+    limits = {name: (one.low, one.high) for name, one in candidate.parameters.items()}
+    begin = float(np.clip(first, *limits[where]))
+    return {**values, where: begin, length: float(np.clip(last - begin, *limits[length]))}
 
 
 def elsewhere(one: Screened, screened: Iterable[Screened]) -> list[Screened]:
@@ -83,9 +89,7 @@ def elsewhere(one: Screened, screened: Iterable[Screened]) -> list[Screened]:
 
 def _apart(one: Screened, other: Screened) -> bool:
     """Whether two gusts begin or end at different times."""
-    length = LENGTHS[one.candidate.name][0]
-    where = next(name for name in (*DISTANCES, *TIMES) if name in one.values)
-    begins = one.values[where], other.values[where]
-    ends = begins[0] + one.values[length], begins[1] + other.values[length]
+    own, others = ends(one.candidate, one.values), ends(other.candidate, other.values)
+    length = one.candidate.number("length", "duration")
     far = SAME * min(one.values[length], other.values[length])
-    return abs(begins[0] - begins[1]) > far or abs(ends[0] - ends[1]) > far
+    return any(abs(a - b) > far for a, b in zip(own, others, strict=True))

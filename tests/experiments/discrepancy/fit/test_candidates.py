@@ -49,7 +49,7 @@ def test_steps_of_derivatives_are_small_against_the_range():
 def test_a_wave_is_varied_by_less_than_a_turn_at_the_end_of_the_run():
     soft = next(one for one in candidates(CONTEXT) if one.name == "soft_track")
     for wavelength in (0.5, 3.0, 40.0):
-        step = soft.step("wavelength", soft.parameters["wavelength"], wavelength)
+        step = soft.step(soft.parameters["wavelength"], wavelength)
         assert 0.005 < step / wavelength**2 * CONTEXT.distance[1] / 1.0 < 0.2
 
 

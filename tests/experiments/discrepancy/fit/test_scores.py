@@ -44,8 +44,8 @@ def test_a_score_keeps_to_bounds_of_its_own():
 
 def test_shares_go_evenly_through_decades_where_there_are_decades():
     velocity = YawDamperBlowOff.parameters()["velocity"]
-    assert np.isclose(value_at("velocity", velocity, 0.5), np.sqrt(velocity.low * velocity.high))
+    assert np.isclose(value_at(velocity, 0.5), np.sqrt(velocity.low * velocity.high))
     factor = WeakYawDamper.parameters()["factor"]
-    assert value_at("factor", factor, 0.5) == 0.5
-    for name, one in (("velocity", velocity), ("factor", factor)):
-        assert np.isclose(share_of(name, one, value_at(name, one, 0.3)), 0.3)
+    assert value_at(factor, 0.5) == 0.5
+    for one in (velocity, factor):
+        assert np.isclose(share_of(one, value_at(one, 0.3)), 0.3)
