@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 import pydantic
 
 from experiments.commands.interface import Outcome
+from railsim.distribution import check_packages
 from railsim.errors import InputError
 
 BAD_INPUT = 2
@@ -96,6 +97,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 def _execute(given: argparse.Namespace) -> Outcome:
     """Import the command's module only now, so that the others cost no time; what it prints goes to stderr."""
+    check_packages()
     with redirect_stdout(sys.stderr):
         name = given.command.replace("-", "_")
         module = f"{name}_" if keyword.iskeyword(name) else name

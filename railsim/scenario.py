@@ -1,7 +1,6 @@
 """Scenario: everything that describes a run, read from YAML, checked before anything is simulated."""
 
 import hashlib
-import importlib.resources
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,6 +15,7 @@ import yaml
 from railsim import effects as effect_modules
 from railsim import registry, vehicles
 from railsim.contact.wheel import SLOWEST
+from railsim.distribution import shipped_folder
 from railsim.effects.interface import Effect, Setup
 from railsim.engines.interface import LONGEST_STEP, creep_rate, default_substeps
 from railsim.errors import InputError
@@ -256,8 +256,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
 
 def shipped_scenarios() -> list[str]:
     """Names of the scenarios that come with the program."""
-    folder = importlib.resources.files("scenarios")
-    return sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+    return sorted(path.stem for path in shipped_folder("scenarios").glob("*.yaml"))
 
 
 def digest_of(values: Any) -> str:
@@ -268,8 +267,8 @@ def digest_of(values: Any) -> str:
 def _read(source: str | Path) -> tuple[Path, str]:
     bare = Path(source).name == str(source) and not Path(source).suffix
     if bare and str(source) in shipped_scenarios():
-        shipped = importlib.resources.files("scenarios").joinpath(f"{source}.yaml")
-        return Path(str(shipped)), shipped.read_text(encoding="utf-8")
+        shipped = shipped_folder("scenarios") / f"{source}.yaml"
+        return shipped, shipped.read_text(encoding="utf-8")
     path = Path(source)
     try:
         return path, path.read_text(encoding="utf-8")

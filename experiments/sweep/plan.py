@@ -1,10 +1,8 @@
 """The plan of a sweep: its points, each with its scenario built and checked, gathered into tasks by simulated run."""
 
 import hashlib
-import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +10,7 @@ import numpy as np
 from experiments.sweep.design import column_values
 from experiments.sweep.settings import SensorSet, Sweep, Variant
 from experiments.sweep.task import FAILED, PointTask, Row, Task, restrict, track_text, why_unfit
+from railsim.distribution import ROOT
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.recording import software_versions
@@ -133,12 +132,10 @@ def program_digest() -> str:
     """SHA-256 over the program and the versions of its libraries: results of different ones are not mixed."""
     total = hashlib.sha256(digest_of(software_versions()).encode())
     for package in _SHAPING:
-        spec = importlib.util.find_spec(package)
-        for root in (spec.submodule_search_locations or []) if spec else []:
-            for path in sorted(Path(root).rglob("*.py")):
-                inner = path.relative_to(root)
-                if package != "experiments" or inner.parts[0] not in _APART or inner.name == "task.py":
-                    total.update(f"{package}/{inner.as_posix()}\0".encode() + path.read_bytes())
+        for path in sorted((ROOT / package).rglob("*.py")):
+            inner = path.relative_to(ROOT / package)
+            if package != "experiments" or inner.parts[0] not in _APART or inner.name == "task.py":
+                total.update(f"{package}/{inner.as_posix()}\0".encode() + path.read_bytes())
     return total.hexdigest()
 
 

@@ -1,7 +1,6 @@
 """SWEEP.yaml: what a sweep is asked to do, checked before anything is simulated."""
 
 import fnmatch
-import importlib.resources
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import estimators
 from estimators.interface import Estimator
 from experiments.sweep.design import Design, read_design
 from experiments.sweep.selection import Selection, read_selection
+from railsim.distribution import shipped_folder
 from railsim.errors import InputError
 from railsim.registry import discover, pick
 from railsim.simulation import engine_names
@@ -20,7 +20,7 @@ from railsim.simulation import engine_names
 KEYS = ("description", "scenario", "engine", "set", "design", "estimators", "seeds", "sensors", "report")
 FIXED = ("point", "run", "sensors", "estimator", "seed", "recording", "score", "unit", "value", "status", "message")
 """Columns of the table that are not design values."""
-STUDIES = "experiments.studies"
+STUDIES = shipped_folder("experiments", "studies")
 EVERYTHING = "all"
 
 
@@ -93,9 +93,8 @@ class Sweep:
 
 def shipped_studies() -> dict[str, str]:
     """Studies that come with the program: description by name."""
-    folder = importlib.resources.files(STUDIES)
-    found = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
-    return {name.removesuffix(".yaml"): str(_parse(name, _shipped(name)).get("description", "")) for name in found}
+    found = sorted(STUDIES.glob("*.yaml"))
+    return {path.stem: str(_parse(path.name, path.read_text("utf-8")).get("description", "")) for path in found}
 
 
 def read_sweep(source: str | Path) -> Sweep:
@@ -138,9 +137,9 @@ def read_sweep(source: str | Path) -> Sweep:
 
 def _read(source: str | Path) -> tuple[Path, str]:
     bare = Path(source).name == str(source) and not Path(source).suffix
-    names = [entry.name for entry in importlib.resources.files(STUDIES).iterdir()]
-    if bare and f"{source}.yaml" in names:
-        return Path(f"{source}.yaml"), _shipped(f"{source}.yaml")
+    shipped = STUDIES / f"{source}.yaml"
+    if bare and shipped.is_file():
+        return Path(shipped.name), shipped.read_text(encoding="utf-8")
     try:
         return Path(source), Path(source).read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -150,10 +149,6 @@ def _read(source: str | Path) -> tuple[Path, str]:
         raise InputError(f"cannot read sweep '{source}': {error.strerror}; give a YAML file") from None
     except UnicodeDecodeError:
         raise InputError(f"'{source}' is not text; give a sweep as YAML") from None
-
-
-def _shipped(name: str) -> str:
-    return importlib.resources.files(STUDIES).joinpath(name).read_text(encoding="utf-8")
 
 
 def _parse(source: str, text: str) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """Profile files: SIMPACK .prw/.prr, MiniProf .whl/.ban, and text with two columns."""
 
-import importlib.resources
 import os
 import re
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import Literal, cast
 
 import numpy as np
 
+from railsim.distribution import shipped_folder
 from railsim.errors import InputError
 from railsim.profiles.orientation import GaugeSide, oriented
 from railsim.profiles.profile import Kind, Profile
@@ -22,8 +22,7 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?")
 
 def shipped_profiles() -> list[str]:
     """Names of the profiles that come with the program."""
-    folder = importlib.resources.files("track_data").joinpath("profiles")
-    return sorted(entry.name.removesuffix(".csv") for entry in folder.iterdir() if entry.name.endswith(".csv"))
+    return sorted(path.stem for path in shipped_folder("track_data", "profiles").glob("*.csv"))
 
 
 def read_profile(
@@ -84,8 +83,8 @@ def _text(source: str | os.PathLike[str]) -> tuple[str, str]:
     bare = path.name == str(source) and not path.suffix
     try:
         if bare and str(source) in shipped_profiles():
-            folder = importlib.resources.files("track_data").joinpath("profiles")
-            return str(source), folder.joinpath(f"{source}.csv").read_text(encoding="utf-8")
+            shipped = shipped_folder("track_data", "profiles") / f"{source}.csv"
+            return str(source), shipped.read_text(encoding="utf-8")
         return path.name, path.read_bytes().decode("latin-1")
     except FileNotFoundError:
         hint = f"; shipped profiles are: {', '.join(shipped_profiles())}" if bare else "; check the path"

@@ -1,12 +1,12 @@
 """Track files: CSV with one row per distance, comment lines with `#`, columns `"name [unit]"`."""
 
-import importlib.resources
 import os
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from railsim.distribution import shipped_folder
 from railsim.errors import InputError
 from railsim.files import replace_file
 from railsim.track.track import UNITS, Track, fault
@@ -19,8 +19,7 @@ _TITLES = {f"{key} [{unit}]": key for key, unit in UNITS.items()}
 
 def shipped_tracks() -> list[str]:
     """Names of the tracks that come with the program."""
-    folder = importlib.resources.files("track_data")
-    return sorted(entry.name.removesuffix(".csv") for entry in folder.iterdir() if entry.name.endswith(".csv"))
+    return sorted(path.stem for path in shipped_folder("track_data").glob("*.csv"))
 
 
 def read_track(source: str | os.PathLike[str]) -> Track:
@@ -42,7 +41,7 @@ def read_track(source: str | os.PathLike[str]) -> Track:
     bare = path.name == str(source) and not path.suffix
     try:
         if bare and str(source) in shipped_tracks():
-            data = importlib.resources.files("track_data").joinpath(f"{source}.csv").read_bytes()
+            data = (shipped_folder("track_data") / f"{source}.csv").read_bytes()
         else:
             data = path.read_bytes()
     except FileNotFoundError:

@@ -1,16 +1,16 @@
 """The shipped profile files: their origin and their bytes."""
 
 import hashlib
-import importlib.resources
 import re
 from pathlib import Path
 
 import pytest
 
+from railsim.distribution import shipped_folder
 from railsim.profiles.files import shipped_profiles
 from railsim.profiles.shipped import main, profiles
 
-FOLDER = importlib.resources.files("track_data")
+FOLDER = shipped_folder("track_data")
 
 
 def test_sources_name_every_profile_with_its_checksum() -> None:

@@ -1,20 +1,20 @@
 """The shipped track files: their origin, their bytes and what is in them."""
 
 import hashlib
-import importlib.resources
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from railsim.distribution import shipped_folder
 from railsim.track import CANT_BASE, kernel, read_track, shipped_tracks
 from railsim.track.inspection import problems
 from railsim.track.kernel import build_tables, sample
 from railsim.track.shipped import BAND, main, tracks
 from railsim.track.spectra import QUANTITIES, spectra, variance
 
-FOLDER = importlib.resources.files("track_data")
+FOLDER = shipped_folder("track_data")
 
 
 def test_sources_name_every_file_with_its_checksum() -> None:

@@ -1,0 +1,25 @@
+"""Start of the command `railsim` (also `python -m railsim`).
+
+The command itself stands in `experiments`, a name that another program on the path may have as well: that is said in
+one line here, in the one package that nobody else has.
+"""
+
+import sys
+from importlib import import_module
+
+from railsim.distribution import check_packages
+from railsim.errors import InputError
+
+
+def main() -> int:
+    """Run the command; returns its exit code."""
+    try:
+        check_packages()
+    except InputError as error:
+        print(f"railsim: {error}", file=sys.stderr)
+        return 2
+    return import_module("experiments.cli").main()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

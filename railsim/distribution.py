@@ -1,0 +1,29 @@
+"""Where the parts of the distribution stand: beside `railsim`, whatever else is called the same on the path."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+from railsim.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+CODE = ("estimators", "experiments")
+"""Packages of code beside `railsim`, which Python finds by the path alone."""
+
+
+def shipped_folder(*parts: str) -> Path:
+    """A folder of shipped data, for example "scenarios"."""
+    return ROOT.joinpath(*parts)
+
+
+def check_packages() -> None:
+    """Raise `InputError` that names a package of another program that hides one of ours."""
+    for name in CODE:
+        spec = find_spec(name)
+        found = [Path(place).resolve() for place in (spec.submodule_search_locations or [spec.origin])] if spec else []
+        if ROOT / name not in found:
+            raise InputError(
+                f"package '{name}' of railsim is hidden by '{found[0]}'; rename that, or take its folder off the path "
+                "(PYTHONPATH, or start 'railsim' in place of 'python -m')"
+                if found
+                else f"package '{name}' of railsim is not installed beside '{ROOT / 'railsim'}'; install railsim again"
+            )
