@@ -19,7 +19,8 @@ def check_packages() -> None:
     """Raise `InputError` that names a package of another program that hides one of ours."""
     for name in CODE:
         spec = find_spec(name)
-        found = [Path(place).resolve() for place in (spec.submodule_search_locations or [spec.origin])] if spec else []
+        places = (spec.submodule_search_locations or [spec.origin or name]) if spec else []
+        found = [Path(place).resolve() for place in places]
         if ROOT / name not in found:
             raise InputError(
                 f"package '{name}' of railsim is hidden by '{found[0]}'; rename that, or take its folder off the path "
