@@ -13,12 +13,11 @@ import numpy as np
 
 from railsim.contact.functions import ContactTable
 from railsim.contact.wheel import ContactLaw
+from railsim.force_laws import ForceLaw
 
 GRAVITY = 9.81  # m/s2
 TRACK = "track"  # in place of an element's lower body: it acts on the upper one alone
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
-BUMP_STOP, SCHEDULED, MAXWELL, FRICTION, BLOW_OFF, TABLED = range(1, 7)  # force law codes of the compiled kernels
-WITH_STATE = (MAXWELL,)  # laws with a state of their own
 
 
 @dataclass(frozen=True)
@@ -54,18 +53,14 @@ class LinearElement:
 
 @dataclass(frozen=True)
 class NonlinearElement:
-    """Force along one direction of relative movement at `position`: law code and its parameters (see
-    `engines._laws`); `table` (displacements, velocities) [N, N m] for a tabulated law.
-    """
+    """Force by a law along one direction of relative movement at `position` (vehicle frame)."""
 
     name: str
     upper: str
     lower: str
     position: tuple[float, float, float]
     axis: str
-    law: int
-    parameters: tuple[float, ...]
-    table: np.ndarray | None = None
+    law: ForceLaw
 
 
 @dataclass(frozen=True)

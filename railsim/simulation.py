@@ -29,7 +29,10 @@ from railsim.truth import TIME, Truth, TruthWriter
 
 REFERENCE = "exudyn"
 _TRACK_STREAM = 0x747261636B  # "track": keeps the survey's random numbers apart from the sensors'
-_SHAPING = ("dynamics", "engines", "contact", "track", "vehicles", "effects", "model.py", "speed.py", "simulation.py")
+_SHAPING = (
+    *("dynamics", "engines", "contact", "track", "vehicles", "effects"),
+    *("force_laws.py", "model.py", "speed.py", "simulation.py"),
+)
 _NUMERICS = ("exudyn", "numba", "numpy", "scipy", "python")
 
 

@@ -297,7 +297,7 @@ def _hold(plant, b, target, velocity, acceleration, q, work, out):
 
 @kernel
 def wheelset_motion(plant, i, work, local):
-    """Fill local (8,) as `_kernel.wheelset_local` does."""
+    """Fill local (8,) as `wheels.wheelset_local` does."""
     motion = work[plant.core.wheelset_body[i], 16:29]
     local[0], local[1], local[2], local[3] = motion[1], motion[2] - plant.core.radius[i], motion[3], motion[5]
     local[4], local[5], local[6], local[7] = motion[7], motion[8], motion[9], motion[11]

@@ -13,10 +13,10 @@ import math
 
 from railsim.compiled import inlined, kernel
 from railsim.dynamics.extras import load_value, wheel_extras
-from railsim.dynamics.laws import bump_stop, law_force
+from railsim.dynamics.laws import BUMP_STOP, bump_stop, law_force
 from railsim.dynamics.moving_frame import frame_forces, frame_motion, pose
 from railsim.dynamics.wheels import WHEELS, evaluate, forces_of, put, upward, wheel_row, wheelset_local
-from railsim.model import BUMP_STOP, GRAVITY
+from railsim.model import GRAVITY
 from railsim.track.kernel import GRADIENT, locate, value
 
 BRAKE_GRIP = 400.0  # 1/s; a brake's torque per spin inertia and spin, until it slips: it holds a wheelset that stands

@@ -3,74 +3,79 @@
 import math
 
 from railsim.compiled import kernel
-from railsim.model import BLOW_OFF, BUMP_STOP, FRICTION, MAXWELL, SCHEDULED, TABLED
+from railsim.force_laws import BlowOff, BumpStop, DryFriction, Maxwell, Scheduled, Tabulated
+
+BUMP_STOP, SCHEDULED, MAXWELL = BumpStop.code, Scheduled.code, Maxwell.code
+FRICTION, BLOW_OFF, TABULATED = DryFriction.code, BlowOff.code, Tabulated.code
+
+# places of the laws' numbers in a row of parameters
+STOP_GAP, STOP_STIFFNESS, STOP_CUBIC, STOP_MIDDLE = BumpStop.positions()
+STIFFNESS, DAMPING, ONSET, RAMP, FORCE = Scheduled.positions()
+SERIES_STIFFNESS, SERIES_DAMPING = Maxwell.positions()
+FRICTION_FORCE, FRICTION_SLIP = DryFriction.positions()
+DAMPING_BEFORE, DAMPING_BEYOND, BLOW_OFF_VELOCITY = BlowOff.positions()
+FIRST_ELONGATION, ELONGATION_STEP, FIRST_RATE, RATE_STEP, TABLE, TABLE_ROWS, TABLE_COLUMNS = Tabulated.positions()
 
 
 @kernel
 def law_force(code, parameters, tables, t, elongation, rate, state):
     """Force that opposes `elongation` [m, rad] at time t [s], and the rate of the law's own state (0 where it has
-    none); codes as in `railsim.model`.
+    none); codes and parameters as in `railsim.force_laws`.
     """
     if code == BUMP_STOP:
         return bump_stop(parameters, elongation), 0.0
     if code == SCHEDULED:
         return scheduled(parameters, t, elongation, rate), 0.0
     if code == MAXWELL:
-        return parameters[0] * state, rate - parameters[0] * state / parameters[1]
+        return parameters[SERIES_STIFFNESS] * state, rate - parameters[SERIES_STIFFNESS] * state / parameters[
+            SERIES_DAMPING
+        ]
     if code == FRICTION:
-        return parameters[0] * math.tanh(rate / parameters[1]), 0.0
+        return parameters[FRICTION_FORCE] * math.tanh(rate / parameters[FRICTION_SLIP]), 0.0
     if code == BLOW_OFF:
         return blow_off(parameters, rate), 0.0
-    if code == TABLED:
-        return tabled(parameters, tables, elongation, rate), 0.0
+    if code == TABULATED:
+        return tabulated(parameters, tables, elongation, rate), 0.0
     return 0.0, 0.0
 
 
 @kernel
 def bump_stop(parameters, elongation):
-    """Nothing inside the gap, then linear plus cubic: parameters gap [m], k1 [N/m], k3 [N/m3], place of the middle
-    [m].
-    """
-    offset = elongation - parameters[3]
-    beyond = abs(offset) - parameters[0]
+    """Force of `BumpStop`."""
+    offset = elongation - parameters[STOP_MIDDLE]
+    beyond = abs(offset) - parameters[STOP_GAP]
     if beyond <= 0.0:
         return 0.0
-    force = beyond * (parameters[1] + parameters[2] * beyond * beyond)
+    force = beyond * (parameters[STOP_STIFFNESS] + parameters[STOP_CUBIC] * beyond * beyond)
     return force if offset > 0.0 else -force
 
 
 @kernel
 def scheduled(parameters, t, elongation, rate):
-    """Spring, damper and constant force that fade in: parameters k [N/m], c [N s/m], onset [s], ramp [s], force [N]; k
-    and c are negative where they take away from a linear element beside them.
-    """
-    since = t - parameters[2]
-    if since <= 0.0 and parameters[2] > 0.0:
+    """Force of `Scheduled`."""
+    since = t - parameters[ONSET]
+    if since <= 0.0 and parameters[ONSET] > 0.0:
         return 0.0
-    share = since / parameters[3] if since < parameters[3] and parameters[2] > 0.0 else 1.0
-    return share * (parameters[0] * elongation + parameters[1] * rate + parameters[4])
+    share = since / parameters[RAMP] if since < parameters[RAMP] and parameters[ONSET] > 0.0 else 1.0
+    return share * (parameters[STIFFNESS] * elongation + parameters[DAMPING] * rate + parameters[FORCE])
 
 
 @kernel
 def blow_off(parameters, rate):
-    """What a damper gives less beyond its blow-off velocity: parameters c before [N s/m], c beyond [N s/m], velocity
-    [m/s].
-    """
-    beyond = abs(rate) - parameters[2]
+    """Force of `BlowOff`."""
+    beyond = abs(rate) - parameters[BLOW_OFF_VELOCITY]
     if beyond <= 0.0:
         return 0.0
-    less = (parameters[1] - parameters[0]) * beyond
+    less = (parameters[DAMPING_BEYOND] - parameters[DAMPING_BEFORE]) * beyond
     return less if rate > 0.0 else -less
 
 
 @kernel
-def tabled(parameters, tables, elongation, rate):
-    """Bilinear in displacement and velocity, held beyond the edges: parameters place in `tables`, displacements,
-    velocities (numbers of), first displacement [m] and step, first velocity [m/s] and step.
-    """
-    offset, rows, columns = int(parameters[0]), int(parameters[1]), int(parameters[2])
-    across = min(max((elongation - parameters[3]) / parameters[4], 0.0), rows - 1.0)
-    along = min(max((rate - parameters[5]) / parameters[6], 0.0), columns - 1.0)
+def tabulated(parameters, tables, elongation, rate):
+    """Force of `Tabulated`."""
+    offset, rows, columns = int(parameters[TABLE]), int(parameters[TABLE_ROWS]), int(parameters[TABLE_COLUMNS])
+    across = min(max((elongation - parameters[FIRST_ELONGATION]) / parameters[ELONGATION_STEP], 0.0), rows - 1.0)
+    along = min(max((rate - parameters[FIRST_RATE]) / parameters[RATE_STEP], 0.0), columns - 1.0)
     i, j = min(int(across), rows - 2), min(int(along), columns - 2)
     x, y = across - i, along - j
     at = offset + i * columns + j
@@ -81,6 +86,6 @@ def tabled(parameters, tables, elongation, rate):
 
 @kernel
 def bump_stop_energy(parameters, elongation):
-    """Potential of `bump_stop` [J]."""
-    beyond = max(abs(elongation - parameters[3]) - parameters[0], 0.0)
-    return beyond * beyond * (0.5 * parameters[1] + 0.25 * parameters[2] * beyond * beyond)
+    """Potential of `BumpStop` [J]."""
+    beyond = max(abs(elongation - parameters[STOP_MIDDLE]) - parameters[STOP_GAP], 0.0)
+    return beyond * beyond * (0.5 * parameters[STOP_STIFFNESS] + 0.25 * parameters[STOP_CUBIC] * beyond * beyond)

@@ -1,5 +1,6 @@
 """Plant: the arrays that the compiled kernels read, made from a model, a track and a speed."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -7,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from railsim.contact.wheel import ContactLaw
 from railsim.dynamics.tables import build_extras, wheel_load
-from railsim.errors import InputError
+from railsim.force_laws import MOST_NUMBERS
 from railsim.model import AXES, Model
 from railsim.speed import SpeedTables
 from railsim.track.kernel import (
@@ -23,12 +24,10 @@ from railsim.track.kernel import (
     sample,
 )
 
-POSE_CHANNELS = (
-    6  # of the track frame ahead or behind, seen from the vehicle frame: x, y, z [m]; roll, pitch, yaw [rad]
-)
-MOST_ELEMENTS = 24  # nonlinear elements of a model
-MOST_FINITE = 2  # elements that are evaluated to second order
-MOST_LOADS = 8
+POSE_CHANNELS = 6  # of the track frame elsewhere, seen from the vehicle frame: x, y, z [m]; roll, pitch, yaw [rad]
+USUAL_ELEMENTS = 24  # nonlinear elements that every layout has room for
+USUAL_FINITE = 2  # elements that are evaluated to second order
+USUAL_LOADS = 8
 POSE_ROUNDING = 1e-13  # m, rad: smaller than this everywhere = straight
 
 
@@ -40,14 +39,22 @@ class Plant(NamedTuple):
     core: Any  # numpy record; see `_core_type`
     track: np.ndarray  # (cells, channels, 4) of `TrackTables`
     contact: np.ndarray  # (2, cells, channels, 4) of `ContactTable`
-    pose: np.ndarray  # (1 + w, cells, 6, 4): 0 = the chord to the missing bogie, then each wheelset's place
+    pose: np.ndarray  # (1 + w, cells, 6, 4): the body that keeps the chord's direction, then each wheelset's place
     knots: np.ndarray  # (k, 2 + 3 w) time, speed, torques, slips, brakes of `SpeedTables`
     tables: np.ndarray  # numbers of loads, tabulated laws and wheels that are not round, one after the other
 
 
-def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
+def _capacity(count: int, usual: int) -> int:
+    """Room for `count` entries: `usual`, doubled until it is enough, so that few layouts are ever compiled."""
+    return usual * 2 ** math.ceil(math.log2(max(count / usual, 1.0)))
+
+
+def _core_type(model: Model) -> np.dtype:
     """Record of a vehicle with n free coordinates, b bodies, w wheelsets; each layout is compiled once."""
-    n, b, w = coordinates, bodies, wheelsets
+    n, b, w = len(model.free), len(model.bodies), len(model.wheelsets)
+    elements = _capacity(len(model.nonlinear), USUAL_ELEMENTS)
+    finite = _capacity(sum(element.finite for element in model.elements), USUAL_FINITE)
+    loads = _capacity(len(model.loads), USUAL_LOADS)
     fields = [
         ("mass", "f8", n),
         ("link_start", "i8", n + 1),  # of each coordinate's links; the last one's end
@@ -68,30 +75,30 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
         ("axlebox", "f8", w),  # half spacing of the axleboxes
         ("primary", "i8"),
         ("elements", "i8"),  # nonlinear elements in use
-        ("law_code", "i8", MOST_ELEMENTS),
-        ("direction", "f8", (MOST_ELEMENTS, n)),
-        ("chord_direction", "f8", MOST_ELEMENTS),  # of the yaw of the body that keeps the chord's direction
-        ("parameters", "f8", (MOST_ELEMENTS, 8)),
+        ("law_code", "i8", elements),
+        ("direction", "f8", (elements, n)),
+        ("chord_direction", "f8", elements),  # of the yaw of the body that keeps the chord's direction
+        ("parameters", "f8", (elements, MOST_NUMBERS)),
         ("states", "i8"),  # of all elements
-        ("element_state", "i8", MOST_ELEMENTS),  # -1 = none
+        ("element_state", "i8", elements),  # -1 = none
         ("loads", "i8"),
-        ("load_body", "i8", MOST_LOADS),
-        ("load_axis", "i8", MOST_LOADS),
-        ("load_over", "i8", MOST_LOADS),  # 0 = time, 1 = distance
-        ("load_start", "f8", MOST_LOADS),
-        ("load_step", "f8", MOST_LOADS),
-        ("load_offset", "i8", MOST_LOADS),  # place in the tables
-        ("load_count", "i8", MOST_LOADS),
+        ("load_body", "i8", loads),
+        ("load_axis", "i8", loads),
+        ("load_over", "i8", loads),  # 0 = time, 1 = distance
+        ("load_start", "f8", loads),
+        ("load_step", "f8", loads),
+        ("load_offset", "i8", loads),  # place in the tables
+        ("load_count", "i8", loads),
         ("round_points", "i8"),  # a turn; 0 = all wheels are round
         ("round_offset", "i8", (w, 2)),
         ("uneven", "i8"),  # wheels not round or unbalanced, or rails that give way
         ("unbalance", "f8", (w, 2, 3)),  # kg m, rad, m: size, angle, lateral place
         ("finite", "i8"),  # finite elements in use
-        ("finite_bodies", "i8", (MOST_FINITE, 2)),  # upper, lower
-        ("finite_arms", "f8", (MOST_FINITE, 2, 3)),  # from the bodies' centres of gravity
-        ("finite_stiffness", "f8", (MOST_FINITE, 6, 6)),
-        ("finite_damping", "f8", (MOST_FINITE, 6, 6)),
-        ("finite_preload", "f8", (MOST_FINITE, 3)),
+        ("finite_bodies", "i8", (finite, 2)),  # upper, lower
+        ("finite_arms", "f8", (finite, 2, 3)),  # from the bodies' centres of gravity
+        ("finite_stiffness", "f8", (finite, 6, 6)),
+        ("finite_damping", "f8", (finite, 6, 6)),
+        ("finite_preload", "f8", (finite, 3)),
         ("contact_start", "f8"),
         ("contact_spacing", "f8"),
         ("contact_stiffness", "f8", 2),
@@ -115,11 +122,7 @@ def _core_type(coordinates: int, bodies: int, wheelsets: int) -> np.dtype:
 def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     """Arrays of a run."""
     free, bodies = model.free, len(model.bodies)
-    if len(model.nonlinear) > MOST_ELEMENTS or sum(e.finite for e in model.elements) > MOST_FINITE:
-        raise InputError(f"a model takes at most {MOST_ELEMENTS} nonlinear and {MOST_FINITE} finite elements")
-    if len(model.loads) > MOST_LOADS:
-        raise InputError(f"a model takes at most {MOST_LOADS} loads, not {len(model.loads)}; leave out an effect")
-    core = np.zeros(1, _core_type(len(free), bodies, len(model.wheelsets))).view(np.recarray)[0]
+    core = np.zeros(1, _core_type(model)).view(np.recarray)[0]
     coordinate = np.full(6 * bodies, -1)
     coordinate[free] = np.arange(len(free))
     chord = -1 if model.chord_yaw is None else model.index(model.chord_yaw)
@@ -162,22 +165,16 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     tables, extras = build_extras(model)
     extras["uneven"] = extras["uneven"] or track.compliant
     values |= _path(model)
-    for row, parameters in extras.pop("tabled").items():
-        core["parameters"][row, : len(parameters)] = parameters
-    core["element_state"] = -1
     for name, value in (values | extras).items():
-        if np.ndim(value) == 1 and len(value) < len(np.atleast_1d(core[name])):
-            core[name][: len(value)] = value
+        if core[name].ndim:
+            core[name][: len(value)] = value  # there may be room for more
         else:
             core[name] = value
     for row, element in enumerate(model.nonlinear):
         relative = model.relative(element.upper, element.lower, element.position)
-        core["law_code"][row] = element.law
         core["direction"][row] = relative[AXES.index(element.axis), free]
         if chord >= 0:
             core["chord_direction"][row] = relative[AXES.index(element.axis), 6 * chord + AXES.index("yaw")]
-        if element.table is None:
-            core["parameters"][row, : len(element.parameters)] = element.parameters
     for row, element in enumerate(finite):
         pair = [model.index(element.upper), model.index(element.lower)]
         core["finite_bodies"][row] = pair
@@ -185,7 +182,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         core["finite_stiffness"][row], core["finite_damping"][row] = element.stiffness, element.damping
         core["finite_preload"][row] = element.preload
     ahead = [model.bodies[i].position[0] for i in wheelset_body]
-    pose = _poses(track, [-model.trailing_pivot, *ahead], curved)
+    pose = _poses(track, model.trailing_pivot if model.chord_yaw else None, ahead, curved)
     knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip, speed.brake))
     return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots, tables)
 
@@ -218,28 +215,45 @@ def _curved(track: TrackTables) -> bool:
     return any(bool(np.abs(track.coefficients[:, c]).max() > POSE_ROUNDING) for c in (CURVATURE, ROLL, GRADIENT))
 
 
-def _poses(track: TrackTables, offsets: list[float], curved: bool) -> np.ndarray:
-    """Pose of the track frame at s + offset seen from the one at s, as cubic splines over s."""
+def _poses(track: TrackTables, pivot: float | None, offsets: list[float], curved: bool) -> np.ndarray:
+    """Pose tables of a plant: of the chord to the pivot so far behind [m], all zero where there is none, and of the
+    track frame at each of `offsets` [m].
+    """
     if not curved:
-        return np.zeros((len(offsets), 1, POSE_CHANNELS, 4))
-    nodes = track.s0 + track.ds * np.arange(track.count + 1)
+        return np.zeros((1 + len(offsets), 1, POSE_CHANNELS, 4))
+    chord = np.zeros((track.count, POSE_CHANNELS, 4)) if pivot is None else _spline(track, _chord(track, pivot))
+    return np.ascontiguousarray(np.stack([chord, *(_spline(track, _seen(track, offset)) for offset in offsets)]))
+
+
+def _spline(track: TrackTables, rows: np.ndarray) -> np.ndarray:
+    """(cells, 6, 4) of poses (cells + 1, 6) at the track's nodes."""
+    return np.transpose(CubicSpline(_nodes(track), rows).c[::-1], (1, 2, 0))
+
+
+def _chord(track: TrackTables, pivot: float) -> np.ndarray:
+    """Pose of a body on the track frame at s - `pivot` and the one at s, in the direction of this chord."""
+    rows = _seen(track, -pivot)
+    rows[:, 5] = np.arctan2(-rows[:, 1], -rows[:, 0])
+    return rows
+
+
+def _seen(track: TrackTables, offset: float) -> np.ndarray:
+    """(nodes, 6): x, y, z, roll, pitch, yaw of the track frame at s + `offset` [m] seen from the one at s."""
+    nodes = _nodes(track)
     here, origin = _frame(track, nodes), _origin(track, nodes)
-    tables = []
-    for offset in offsets:
-        there = np.clip(nodes + offset, nodes[0], nodes[-1])
-        frame = _frame(track, there)
-        beyond = (nodes + offset - there)[:, None]  # straight on beyond the ends of the file
-        relative = np.einsum("nji,njk->nik", here, frame)
-        place = np.einsum("nji,nj->ni", here, _origin(track, there) + beyond * frame[:, :, 0] - origin)
-        pitch = -np.arcsin(np.clip(relative[:, 2, 0], -1.0, 1.0))
-        roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
-        yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
-        if offset < -5.0:  # the chord's direction, not the frame's
-            yaw = np.arctan2(-place[:, 1], -place[:, 0])
-        rows = np.column_stack((place, roll, pitch, yaw))
-        spline = CubicSpline(nodes, rows)
-        tables.append(np.transpose(spline.c[::-1], (1, 2, 0)))
-    return np.ascontiguousarray(np.stack(tables))
+    there = np.clip(nodes + offset, nodes[0], nodes[-1])
+    frame = _frame(track, there)
+    beyond = (nodes + offset - there)[:, None]  # straight on beyond the ends of the file
+    relative = np.einsum("nji,njk->nik", here, frame)
+    position = np.einsum("nji,nj->ni", here, _origin(track, there) + beyond * frame[:, :, 0] - origin)
+    pitch = -np.arcsin(np.clip(relative[:, 2, 0], -1.0, 1.0))
+    roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
+    yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
+    return np.column_stack((position, roll, pitch, yaw))
+
+
+def _nodes(track: TrackTables) -> np.ndarray:
+    return track.s0 + track.ds * np.arange(track.count + 1)
 
 
 def _frame(track: TrackTables, s: np.ndarray) -> np.ndarray:

@@ -8,7 +8,8 @@ from scipy.interpolate import CubicSpline
 from railsim.contact.functions import HALF_DISTANCE
 from railsim.dynamics.extras import OVER_DISTANCE, OVER_TIME, TURN
 from railsim.errors import InputError
-from railsim.model import AXES, GRAVITY, WITH_STATE, Model
+from railsim.force_laws import MOST_NUMBERS, Tabulated
+from railsim.model import AXES, GRAVITY, Model
 
 
 def wheel_load(model: Model) -> float:
@@ -45,13 +46,20 @@ def build_extras(model: Model) -> tuple[np.ndarray, dict[str, Any]]:
 
 
 def _laws(model: Model, store: _Store) -> dict[str, Any]:
-    states = np.cumsum([e.law in WITH_STATE for e in model.nonlinear])
-    own = [int(k) - 1 if e.law in WITH_STATE else -1 for e, k in zip(model.nonlinear, states, strict=True)]
-    tabled = {}
-    for row, element in enumerate(model.nonlinear):
-        if element.table is not None:
-            tabled[row] = (store.add(element.table), *element.table.shape, *element.parameters)
-    return {"states": int(states[-1]) if len(states) else 0, "element_state": own, "tabled": tabled}
+    laws = [element.law for element in model.nonlinear]
+    parameters = np.zeros((len(laws), MOST_NUMBERS))
+    for row, law in zip(parameters, laws, strict=True):
+        numbers = law.numbers()
+        if isinstance(law, Tabulated):
+            numbers += (store.add(law.table), *law.table.shape)
+        row[: len(numbers)] = numbers
+    states = np.cumsum([law.has_state for law in laws])
+    return {
+        "law_code": [law.code for law in laws],
+        "parameters": parameters,
+        "states": int(states[-1]) if laws else 0,
+        "element_state": [int(k) - 1 if law.has_state else -1 for law, k in zip(laws, states, strict=True)],
+    }
 
 
 def _loads(model: Model, store: _Store) -> dict[str, Any]:

@@ -8,17 +8,8 @@ import numpy as np
 
 from railsim.effects.interface import Effect, Setup, onset_field, ramp_field
 from railsim.errors import InputError
-from railsim.model import (
-    AXES,
-    BLOW_OFF,
-    BUMP_STOP,
-    FRICTION,
-    MAXWELL,
-    SCHEDULED,
-    LinearElement,
-    Model,
-    NonlinearElement,
-)
+from railsim.force_laws import BlowOff, BumpStop, DryFriction, ForceLaw, Maxwell, Scheduled
+from railsim.model import AXES, LinearElement, Model, NonlinearElement
 
 STABLE = 1.2  # largest product of step and decay rate of an element's own state
 
@@ -80,7 +71,7 @@ def beside(model: Model, lost: Mapping[str, tuple[np.ndarray, np.ndarray]], onse
     [s] on, in full after `ramp` [s].
     """
     added = [
-        NonlinearElement(f"{e.name}_{axis}_change", e.upper, e.lower, e.position, axis, SCHEDULED, (k, c, onset, ramp))
+        beside_joint(e, f"{axis}_change", axis, Scheduled(k, c, onset, ramp))
         for e in model.elements
         if e.name in lost
         for axis, k, c in zip(AXES, *lost[e.name], strict=True)
@@ -105,13 +96,9 @@ def joint(setup: Setup, effect: Effect, name: str) -> LinearElement:
     )
 
 
-def beside_joint(
-    element: LinearElement, what: str, axis: str, law: int, parameters: tuple[float, ...]
-) -> NonlinearElement:
+def beside_joint(element: LinearElement, what: str, axis: str, law: ForceLaw) -> NonlinearElement:
     """A nonlinear element between the same bodies at the same place."""
-    return NonlinearElement(
-        f"{element.name}_{what}", element.upper, element.lower, element.position, axis, law, parameters
-    )
+    return NonlinearElement(f"{element.name}_{what}", element.upper, element.lower, element.position, axis, law)
 
 
 def _with_damping(model: Model, name: str, axis: str, factor: float, added: NonlinearElement) -> Model:
@@ -140,7 +127,7 @@ def in_series(setup: Setup, effect: Effect, name: str, axis: str, compliance: fl
     if compliance == 0.0:
         return setup
     element, damping = _damping(setup, effect, name, axis)
-    added = beside_joint(element, f"{axis}_series", axis, MAXWELL, (1.0 / compliance, damping))
+    added = beside_joint(element, f"{axis}_series", axis, Maxwell(1.0 / compliance, damping))
     setup = setup.modelled(lambda model: _with_damping(model, name, axis, 0.0, added))
     return setup.but(longest_step=min(setup.longest_step, STABLE * compliance * damping))
 
@@ -148,7 +135,7 @@ def in_series(setup: Setup, effect: Effect, name: str, axis: str, compliance: fl
 def blow_off(setup: Setup, effect: Effect, name: str, axis: str, velocity: float, share: float) -> Setup:
     """An element's damper with `share` of its damping beyond `velocity` [m/s, rad/s]."""
     element, damping = _damping(setup, effect, name, axis)
-    added = beside_joint(element, f"{axis}_blow_off", axis, BLOW_OFF, (damping, share * damping, velocity))
+    added = beside_joint(element, f"{axis}_blow_off", axis, BlowOff(damping, share * damping, velocity))
     return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, added)))
 
 
@@ -156,7 +143,7 @@ def friction(setup: Setup, effect: Effect, name: str, axis: str, force: float, s
     """Friction of `force` [N, N m] beside an element, regularised over `slip` [m/s, rad/s]."""
     if force == 0.0:
         return setup
-    added = beside_joint(joint(setup, effect, name), f"{axis}_friction", axis, FRICTION, (force, slip))
+    added = beside_joint(joint(setup, effect, name), f"{axis}_friction", axis, DryFriction(force, slip))
     return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, added)))
 
 
@@ -169,22 +156,23 @@ def primary_friction(setup: Setup, effect: Effect, force: float, slip: float) ->
         element = joint(setup, effect, wheelset.body.replace("wheelset", "primary"))
         x, _, z = element.position
         for side, y in (("left", wheelset.axlebox_half_spacing), ("right", -wheelset.axlebox_half_spacing)):
-            one = beside_joint(element, f"friction_{side}", "z", FRICTION, (force, slip))
+            one = beside_joint(element, f"friction_{side}", "z", DryFriction(force, slip))
             added.append(replace(one, position=(x, y, z)))
     return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, *added)))
 
 
 def bump_stop(setup: Setup, effect: Effect, closed: float, offset: float) -> Setup:
     """The bump stop's gap narrower by the share `closed`, its middle at `offset` [m]."""
-    if not any(element.law == BUMP_STOP for element in setup.model.nonlinear):
+    if not any(isinstance(element.law, BumpStop) for element in setup.model.nonlinear):
         raise InputError(f"effect '{effect.kind}': this vehicle has no bump stop; take another vehicle")
 
     def new(element: NonlinearElement) -> NonlinearElement:
-        gap, linear, cubic = element.parameters[:3]
-        return replace(element, parameters=(gap * (1.0 - closed), linear, cubic, offset))
+        if not isinstance(element.law, BumpStop):
+            return element
+        return replace(element, law=replace(element.law, gap=element.law.gap * (1.0 - closed), middle=offset))
 
     def change(model: Model) -> Model:
-        return replace(model, nonlinear=tuple(new(e) if e.law == BUMP_STOP else e for e in model.nonlinear))
+        return replace(model, nonlinear=tuple(new(element) for element in model.nonlinear))
 
     return setup.modelled(change)
 
@@ -217,5 +205,5 @@ def misaligned(setup: Setup, effect: Effect, wheelset: int, angle: float) -> Set
         return setup
     element = joint(setup, effect, f"primary{wheelset}")
     moment = float(element.stiffness[5, 5]) * angle  # the wheelset is the lower body: it is turned to the left
-    added = beside_joint(element, "misalignment", "yaw", SCHEDULED, (0.0, 0.0, 0.0, 0.0, moment))
+    added = beside_joint(element, "misalignment", "yaw", Scheduled(force=moment))
     return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, added)))

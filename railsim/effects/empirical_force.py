@@ -10,7 +10,8 @@ import pydantic
 
 from railsim.effects.interface import CHOSEN, Effect, Setup
 from railsim.errors import InputError
-from railsim.model import TABLED, TRACK, NonlinearElement
+from railsim.force_laws import Tabulated
+from railsim.model import TRACK, NonlinearElement
 from railsim.spec import quantity
 
 FINEST = 257  # points of a table along one axis at most
@@ -74,16 +75,16 @@ class EmpiricalForce(Effect, frozen=True):
         across, along = _even(self.displacement), _even(self.velocity)
         rows = np.array([np.interp(along, self.velocity, row) for row in self.force])
         table = self.scale * np.column_stack([np.interp(across, self.displacement, column) for column in rows.T])
-        grid = (across[0], across[1] - across[0], along[0], along[1] - along[0])
+        law = Tabulated(
+            float(across[0]), float(across[1] - across[0]), float(along[0]), float(along[1] - along[0]), table
+        )
         added = NonlinearElement(
             f"empirical_{self.upper}_{self.lower}_{self.axis}",
             self.upper,
             self.lower,
             self.position,
             self.axis,
-            TABLED,
-            tuple(float(number) for number in grid),
-            table,
+            law,
         )
         return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, added)))
 

@@ -27,7 +27,7 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
 def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray], np.ndarray]:
     """dx/dt as a function of time [s] and state, and the state to start from, for any integrator.
 
-    The state is that of `engines._kernel`: coordinates, their rates, spin angles, spins, distance, speed.
+    The state is that of `dynamics.kernel`: coordinates, their rates, spin angles, spins, distance, speed.
     """
     plant = build_plant(run.model, run.track, run.speed)
     start = initial_state(plant, run)

@@ -16,7 +16,8 @@ from railsim.contact.adhesion import CONDITIONS
 from railsim.contact.functions import ContactTable
 from railsim.contact.pairs import WheelRailPair
 from railsim.contact.wheel import CREEP_LAWS, ContactLaw
-from railsim.model import BUMP_STOP, GRAVITY, Body, LinearElement, LongitudinalPath, Model, NonlinearElement, Wheelset
+from railsim.force_laws import BumpStop
+from railsim.model import GRAVITY, Body, LinearElement, LongitudinalPath, Model, NonlinearElement, Wheelset
 from railsim.profiles.pair import Pair
 from railsim.spec import Spec, quantity
 from railsim.vehicles.interface import Vehicle
@@ -231,10 +232,8 @@ class HalfVehicle(Vehicle, frozen=True):
         )
 
     def _bump_stop(self) -> NonlinearElement:
-        parameters = (self.bump_stop_gap, self.bump_stop_stiffness, self.bump_stop_cubic)
-        return NonlinearElement(
-            "bump_stop", "body", "bogie", (0.0, 0.0, self.secondary_height), "y", BUMP_STOP, parameters
-        )
+        law = BumpStop(self.bump_stop_gap, self.bump_stop_stiffness, self.bump_stop_cubic)
+        return NonlinearElement("bump_stop", "body", "bogie", (0.0, 0.0, self.secondary_height), "y", law)
 
 
 def contact_law(adhesion: Adhesion, stiffness: float, load: float, mass: float, damping_ratio: float) -> ContactLaw:
