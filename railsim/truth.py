@@ -16,6 +16,7 @@ from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.parquet import GROUP_ROWS, open_writer, read_column, read_names, write_columns
 
 TIME = "time [s]"
+SPEED = "speed [m/s]"
 FORMAT = "railsim truth"
 FORMAT_VERSION = 1
 _CHANNELS = "channels.parquet"

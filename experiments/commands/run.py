@@ -15,14 +15,16 @@ from experiments.commands.interface import Outcome, table
 from experiments.commands.score import score_table
 from experiments.commands.simulate import scenario_of
 from experiments.reporting.plots import PLOTS, Results, sensor_label
-from experiments.scoring.score import KMH, SPEED, score, score_rows, speed_errors
+from experiments.reporting.units import KMH
+from experiments.scoring.score import score, score_rows, unscored
+from experiments.scoring.speed import all_speed_errors
 from railsim.errors import InputError
 from railsim.files import write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.recording import software_versions
 from railsim.registry import discover
 from railsim.simulation import measure, simulate
-from railsim.truth import Truth
+from railsim.truth import SPEED, Truth
 
 INSTANTS = 12  # rows of the table of speeds
 
@@ -45,15 +47,18 @@ def execute(given: argparse.Namespace) -> Outcome:
         estimates = estimate_all(measured)
         for name, estimate in estimates.found.items():
             estimate.save(aside / "estimates" / name)
-        rows = [row for name, one in estimates.found.items() for row in score_rows(name, score(one, truth))]
+        rows, notes = score_all(estimates.found, truth)
         pd.DataFrame(rows, columns=["estimator", "score", "value", "unit"]).to_csv(aside / "scores.csv", index=False)
-        results = Results(scenario.name, scenario.description, truth, measured, estimates.found)
+        results = Results(
+            scenario.name, scenario.description, truth, measured, all_speed_errors(estimates.found, truth)
+        )
         files = draw_all(results, aside / "plots")
         summary: dict[str, Any] = {"scenario": scenario.name, "engine": given.engine, "seed": scenario.seed}
         summary |= {"duration [s]": truth.duration, "distance [m]": float(truth["s [m]"][-1] - truth["s [m]"][0])}
-        summary |= {"scores": rows, "refused": estimates.refused, "plots": files, "software": software_versions()}
+        summary |= {"scores": rows, "notes": notes, "refused": estimates.refused}
+        summary |= {"plots": files, "software": software_versions()}
         write_json(aside / "summary.json", summary)
-    return Outcome({"scores": rows, "folder": str(out), **summary}, _text(results, rows, estimates, summary, out))
+    return Outcome({"folder": str(out), **summary}, _text(results, summary, out))
 
 
 def estimate_all(measured: Measurements) -> Estimates:
@@ -67,6 +72,20 @@ def estimate_all(measured: Measurements) -> Estimates:
             except InputError as error:
                 refused[name] = str(error)
     return Estimates(found, refused)
+
+
+def score_all(estimates: Mapping[str, Estimate], truth: Truth) -> tuple[list[dict[str, Any]], list[str]]:
+    """Rows of scores of all estimates, and a note on each that has none."""
+    rows, notes = [], []
+    for name, estimate in estimates.items():
+        try:
+            scores = score(estimate, truth)
+        except InputError as error:
+            notes.append(f"{name} has no score: {error}")
+            continue
+        rows += score_rows(name, scores)
+        notes += [] if scores else [unscored(estimate)]
+    return rows, notes
 
 
 def sensor_estimates(measured: Measurements) -> dict[str, Estimate]:
@@ -88,35 +107,34 @@ def draw_all(results: Results, folder: Path) -> list[str]:
     return [f"{folder.name}/{name}.png" for name in PLOTS]
 
 
-def _text(
-    results: Results, rows: list[dict[str, Any]], estimates: Estimates, summary: Mapping[str, Any], out: Path
-) -> str:
+def _text(results: Results, summary: Mapping[str, Any], out: Path) -> str:
     sensors = sensor_estimates(results.measured)
-    compared = [row for name, one in sensors.items() for row in score_rows(name, score(one, results.truth))]
+    compared, _ = score_all(sensors, results.truth)
     parts = [
         f"{results.name}: {results.description}",
         f"{summary['duration [s]']:g} s, {summary['distance [m]']:.0f} m, engine {summary['engine']}, "
         f"seed {summary['seed']}",
     ]
-    by_name = sensors | {name: one for name, one in estimates.found.items() if SPEED in one.series.columns}
-    if by_name:
-        parts += ["", "Speed in km/h", speed_table(results.truth, by_name)]
-    if rows or compared:
-        parts += ["", "Errors, where valid; sensors to compare with", score_table(rows + compared)]
-    parts += [f"{name} gave no estimate: {reason}" for name, reason in estimates.refused.items()]
-    if not rows:
+    errors = all_speed_errors(sensors, results.truth) | dict(results.speed_errors)
+    if errors:
+        parts += ["", "Speed in km/h", speed_table(results.truth, errors)]
+    rows = summary["scores"] + compared
+    if rows:
+        parts += ["", "Errors, where valid; sensors to compare with", score_table(rows)]
+    parts += [f"Note: {note}" for note in summary["notes"]]
+    parts += [f"{name} gave no estimate: {reason}" for name, reason in summary["refused"].items()]
+    if not summary["scores"] and not summary["notes"]:
         parts.append("No estimator fits the sensors of this scenario.")
     return "\n".join([*parts, "", f"Pictures, recording and estimates: {out}"])
 
 
-def speed_table(truth: Truth, speeds: Mapping[str, Estimate]) -> str:
+def speed_table(truth: Truth, errors: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
     """True and estimated speeds in km/h at some instants."""
     instants = np.linspace(0.0, truth.duration, INSTANTS + 1)[1:]
     true = np.interp(instants, truth.time, truth[SPEED])
     columns = [instants, KMH * true]
-    for estimate in speeds.values():
-        time, error = speed_errors(estimate, truth)
+    for time, error in errors.values():
         nearest = np.searchsorted(time, instants - 1e-9).clip(0, len(time) - 1)
         columns.append(KMH * (error[nearest] + np.interp(time[nearest], truth.time, truth[SPEED])))
     rows = [[None if np.isnan(value) else float(value) for value in row] for row in zip(*columns, strict=True)]
-    return table(["time [s]", "true", *speeds], rows, decimals=2)
+    return table(["time [s]", "true", *errors], rows, decimals=2)

@@ -6,7 +6,7 @@ from typing import Any
 
 from estimators.interface import Estimate
 from experiments.commands.interface import Outcome, table
-from experiments.scoring.score import score, score_rows
+from experiments.scoring.score import score, score_rows, unscored
 from railsim.errors import InputError
 from railsim.recording import Recording
 
@@ -18,7 +18,8 @@ def execute(given: argparse.Namespace) -> Outcome:
     if truth is None:
         raise InputError(f"'{given.recording}' has no truth to score against; name the recording of a simulation")
     rows = score_rows(estimate.name, score(estimate, truth))
-    return Outcome({"scores": rows}, score_table(rows))
+    notes = [] if rows else [unscored(estimate)]
+    return Outcome({"scores": rows, "notes": notes}, score_table(rows) if rows else f"Note: {notes[0]}")
 
 
 def score_table(rows: Sequence[dict[str, Any]]) -> str:

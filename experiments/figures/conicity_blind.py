@@ -15,7 +15,7 @@ from experiments.figures.interface import Claim, Figure
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
 from experiments.runs.speed import rows_where
 from experiments.runs.wheelset import record
-from experiments.scoring.wheel_rail import function_errors
+from experiments.scoring.conicity import function_errors
 
 SEEDS, FAST_SEEDS = 20, 1
 DURATION, FAST_DURATION = 60.0, 30.0

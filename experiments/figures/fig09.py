@@ -15,7 +15,7 @@ from estimators.adhesion.classifier import LEVELS
 from experiments.figures.interface import Claim, Figure
 from experiments.reporting.plots import BLUE, GREEN, PURPLE, RED
 from experiments.runs.adhesion import run, scenario, sensors
-from experiments.scoring.adhesion import true_forces
+from experiments.scoring.creep_forces import true_forces
 from railsim.measurements import Measurements
 from railsim.truth import Truth
 

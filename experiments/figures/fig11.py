@@ -13,7 +13,8 @@ from estimators.wheel_rail.conicity_ekf_track import ConicityEkfTrack
 from experiments.bounds.conicity import conicity_bound
 from experiments.figures.interface import Claim, Figure
 from experiments.runs.contact import Case, ensemble, run
-from experiments.scoring.wheel_rail import SETTLE, WINDOW
+from experiments.scoring.conicity import WINDOW
+from experiments.scoring.contact_geometry import SETTLE
 from experiments.scoring.wheel_rail_truth import contact_truth
 
 SEEDS, FAST_SEEDS = 20, 2

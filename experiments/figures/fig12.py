@@ -10,7 +10,7 @@ from scipy.stats import rankdata
 from estimators.wheel_rail.conicity_ekf_table import ConicityEkfTable
 from experiments.figures.interface import Claim, Figure
 from experiments.runs.contact import Case, ensemble, run
-from experiments.scoring.wheel_rail import function_errors
+from experiments.scoring.conicity import function_errors
 from experiments.scoring.wheel_rail_truth import contact_truth
 
 SEEDS, FAST_SEEDS = 20, 2

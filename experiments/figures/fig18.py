@@ -9,8 +9,8 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.figures.interface import Claim, Figure
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
+from experiments.reporting.units import KMH
 from experiments.runs.speed import GRADES, error, rows_where, speed_table, truncation
-from experiments.scoring.score import KMH
 
 CURVE = (300.0, 720.0)  # m; from the first transition's beginning to the second one's end on curve_r400
 SLIDE = 0.2

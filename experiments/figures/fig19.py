@@ -6,8 +6,8 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.figures.interface import Claim, Figure
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE
+from experiments.reporting.units import KMH
 from experiments.runs.speed import error, rows_where, speed_table
-from experiments.scoring.score import KMH
 
 STARTS, ENDS = 15.0, 23.0  # s of the acceleration
 ACCELERATION = 1.0  # m/s2

@@ -17,6 +17,7 @@ from estimators.track.alignment_vertical import AlignmentVertical
 from estimators.track.passes import changes, laid_on, match
 from experiments.figures.interface import Claim, Figure
 from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, RED
+from experiments.reporting.units import MM
 from experiments.runs.growing_defects import KINDS, growing_defects
 from railsim import measure, simulate
 from railsim.scenario import Scenario
@@ -24,7 +25,6 @@ from railsim.track.files import read_track, write_track
 from railsim.track.track import Track
 
 TRACK = "straight_erri_low"
-MM = 1e3
 BAND, WHOLE = "vertical_d1 [m]", "vertical [m]"
 GROWN_AT, GROWN_BY, GROWN_OVER = 0.6, 1e-3, 2.5  # share of the run; m; m (half length at 1/e)
 AGREE, NEAR = 0.3, 1.0  # mm rms; m

@@ -11,11 +11,10 @@ import pandas as pd
 
 from estimators.interface import Estimate
 from estimators.signals.bands import stretches
+from experiments.reporting.units import KMH, MM
 
 SECTION = 200.0  # m
 ENOUGH = 0.5  # share of a section that must be valid for a standard deviation to be stated
-MM = 1e3
-KMH = 3.6
 
 
 class Limit(NamedTuple):

@@ -3,16 +3,16 @@
 import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from estimators.interface import Estimate
-from experiments.scoring.score import KMH, SPEED, speed_errors
+from experiments.reporting.units import KMH
 from railsim.measurements import Measurements
 from railsim.model import GRAVITY
-from railsim.truth import Truth
+from railsim.truth import SPEED, Truth
 
 BLACK, GREY = "#000000", "#8c8c8c"
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
@@ -26,13 +26,18 @@ MOST_POINTS = 6000  # a line; more are drawn as an envelope of lowest and highes
 
 @dataclass(frozen=True)
 class Results:
-    """What `railsim run` has found."""
+    """What `railsim run` draws.
+
+    Attributes
+    ----------
+    speed_errors : by estimator the times [s] and errors [m/s] of its speed, NaN where not valid.
+    """
 
     name: str
     description: str
     truth: Truth
     measured: Measurements
-    estimates: Mapping[str, Estimate]
+    speed_errors: Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -61,8 +66,7 @@ def speed(results: Results) -> Figure:
     _sensors(results, top, middle)
     _line(top, truth.time, KMH * truth[SPEED], color=BLACK, lw=2.6, label="true", zorder=4)
     spreads = []
-    for (name, estimate), colour in zip(_speeds(results).items(), ESTIMATOR_COLOURS, strict=False):
-        time, error = speed_errors(estimate, truth)
+    for (name, (time, error)), colour in zip(results.speed_errors.items(), cycle(ESTIMATOR_COLOURS), strict=False):
         true = np.interp(time, truth.time, truth[SPEED])
         _line(top, time, KMH * (true + error), color=colour, lw=1.2, label=name, zorder=5)
         for axes in (middle, bottom):
@@ -220,10 +224,6 @@ def _legend(axes: Axes, wanted: bool = True) -> None:
 def _limit(axes: Axes, size: float) -> None:
     size = max(size, 1e-3)
     axes.set_ylim(-size, size)
-
-
-def _speeds(results: Results) -> dict[str, Estimate]:
-    return {name: one for name, one in results.estimates.items() if SPEED in one.series.columns}
 
 
 def _sensors(results: Results, top: Axes, middle: Axes) -> None:

@@ -11,9 +11,11 @@ import pandas as pd
 from estimators.interface import Estimator
 from estimators.speed.speed_plain import SpeedPlain
 from estimators.speed.speed_refined import SpeedRefined
-from experiments.scoring.score import KMH, SPEED, speed_errors
+from experiments.reporting.units import KMH
+from experiments.scoring.speed import speed_errors
 from railsim import measure, simulate
 from railsim.scenario import Scenario
+from railsim.truth import SPEED
 
 SAMPLING = 1000.0  # Hz; "a sampling interval of 1 ms is used" (Ward et al. 2011, section 5.2)
 WHEELBASE = 2.6  # m, the same place; twice the semi wheelbase of class175

@@ -21,8 +21,9 @@ from estimators.track.fusion import Kind
 from estimators.track.geometry import TrackEstimator
 from estimators.track.observations import attitude
 from estimators.track.track_smoother import LATERAL_DAMPED, LATERAL_STIFF_AND_HEAVY, STIFF_AND_HEAVY, TrackSmoother
+from experiments.reporting.units import MM
 from experiments.runs.track import PLACES, SHARE, gyro_at, place_name, sensors
-from experiments.scoring.track import MM, band_errors, true_track
+from experiments.scoring.track import band_errors, true_track
 from railsim import measure, simulate
 from railsim.contact.pairs import WheelRailPair
 from railsim.measurements import Measurements

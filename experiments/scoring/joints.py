@@ -5,13 +5,13 @@ it. An event belongs to the dip that was nearest to the bogie's centre at the ev
 does not spoil the comparison.
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
+from experiments.scoring.interface import Scorer
 from railsim.track.features import Feature, from_stated
 from railsim.truth import TIME, Truth
 
@@ -21,7 +21,6 @@ ABREAST = 0.5
 """Dips of both rails that are this close are one, m."""
 ENDS = 5.0
 """Dips closer than this to an end of the record, or of a valid stretch of it, do not count, m."""
-MM = 1e3
 
 
 class TrueDip(NamedTuple):
@@ -31,6 +30,26 @@ class TrueDip(NamedTuple):
     depth: float
     angle: float
     side: str
+
+
+class JointScorer(Scorer):
+    """Dips of joints, crossings and voids that were found."""
+
+    columns: ClassVar[tuple[str, ...]] = ("dip_snr [-]",)
+    needs: ClassVar[tuple[str, ...]] = (TIME, "valid [-]")
+
+    def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
+        """Recall, precision, and errors of position, depth, angle and side of the dips that were found."""
+        table = matched(estimate, truth)
+        columns = {str(name): np.asarray(table[name]) for name in table.columns}
+        true, found = np.isfinite(columns["true s [m]"]), np.isfinite(columns["s [m]"])
+        scores = {"true dips [-]": float(true.sum()), "events [-]": float(found.sum())}
+        if true.any():
+            scores["recall [-]"] = float(found[true].mean())
+        if found.any():
+            scores["precision [-]"] = float(true[found].mean())
+        hits = {name: values[true & found] for name, values in columns.items()}
+        return scores | (_sizes(hits) if len(hits["s [m]"]) else {})
 
 
 def true_dips(truth: Truth) -> list[TrueDip]:
@@ -85,37 +104,6 @@ def matched(estimate: Estimate, truth: Truth) -> pd.DataFrame:
     return pd.DataFrame(table | texts)
 
 
-def joint_scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
-    """Recall, precision, and errors of position, depth, angle and side of the dips that were found."""
-    table = matched(estimate, truth)
-    columns = {str(name): np.asarray(table[name]) for name in table.columns}
-    true, found = np.isfinite(columns["true s [m]"]), np.isfinite(columns["s [m]"])
-    scores = {"true dips [-]": float(true.sum()), "events [-]": float(found.sum())}
-    if true.any():
-        scores["recall [-]"] = float(found[true].mean())
-    if found.any():
-        scores["precision [-]"] = float(true[found].mean())
-    hits = {name: values[true & found] for name, values in columns.items()}
-    return scores | (_sizes(hits) if len(hits["s [m]"]) else {})
-
-
-def switch_scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
-    """Recall of the labelled features, their places by time, and their distances from the crossover's middle."""
-    real = {str(one["label"]): float(one["s [m]"]) for one in truth.about.get("features", []) if one.get("label")}
-    found = {event["label"]: event for event in estimate.about.get("events", [])}
-    scores = {"true features [-]": float(len(real)), "crossovers [-]": float(len(estimate.about.get("crossovers", [])))}
-    hits = sorted(set(real) & set(found))
-    if real:
-        scores["features found [-]"] = len(hits) / len(real)
-    if hits:
-        middle = (min(real.values()) + max(real.values())) / 2
-        at = [np.interp(found[one]["time [s]"], truth.time, truth["s [m]"]) - real[one] for one in hits]
-        away = [found[one]["from_middle [m]"] - (real[one] - middle) for one in hits]
-        scores["largest error of place [m]"] = float(np.abs(at).max())
-        scores["largest error of distance from middle [m]"] = float(np.abs(away).max())
-    return scores
-
-
 def _sizes(hits: dict[str, np.ndarray]) -> dict[str, float]:
     """Errors of the dips that were found."""
     true_depth, true_angle = hits["true depth [m]"], hits["true angle [rad]"]
@@ -159,10 +147,3 @@ def _found(event: dict[str, Any], place: float) -> dict[str, Any]:
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-JOINT_SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {
-    "dip_snr [-]": joint_scores,
-    "yaw [rad]": switch_scores,
-}
-"""By the column of the estimate: what scores its events."""

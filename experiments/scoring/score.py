@@ -1,46 +1,60 @@
-"""Scores: an estimate against the truth, one small function for each kind of estimated quantity."""
+"""Scores of an estimate against the truth, by every scorer that knows one of its columns."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
-
 from estimators.interface import Estimate
-from experiments.scoring.adhesion import ADHESION_SCORERS
-from experiments.scoring.joints import JOINT_SCORERS
-from experiments.scoring.suspension import SUSPENSION_SCORERS
-from experiments.scoring.track import TRACK_SCORERS
-from experiments.scoring.wheel_rail import CONTACT_SCORERS
-from railsim.errors import InputError
+from experiments import scoring
+from experiments.scoring.interface import Scorer
+from railsim.registry import discover
 from railsim.truth import TIME, Truth
 
-KMH = 3.6  # km/h in 1 m/s
-SPEED = "speed [m/s]"
 _KEY = re.compile(r"(?P<score>.+) \[(?P<unit>[^\]]*)\]")
+_EXPLAINS = (TIME, "s [m]", "valid [-]")
+"""Columns that say where and whether an estimate holds, and are none themselves."""
+
+
+def scorers() -> dict[str, Scorer]:
+    """Every scorer by the name of its module."""
+    kinds: Mapping[str, Callable[[], Scorer]] = dict(discover(scoring, Scorer))
+    return {name: kind() for name, kind in kinds.items()}
 
 
 def score(estimate: Estimate, truth: Truth) -> dict[str, float]:
-    """How good an estimate is, by `"score [unit]"`.
-
-    Samples that the estimate calls invalid, or where it is NaN (before it has found anything), do not count as errors;
-    their share is a score of its own. Where no sample is valid, that share is the only score.
+    """How good an estimate is, by `"score [unit]"`; empty where nothing scores it, and `unscored` says why.
 
     Raises
     ------
-    InputError : the estimate holds no quantity that there is a score for, or lies outside the truth in time.
+    InputError : a scorer cannot compare the estimate with this truth, for example as it lies outside it in time.
     """
-    found: dict[str, float] = {}
-    for quantity, function in SCORERS.items():
-        if quantity in estimate.series.columns:
-            found |= function(estimate, truth)
-    if not found:
-        known = ", ".join(f"'{name}'" for name in SCORERS)
-        raise InputError(f"estimate '{estimate.name}' has no column that can be scored; there are scores for {known}")
-    return found
+    scores: dict[str, float] = {}
+    for scorer in scorers().values():
+        if scorer.columns_of(estimate) and not scorer.lacking(estimate):
+            scores |= scorer.score(estimate, truth)
+    return scores
 
 
-def score_rows(estimator: str, scores: dict[str, float]) -> list[dict[str, Any]]:
+def unscored(estimate: Estimate) -> str:
+    """Why an estimate has no score, and what to do."""
+    for name, scorer in scorers().items():
+        if scorer.columns_of(estimate):
+            lacking = scorer.lacking(estimate)
+            why = f"needs {_listed(lacking)} beside it" if lacking else "has nothing to compare it with in this run"
+            return f"{_of(scorer.columns_of(estimate), estimate)} has no score: scorer '{name}' {why}"
+    columns = [str(name) for name in estimate.series.columns if name not in _EXPLAINS and "_std [" not in str(name)]
+    return f"nothing scores {_of(columns, estimate)}; add a Scorer, see CONTRIBUTING.md"
+
+
+def _of(columns: list[str], estimate: Estimate) -> str:
+    return f"column {_listed(columns)} of estimate '{estimate.name}'"
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names)
+
+
+def score_rows(estimator: str, scores: Mapping[str, float]) -> list[dict[str, Any]]:
     """Scores in the shape of the command's JSON: estimator, score, value, unit."""
     rows = []
     for key, value in scores.items():
@@ -48,52 +62,3 @@ def score_rows(estimator: str, scores: dict[str, float]) -> list[dict[str, Any]]
         name, unit = (parts["score"], parts["unit"]) if parts else (key, "-")
         rows.append({"estimator": estimator, "score": name, "value": value, "unit": unit})
     return rows
-
-
-def speed_errors(estimate: Estimate, truth: Truth) -> tuple[np.ndarray, np.ndarray]:
-    """Time [s] of every sample and its speed error [m/s], NaN where the estimate is not valid.
-
-    Raises
-    ------
-    InputError : the estimate reaches beyond the truth in time.
-    """
-    series = estimate.series
-    time = series[TIME].to_numpy()
-    true = truth.time
-    if len(time) and (time[0] < true[0] - 0.5 / truth.rate or time[-1] > true[-1] + 0.5 / truth.rate):
-        raise InputError(
-            f"estimate '{estimate.name}' covers {time[0]:g} to {time[-1]:g} s, the truth {true[0]:g} to "
-            f"{true[-1]:g} s; score it on the recording that it was made from"
-        )
-    error = series[SPEED].to_numpy() - np.interp(time, true, truth[SPEED])
-    if "valid [-]" in series.columns:
-        error = np.where(series["valid [-]"].to_numpy() > 0.5, error, np.nan)
-    return time, error
-
-
-def _speed(estimate: Estimate, truth: Truth) -> dict[str, float]:
-    """Errors of the running speed, in km/h as in Ward et al. (2011), section 5, and in m/s."""
-    _, error = speed_errors(estimate, truth)
-    valid = np.isfinite(error)
-    if not valid.any():
-        return {"valid share [-]": 0.0}
-    size = np.abs(error[valid])
-    rms = float(np.sqrt(np.mean(size**2)))
-    found = {
-        "rms error [km/h]": KMH * rms,
-        "99.9 % error [km/h]": KMH * float(np.quantile(size, 0.999)),
-        "largest error [km/h]": KMH * float(size.max()),
-        "bias [km/h]": KMH * float(np.mean(error[valid])),
-        "rms error [m/s]": rms,
-        "largest error [m/s]": float(size.max()),
-    }
-    if "speed_std [m/s]" in estimate.series.columns:
-        spread = estimate.series["speed_std [m/s]"].to_numpy()[valid]
-        found["within 2 std [-]"] = float(np.mean(size <= 2.0 * spread))
-    return found | {"valid share [-]": float(np.mean(valid))}
-
-
-SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = (
-    {SPEED: _speed} | TRACK_SCORERS | JOINT_SCORERS | CONTACT_SCORERS | ADHESION_SCORERS | SUSPENSION_SCORERS
-)
-"""By the column of the estimate: what scores it."""

@@ -1,7 +1,6 @@
 """Scores of the suspension estimators: dampers and conicity against the run's own."""
 
-from collections.abc import Callable
-from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
@@ -9,11 +8,31 @@ from estimators.interface import Estimate
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.lateral import PARAMETERS
 from experiments.scoring.detection import damping_left, score_detection
+from experiments.scoring.interface import Scorer
 from railsim.errors import InputError
-from railsim.truth import Truth
+from railsim.truth import TIME, Truth
 
 SETTLED = 5.0  # s at the end of the record over which the estimate is averaged
 LABELS = ("secondary lateral damping", "secondary yaw damping", "conicity")
+
+
+class SuspensionScorer(Scorer):
+    """Dampers of the secondary suspension at the end of the record, and detection of weak ones.
+
+    Conicity, the third of the parameters, is scored with that of the other estimators.
+    """
+
+    columns: ClassVar[tuple[str, ...]] = PARAMETERS[:2]
+    needs: ClassVar[tuple[str, ...]] = (TIME,)
+
+    def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
+        """Error and stated deviation of each damper; detection of both beside the lateral one's."""
+        scores: dict[str, float] = {}
+        if PARAMETERS[0] in self.columns_of(estimate):
+            scores |= score_parameter(0, estimate, truth) | score_detection(estimate, truth)
+        if PARAMETERS[1] in self.columns_of(estimate):
+            scores |= score_parameter(1, estimate, truth)
+        return scores
 
 
 def true_parameters(truth: Truth) -> np.ndarray:
@@ -73,15 +92,3 @@ def score_parameter(index: int, estimate: Estimate, truth: Truth) -> dict[str, f
         return {}
     label, left = LABELS[index], damping_left(truth)[0][index]
     return {f"{label} error [%]": 100.0 * (mean / true - left), f"{label} std [%]": 100.0 * std / true}
-
-
-def score_dampers(estimate: Estimate, truth: Truth) -> dict[str, float]:
-    """Error of the lateral damping, and detection of weak dampers."""
-    return score_parameter(0, estimate, truth) | score_detection(estimate, truth)
-
-
-SUSPENSION_SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {
-    PARAMETERS[0]: score_dampers,
-    PARAMETERS[1]: partial(score_parameter, 1),
-}
-"""By the column of the estimate: what scores it. Conicity is scored in experiments/scoring/score.py with the others."""

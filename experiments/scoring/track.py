@@ -5,8 +5,7 @@ says where it really was, so that a wrong odometer does not spoil the comparison
 the estimate's grid. What lies within a band's longest wavelength of the ends of the grid does not count.
 """
 
-from collections.abc import Callable
-from functools import partial
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -14,11 +13,13 @@ import pandas as pd
 from estimators.interface import Estimate
 from estimators.signals.bands import Band, band_pass, bands_of, settled
 from estimators.speed.odometry import Way
+from experiments.reporting.units import MM
+from experiments.scoring.interface import Scorer, stated
 from railsim.errors import InputError
 from railsim.truth import TIME, Truth
 
-MM = 1e3  # mm in 1 m
 S = "s [m]"
+CANT, TWIST = "cant [m]", "twist [m/m]"
 VALID = "valid [-]"
 QUANTITIES = (
     "vertical",
@@ -39,6 +40,25 @@ _DESIGN = {
 }
 """What of the design a sensor on the vehicle cannot tell from irregularity, and how often it must be integrated."""
 _RAILS = ("left_vertical", "right_vertical", "left_lateral", "right_lateral", "curvature", "cant")
+
+
+class TrackScorer(Scorer):
+    """Irregularities band by band, cant and twist."""
+
+    columns: ClassVar[tuple[str, ...]] = (*(f"{quantity} [m]" for quantity in QUANTITIES), CANT, TWIST)
+    needs: ClassVar[tuple[str, ...]] = (S, TIME)
+
+    def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
+        """Errors of each quantity that the estimate has."""
+        scores: dict[str, float] = {}
+        for column in self.columns_of(estimate):
+            if column == CANT:
+                scores |= score_cant(estimate, truth)
+            elif column == TWIST:
+                scores |= score_twist(estimate, truth)
+            else:
+                scores |= score_quantity(column.removesuffix(" [m]"), estimate, truth)
+        return scores
 
 
 def true_track(truth: Truth, time: np.ndarray, spacing: float) -> pd.DataFrame:
@@ -152,7 +172,7 @@ def score_cant(estimate: Estimate, truth: Truth) -> dict[str, float]:
 
 def score_twist(estimate: Estimate, truth: Truth) -> dict[str, float]:
     """Error of the twist over the base that the estimate states, cant ramps in it."""
-    base = float(estimate.about["twist_base [m]"])
+    base = stated(estimate, "twist_base [m]")
     series = estimate.series
     spacing = float(np.median(np.diff(series[S])))
     true = true_track(truth, series[TIME].to_numpy(), spacing)
@@ -191,11 +211,3 @@ def _under(truth: Truth, name: str, centre: np.ndarray, arm: float, at: np.ndarr
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-TRACK_SCORERS: dict[str, Callable[[Estimate, Truth], dict[str, float]]] = {
-    **{f"{quantity} [m]": partial(score_quantity, quantity) for quantity in QUANTITIES},
-    "cant [m]": score_cant,
-    "twist [m/m]": score_twist,
-}
-"""By the column of the estimate: what scores it."""

@@ -62,9 +62,9 @@ def extremes(found: Frame, response: str, factors: Sequence[str]) -> Frame:
     return pd.concat(parts) if parts else pd.DataFrame()
 
 
-def failures(frame: Frame) -> Frame:
-    """Messages by status and estimator, with the number of rows and the first point."""
-    bad = frame[frame["status"] != OK]
+def messages(frame: Frame) -> Frame:
+    """Failures and notes by status and estimator, with the number of rows and the first point."""
+    bad = frame[(frame["status"] != OK) | (frame["message"] != "")]
     keys = ["status", "estimator", "message"]
     found = bad.groupby(keys, sort=False, dropna=False, as_index=False).agg(
         rows=("point", "size"), first_point=("point", "min")

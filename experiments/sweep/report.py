@@ -45,7 +45,7 @@ def write_report(folder: Path) -> Path:
         _responses(page, means, factors)
         _indices(page, settings, found, factors, names)
         _extremes(page, found, factors, names)
-    _failures(page, frame)
+    _messages(page, frame)
     _speed(page, folder)
     replace_file(folder / REPORT, page.text(settings["name"]).encode())
     return folder / REPORT
@@ -186,9 +186,9 @@ def _places(at: Mapping[str, Any]) -> dict[str, str]:
     return {"at": "; ".join(f"{name} {', '.join(map(str, one))}" for name, one in at.items())} if at else {}
 
 
-def _failures(page: _Page, frame: Frame) -> None:
-    bad = analysis.failures(frame)
-    page.heading("Failures")
+def _messages(page: _Page, frame: Frame) -> None:
+    bad = analysis.messages(frame)
+    page.heading("Failures and notes")
     if bad.empty:
         page.line("None.")
     else:

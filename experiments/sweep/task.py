@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from estimators.interface import Estimator
-from experiments.scoring.score import score, score_rows
+from experiments.scoring.score import score, score_rows, unscored
 from experiments.sweep.settings import SensorSet, Variant
 from railsim.cache import cache_folder
 from railsim.errors import InputError
@@ -218,9 +218,12 @@ class _Maker:
         try:
             if not estimator.fits(measured):
                 return [[digest, None, None, None, UNFIT, why_unfit(estimator, measured)]]
-            scores = score(estimator.estimate(measured), self._truth)
+            estimate = estimator.estimate(measured)
+            scores = score(estimate, self._truth)
         except FAILURES as error:
             return [_failed(digest, error)]
+        if not scores:
+            return [[digest, None, None, None, OK, unscored(estimate)]]
         return [
             [digest, row["score"], row["unit"], float(row["value"]) if np.isfinite(row["value"]) else None, OK, ""]
             for row in score_rows(estimator.name, scores)

@@ -7,9 +7,10 @@ from matplotlib.figure import FigureBase
 from estimators.speed.speed_plain import SpeedPlain
 from estimators.speed.speed_refined import SpeedRefined
 from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
-from experiments.scoring.score import SPEED, speed_errors
+from experiments.scoring.speed import speed_errors
 from experiments.validation.interface import Row, Section
 from railsim import load_scenario, measure, simulate
+from railsim.truth import SPEED
 
 CONDITIONS = {"dry": "braking_dry", "very low": "braking_very_low"}
 """Adhesion and the shipped scenario."""

@@ -6,7 +6,7 @@ import pytest
 from estimators.track.dip_fit import find
 from estimators.track.dipped_joints import DippedJoints
 from estimators.track.dips import LENGTHS, Channel, channel, dip_transform, energy, lowest, rounding_gain, twice, window
-from experiments.scoring.joints import joint_scores, matched, true_dips
+from experiments.scoring.joints import JointScorer, matched, true_dips
 from railsim import measure, simulate
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
@@ -114,7 +114,7 @@ def test_joints_at_random_distances_are_found(tmp_path, speed: float, shape: str
     assert len(true_dips(truth)) > 18
     measurements = measure(truth, scenario).measurements
     estimate = DippedJoints().estimate(measurements)
-    scores = joint_scores(estimate, truth)
+    scores = JointScorer().score(estimate, truth)
     assert scores["recall [-]"] >= 0.95
     assert scores["precision [-]"] >= 0.95
     assert scores["rms error of position [m]"] < 0.1
@@ -137,6 +137,6 @@ def test_lost_samples_are_marked_and_give_no_events(tmp_path) -> None:
     assert not valid[(time > 4.0) & (time < 6.0)].any()
     assert valid[(time > 0.5) & (time < 3.5)].all()
     assert not any(3.9 < event["time [s]"] < 6.1 for event in estimate.about["events"])
-    scores = joint_scores(estimate, truth)
+    scores = JointScorer().score(estimate, truth)
     assert scores["precision [-]"] == 1.0
     assert scores["recall [-]"] >= 0.9

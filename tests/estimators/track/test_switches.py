@@ -5,7 +5,7 @@ import pytest
 
 from estimators.interface import Estimate
 from estimators.track.switches import Switches, levelled, turns
-from experiments.scoring.joints import switch_scores
+from experiments.scoring.switches import SwitchScorer
 from railsim import load_scenario, measure, simulate
 from railsim.track.switches import Crossover
 from railsim.truth import Truth
@@ -24,7 +24,7 @@ def run() -> tuple[Estimate, Truth]:
 def test_every_part_is_found_where_it_is(run) -> None:
     estimate, truth = run
     assert "".join(event["label"] for event in estimate.about["events"]) == "ABCDEF"
-    scores = switch_scores(estimate, truth)
+    scores = SwitchScorer().score(estimate, truth)
     assert scores["features found [-]"] == 1
     assert scores["largest error of place [m]"] < 0.1
     assert scores["largest error of distance from middle [m]"] < 0.5

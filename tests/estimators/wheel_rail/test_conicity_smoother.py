@@ -6,7 +6,7 @@ import pytest
 from estimators.wheel_rail.conicity_kernel import RAIL, STATES, Numbers, Y, half_difference, step
 from estimators.wheel_rail.conicity_likelihood import SPACING
 from estimators.wheel_rail.conicity_smoother import ConicitySmoother
-from experiments.scoring.score import SCORERS
+from experiments.scoring.score import scorers
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.track import featured
@@ -89,7 +89,7 @@ def test_cone_is_found_where_the_gauge_may_vary(cone: tuple):
         estimate.series["time [s]"], run["time [s]"], true
     )
     assert np.std(error[late]) < 0.4 * np.std(true)
-    scored = [name for name in SCORERS if name in estimate.series]
+    scored = [name for scorer in scorers().values() for name in scorer.columns_of(estimate)]
     assert scored == ["conicity [-]", "track_lateral [m]", "wheelset1.lateral_shift [m]"], (
         "the gauge under the wheelset is no estimate of the track over distance"
     )

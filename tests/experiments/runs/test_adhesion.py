@@ -11,7 +11,7 @@ from experiments.calibration.adhesion import TRACKS, Windows, fit, write
 from experiments.runs.adhesion import between, recording, run, scenario, sensors, spliced
 from experiments.runs.adhesion_unseen import TRACKS as UNSEEN
 from experiments.runs.unseen_tracks import SEEDS
-from experiments.scoring.adhesion import true_level
+from experiments.scoring.adhesion_level import true_level
 from railsim.contact.adhesion import CONDITIONS
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from estimators.interface import Estimate
 from experiments.runs.contact import Case, run
+from experiments.scoring.conicity import function_errors, function_scores
 from experiments.scoring.score import score
-from experiments.scoring.wheel_rail import function_errors, function_scores
 from experiments.scoring.wheel_rail_truth import contact_truth
 from railsim import load_scenario, simulate
 from railsim.truth import Truth

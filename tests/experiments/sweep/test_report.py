@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.sweep.analysis import RESPONSE, by_set, failures, memory, smallest_sets
+from experiments.sweep.analysis import RESPONSE, by_set, memory, messages, smallest_sets
 from experiments.sweep.report import write_report
 from railsim.errors import InputError
 from tests.experiments.sweep.conftest import SWEEP, Sweeping
@@ -26,7 +26,7 @@ def test_page_stands_alone(whole: Path):
     page = write_report(whole).read_text()
     assert page.count('src="data:image/png;base64,') >= 2
     assert not re.search(r'(src|href)="(?!data:)', page)
-    for heading in ("Responses", "Best and worst points", "Failures", "Speed and memory"):
+    for heading in ("Responses", "Best and worst points", "Failures and notes", "Speed and memory"):
         assert f"<h2>{heading}</h2>" in page
     assert "speed_plain needs channel" in page
 
@@ -99,6 +99,6 @@ def test_failures_are_counted_by_message():
     bad = pd.DataFrame(
         {"estimator": ["a"] * 3, "status": ["failed"] * 3, "message": ["x", "y", "x"], "point": [4, 5, 2]}
     )
-    found = failures(bad)
+    found = messages(bad)
     assert found[["message", "rows", "first_point"]].to_numpy().tolist() == [["x", 2, 2], ["y", 1, 5]]
     assert np.issubdtype(found["rows"].dtype, np.integer)

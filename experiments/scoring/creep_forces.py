@@ -1,0 +1,89 @@
+"""Scores of creep forces: forces and moments of an estimate against those of the contacts."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from estimators.adhesion.channels import high_pass
+from estimators.interface import Estimate
+from experiments.scoring.interface import Scorer, stated
+from railsim.truth import TIME, Truth
+
+SIDES = ("left", "right")
+FORCE, MOMENT = "lateral_creep_force [N]", "creep_yaw_moment [N m]"
+
+
+class CreepForceScorer(Scorer):
+    """Lateral creep forces and yaw moments of the wheelsets."""
+
+    columns: ClassVar[tuple[str, ...]] = (f"wheelset1.{FORCE}",)
+    needs: ClassVar[tuple[str, ...]] = (
+        TIME,
+        "valid [-]",
+        *(f"wheelset{n}.{name}" for n in (1, 2) for name in (FORCE, MOMENT)),
+    )
+
+    def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
+        """Errors of forces and moments against the contacts', both high-passed at the estimator's corner."""
+        series = estimate.series
+        valid = series["valid [-]"].to_numpy(float) > 0.5
+        if not valid.any():
+            return {"valid share [-]": 0.0}
+        time = series[TIME].to_numpy(float)[valid]
+        corner = stated(estimate, "settings", "corner")
+        scores = {"valid share [-]": float(np.mean(valid))}
+        for number in (1, 2):
+            true = {key: _as_seen(values, truth, time, corner) for key, values in true_forces(truth, number).items()}
+            name = f"wheelset{number}"
+            force = series[f"{name}.{FORCE}"].to_numpy(float)[valid]
+            moment = series[f"{name}.{MOMENT}"].to_numpy(float)[valid]
+            gravity = f"{name}.gravity_force [N]"  # stands apart where the estimator knows the profile
+            apart = series[gravity].to_numpy(float)[valid] if gravity in series.columns else 0.0
+            scores |= {
+                f"{name} lateral force rms error, gravity's included [N]": _rms(
+                    force + apart - true["creep"] - true["gravity"]
+                ),
+                f"{name} lateral force rms error, creep alone [N]": _rms(force - true["creep"]),
+                f"{name} lateral force true rms, creep alone [N]": _rms(true["creep"]),
+                f"{name} yaw moment rms error [N m]": _rms(moment - true["moment"]),
+                f"{name} yaw moment true rms [N m]": _rms(true["moment"]),
+            }
+        return scores
+
+
+def true_forces(truth: Truth, number: int) -> dict[str, np.ndarray]:
+    """Net forces of the rails on a wheelset, as the estimators mean them, by the rows of truth.
+
+    Returns
+    -------
+    "creep" : lateral creep force along the axle, N. "gravity" : lateral part of the normal forces, less that of a load
+    that leans with the wheelset, N. "moment" : yaw moment of the longitudinal creep forces, N m. "creepage" : mean
+    lateral creepage of both wheels, -.
+    """
+    columns = {
+        quantity: np.stack([truth[f"wheel{number}_{side}.{quantity}"] for side in SIDES])
+        for quantity in (
+            "creep_force_y [N]",
+            "creep_force_x [N]",
+            "normal_force [N]",
+            "contact_angle [rad]",
+            "creepage_y [-]",
+        )
+    }
+    angle, normal = columns["contact_angle [rad]"], columns["normal_force [N]"]
+    roll = truth[f"wheelset{number}.roll [rad]"]
+    along = columns["creep_force_x [N]"]
+    return {
+        "creep": np.sum(columns["creep_force_y [N]"] * np.cos(angle), axis=0),
+        "gravity": -np.sum(normal * np.sin(angle), axis=0) + np.sum(normal, axis=0) * roll,
+        "moment": -truth.about["vehicle"]["half_gauge [m]"] * (along[0] - along[1]),
+        "creepage": np.mean(columns["creepage_y [-]"], axis=0),
+    }
+
+
+def _as_seen(values: np.ndarray, truth: Truth, time: np.ndarray, corner: float) -> np.ndarray:
+    return np.interp(time, truth.time, high_pass(values, corner, rate=truth.rate))
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
