@@ -7,9 +7,11 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
+from estimators.interface import Estimate
 from experiments.figures.interface import publish
 from railsim import load_scenario
 from railsim.measurements import Measurements
@@ -40,7 +42,8 @@ def load(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType
 def test_every_kind_has_an_example():
     folders = {Path(name).parent.as_posix() for name in EXAMPLES}
     assert folders == {
-        "estimators", "railsim/sensors", "railsim/vehicles", "railsim/effects", "scenarios", "experiments/figures"
+        "estimators", "railsim/sensors", "railsim/vehicles", "railsim/effects", "scenarios", "experiments/figures",
+        "experiments/scoring",
     }  # fmt: skip
 
 
@@ -52,6 +55,16 @@ def test_estimator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     assert estimator.fits(measurements)
     series = estimator.estimate(measurements).series
     assert series["rate_pitch_bias [rad/s]"].to_numpy()[200:-200] == pytest.approx(0.01)
+
+
+def test_scorer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    scorer = load("experiments/scoring/pitch_bias.py", tmp_path, monkeypatch).PitchBiasScorer()
+    true = 0.02 * np.sin(2.0 * np.pi * times(2.0))
+    truth = write_truth(tmp_path / "truth", {"bogie.angular_velocity_y [rad/s]": true})
+    bias = pd.DataFrame({"time [s]": times(2.0), "rate_pitch_bias [rad/s]": 0.5 * true})
+    estimate = Estimate("pitch_bias", bias)
+    assert scorer.columns_of(estimate) == ["rate_pitch_bias [rad/s]"]
+    assert scorer.score(estimate, truth) == {"bias over true pitch rate, rms [-]": pytest.approx(0.5)}
 
 
 def test_sensor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

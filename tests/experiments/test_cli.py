@@ -16,6 +16,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from estimators.interface import Estimate
 from experiments.cli import KINDS, build_parser, main
 from experiments.commands.interface import table
 from experiments.commands.list import LISTERS, execute
@@ -86,6 +87,14 @@ def test_simulate_estimate_score_by_hand_is_what_run_does(railsim_here: Command,
     assert estimate["columns"][:2] == ["time [s]", "speed [m/s]"]
     scores = read(railsim_here("score", "estimate", "made", "--json"))["scores"]
     assert scores == [row for row in run["scores"] if row["estimator"] == "speed_plain"]
+
+
+def test_score_of_an_estimate_that_nothing_scores_is_a_note(railsim_here: Command, recording: Path, tmp_path: Path):
+    Estimate("mine", pd.DataFrame({"time [s]": [0.0], "colour [-]": [1.0]})).save(tmp_path / "estimate")
+    result = read(railsim_here("score", "estimate", recording, "--json"))
+    assert result["scores"] == []
+    assert result["notes"][0].startswith("nothing scores column 'colour [-]' of estimate 'mine'")
+    assert "Note: nothing scores" in railsim_here("score", "estimate", recording).stdout
 
 
 def test_run_without_an_estimator_that_fits(railsim_here: Command, tmp_path: Path):

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from experiments.commands.run import estimate_all
 from experiments.reporting.plots import PLOTS, Results, thin
+from experiments.scoring.speed import all_speed_errors
 from railsim import Recording
 
 
@@ -33,8 +34,8 @@ def results(recording) -> Results:
     """Everything that `railsim run` draws."""
     opened = Recording.open(recording)
     assert opened.truth is not None
-    found = estimate_all(opened.measurements).found
-    return Results("name", "what it is about", opened.truth, opened.measurements, found)
+    errors = all_speed_errors(estimate_all(opened.measurements).found, opened.truth)
+    return Results("name", "what it is about", opened.truth, opened.measurements, errors)
 
 
 @pytest.mark.parametrize("name", list(PLOTS))

@@ -1,5 +1,6 @@
 """Scores of estimates with known errors."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,9 @@ import pandas as pd
 import pytest
 
 from estimators.interface import Estimate
-from experiments.scoring.score import score, score_rows
+from experiments.commands.run import score_all
+from experiments.scoring.interface import stated
+from experiments.scoring.score import score, score_rows, scorers, unscored
 from railsim import InputError, Truth
 from railsim.truth import TruthWriter
 
@@ -61,11 +64,43 @@ def test_estimate_that_is_never_valid_has_that_as_its_only_score(truth: Truth):
     assert score(estimate(np.full(800, np.nan)), truth) == {"valid share [-]": 0.0}
 
 
-def test_estimate_of_another_record_or_of_nothing_is_refused(truth: Truth):
+def test_estimate_of_another_record_is_refused(truth: Truth):
     with pytest.raises(InputError, match="covers 0 to 44.95 s, the truth 0 to 40 s"):
         score(estimate(np.zeros(900)), truth)
-    with pytest.raises(InputError, match="has no column that can be scored"):
-        score(Estimate("mine", pd.DataFrame({"time [s]": [0.0], "colour [-]": [1.0]})), truth)
+
+
+UNKNOWN = Estimate("mine", pd.DataFrame({"time [s]": [0.0], "colour [-]": [1.0], "colour_std [-]": [0.1]}))
+
+
+def test_estimate_that_nothing_scores_has_no_scores_and_a_note(truth: Truth):
+    assert score(UNKNOWN, truth) == {}
+    assert unscored(UNKNOWN) == (
+        "nothing scores column 'colour [-]' of estimate 'mine'; add a Scorer, see CONTRIBUTING.md"
+    )
+
+
+def test_scorer_whose_needs_are_not_met_is_not_asked_and_the_note_names_them(truth: Truth):
+    over_distance = Estimate("mine", pd.DataFrame({"s [m]": [0.0], "speed [m/s]": [1.0]}))
+    assert score(over_distance, truth) == {}
+    assert "scorer 'speed' needs 'time [s]' beside it" in unscored(over_distance)
+
+
+def test_number_that_the_about_of_an_estimate_lacks_is_named():
+    assert stated(Estimate("mine", UNKNOWN.series, {"settings": {"corner": 2}}), "settings", "corner") == 2.0
+    with pytest.raises(InputError, match="about of estimate 'mine' has no number settings > corner"):
+        stated(UNKNOWN, "settings", "corner")
+
+
+def test_run_keeps_the_scores_of_others_beside_an_estimate_that_has_none(truth: Truth):
+    rows, notes = score_all({"good": estimate(np.zeros(100)), "long": estimate(np.zeros(900)), "mine": UNKNOWN}, truth)
+    assert {row["estimator"] for row in rows} == {"good"}
+    assert [note.partition(" covers")[0] for note in notes] == ["long has no score: estimate 'mine'", unscored(UNKNOWN)]
+
+
+def test_every_scorer_names_the_columns_that_it_scores_and_no_other_does():
+    names = [column for scorer in scorers().values() for column in scorer.columns]
+    assert len(names) == len(set(names))
+    assert {column for column in names if not re.fullmatch(r"\S+ \[\S.*\]", column)} == set()
 
 
 def test_rows_name_score_and_unit():

@@ -18,7 +18,9 @@ from unittest.mock import Mock
 
 import pytest
 
+from experiments.scoring.speed import SpeedScorer
 from experiments.sweep.executors import Cluster, Local
+from experiments.sweep.report import write_report
 from experiments.sweep.run import Interrupted
 from experiments.sweep.store import TABLE
 from experiments.sweep.table import read_table
@@ -59,6 +61,20 @@ def test_table_has_a_row_a_run_estimator_seed_and_score(whole: Path):
     assert set(unfit["message"]) == {
         "speed_plain needs channel 'bogie.acceleration_z [m/s2]'; add that sensor to the recording"
     }
+
+
+def test_estimate_that_nothing_scores_is_a_row_that_is_ok_with_a_note(
+    sweep_file: Path, tmp_path: Path, sweeping: Sweeping, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(SpeedScorer, "columns", ())
+    sweeping(sweep_file, tmp_path / "out")
+    frame = table_of(tmp_path / "out")
+    rows = frame[frame["sensors"] == "all"]
+    assert set(rows["status"]) == {OK}
+    assert rows["score"].isna().all()
+    assert rows["recording"].notna().all()
+    assert all(message.startswith("nothing scores column 'speed [m/s]'") for message in rows["message"])
+    assert "nothing scores column" in write_report(tmp_path / "out").read_text()
 
 
 def test_nothing_of_the_truth_is_left(whole: Path, cache: Path):
