@@ -89,7 +89,8 @@ def test_failed_yaw_dampers_are_found_named_and_added(recordings: dict[str, Path
     assert done.returncode == 0, done.stderr
     verdict = json.loads(done.stdout)
     assert (verdict["status"], verdict["effect"]) == ("named", "weak_yaw_damper")
-    assert verdict["parameters"]["factor"]["low"] <= 0.05 <= verdict["parameters"]["factor"]["high"] + 0.05
+    factor = verdict["parameters"]["factor"]
+    assert factor["low"] <= 0.05 <= factor["high"] < 0.3  # what the recording was made with, and little else
     gap = verdict["gap"]
     assert gap["before"] > gap["nuisance_only"] > gap["after"]
     assert gap["after"] < 1.15
