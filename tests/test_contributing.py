@@ -14,6 +14,7 @@ import yaml
 from estimators.interface import Estimate
 from experiments.figures.interface import publish
 from railsim import load_scenario
+from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.sensors.suite import build_sensor
 from railsim.track import read_track
@@ -113,3 +114,5 @@ def test_effect(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     stiffness = [m.elements[1].stiffness[2, 2] for m in (soft, scenario.model)]
     assert stiffness[0] == pytest.approx(0.5 * stiffness[1])
     assert type(effect).parameters()["factor"][:6] == ("-", 0.3, 1.0, 0.8, 1.0, 0.9)
+    with pytest.raises(InputError, match="'soft_primary': vehicle 'wheelset' has no primary_vertical_stiffness"):
+        effect.install(load_scenario("wheelset_new").setup)
