@@ -15,7 +15,6 @@ from railsim.contact.functions import ContactTable
 from railsim.contact.wheel import ContactLaw
 from railsim.force_laws import ForceLaw
 
-GRAVITY = 9.81  # m/s2
 TRACK = "track"  # in place of an element's lower body: it acts on the upper one alone
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 

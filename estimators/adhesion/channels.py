@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import bilinear, lfilter
 
-from estimators.adhesion.creep_model import BODIES, COUNT, GRAVITY, ROLL_BODIES, Floating
-from estimators.speed.odometry import LONGEST_STEP, SpeedSource, delay, find_way
-from estimators.track.observations import channels_of, stated
+from estimators.adhesion.creep_model import BODIES, COUNT, ROLL_BODIES, Floating
+from estimators.speed.odometry import LONGEST_STEP, SpeedSource, find_way
+from railsim.constants import GRAVITY
+from railsim.data_sheet import channels_on, data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
@@ -76,7 +77,7 @@ def used_channels(measurements: Measurements, bodies: Sequence[str]) -> list[str
     """Every lateral accelerometer, yaw and roll gyro on these bodies."""
     quantities = {body: (ACCELERATION, ROLL) if body == "body" else (ACCELERATION, YAW, ROLL) for body in bodies}
     return [
-        name for body in bodies for quantity in quantities[body] for name in channels_of(measurements, body, quantity)
+        name for body in bodies for quantity in quantities[body] for name in channels_on(measurements, body, quantity)
     ]
 
 
@@ -84,7 +85,7 @@ def has_all(measurements: Measurements, names: Iterable[str], bodies: Sequence[s
     """Whether each of these bodies has a lateral accelerometer, and but for the car body a yaw and a roll gyro."""
     there = set(names)
     return all(
-        there & set(channels_of(measurements, body, quantity))
+        there & set(channels_on(measurements, body, quantity))
         for body in bodies
         for quantity in ((ACCELERATION,) if body == "body" else (ACCELERATION, YAW, ROLL))
     )
@@ -116,7 +117,7 @@ def read(measurements: Measurements, bodies: Sequence[str], good: Good, corner: 
         error = float(np.hypot(ACCELERATION_ERROR, 0.0 if known[body] else GRAVITY * UNKNOWN_ROLL))
         for name in _on(measurements, names, body, ACCELERATION):
             values = _filtered(measurements, name, good, time, corner)
-            ahead, _, above = _position(measurements, name)
+            ahead, _, above = data_sheet(measurements.about, name).position
             rows.append((name, values + above * spin, Place(body, False, ahead), _variance(measurements, name, error)))
         for name in _on(measurements, names, body, YAW) if body != "body" else []:
             values = _filtered(measurements, name, good, time, corner)
@@ -143,7 +144,7 @@ def _grid(measurements: Measurements, names: Sequence[str]) -> np.ndarray:
 
 def _resampled(measurements: Measurements, name: str, good: Good, time: np.ndarray) -> np.ndarray:
     """The channel on the grid without the delay of its filter, NaN where it is lost or bad."""
-    own, values = measurements.time(name) - delay(measurements, name), np.asarray(measurements[name])
+    own, values = measurements.time(name) - data_sheet(measurements.about, name).delay, np.asarray(measurements[name])
     trusted = np.isfinite(values) & np.asarray(good[name])
     if trusted.sum() < 2:
         return np.full(len(time), np.nan)
@@ -201,17 +202,9 @@ def _rolls(
 
 
 def _on(measurements: Measurements, names: Sequence[str], body: str, quantity: str) -> list[str]:
-    return [name for name in channels_of(measurements, body, quantity) if name in names]
-
-
-def _position(measurements: Measurements, name: str) -> tuple[float, float, float]:
-    x, y, z = stated(measurements, name).get("position", (0.0, 0.0, 0.0))
-    return float(x), float(y), float(z)
+    return [name for name in channels_on(measurements, body, quantity) if name in names]
 
 
 def _variance(measurements: Measurements, name: str, error: float) -> float:
     """Of a sample on the grid: noise by the data sheet, and what the model leaves out."""
-    errors = stated(measurements, name).get("errors", {})
-    noise = float(errors.get("noise_density", 0.0)) * np.sqrt(min(RATE, measurements.rate(name)) / 2.0)
-    rounding = float(errors.get("resolution", 0.0)) / np.sqrt(12.0)
-    return float(noise**2 + rounding**2 + error**2)
+    return data_sheet(measurements.about, name).variance(min(RATE, measurements.rate(name))) + error**2

@@ -17,18 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimators.adhesion.creep_model import (
-    BODIES,
-    COUNT,
-    GRAVITY,
-    ROLL_BODIES,
-    Floating,
-    discrete,
-    roll_forces,
-    shape_row,
-)
+from estimators.adhesion.creep_model import BODIES, COUNT, ROLL_BODIES, Floating, roll_forces, shape_row
+from estimators.filters.discretisation import held_inputs, van_loan
 from estimators.filters.track_spectrum import CORNERS, Prior
 from estimators.vehicle.plan_view import BODY, BOGIE, Y1, Y2, YAW1, YAW2, matrices
+from railsim.constants import GRAVITY
 from railsim.contact.linear import creep_coefficients
 
 ERRORS = slice(2 * COUNT, 2 * COUNT + 4)
@@ -157,5 +150,5 @@ def _discretised(
     inputs[COUNT : 2 * COUNT] = seen
     for column, name in enumerate(ROLL_BODIES):
         inputs[COUNT + BODIES[name][0], column] -= GRAVITY
-    A, Q, B = discrete(continuous, drive, inputs, 1.0 / rate)
-    return Floating(A, Q, B, acceleration, seen, start)
+    A, Q = van_loan(continuous, drive, 1.0 / rate)
+    return Floating(A, Q, held_inputs(continuous, inputs, 1.0 / rate), acceleration, seen, start)

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import expm
 
+from estimators.filters.discretisation import held_inputs, van_loan
 from estimators.vehicle.plan_view import BODY, BOGIE, BOGIE_YAW, NEEDED, Y1, Y2, YAW1, YAW2, matrices
+from railsim.constants import GRAVITY
 from railsim.errors import InputError
 
-GRAVITY = 9.81  # m/s2
 COUNT = 7
 FORCES = slice(2 * COUNT, 2 * COUNT + 4)
 SECONDARY = 2 * COUNT + 4
@@ -108,8 +108,8 @@ def floating(p: Mapping[str, float], rate: float, shaping: Shaping) -> Floating:
     inputs[COUNT : 2 * COUNT] = seen
     for column, name in enumerate(ROLL_BODIES):
         inputs[COUNT + BODIES[name][0], column] -= GRAVITY
-    A, Q, B = discrete(continuous, np.diag(_intensity(shaping)), inputs, 1.0 / rate)
-    return Floating(A, Q, B, acceleration, seen, _start(shaping))
+    A, Q = van_loan(continuous, np.diag(_intensity(shaping)), 1.0 / rate)
+    return Floating(A, Q, held_inputs(continuous, inputs, 1.0 / rate), acceleration, seen, _start(shaping))
 
 
 def shape_row(places: Mapping[int, float]) -> np.ndarray:
@@ -141,19 +141,6 @@ def _intensity(shaping: Shaping) -> np.ndarray:
     drive[FORCES] = 2.0 / shaping.time * np.array([shaping.force, shaping.moment] * 2) ** 2
     drive[SECONDARY] = 2.0 / shaping.secondary_time * shaping.secondary**2
     return drive
-
-
-def discrete(
-    continuous: np.ndarray, drive: np.ndarray, inputs: np.ndarray, step: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Transition, covariance (Van Loan 1978) and input matrix of a step [s]; `drive`: density of the noise, (n, n)."""
-    n, m = inputs.shape
-    block = np.block([[-continuous, drive], [np.zeros((n, n)), continuous.T]])
-    upper = expm(block * step)
-    A = upper[n:, n:].T
-    Q = A @ upper[:n, n:]
-    both = expm(np.block([[continuous, inputs], [np.zeros((m, n + m))]]) * step)
-    return A, 0.5 * (Q + Q.T), both[:n, n:]
 
 
 def _start(shaping: Shaping) -> np.ndarray:

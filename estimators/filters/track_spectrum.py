@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 from estimators.filters.delay_line_smoother import Steps
+from estimators.filters.discretisation import mean_outputs, van_loan
 from estimators.vehicle.planes import System
 
 SPEED_STEP = 0.01  # relative distance of the speeds in the tables; between them transitions are interpolated
@@ -60,9 +61,7 @@ class Prior:
 
     def step(self, spacing: float) -> tuple[np.ndarray, np.ndarray]:
         """Transition and covariance over `spacing` m."""
-        T = expm(self.matrix * spacing)
-        P = self.stationary()
-        return T, P - T @ P @ T.T
+        return van_loan(self.matrix, self.intensity, spacing)
 
     def covariance(self, spacing: float, count: int) -> np.ndarray:
         """Covariance of [the other states, the irregularity now, one step ago ... `count` steps ago]."""
@@ -240,15 +239,12 @@ def _moves(system: Callable[[float], System], speeds: np.ndarray, spacing: float
 
 def _move(system: System, dt: float, inputs: int) -> np.ndarray:
     """The same at one speed, for a step of `dt` s."""
-    n, m = len(system.A), len(system.C)
-    known = n + 2 * inputs
-    whole = np.zeros((known + m, known + m))
-    whole[:n, :known] = np.hstack([system.A, system.B, system.E])
-    whole[n : n + inputs, n + inputs : known] = np.eye(inputs)
-    whole[known:, :known] = np.hstack([system.C, system.D, system.G])
-    moved = expm(whole * dt)[[*range(n), *range(known, known + m)], :known]
-    moved[n:] /= dt
-    return moved
+    n = len(system.A)
+    whole = np.zeros((n + 2 * inputs, n + 2 * inputs))
+    whole[:n] = np.hstack([system.A, system.B, system.E])
+    whole[n : n + inputs, n + inputs :] = np.eye(inputs)
+    moved, means = mean_outputs(whole, np.hstack([system.C, system.D, system.G]), dt)
+    return np.vstack([moved[:n], means])
 
 
 def _step(

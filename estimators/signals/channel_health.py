@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from railsim.errors import InputError
+from railsim.data_sheet import DataSheet, data_sheet
 from railsim.measurements import Measurements
 
 WINDOW = 0.25  # s without any change: stuck (illustrative)
@@ -61,7 +61,7 @@ def channel_health(measurements: Measurements, names: Iterable[str]) -> Health:
         if name not in measurements:
             continue
         time, rate = measurements.time(name), measurements.rate(name)
-        flags, faults = judge(measurements[name], rate, errors_of(measurements, name))
+        flags, faults = judge(measurements[name], rate, data_sheet(measurements.about, name))
         if float(np.mean(flags)) < DEAD:
             reason = max(faults, key=lambda key: int(faults[key].sum()))
             left_out.append(_span(name, reason, time, 0, len(time)))
@@ -73,38 +73,29 @@ def channel_health(measurements: Measurements, names: Iterable[str]) -> Health:
     return Health(good, left_out)
 
 
-def judge(values: np.ndarray, rate: float, errors: dict[str, Any]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def judge(values: np.ndarray, rate: float, sheet: DataSheet) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Flags of the good samples, and those of the bad ones by reason, all of shape (n,).
 
     Parameters
     ----------
     values : samples, NaN where lost.
     rate : Hz.
-    errors : the sensor's data sheet; "range", "resolution" and "noise_density" are used where they are given.
+    sheet : of the sensor; "range", "resolution" and "noise_density" are used where they are given.
     """
     lost = ~np.isfinite(values)
-    noise = float(errors.get("noise_density") or 0.0) * np.sqrt(rate / 2.0)
-    coarse = float(errors.get("resolution") or 0.0) > 2.0 * noise > 0.0
+    noise = sheet.error("noise_density") * np.sqrt(rate / 2.0)
+    coarse = sheet.error("resolution") > 2.0 * noise > 0.0
     count = max(FEWEST, round(WINDOW * rate * (COARSE if coarse else 1.0)))
     faults = {"lost": lost, "stuck": _stuck(values, count), "saturated": np.zeros(len(values), dtype=bool)}
-    limit = errors.get("range")
+    limit = sheet.error("range")
     if limit:
-        over = np.abs(np.where(lost, 0.0, values)) >= CLOSE * float(limit)
+        over = np.abs(np.where(lost, 0.0, values)) >= CLOSE * limit
         faults["saturated"] = spread(over, round(GUARD * rate)) & ~lost & ~faults["stuck"]
     bad = np.logical_or.reduce(list(faults.values()))
     crowded = _crowded(bad, max(1, round(rate)))
     for marks in faults.values():  # between many bad ones nothing is believed: the reason is that of the neighbours
         marks |= crowded & ~bad & spread(marks, round(rate))
     return ~(bad | crowded), faults
-
-
-def errors_of(measurements: Measurements, name: str) -> dict[str, Any]:
-    """What the data sheet states of a channel's errors; nothing where there is none."""
-    try:
-        found = measurements.sensor(name).get("errors", {})
-    except InputError:
-        return {}
-    return dict(found) if isinstance(found, dict) else {}
 
 
 def runs(marks: np.ndarray) -> list[tuple[int, int]]:

@@ -1,6 +1,5 @@
 """What the speed estimators read from a recording: channels on one uniform grid, the accelerometer's place."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from estimators.vehicle.bogie_pitch import ACCELERATION, FORWARD, PITCH_RATE
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
@@ -68,26 +68,13 @@ def missing(steps: np.ndarray, rate: float) -> np.ndarray:
 
 def together(about: Mapping[str, Any], rate: float) -> bool:
     """Whether a sensor is stated that gives the longitudinal acceleration at that sample rate."""
-    sheets = (sheet for sheet in about.get("sensors", []) if FORWARD in sheet.get("channels", ()))
-    return any(abs(float(sheet.get("rate", rate)) / rate - 1) < 1e-6 for sheet in sheets)
+    stated = data_sheet(about, FORWARD).stated
+    return bool(stated) and abs(float(stated.get("rate", rate)) / rate - 1) < 1e-6
 
 
 def accelerometer_offset(about: Mapping[str, Any]) -> float:
     """Longitudinal place of the accelerometer before the bogie's centre of gravity in m; 0 where it is not stated."""
-    for sheet in about.get("sensors", []):
-        if ACCELERATION in sheet.get("channels", ()):
-            return float(sheet.get("position", (0.0,))[0])
-    return 0.0
-
-
-def noise_density(about: Mapping[str, Any], channel: str) -> float | None:
-    """Of a channel by its data sheet, rounding included, per square root of Hz; None where it is not stated."""
-    for sheet in about.get("sensors", []):
-        errors = sheet.get("errors") or {}
-        if channel in sheet.get("channels", ()) and "noise_density" in errors and sheet.get("rate"):
-            rounding = float(errors.get("resolution", 0.0)) / math.sqrt(6.0 * float(sheet["rate"]))
-            return math.hypot(float(errors["noise_density"]), rounding)
-    return None
+    return data_sheet(about, ACCELERATION).position[0]
 
 
 def _real_rate(steps: np.ndarray, stated: float) -> float:

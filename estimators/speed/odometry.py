@@ -16,6 +16,7 @@ from scipy.signal import resample_poly
 
 from estimators.signals.bands import settled, stretches
 from estimators.speed.speed_refined import SpeedRefined
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
@@ -112,7 +113,7 @@ class Way:
         ahead : how far before the vehicle's reference the sensor stands, m: what it feels belongs to that place.
         values : what was made of the samples, to be taken in their stead; shape as they.
         """
-        time = measurements.time(name) - delay(measurements, name)
+        time = measurements.time(name) - data_sheet(measurements.about, name).delay
         samples = measurements[name]
         return self.resample(time, samples if values is None else np.where(np.isfinite(samples), values, np.nan), ahead)
 
@@ -191,20 +192,6 @@ def has_speed(measurements: Measurements, source: SpeedSource) -> bool:
     if source == "refined":
         return SpeedRefined().fits(measurements)
     return _tachometer_channel(measurements) is not None
-
-
-def delay(measurements: Measurements, name: str) -> float:
-    """Delay of a channel by its data sheet, s: latency, and the low-pass's at low frequency; 0 where none is stated.
-
-    A Butterworth filter of order n and corner w delays by 1 / (w sin(pi / 2 n)).
-    """
-    try:
-        errors = measurements.sensor(name).get("errors", {})
-    except InputError:
-        return 0.0
-    corner, order = errors.get("bandwidth"), errors.get("bandwidth_order", 2)
-    filtered = 1.0 / (2.0 * np.pi * corner * np.sin(np.pi / (2 * order))) if corner else 0.0
-    return float(errors.get("latency", 0.0) + filtered)
 
 
 def _tachometer_channel(measurements: Measurements) -> str | None:

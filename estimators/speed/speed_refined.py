@@ -7,12 +7,13 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate, Estimator
-from estimators.speed.bogie_channels import Stepper, accelerometer_offset, noise_density, read, together
+from estimators.speed.bogie_channels import Stepper, accelerometer_offset, read, together
 from estimators.speed.inverse_filter import front
 from estimators.speed.motion_models import Motion, bank
 from estimators.speed.noise_slopes import power, pull
 from estimators.speed.travel_time import COLUMNS, Limits, Lock, run
 from estimators.vehicle.bogie_pitch import ACCELERATION, PITCH_RATE, Chain, chain, pitch_frequency
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -142,10 +143,10 @@ class SpeedRefined(Estimator, frozen=True):
 
     def _still(self, about: Mapping[str, Any], filters: Chain, rate: float) -> float:
         """Power of the wheelsets' signals at standstill, (m/s2)^2: by the data sheets, or else `floor` squared."""
-        vertical, pitch = (noise_density(about, name) for name in (ACCELERATION, PITCH_RATE))
-        if vertical is None or pitch is None:
+        vertical, pitch = data_sheet(about, ACCELERATION), data_sheet(about, PITCH_RATE)
+        if not vertical.states("noise_density") or not pitch.states("noise_density"):
             return self.floor**2
-        return max(power(filters, rate, (vertical, pitch)), (LEAST * self.floor) ** 2)
+        return max(power(filters, rate, (vertical.density(rate), pitch.density(rate))), (LEAST * self.floor) ** 2)
 
     def _spread(self) -> np.ndarray:
         return (

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
+from estimators.filters.discretisation import ramped_inputs, van_loan
 from estimators.filters.track_spectrum import Prior
 from estimators.vehicle.lateral import INPUTS, STATES, HalfVehicle
 
@@ -156,10 +157,9 @@ def discrete(
     for degree, first in zip(unknowns.coloured, plan.forces(unknowns), strict=True):
         full[:n, first] = vehicle.force[:, degree]
         outputs[:, first] = vehicle.felt[:, degree]
-    moved, Q_head = _van_loan(full, noise, step)
     F, Q = np.zeros((plan.size, plan.size)), np.zeros((plan.size, plan.size))
-    F[:head, :head], Q[:head, :head] = moved, Q_head
-    G = _ramped(A, B, step)
+    F[:head, :head], Q[:head, :head] = van_loan(full, noise, step)
+    G = ramped_inputs(A, B, step)
     _delay(F, outputs, G, D, plan, rate)
     whole = np.zeros((plan.size, 2 * len(INPUTS)))
     whole[:n] = G
@@ -224,27 +224,6 @@ def _meet(matrix: np.ndarray, taps: Mapping[int, float], column: np.ndarray) -> 
     """Add what a past value does."""
     for place, weight in taps.items():
         matrix[:, place] += weight * column
-
-
-def _ramped(A: np.ndarray, B: np.ndarray, step: float) -> np.ndarray:
-    """What inputs that go in a straight line do to the state: for their values before and after the step, (n, 2 k)."""
-    n, k = B.shape
-    block = np.zeros((n + 2 * k, n + 2 * k))
-    block[:n, :n], block[:n, n : n + k] = A, B
-    block[n : n + k, n + k :] = np.eye(k) / step
-    moved = expm(block * step)[:n]
-    return np.hstack([moved[:, n : n + k] - moved[:, n + k :], moved[:, n + k :]])
-
-
-def _van_loan(A: np.ndarray, noise: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Transition and covariance of a step (Van Loan 1978)."""
-    n = len(A)
-    block = np.zeros((2 * n, 2 * n))
-    block[:n, :n], block[:n, n:], block[n:, n:] = -A, noise, A.T
-    moved = expm(block * step)
-    F = moved[n:, n:].T
-    Q = F @ moved[:n, n:]
-    return F, (Q + Q.T) / 2.0
 
 
 def steady(F: np.ndarray, C: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,6 +4,7 @@ Readings and the known track pass the same band-pass: what is constant (bias, ti
 than the model can be trusted. Because the model is linear and does not change, its equations hold for what is left.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,9 +13,10 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
-from estimators.signals.channel_health import Health, channel_health, errors_of, runs
-from estimators.speed.odometry import Way, delay, find_way, has_speed
+from estimators.signals.channel_health import Health, channel_health, runs
+from estimators.speed.odometry import Way, find_way, has_speed
 from estimators.vehicle.lateral import INPUTS
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
@@ -91,7 +93,7 @@ def read(
     for column, name in enumerate(used):
         good[rows, column] = health.good[name]
         raw[rows, column] = measurements[name]
-    late = float(np.mean([delay(measurements, name) for name in used]))
+    late = float(np.mean([data_sheet(measurements.about, name).delay for name in used]))
     way = find_way(measurements)
     inputs = np.zeros((len(time), len(INPUTS)))
     if known_track:
@@ -125,9 +127,7 @@ def can_place(measurements: Measurements) -> bool:
 
 
 def _noise(measurements: Measurements, name: str, rate: float) -> float:
-    errors = errors_of(measurements, name)
-    density, resolution = float(errors.get("noise_density") or 0.0), float(errors.get("resolution") or 0.0)
-    return float(np.hypot(density * np.sqrt(rate / 2.0), resolution / np.sqrt(12.0)))
+    return math.sqrt(data_sheet(measurements.about, name).variance(rate))
 
 
 def _place(measurements: Measurements, way: Way, time: np.ndarray, start: float | None) -> np.ndarray:
@@ -142,7 +142,7 @@ def _place(measurements: Measurements, way: Way, time: np.ndarray, start: float 
     if found.sum() < 2:
         raise InputError(f"'{EAST}' has fewer than two samples; give the distance 'start' in m")
     scale, offset = np.polyfit(way.distance_at(at[found]), east[found], 1)
-    return offset - float(measurements.sensor(EAST).get("position", (0.0,))[0]) + scale * travelled
+    return offset - data_sheet(measurements.about, EAST).position[0] + scale * travelled
 
 
 def _rails(measurements: Measurements, place: np.ndarray, rate: float) -> np.ndarray:

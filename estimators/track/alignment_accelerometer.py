@@ -8,7 +8,8 @@ from estimators.interface import Estimate
 from estimators.signals.bands import ORDER
 from estimators.signals.frequency_response import filter_time
 from estimators.speed.odometry import Way
-from estimators.track.geometry import TrackEstimator, filled, geometry, sensor_place
+from estimators.track.geometry import TrackEstimator, filled, geometry
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -40,7 +41,7 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
         """
         way = self.way(measurements)
         name = self.channels()[0]
-        ahead = sensor_place(measurements, name)[0]
+        ahead = data_sheet(measurements.about, name).position[0]
         raw = filled(measurements[name])
         raw = raw - float(np.mean(raw))
         if self.domain == "space":

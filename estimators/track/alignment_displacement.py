@@ -6,7 +6,8 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Way
-from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails, sensor_place, turning
+from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails, turning
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
 ACCELERATION = "bogie.acceleration_z [m/s2]"
@@ -39,7 +40,7 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
         left, measured_left = way.channel(measurements, LEFT, arm)
         right, measured_right = way.channel(measurements, RIGHT, arm)
         good = good & turned & measured_left & measured_right
-        lever = arm - sensor_place(measurements, ACCELERATION)[0]
+        lever = arm - data_sheet(measurements.about, ACCELERATION).position[0]
         speed = np.interp(way.s - arm, way.s, way.speed)  # the bogie's centre is `arm` behind the place
         columns = _sum(
             geometry("vertical", acceleration / speed**2, good, way, self.cut, integrate=2),

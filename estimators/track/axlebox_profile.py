@@ -5,7 +5,8 @@ from typing import ClassVar
 import numpy as np
 
 from estimators.interface import Estimate
-from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails, sensor_place
+from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -39,7 +40,7 @@ class AxleboxProfile(TrackEstimator, frozen=True):
             acceleration, good = way.channel(measurements, name, arm, raw - float(np.mean(raw)))
             curvature.append(acceleration / speed**2)
             present &= good
-        apart = sensor_place(measurements, LEFT)[1] - sensor_place(measurements, RIGHT)[1]
+        apart = data_sheet(measurements.about, LEFT).position[1] - data_sheet(measurements.about, RIGHT).position[1]
         apart = apart or 2.0 * number(measurements, "primary_half_spacing")
         left, right = curvature
         vertical = geometry("vertical", (left + right) / 2.0, present, way, self.cut, integrate=2)

@@ -8,15 +8,16 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.signals.bands import transform
 from estimators.signals.frequency_response import filter_time
-from estimators.speed.odometry import Way, delay
+from estimators.speed.odometry import Way
 from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, filled, geometry, turning, without_bias
 from estimators.vehicle.roll import over_track
+from railsim.constants import GRAVITY
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 ROLL, YAW = "bogie.rate_roll [rad/s]", "bogie.rate_yaw [rad/s]"
 LATERAL = "bogie.acceleration_y [m/s2]"
-GRAVITY = 9.81  # m/s2
 MEMORY = 60.0  # m; the body's roll has decayed
 
 
@@ -78,7 +79,7 @@ class CrossLevel(TrackEstimator, frozen=True):
     def _absolute(self, measurements: Measurements, way: Way) -> np.ndarray:
         """Roll of the bogie against the horizon at the samples of the roll rate, rad."""
         time, rate = measurements.time(ROLL), measurements.rate(ROLL)
-        speed = np.interp(time - delay(measurements, YAW), way.knots, way.speed_at_knots)
+        speed = np.interp(time - data_sheet(measurements.about, YAW).delay, way.knots, way.speed_at_knots)
         yaw = filled(without_bias(measurements[YAW], time, way, still_only=True))
         level = (filled(measurements[LATERAL]) - speed * yaw) / GRAVITY
         corner = 2.0 * np.pi / self.crossover

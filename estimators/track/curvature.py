@@ -25,9 +25,9 @@ from estimators.speed.bogie_channels import accelerometer_offset
 from estimators.speed.odometry import Way
 from estimators.track.dips import welch
 from estimators.vehicle.roll import parameters, roll_response
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
-from railsim.sensors.errors import low_pass
 
 BOUNCE = "bogie.acceleration_z [m/s2]"
 PITCH = "bogie.rate_pitch [rad/s]"
@@ -111,32 +111,19 @@ def over_distance(
     -------
     Values on the grid, shape (n,), 0 where not valid, and where they are valid.
     """
-    low_pass, late = sensor_filter(measurements, name)
-    time = measurements.time(name) - late
+    sheet = data_sheet(measurements.about, name)
+    time = measurements.time(name) - sheet.error("latency")
     step = 1 / measurements.rate(name)
     values = np.where(np.isfinite(measurements[name]), measurements[name], np.nan)
     missing = ~np.isfinite(values)
     missing[1:] |= np.diff(time) > 2.5 * step
 
     def gain(omega: np.ndarray) -> np.ndarray:
-        return inverse(omega) / low_pass(omega) * np.exp(-((omega / (2 * np.pi * cut_off)) ** 2) / 2)
+        return inverse(omega) / sheet.low_pass(omega) * np.exp(-((omega / (2 * np.pi * cut_off)) ** 2) / 2)
 
     undone = transform(np.where(missing, np.nan, values), step, gain, MEMORY, detrend=False)
     rate, valid = way.resample(time, undone)
     return np.where(valid, rate / way.speed**power, 0.0), valid
-
-
-def sensor_filter(measurements: Measurements, name: str) -> tuple[Gain, float]:
-    """Response of the low-pass (Butterworth) that the data sheet states, 1 where there is none, and the latency, s."""
-    try:
-        errors = measurements.sensor(name).get("errors", {})
-    except InputError:
-        errors = {}
-    late, corner = float(errors.get("latency", 0.0)), errors.get("bandwidth")
-    if not corner:
-        return np.ones_like, late
-    order = int(errors.get("bandwidth_order", 2))
-    return lambda omega: low_pass(omega, corner, order), late
 
 
 def vertical(
@@ -181,12 +168,7 @@ def _bounce(measurements: Measurements, way: Way, cut_off: float) -> tuple[np.nd
 
 def _noise(measurements: Measurements, name: str, inverse: Gain, k: np.ndarray, speed: float, power: int) -> np.ndarray:
     """Spectral density of a sensor's noise in the curvature, two-sided over wave number / 2 pi, 1/m."""
-    try:
-        errors = measurements.sensor(name).get("errors", {})
-    except InputError:
-        errors = {}
-    rounding = float(errors.get("resolution", 0.0)) ** 2 / 6 / measurements.rate(name)
-    density = float(errors.get("noise_density", 0.0)) ** 2 + rounding
+    density = data_sheet(measurements.about, name).density(measurements.rate(name)) ** 2
     return density / 2 * np.abs(inverse(k * speed)) ** 2 / speed ** (2 * power - 1) + 1e-20
 
 

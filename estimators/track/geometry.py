@@ -118,15 +118,6 @@ def without_bias(values: np.ndarray, time: np.ndarray, way: Way, still_only: boo
     return values - (float(np.mean(values[chosen])) if chosen.any() else 0.0)
 
 
-def sensor_place(measurements: Measurements, name: str) -> tuple[float, float, float]:
-    """Where the sensor of a channel stands, m from its body's centre of gravity; the centre where it is not stated."""
-    try:
-        x, y, z = measurements.sensor(name).get("position", (0.0, 0.0, 0.0))
-    except InputError:
-        return 0.0, 0.0, 0.0
-    return float(x), float(y), float(z)
-
-
 def by_speed(
     inputs: Sequence[np.ndarray], way: Way, filters_at: Callable[[float], Sequence[Gain]], memory: float
 ) -> np.ndarray:

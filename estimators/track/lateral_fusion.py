@@ -15,11 +15,12 @@ from estimators.filters.track_spectrum import Prior
 from estimators.signals.bands import Band, band_pass, transform
 from estimators.speed.odometry import Way
 from estimators.track.fusion import Kind, Plane
-from estimators.track.observations import Attitude, Reading, channels_of, reading
-from estimators.track.sensor_pairs import WHEELSETS, axleboxes, displacements, place_of, singles
+from estimators.track.observations import Attitude, Reading, reading
+from estimators.track.sensor_pairs import WHEELSETS, axleboxes, displacements, singles
 from estimators.vehicle import lateral_roll as plane_of
 from estimators.vehicle.bump_stop import STIFFNESS, slope, steps
 from estimators.vehicle.planes import CANT_BASE, Output
+from railsim.data_sheet import channels_on, data_sheet
 from railsim.measurements import Measurements
 
 YAW, ROLL, SIDE = "bogie.rate_yaw [rad/s]", "bogie.rate_roll [rad/s]", "bogie.acceleration_y [m/s2]"
@@ -91,10 +92,11 @@ def across(
         reading(measurements, way, YAW, Output("rate", axis="yaw")),
         reading(measurements, way, ROLL, Output("rate", axis="roll")),
     ]
-    for name in channels_of(measurements, "bogie", "acceleration_y"):
-        readings.append(reading(measurements, way, name, Output("acceleration", place_of(measurements, name))))
+    for name in channels_on(measurements, "bogie", "acceleration_y"):
+        output = Output("acceleration", data_sheet(measurements.about, name).position)
+        readings.append(reading(measurements, way, name, output))
     for number, x in WHEELSETS:
-        for name in channels_of(measurements, f"wheelset{number}", "acceleration_y"):
+        for name in channels_on(measurements, f"wheelset{number}", "acceleration_y"):
             readings.append(reading(measurements, way, name, Output("axlebox", (x, 0.0, 0.0))))
     readings += displacements(measurements, way, half_difference=True)
     readings += axleboxes(measurements, way, half_difference=True)

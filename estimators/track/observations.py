@@ -1,16 +1,15 @@
 """What the fused estimate reads: bogie sensors on the grid of distance, each with what its data sheet says of it."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from estimators.signals.bands import stretches, transform
 from estimators.speed.odometry import Way
-from estimators.vehicle.planes import GRAVITY, Output
-from railsim.errors import InputError
+from estimators.vehicle.planes import Output
+from railsim.constants import GRAVITY
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
 LEAST_DENSITY = 1e-7  # a sensor without any stated noise is taken to have this one
@@ -70,28 +69,6 @@ class Attitude:
     bridged: np.ndarray
 
 
-def channels_of(measurements: Measurements, body: str, quantity: str) -> list[str]:
-    """Channels of that quantity whose sensor stands on the body; without a data sheet the name tells the body."""
-    found = []
-    for name in measurements.channels:
-        sensor, _, what = name.partition(".")
-        try:
-            on = str(measurements.sensor(name).get("body", sensor))
-        except InputError:
-            on = sensor
-        if what.startswith(quantity) and on == body:
-            found.append(name)
-    return found
-
-
-def stated(measurements: Measurements, name: str) -> Mapping[str, Any]:
-    """Data sheet of a channel, empty where there is none."""
-    try:
-        return measurements.sensor(name)
-    except InputError:
-        return {}
-
-
 def reading(
     measurements: Measurements,
     way: Way,
@@ -116,20 +93,18 @@ def reading(
     mounting : standard deviation of the share of `turning` that is seen; that of the data sheet where not given.
     """
     values, valid = way.channel(measurements, name, ahead=way.spacing / 2 + late)
-    errors = stated(measurements, name).get("errors", {})
-    rounding = float(errors.get("resolution", 0.0)) / np.sqrt(6.0 * measurements.rate(name))
-    scale = float(errors.get("scale_error_std", 0.0))
-    bias = np.hypot(float(errors.get("bias_std", 0.0)), typical * scale)
-    mounting = float(errors.get("misalignment_std", 0.0)) if mounting is None else mounting
+    sheet = data_sheet(measurements.about, name)
+    scale = sheet.error("scale_error_std")
+    mounting = sheet.error("misalignment_std") if mounting is None else mounting
     correction = np.zeros(len(way.s)) if correction is None else correction
     return Reading(
         name,
         output,
         np.where(valid, values - correction - typical, np.nan),
-        float(np.hypot(errors.get("noise_density", 0.0), rounding)) + LEAST_DENSITY,
-        float(bias) + LEAST_BIAS,
-        float(errors.get("bias_instability", 0.0)) + LEAST_DENSITY,
-        float(errors.get("bias_correlation_time", 100.0)),
+        sheet.density(measurements.rate(name)) + LEAST_DENSITY,
+        float(np.hypot(sheet.error("bias_std"), typical * scale)) + LEAST_BIAS,
+        sheet.error("bias_instability") + LEAST_DENSITY,
+        sheet.error("bias_correlation_time", 100.0),
         scale,
         _tilt(turning, float(np.hypot(mounting, roll_std)), mounting),
         np.zeros((len(way.s), 2)) if turning is None else np.stack(turning, axis=1),
@@ -193,9 +168,7 @@ def attitude(measurements: Measurements, way: Way, sensor: str = "bogie") -> Att
     roll = transform(slow, way.spacing, low, 3 * CROSSOVER, detrend=False)
     roll += transform(roll_rate / way.speed, way.spacing, integrated, 3 * CROSSOVER, detrend=False)
     design = transform(yaw_rate, way.spacing, lambda k: low(k, 2 * np.pi / CURVE), 3 * CURVE, detrend=False)
-    roll_std, turn_std = (
-        float(stated(measurements, name).get("errors", {}).get("bias_std", 0.0)) for name in (names[0], names[2])
-    )
+    roll_std, turn_std = (data_sheet(measurements.about, name).error("bias_std") for name in (names[0], names[2]))
     lost = np.sum([way.valid & ~valid for _, valid in found], axis=0)
     gaps = _gaps(lost > 0, BRIDGE_ONE / way.spacing) | _gaps(lost > 1, BRIDGE_MORE / way.spacing)
     bridged = maximum_filter1d(gaps, 2 * round(CROSSOVER / way.spacing) + 1)

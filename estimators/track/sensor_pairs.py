@@ -8,8 +8,10 @@ from scipy.ndimage import uniform_filter1d
 
 from estimators.signals.bands import transform
 from estimators.speed.odometry import Way
-from estimators.track.observations import Attitude, Reading, combined, reading, stated
-from estimators.vehicle.planes import GRAVITY, Output
+from estimators.track.observations import Attitude, Reading, combined, reading
+from estimators.vehicle.planes import Output
+from railsim.constants import GRAVITY
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
 NOD_REACH = 2.0  # m; the speed's own noise is averaged over this length; no longer, for at a stop the sign changes
@@ -18,12 +20,6 @@ SHORTEST = 3.0  # m; of the bands; noise that grows with the wavenumber is taken
 ROLL_RATE = "bogie.rate_roll [rad/s]"
 WHEELSETS = ((1, 1.0), (2, -1.0))
 """Numbers of the leading and trailing wheelset, and their side of the bogie's centre."""
-
-
-def place_of(measurements: Measurements, name: str) -> tuple[float, float, float]:
-    """Where a channel's sensor stands on its body, m; the middle where that is not stated."""
-    x, y, z = stated(measurements, name).get("position", (0.0, 0.0, 0.0))
-    return float(x), float(y), float(z)
 
 
 def pair(measurements: Measurements, number: int, quantity: str) -> list[str]:
@@ -43,7 +39,7 @@ def without_roll(measurements: Measurements, way: Way, one: Reading, moved: Atti
     if moved is None:
         return []
     spun = way.speed * np.gradient(moved.roll_rate, way.spacing)
-    gyro = float(stated(measurements, ROLL_RATE).get("errors", {}).get("noise_density", 0.0))
+    gyro = data_sheet(measurements.about, ROLL_RATE).error("noise_density")
     noise = abs(y) * gyro * 2.0 * np.pi * float(np.median(way.speed)) / SHORTEST
     return [replace(one, values=one.values - y * spun, density=float(np.hypot(one.density, noise)))]
 
@@ -70,8 +66,9 @@ def axleboxes(measurements: Measurements, way: Way, half_difference: bool) -> li
         names = pair(measurements, number, "acceleration_z [m/s2]")
         if len(names) == 2:
             ends = [_axlebox(measurements, way, name, x) for name in names]
-            arm = (place_of(measurements, names[0])[1] - place_of(measurements, names[1])[1]) / 2.0
-            skew = float(stated(measurements, names[0]).get("errors", {}).get("misalignment_std", 0.0))
+            sheets = [data_sheet(measurements.about, name) for name in names]
+            arm = (sheets[0].position[1] - sheets[1].position[1]) / 2.0
+            skew = sheets[0].error("misalignment_std")
             one = combined(ends[0], ends[1], half_difference, _step(way), skew)
             found.append(replace(one, output=Output("lift", (x, arm, 0.0))) if half_difference else one)
     return found
@@ -103,7 +100,7 @@ def singles(
                 )
             else:
                 one, output = _axlebox(measurements, way, names[0], x), Output("lift", (x, side, 0.0))
-                output = replace(output, position=(x, abs(place_of(measurements, names[0])[1]), 0.0))
+                output = replace(output, position=(x, abs(data_sheet(measurements.about, names[0]).position[1]), 0.0))
             course, density = mean(one.output)
             values = side * (one.values - course)
             found.append(replace(one, values=values, output=output, density=float(np.hypot(one.density, density))))

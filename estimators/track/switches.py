@@ -14,12 +14,13 @@ import pandas as pd
 from scipy import signal
 
 from estimators.interface import Estimate
-from estimators.speed.odometry import Way, delay, find_way
+from estimators.speed.odometry import Way, find_way
 from estimators.track.curvature import PITCH, over_distance, pitch_inverse
 from estimators.track.dip_fit import Dips, refine
 from estimators.track.dipped_joints import events, find_dips
 from estimators.track.dips import Channel, channel
 from estimators.track.events import EventEstimator
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -144,7 +145,7 @@ class Switches(EventEstimator, frozen=True):
 
 def heading_rate(measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
     """Yaw rate over speed less the gyro's bias (median of the record), 1/m, 0 where not valid, and where it is."""
-    time = measurements.time(YAW) - delay(measurements, YAW)
+    time = measurements.time(YAW) - data_sheet(measurements.about, YAW).delay
     rate, valid = way.resample(time, measurements[YAW])
     bias = float(np.median(rate[valid])) if valid.any() else 0.0
     return np.where(valid, (rate - bias) / way.speed, 0.0), valid

@@ -18,10 +18,12 @@ from estimators.speed.odometry import SpeedSource, Way, find_way, has_speed
 from estimators.track import lateral_fusion
 from estimators.track.fusion import Fused, Plane, fuse
 from estimators.track.geometry import by_speed
-from estimators.track.observations import Attitude, attitude, channels_of, reading
-from estimators.track.sensor_pairs import axleboxes, displacements, place_of, without_roll
+from estimators.track.observations import Attitude, attitude, reading
+from estimators.track.sensor_pairs import axleboxes, displacements, without_roll
 from estimators.vehicle import lateral_roll
-from estimators.vehicle.planes import GRAVITY, Output, check_vehicle, vertical
+from estimators.vehicle.planes import Output, check_vehicle, vertical
+from railsim.constants import GRAVITY
+from railsim.data_sheet import channels_on, data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -128,10 +130,10 @@ class TrackSmoother(Estimator, frozen=True):
             roll_std = moved.roll_std
         readings = [
             reading(measurements, way, name, Output("rate"), rate, across, roll_std=roll_std)
-            for name in channels_of(measurements, "bogie", "rate_pitch")
+            for name in channels_on(measurements, "bogie", "rate_pitch")
         ]
-        for name in channels_of(measurements, "bogie", "acceleration_z"):
-            output = Output("acceleration", place_of(measurements, name))
+        for name in channels_on(measurements, "bogie", "acceleration_z"):
+            output = Output("acceleration", data_sheet(measurements.about, name).position)
             one = reading(measurements, way, name, output, force, side, GRAVITY, roll_std)
             readings += without_roll(measurements, way, one, moved)
         readings += displacements(measurements, way, half_difference=False)

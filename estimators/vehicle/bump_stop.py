@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from estimators.vehicle.planes import GRAVITY
+from railsim.constants import GRAVITY
 
 STIFFNESS = "bump_stop_slope"
 """Key among the parameters: slope of the stop's force in N/m, 0 where not given."""

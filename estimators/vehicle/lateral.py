@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from estimators.vehicle.plan_view import BOGIE, BOGIE_YAW, NEEDED, ROLL, Y1, Y2, YAW1, YAW2, Shares, matrices, slopes
+from railsim.constants import GRAVITY
 from railsim.errors import InputError
 
-GRAVITY = 9.81
 BODY, BOGIE_ROLL, BODY_ROLL = 6, 7, 8
 DEGREES = 9
 STATES = 2 * DEGREES

@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 
 from estimators.vehicle.bump_stop import STIFFNESS as STOP
-from estimators.vehicle.planes import GRAVITY, Output, System
+from estimators.vehicle.planes import Output, System
+from railsim.constants import GRAVITY
 from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import CreepCoefficients

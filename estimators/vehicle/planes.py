@@ -13,7 +13,6 @@ import numpy as np
 
 from railsim.errors import InputError
 
-GRAVITY = 9.81  # m/s2
 CANT_BASE = 1.5  # m; distance of the rails to which cross level refers (EN 13848-1)
 NEEDED = (
     "body_mass", "bogie_mass", "bogie_pitch_inertia", "wheel_radius", "secondary_height", "wheelset_mass",

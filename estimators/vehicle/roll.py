@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from railsim.constants import GRAVITY
 from railsim.errors import InputError
 
-GRAVITY = 9.81  # m/s2
 NEEDED = (
     "body_mass",
     "body_roll_inertia",

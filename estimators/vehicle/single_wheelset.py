@@ -23,7 +23,6 @@ from railsim.contact.linear import creep_coefficients
 from railsim.errors import InputError
 from railsim.wheelset.parameters import Coefficients
 
-GRAVITY = 9.81
 Y, Y_RATE, YAW, YAW_RATE, MASS_Y, MASS_Y_RATE = range(6)
 STATES = 6
 DRY = 0.7

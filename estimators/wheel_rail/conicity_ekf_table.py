@@ -25,6 +25,10 @@ class ConicityEkfTable(ContactEstimator, frozen=True):
     shape_std: float = quantity(0.4, unit="- of the logarithm", source="illustrative: S1002 on 60E1", gt=0.0)
     shape_length: float = quantity(1.5e-3, unit="m", source="illustrative: S1002 on 60E1", gt=0.0)
 
+    def drive(self) -> np.ndarray:
+        """Track and gauge are unknown."""
+        return super().drive()
+
     def nodes(self) -> np.ndarray:
         """Uniform to both sides."""
         count = round(self.reach / self.spacing)

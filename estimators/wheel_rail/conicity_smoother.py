@@ -17,6 +17,7 @@ from estimators.wheel_rail.constant_gauge import on_constant_gauge
 from estimators.wheel_rail.rail_process import Corners, process
 from estimators.wheel_rail.varying_gauge import Gauge, level_of, on_varying_gauge
 from estimators.wheel_rail.wheelset_motion import BODY, SPEEDS, TRANSDUCER, YAW, filled, wheelset_speed
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -112,12 +113,12 @@ class ConicitySmoother(Estimator, frozen=True):
         """What is maximised: for Fisher information and tests."""
         model = wheelset_model(measurements.vehicle, self.creep)
         c = model.numbers
-        density = float(_sheet(measurements, YAW).get("noise_density", 0.0))
+        density = data_sheet(measurements.about, YAW).error("noise_density")
         white = max(density**2 / (2.0 * record.step), 1e-8)
         numbers = Numbers(
             c.I, c.l, c.r0, c.k_psi, c.f_psi, c.f11, self.corner, self.slow_corner, self.rail, self.slip_corner,
             self.slip, self.moment, self.line, self.line_corner, self.noise * white, self.least**2,
-            max(float(_sheet(measurements, BODY).get("noise_density", 0.0)), 1e-4),
+            max(data_sheet(measurements.about, BODY).error("noise_density"), 1e-4),
         )  # fmt: skip
         logs = np.log([c.f11, self.rail, self.slip, self.line])
         prior = Prior(
@@ -140,10 +141,3 @@ class ConicitySmoother(Estimator, frozen=True):
             channels.append(np.where(lost, np.nan, values))
         force, _ = filled(measurements, BODY, time)
         return time, Record(channels[0], channels[1], force, speed, every / measurements.rate(YAW))
-
-
-def _sheet(measurements: Measurements, name: str) -> dict[str, float]:
-    try:
-        return measurements.sensor(name).get("errors", {})
-    except InputError:
-        return {}

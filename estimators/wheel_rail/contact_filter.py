@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from railsim.compiled import kernel
+from railsim.constants import GRAVITY
 
 DYNAMIC = 9
 TRACK, TRACK_RATE, GAUGE = 6, 7, 8
@@ -25,7 +26,6 @@ BIASES = 5
 CHANNELS = 5
 LATERAL, MASS, YAW_GYRO, APART, ROLL_GYRO = range(CHANNELS)
 """Order of measured channels: accelerations of wheelset and mass, yaw rate, mass less wheelset, roll rate."""
-GRAVITY = 9.81
 FORGET = 4.0
 """Time constant over which the effective conicity of a table is formed, s."""
 GATE = 9.0

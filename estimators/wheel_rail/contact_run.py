@@ -1,5 +1,6 @@
 """What the conicity filters share: settings, channels of a recording on one grid, start of a run, the series."""
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
@@ -10,6 +11,7 @@ from estimators.interface import Estimate, Estimator
 from estimators.vehicle.single_wheelset import DRY, WheelsetModel, coefficients, fits, wheelset_model
 from estimators.wheel_rail import contact_filter as kernels
 from estimators.wheel_rail.contact_filter import BIASES, CHANNELS, DYNAMIC, WIDTH, Memory, Settings
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -78,6 +80,7 @@ class ContactEstimator(Estimator, frozen=True):
         """Places of the conicity's table, m; one: a constant."""
         return np.zeros(1)
 
+    @abstractmethod
     def drive(self) -> np.ndarray:
         """Variances of the track's lateral position and of what the gauge does to the shift, m2, (2,)."""
         return np.array([self.track_std, self.gauge_std]) ** 2
@@ -119,8 +122,7 @@ class ContactEstimator(Estimator, frozen=True):
         model = (self.model_lateral, 0.0, 0.0, 0.0, 0.0)
         found = np.empty(CHANNELS)
         for number, name in enumerate(NAMES):
-            errors = _errors(about, name)
-            white = errors.get("noise_density", 0.0) ** 2 * rate / 2.0 + errors.get("resolution", 0.0) ** 2 / 12.0
+            white = data_sheet(about, name).variance(rate)
             found[number] = max(white, LEAST[number] ** 2) + model[number] ** 2
         if not self.use_roll:
             found[-1] = np.inf
@@ -139,7 +141,7 @@ class ContactEstimator(Estimator, frozen=True):
         covariance[inner, inner] = self.prior(nodes)
         for number, name in enumerate(NAMES):
             place = DYNAMIC + len(nodes) + number
-            covariance[place, place] = max(_errors(about, name).get("bias_std", 0.0), 1e-9) ** 2
+            covariance[place, place] = max(data_sheet(about, name).error("bias_std"), 1e-9) ** 2
         mean[-1], covariance[-1, -1] = model.s, (self.roll_std * model.s) ** 2
         wide = np.zeros((DYNAMIC, DYNAMIC + WIDTH))
         return Memory(
@@ -230,11 +232,3 @@ def held(measurements: Measurements, time: np.ndarray) -> np.ndarray:
     known, values = measurements.time(SPEED)[good], measurements[SPEED][good]
     place = np.searchsorted(known, time + 1e-9, side="right") - 1
     return np.where(place >= 0, values[np.clip(place, 0, None)], np.nan) if len(known) else np.full(len(time), np.nan)
-
-
-def _errors(about: Mapping[str, Any], name: str) -> dict[str, float]:
-    """Data sheet of the sensor of a channel; empty where none states it."""
-    for sheet in about.get("sensors", []):
-        if name in sheet.get("channels", ()):
-            return {key: value for key, value in sheet.get("errors", {}).items() if isinstance(value, int | float)}
-    return {}

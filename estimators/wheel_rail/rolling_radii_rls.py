@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate, Estimator
-from estimators.speed.odometry import delay
 from estimators.vehicle.single_wheelset import DRY, fits, wheelset_model
 from estimators.wheel_rail.known_rails import Survey, centre_fit
 from estimators.wheel_rail.section_rls import (
@@ -18,6 +17,7 @@ from estimators.wheel_rail.section_rls import (
     regress,
 )
 from estimators.wheel_rail.wheelset_motion import BODY, ROLL, YAW, WheelsetMotion, filled, has_motion, wheelset_motion
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 from railsim.wheelset.parameters import Coefficients
@@ -138,7 +138,7 @@ def _signals(measurements: Measurements, motion: WheelsetMotion, shift: np.ndarr
     band, time = motion.band, motion.time
     force, _ = filled(measurements, BODY, time)
     rolling, _ = filled(measurements, ROLL, time)
-    late, last = delay(measurements, BODY), delay(measurements, ROLL)
+    late, last = (data_sheet(measurements.about, name).delay for name in (BODY, ROLL))
     return Signals(
         motion.y_rate,
         band.filter(motion.y_rate, 1),

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimators.signals.bands import ORDER, transform
-from estimators.speed.odometry import delay
+from railsim.constants import GRAVITY
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
-GRAVITY = 9.81
 YAW, ROLL = "wheelset1.rate_yaw [rad/s]", "wheelset1.rate_roll [rad/s]"
 SIDE = "wheelset1.acceleration_y [m/s2]"
 BODY, TRANSDUCER = "body.acceleration_y [m/s2]", "suspension.displacement [m]"
@@ -105,12 +105,12 @@ def wheelset_motion(measurements: Measurements, longest: float, highest: float) 
             f"give {3.0 / band.lowest:.3g} s or more"
         )
     gyro, valid = filled(measurements, YAW, time)
-    late = delay(measurements, YAW)
+    late = data_sheet(measurements.about, YAW).delay
     yaw, yaw_rate, turning = (band.filter(gyro, order, late) for order in (-1, 0, 1))
     roll = np.zeros(len(time))
     if ROLL in measurements:
         rolling, good = filled(measurements, ROLL, time)
-        roll, valid = band.filter(rolling, -1, delay(measurements, ROLL)), valid & good
+        roll, valid = band.filter(rolling, -1, data_sheet(measurements.about, ROLL).delay), valid & good
     y, y_rate, good = _lateral(measurements, band, time, roll)
     ends = 1.0 / band.lowest
     valid = valid & good & (time > time[0] + ends) & (time < time[-1] - ends)
@@ -170,10 +170,11 @@ def _lateral(
     if BODY in measurements and TRANSDUCER in measurements:
         force, good = filled(measurements, BODY, time)
         length, present = filled(measurements, TRANSDUCER, time)
-        parts = [(force, delay(measurements, BODY), -2, 1.0), (length, delay(measurements, TRANSDUCER), 0, -1.0)]
+        first, second = (data_sheet(measurements.about, name).delay for name in (BODY, TRANSDUCER))
+        parts = [(force, first, -2, 1.0), (length, second, 0, -1.0)]
         y, rate = (sum(sign * band.filter(v, order + k, late) for v, late, order, sign in parts) for k in (0, 1))
         return np.asarray(y), np.asarray(rate), good & present
     force, good = filled(measurements, SIDE, time)
-    late = delay(measurements, SIDE)
+    late = data_sheet(measurements.about, SIDE).delay
     y, rate = (band.filter(force, order, late) - band.filter(GRAVITY * roll, order) for order in (-2, -1))
     return y, rate, good

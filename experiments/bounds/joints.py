@@ -21,6 +21,7 @@ from estimators.track.dip_fit import SPREAD
 from estimators.track.dips import ROUNDING, TRACK_WIDTH, dip_transform, lowest, rounding_gain
 from estimators.vehicle.roll import roll_response
 from experiments.scoring.joints import true_groups
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.track.features import Feature
 from railsim.track.spectra import Band, spectra
@@ -91,9 +92,7 @@ def _density(measurements: Measurements, name: str) -> float | None:
     """Noise that the data sheet states, rounding included."""
     if name not in measurements:
         return None
-    errors = measurements.sensor(name).get("errors", {})
-    rounding = float(errors.get("resolution", 0.0)) ** 2 / 6 / measurements.rate(name)
-    return float(np.sqrt(float(errors.get("noise_density", 0.0)) ** 2 + rounding))
+    return data_sheet(measurements.about, name).density(measurements.rate(name))
 
 
 def _shape(length: float) -> np.ndarray:

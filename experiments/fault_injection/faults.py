@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from railsim.constants import GRAVITY
+from railsim.data_sheet import data_sheet
 from railsim.measurements import TIME, Measurements
 
 _ACCELEROMETERS = [f"{place}.acceleration_{axis} [m/s2]" for place in ("bogie", "bogie_lead") for axis in "xyz"]
@@ -25,7 +27,6 @@ SWAPS = [
     (_BOXES[0], _BOXES[1]),
 ]
 """Exchanges that are made: two axes of a sensor, or two sensors."""
-_GRAVITY = 9.81  # m/s2
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Spoiler:
 
     def errors(self, name: str, key: str) -> float:
         """A number of the data sheet."""
-        return float(self.measured.sensor(name)["errors"].get(key) or 0.0)
+        return data_sheet(self.measured.about, name).error(key)
 
     def done(self, kind: str, names: tuple[str, ...], part: slice | np.ndarray, size: str) -> Fault:
         """The fault in the first of the channels at these samples."""
@@ -84,7 +85,7 @@ def _zero(spoiler: Spoiler, name: str) -> float:
     size = spoiler.rng.uniform(12.0, 25.0) * float(spoiler.rng.choice([-1.0, 1.0]))
     if name in _TRANSDUCERS:
         return size * 8e-4
-    tilt = spoiler.errors(name, "misalignment_std") * _GRAVITY if name not in _GYROS else 0.0
+    tilt = spoiler.errors(name, "misalignment_std") * GRAVITY if name not in _GYROS else 0.0
     return size * float(np.hypot(spoiler.errors(name, "bias_std"), tilt))
 
 

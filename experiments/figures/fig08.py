@@ -12,13 +12,13 @@ from matplotlib.figure import FigureBase
 
 from experiments.figures.interface import Claim, Figure
 from experiments.reporting.plots import BLUE, GREEN, GREY, PURPLE, RED
+from railsim.constants import GRAVITY
 from railsim.contact.adhesion import CONDITIONS, AdhesionCondition
 from railsim.contact.fastsim import fastsim_force
 from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import creep_coefficients
 from railsim.contact.polach import friction_coefficient, polach_force
-from railsim.model import GRAVITY
 
 LOAD = 4000.0 * GRAVITY  # N
 SPEED = 20.0  # m/s

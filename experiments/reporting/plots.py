@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.reporting.units import KMH
+from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
-from railsim.model import GRAVITY
 from railsim.truth import SPEED, Truth
 
 BLACK, GREY = "#000000", "#8c8c8c"

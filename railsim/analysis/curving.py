@@ -22,10 +22,10 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
+from railsim.constants import GRAVITY
 from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23, HALF_DISTANCE, LIFT, RADIUS, ContactFunctions
 from railsim.contact.polach import friction_coefficient, polach_force
 from railsim.errors import InputError
-from railsim.model import GRAVITY
 from railsim.track.track import CANT_BASE
 from railsim.vehicles.half_vehicle import HalfVehicle
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from railsim.compiled import kernel
+from railsim.constants import GRAVITY
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.integrate import rk4_step
 from railsim.dynamics.kernel import SCRATCH, body_coordinates, cross, derivatives, turned_arm
@@ -10,7 +11,6 @@ from railsim.dynamics.laws import BUMP_STOP, bump_stop_energy
 from railsim.dynamics.plant import Plant, build_plant
 from railsim.dynamics.wheels import contact, wheelset_local
 from railsim.engines.interface import Run
-from railsim.model import GRAVITY
 
 KINETIC, SPRINGS, CONTACTS, GRAVITATION = range(4)
 KINDS = ("kinetic", "springs", "contacts", "gravity")

@@ -14,12 +14,12 @@ critically damped springs.
 import math
 
 from railsim.compiled import kernel
+from railsim.constants import GRAVITY
 from railsim.dynamics.extras import load_value, wheel_extras
 from railsim.dynamics.kernel import drag, path_moment, prescribed_speed, wheelset_torque
 from railsim.dynamics.laws import law_force
 from railsim.dynamics.moving_frame import pose
 from railsim.dynamics.wheels import contact, upward
-from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, EAST, GRADIENT, HEADING, NORTH, ROLL, UP, locate, slope, value
 
 HOLD = 400.0  # rad/s; natural frequency of the holding springs

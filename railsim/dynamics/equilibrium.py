@@ -5,11 +5,11 @@ import itertools
 import numpy as np
 from scipy.optimize import root
 
+from railsim.constants import GRAVITY
 from railsim.dynamics.kernel import SCRATCH, derivatives
 from railsim.dynamics.plant import Plant
 from railsim.engines.interface import Run
 from railsim.errors import InputError
-from railsim.model import GRAVITY
 from railsim.track.kernel import LEFT_VERTICAL, RIGHT_VERTICAL, TrackTables, sample
 
 GAUGE = 1.5  # m; distance of the contacts, for a first guess

@@ -12,11 +12,11 @@ State x = [q (n), q' (n), spin angle (w), spin (w), s, V, states of elements (m)
 import math
 
 from railsim.compiled import inlined, kernel
+from railsim.constants import GRAVITY
 from railsim.dynamics.extras import load_value, wheel_extras
 from railsim.dynamics.laws import BUMP_STOP, bump_stop, law_force
 from railsim.dynamics.moving_frame import frame_forces, frame_motion, pose
 from railsim.dynamics.wheels import WHEELS, evaluate, forces_of, put, upward, wheel_row, wheelset_local
-from railsim.model import GRAVITY
 from railsim.track.kernel import GRADIENT, locate, value
 
 BRAKE_GRIP = 400.0  # 1/s; a brake's torque per spin inertia and spin, until it slips: it holds a wheelset that stands

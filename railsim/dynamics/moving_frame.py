@@ -3,8 +3,8 @@
 import math
 
 from railsim.compiled import inlined
+from railsim.constants import GRAVITY
 from railsim.contact.elementary import cubic
-from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, GRADIENT, ROLL, locate, second, slope, value
 
 

@@ -3,10 +3,10 @@
 import math
 
 from railsim.compiled import inlined, kernel
+from railsim.constants import GRAVITY
 from railsim.dynamics.channels import BODY, RUN, SPIN, TRACK, WHEEL
 from railsim.dynamics.moving_frame import frame_motion, pose
 from railsim.dynamics.wheels import wheelset_local
-from railsim.model import GRAVITY
 from railsim.track.kernel import CURVATURE, EAST, LEFT_VERTICAL, ROLL, locate, value
 from railsim.track.track import CANT_BASE
 

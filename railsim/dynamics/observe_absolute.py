@@ -3,6 +3,7 @@
 import math
 
 from railsim.compiled import kernel
+from railsim.constants import GRAVITY
 from railsim.dynamics.absolute import angular_velocity, place, vehicle_coordinates, wheelset_motion
 from railsim.dynamics.observe import (
     BODY_COUNT,
@@ -15,7 +16,6 @@ from railsim.dynamics.observe import (
     track_row,
 )
 from railsim.dynamics.wheels import contact, wheel_row
-from railsim.model import GRAVITY
 
 
 @kernel

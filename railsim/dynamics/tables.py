@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from railsim.constants import GRAVITY
 from railsim.contact.functions import HALF_DISTANCE
 from railsim.dynamics.extras import OVER_DISTANCE, OVER_TIME, TURN
 from railsim.errors import InputError
 from railsim.force_laws import MOST_NUMBERS, Tabulated
-from railsim.model import AXES, GRAVITY, Model
+from railsim.model import AXES, Model
 
 
 def wheel_load(model: Model) -> float:

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from railsim.constants import GRAVITY
 from railsim.effects.interface import Effect, Setup
 from railsim.errors import InputError
-from railsim.model import GRAVITY, Body, LinearElement, Model
+from railsim.model import Body, LinearElement, Model
 
 HELD = 1e6  # kg m2; inertia of the mode's body, whose rotations are held: serves only the absolute engine's holding
 NAME = "bending"

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from railsim.constants import GRAVITY
 from railsim.effects.interface import Setup
 from railsim.errors import InputError
-from railsim.model import GRAVITY
 from railsim.track.joints import dip
 from railsim.track.synthesis import fade_in
 from railsim.track.track import Track

@@ -13,6 +13,7 @@ import numpy as np
 from exudyn import itemInterface as items  # noqa: N813
 from scipy.spatial.transform import Rotation
 
+from railsim.constants import GRAVITY
 from railsim.dynamics.absolute import track_frame
 from railsim.dynamics.callback import bind_forces
 from railsim.dynamics.channels import channel_names
@@ -21,7 +22,7 @@ from railsim.dynamics.guard import check_rows
 from railsim.dynamics.observe_absolute import observe_all
 from railsim.dynamics.plant import Plant, build_plant
 from railsim.engines.interface import CHUNK, Diverged, Run
-from railsim.model import GRAVITY, Model
+from railsim.model import Model
 
 IMPLICIT_BELOW = 3.0  # m/s; creep damping is stiff as 1/V
 WORK = 128  # numbers of scratch for each body

@@ -7,11 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
+from railsim.constants import GRAVITY
 from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22
 from railsim.contact.hertz import STEEL_SHEAR
 from railsim.contact.wheel import SLOWEST
 from railsim.errors import InputError
-from railsim.model import GRAVITY, Model
+from railsim.model import Model
 from railsim.speed import SpeedTables
 from railsim.track.kernel import TrackTables
 

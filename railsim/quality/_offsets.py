@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
 from railsim.quality._signals import kind_of, limit, sheet, standing
 
-GRAVITY = 9.81  # m/s2
 CANT_ROLL = 0.12  # rad: 180 mm of cant, the most that EN 13803 allows, over 1.5 m
 GRADIENT = 0.025  # -: 1 in 40
 PITCH = 0.03  # rad: change of gradient within a record

@@ -14,9 +14,10 @@ import numpy as np
 from scipy.ndimage import minimum_filter1d
 from scipy.signal.windows import tukey
 
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.quality._offsets import axis_of
-from railsim.quality._signals import filled, kind_of, limit, runs, sheet
+from railsim.quality._signals import filled, kind_of, limit, runs
 from railsim.sensors.errors import low_pass
 
 LOW, HIGH = 1.0, 20.0  # Hz
@@ -125,12 +126,8 @@ def _by_body(measured: Measurements, spectra: Mapping[str, np.ndarray], kind: st
     found: _Mounts = {}
     for name in spectra:
         if kind_of(measured, name) == kind:
-            stated = sheet(measured, name)
-            position = stated.get("position")
-            place = (0.0, 0.0, 0.0)
-            if isinstance(position, list | tuple) and len(position) == 3:
-                place = (float(position[0]), float(position[1]), float(position[2]))
-            axes = found.setdefault(str(stated.get("body")), {}).setdefault(place, {})
+            stated = data_sheet(measured.about, name)
+            axes = found.setdefault(str(stated.stated.get("body")), {}).setdefault(stated.position, {})
             axes.setdefault(axis_of(name), name)
     return found
 

@@ -1,14 +1,16 @@
 """What checks share: runs of samples, data sheets, whitened channels, places at rest."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.ndimage import maximum_filter1d
 from scipy.signal import lfilter
 
-from railsim.errors import InputError
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
 NORMAL = 1.4826
@@ -23,24 +25,19 @@ def runs(mask: np.ndarray) -> list[tuple[int, int]]:
     return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def sheet(measured: Measurements, channel: str) -> dict[str, object]:
+def sheet(measured: Measurements, channel: str) -> Mapping[str, Any]:
     """Data sheet of the sensor of a channel; empty where none is stated."""
-    try:
-        return measured.sensor(channel)
-    except InputError:
-        return {}
+    return data_sheet(measured.about, channel).stated
 
 
 def limit(measured: Measurements, channel: str, name: str) -> float:
     """A number from the errors of a data sheet; 0 where it is not stated."""
-    errors = sheet(measured, channel).get("errors")
-    value = errors.get(name) if isinstance(errors, dict) else None
-    return float(value) if isinstance(value, int | float) else 0.0
+    return data_sheet(measured.about, channel).error(name)
 
 
 def kind_of(measured: Measurements, channel: str) -> str:
     """Kind of the sensor of a channel; "" where it is not stated."""
-    return str(sheet(measured, channel).get("kind", ""))
+    return data_sheet(measured.about, channel).kind
 
 
 def filled(values: np.ndarray) -> np.ndarray:

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
 from railsim.quality._change_point import own
-from railsim.quality._offsets import GRAVITY, axis_of
+from railsim.quality._offsets import axis_of
 from railsim.quality._signals import kind_of, whitened
 from railsim.quality.companions import gain_beside
 from railsim.quality.repair import tables_of

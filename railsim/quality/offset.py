@@ -5,8 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
-from railsim.quality._offsets import GRAVITY, axis_of, expected, heading_rate, still_mean, tolerance
+from railsim.quality._offsets import axis_of, expected, heading_rate, still_mean, tolerance
 from railsim.quality._signals import kind_of, limit, sheet
 from railsim.quality.interface import Check, Finding
 from railsim.spec import quantity

@@ -7,8 +7,9 @@ from typing import ClassVar
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
-from railsim.quality._offsets import GRAVITY, axis_of, speed_channel
+from railsim.quality._offsets import axis_of, speed_channel
 from railsim.quality._rigid import Relation, relations, spectra_of
 from railsim.quality._signals import filled, kind_of
 from railsim.quality.interface import Check, Finding

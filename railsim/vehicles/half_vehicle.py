@@ -12,12 +12,13 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 import pydantic
 
+from railsim.constants import GRAVITY
 from railsim.contact.adhesion import CONDITIONS
 from railsim.contact.functions import ContactTable
 from railsim.contact.pairs import WheelRailPair
 from railsim.contact.wheel import CREEP_LAWS, ContactLaw
 from railsim.force_laws import BumpStop
-from railsim.model import GRAVITY, Body, LinearElement, LongitudinalPath, Model, NonlinearElement, Wheelset
+from railsim.model import Body, LinearElement, LongitudinalPath, Model, NonlinearElement, Wheelset
 from railsim.profiles.pair import Pair
 from railsim.spec import Spec, quantity
 from railsim.vehicles.interface import Vehicle

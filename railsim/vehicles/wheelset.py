@@ -7,9 +7,10 @@ from typing import ClassVar
 import numpy as np
 import pydantic
 
+from railsim.constants import GRAVITY
 from railsim.contact.functions import ContactTable
 from railsim.contact.pairs import WheelRailPair
-from railsim.model import GRAVITY, Body, LinearElement, Model, Wheelset
+from railsim.model import Body, LinearElement, Model, Wheelset
 from railsim.profiles.pair import Pair, ProfilePair
 from railsim.spec import quantity
 from railsim.vehicles.half_vehicle import ILLUSTRATIVE, SHIFT, Adhesion, contact_law

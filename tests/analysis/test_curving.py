@@ -5,8 +5,8 @@ import pytest
 
 from experiments.validation.curving import CANT, RADIUS, compared, settled
 from railsim.analysis.curving import Curve, steady_curving
+from railsim.constants import GRAVITY
 from railsim.errors import InputError
-from railsim.model import GRAVITY
 from railsim.profiles.pair import ProfilePair
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.half_vehicle import HalfVehicle

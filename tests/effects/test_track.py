@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from railsim import load_scenario
+from railsim.constants import GRAVITY
 from railsim.effects.track_changes import resampled
-from railsim.model import GRAVITY
 from railsim.scenario import Scenario
 from railsim.simulation import measure, simulate
 from railsim.track import Track, read_track

@@ -9,10 +9,10 @@ from scipy.linalg import eigh
 
 from railsim import InputError, load_scenario
 from railsim.analysis.energy import energy_over
+from railsim.constants import GRAVITY
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.plant import build_plant
 from railsim.effects.wheel_changes import POINTS, flat_depth
-from railsim.model import GRAVITY
 from railsim.scenario import effect_kinds
 from railsim.simulation import build_run
 from tests.effects.rig import largest_difference, rows, scenario

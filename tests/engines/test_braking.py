@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from railsim import InputError
-from railsim.model import GRAVITY
+from railsim.constants import GRAVITY
 from railsim.speed import Driven, Traction
 from railsim.track import Track, read_track
 from railsim.vehicles.half_vehicle import Adhesion

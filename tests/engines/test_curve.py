@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from railsim.model import GRAVITY
+from railsim.constants import GRAVITY
 from railsim.track import read_track
 from railsim.track.track import CANT_BASE
 from railsim.vehicles.class175 import Class175

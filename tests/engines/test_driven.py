@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from railsim import simulate
-from railsim.model import GRAVITY, Model
+from railsim.constants import GRAVITY
+from railsim.model import Model
 from railsim.scenario import Scenario
 from railsim.speed import Driven, Traction
 from railsim.track.synthesis import Segment, Transition, design, distances

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from railsim.model import GRAVITY
+from railsim.constants import GRAVITY
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.interface import Vehicle
 from railsim.vehicles.manchester import Manchester

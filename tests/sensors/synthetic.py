@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from railsim.constants import GRAVITY
 from railsim.truth import Truth, TruthWriter
 
-GRAVITY = 9.81
 RADIUS = 0.45
 BODIES = ("body", "bogie", "wheelset1")
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from railsim.constants import GRAVITY
 from railsim.sensors.accelerometer import Accelerometer
 from railsim.sensors.errors import SensorErrors
 from railsim.sensors.gyro import Gyro
-from tests.sensors.synthetic import GRAVITY, times, write_truth
+from tests.sensors.synthetic import times, write_truth
 
 PLACE = (1.25, -0.7, 0.4)
 STENCIL = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from railsim.analysis.linear import Linearised, linearise
-from railsim.model import GRAVITY, Model
+from railsim.constants import GRAVITY
+from railsim.model import Model
 from railsim.sensors.errors import low_pass
 from railsim.sensors.interface import Sensor
 

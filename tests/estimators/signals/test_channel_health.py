@@ -5,11 +5,13 @@ import pandas as pd
 import pytest
 
 from estimators.signals.channel_health import CLOSE, WINDOW, channel_health, judge
+from railsim.data_sheet import DataSheet
 from railsim.measurements import Measurements
 
 RATE = 256.0
 NAME = "bogie.acceleration_y [m/s2]"
 ERRORS = {"range": 2.0, "resolution": 1e-5, "noise_density": 1e-3}
+SHEET = DataSheet({"errors": ERRORS})
 
 
 def noise(count: int = 2560) -> np.ndarray:
@@ -36,7 +38,7 @@ def test_a_clean_channel_is_believed_whole():
 def test_a_stuck_stretch_is_left_out_from_its_first_sample():
     values = noise()
     values[1000:1200] = values[1000]
-    good, faults = judge(values, RATE, ERRORS)
+    good, faults = judge(values, RATE, SHEET)
     assert not good[1000:1200].any()
     assert faults["stuck"][1000:1200].all()
     assert good[:999].mean() > 0.95
@@ -45,7 +47,7 @@ def test_a_stuck_stretch_is_left_out_from_its_first_sample():
 def test_equal_neighbours_for_a_moment_are_no_fault():
     values = noise()
     values[1000 : 1000 + int(WINDOW * RATE) - 1] = values[1000]
-    assert judge(values, RATE, ERRORS)[0].all()
+    assert judge(values, RATE, SHEET)[0].all()
 
 
 def test_a_saturated_channel_names_its_reason():
@@ -76,6 +78,6 @@ def test_the_judgement_looks_ahead_by_no_more_than_two_windows():
     values = noise()
     values[1000:1300] = 0.1
     ahead = int(2 * WINDOW * RATE) + 8
-    whole = judge(values, RATE, ERRORS)[0]
+    whole = judge(values, RATE, SHEET)[0]
     for end in range(800, 2200, 7):
-        assert np.array_equal(judge(values[: end + ahead], RATE, ERRORS)[0][:end], whole[:end])
+        assert np.array_equal(judge(values[: end + ahead], RATE, SHEET)[0][:end], whole[:end])

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from estimators.speed.odometry import BLUR, SPACING, delay, find_way, has_speed
+from estimators.speed.odometry import BLUR, SPACING, find_way, has_speed
 from railsim import InputError
+from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
 RATE, SLOW = 256.0, 64.0
@@ -67,7 +68,7 @@ def test_delay_of_the_data_sheet_is_taken_out():
     s = travelled(v)
     late = np.sin(2 * np.pi * (s - 30.0 * (0.02 + np.sqrt(2) / (2 * np.pi * 100.0))) / 8.0)
     measured = record(v, late, sheet)
-    assert delay(measured, NAME) == pytest.approx(0.02 + np.sqrt(2) / (2 * np.pi * 100.0))
+    assert data_sheet(measured.about, NAME).delay == pytest.approx(0.02 + np.sqrt(2) / (2 * np.pi * 100.0))
     way = find_way(measured)
     values, good = way.channel(measured, NAME)
     assert values[good] == pytest.approx(np.sin(2 * np.pi * way.s[good] / 8.0), abs=0.02)
