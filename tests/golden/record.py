@@ -1,0 +1,158 @@
+"""Golden record: what every estimator and every figure gave, to hold against what they give after a change of the code.
+
+`python -m tests.golden.record` compares all that is quick with what is in `data` and prints the largest relative
+difference of each; `--all` takes the slow figures too, NAME ... only those, `--write` records anew. `--loosen` raises
+the tolerances to ten times the differences found: for runs under the settings of other processors.
+
+The figures see no reference data and no earlier run, and linear algebra has one thread: with two, sums are taken in
+another order and some estimators' last digits change.
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from railsim import InputError, load_scenario, measure, simulate
+from tests.golden.plugins import estimator_kinds, figure_kinds
+from tests.golden.summary import SCALAR, TOLERANCE, Key, Record, Row, differences, leaf_rows, table_rows
+
+DATA = Path(__file__).with_name("data")
+SLOW = 8.0  # s; what took longer when it was recorded is replayed by `--all` only
+SPARE = 10.0  # tolerance over the difference that was seen between settings of the processor
+SEED = 20
+RECORDINGS = {
+    "crossover": 45.0,
+    "curve_r400": 30.0,
+    "default": 20.0,
+    "jointed": 30.0,
+    "lateral_2mm": 10.0,
+    "low_adhesion": 20.0,
+    "stop_and_go": 30.0,
+    "suspension": 15.0,
+    "wheelset_varying": 20.0,
+}
+"""Shipped scenarios and seconds of each: every estimator fits at least one, answers one, and some refuse one."""
+
+
+@contextmanager
+def apart() -> Iterator[None]:
+    """No earlier runs, no reference data, one thread of linear algebra; the environment is as before afterwards."""
+    before = dict(os.environ)
+    with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
+        os.environ["RAILSIM_CACHE"] = f"{folder}/cache"
+        os.environ["RAILSIM_REFERENCE"] = f"{folder}/nothing"
+        try:
+            yield
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+
+
+@cache
+def _recording(name: str):
+    """What the sensors of a scenario give of its first seconds."""
+    scenario = load_scenario(name, {"duration": RECORDINGS[name], "seed": SEED})
+    return measure(simulate(scenario, "compiled"), scenario).measurements
+
+
+def estimator_rows(name: str) -> dict[Key, Row]:
+    """What an estimator gives of each recording that it fits, or that it refuses it."""
+    estimator, found = estimator_kinds()[name].build({}), {}
+    for part in RECORDINGS:
+        measured = _recording(part)
+        if not estimator.fits(measured):
+            continue
+        try:
+            estimate = estimator.estimate(measured)
+        except InputError:
+            found[part, "refused"] = Row(SCALAR, (1.0,))
+            continue
+        found |= table_rows(part, estimate.series) | leaf_rows(part, "about", estimate.about)
+    return found
+
+
+def figure_rows(name: str) -> dict[Key, Row]:
+    """The fast table of a figure and the values of its claims."""
+    figure = figure_kinds()[name]()
+    table = figure.compute(fast=True)
+    found = table_rows("table", table)
+    for place, claim in enumerate(figure.check(table)):
+        found |= leaf_rows("claims", f"{place} {claim.claim}", {"value": claim.value, "held": claim.held})
+    return found
+
+
+def computed(path: str) -> Record:
+    """What KIND/NAME gives now."""
+    kind, name = path.split("/")
+    kinds: dict[str, Callable[[str], dict[Key, Row]]] = {"estimators": estimator_rows, "figures": figure_rows}
+    begun = time.monotonic()
+    rows = kinds[kind](name)
+    return Record(rows, time.monotonic() - begun)
+
+
+def names() -> list[str]:
+    """KIND/NAME of everything that can be recorded."""
+    return [f"estimators/{name}" for name in estimator_kinds()] + [f"figures/{name}" for name in figure_kinds()]
+
+
+def file_of(path: str, data: Path = DATA) -> Path:
+    """Where the record of KIND/NAME is."""
+    return data / f"{path}.csv"
+
+
+def quick(path: str) -> bool:
+    """Whether it is recorded and took little time then."""
+    return file_of(path).is_file() and Record.open(file_of(path)).seconds <= SLOW
+
+
+def write(path: str, data: Path) -> str:
+    """Record anew; the tolerance that was found by `--loosen` stays."""
+    file, found = file_of(path, data), computed(path)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    tolerance = Record.open(file).tolerance if file.is_file() else TOLERANCE
+    found.but(tolerance=tolerance).save(file)
+    return f"{len(found.rows)} quantities"
+
+
+def compare(path: str, data: Path, loosen: bool) -> tuple[bool, str]:
+    """Whether all is the same to the strict tolerance, and the difference in words."""
+    old = Record.open(file_of(path, data))
+    apart_by = differences(old, computed(path))
+    if loosen and old.tolerance < SPARE * apart_by.largest < float("inf"):
+        old.but(tolerance=SPARE * apart_by.largest).save(file_of(path, data))
+    return apart_by.largest <= TOLERANCE, apart_by.text()
+
+
+def main(words: list[str]) -> int:
+    """The command; 1 if something differs by more than the strict tolerance."""
+    parser = argparse.ArgumentParser(prog="python -m tests.golden.record", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help="estimators/NAME, figures/NAME, estimators or figures")
+    parser.add_argument("--all", action="store_true", help="slow figures too")
+    parser.add_argument("--write", action="store_true", help="record anew")
+    parser.add_argument("--compare", action="store_true", help="compare, which is done anyway without --write")
+    parser.add_argument("--loosen", action="store_true", help="compare and raise the tolerances")
+    parser.add_argument("--data", type=Path, default=DATA, help="folder of the record")
+    given = parser.parse_args(words)
+    chosen = [one for one in names() if not given.names or one in given.names or one.split("/")[0] in given.names]
+    same = True
+    for path in chosen:
+        if not (given.all or given.names or quick(path)):
+            continue
+        begun = time.monotonic()
+        with apart():
+            held, text = (True, write(path, given.data)) if given.write else compare(path, given.data, given.loosen)
+        same &= held
+        print(f"{path}: {text} ({time.monotonic() - begun:.1f} s)", flush=True)
+    return 0 if same else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

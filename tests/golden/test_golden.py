@@ -1,0 +1,27 @@
+"""Every estimator, and every figure that is quick, gives the numbers of the golden record."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.golden.record import apart, computed, file_of, names, quick
+from tests.golden.summary import Record, differences
+
+
+@pytest.fixture(scope="module", autouse=True)
+def by_itself() -> Iterator[None]:
+    """No earlier runs, no reference data, one thread of linear algebra."""
+    with apart():
+        yield
+
+
+@pytest.mark.parametrize("path", [path for path in names() if path.startswith("estimators/")])
+def test_everything_is_recorded(path: str):
+    assert Record.open(file_of(path)).rows
+
+
+@pytest.mark.parametrize("path", [path for path in names() if quick(path)])
+def test_numbers_are_those_of_the_record(path: str):
+    old = Record.open(file_of(path))
+    found = differences(old, computed(path))
+    assert found.largest <= old.tolerance, found.text()
