@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,8 @@ POINTS = 12  # evenly spaced rows of a column that are kept as they are
 RMS = 3  # place of the root mean square among the values of a column
 TOLERANCE = 1e-9  # relative to the root mean square of the column
 COLUMN, SCALAR, TEXT = "column", "scalar", "text"
-HEAD = "record"  # part of a file that tells of the recording of it
-
 Key = tuple[str, str]
+SECONDS: Key = ("record", "seconds")  # what a file says of the recording itself
 
 
 @dataclass(frozen=True)
@@ -26,10 +25,12 @@ class Row:
     ----------
     kind : "column": length, number of finite values, mean, root mean square, least and largest of these, then some
         values; "scalar": its value; "text": length, number of different texts, then some of them.
+    tolerance : of differences between processors, relative to the root mean square or to the scalar's size.
     """
 
     kind: str
     values: tuple[float | str, ...]
+    tolerance: float = TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -38,43 +39,41 @@ class Record:
 
     Attributes
     ----------
-    rows : by part (a recording, a table) and quantity. seconds : that it took when it was recorded.
-    tolerance : of differences between processors, relative to each column's root mean square.
+    rows : by part (a recording, a table) and quantity. seconds : of one processor, that it took when it was recorded.
     """
 
     rows: Mapping[Key, Row]
     seconds: float = 0.0
-    tolerance: float = TOLERANCE
 
     def save(self, path: Path) -> None:
         """Write as CSV; every number keeps all its digits."""
         with path.open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(["part", "quantity", "kind", "values"])
-            writer.writerow([HEAD, "seconds", SCALAR, f"{self.seconds:.1f}"])
-            writer.writerow([HEAD, "tolerance", SCALAR, f"{self.tolerance:.1e}"])
-            for (part, quantity), row in self.rows.items():
-                writer.writerow([part, quantity, row.kind, *map(_written, row.values)])
+            writer.writerow(["part", "quantity", "kind", "tolerance", "values"])
+            writer.writerow([*SECONDS, SCALAR, "", f"{self.seconds:.1f}"])
+            for key, row in self.rows.items():
+                tolerance = f"{row.tolerance:.1e}" if row.tolerance > TOLERANCE else ""
+                writer.writerow([*key, row.kind, tolerance, *map(_written, row.values)])
 
     @classmethod
     def open(cls, path: Path) -> "Record":
         """Read what `save` wrote."""
         with path.open(encoding="utf-8", newline="") as file:
-            found = {(part, name): _read(kind, values) for part, name, kind, *values in list(csv.reader(file))[1:]}
-        seconds, tolerance = (float(found.pop((HEAD, name)).values[0]) for name in ("seconds", "tolerance"))
-        return cls(found, seconds, tolerance)
+            found = {(part, name): _read(kind, *rest) for part, name, kind, *rest in list(csv.reader(file))[1:]}
+        return cls(found, float(found.pop(SECONDS).values[0]))
 
-    def but(self, **changes: Any) -> "Record":
-        """With other seconds or another tolerance."""
-        return replace(self, **changes)
+    def loosened(self, by: Mapping[Key, float]) -> "Record":
+        """With tolerances that are at least these."""
+        rows = {key: replace(row, tolerance=max(row.tolerance, by.get(key, 0.0))) for key, row in self.rows.items()}
+        return replace(self, rows=rows)
 
 
 def _written(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.17g}"
 
 
-def _read(kind: str, values: Sequence[str]) -> Row:
-    return Row(kind, tuple(values) if kind == TEXT else tuple(map(float, values)))
+def _read(kind: str, tolerance: str, *values: str) -> Row:
+    return Row(kind, values if kind == TEXT else tuple(map(float, values)), float(tolerance or TOLERANCE))
 
 
 def table_rows(part: str, table: pd.DataFrame) -> dict[Key, Row]:
@@ -123,32 +122,14 @@ def _joined(several: Any) -> dict[Key, Row]:
     return {key: row for rows in several for key, row in rows.items()}
 
 
-@dataclass(frozen=True)
-class Differences:
-    """How far two records of the same are apart.
-
-    Attributes
-    ----------
-    largest : relative difference; infinite where something is lacking or another text. where : part and quantity.
-    apart : what is lacking, new, or of another kind, length or text.
-    """
-
-    largest: float = 0.0
-    where: Key = ("", "")
-    apart: list[Key] = field(default_factory=list)
-
-    def text(self) -> str:
-        """In words."""
-        also = "".join(f"\n  other: {' / '.join(key)}" for key in self.apart[:20])
-        return f"largest difference {self.largest:.1e} {' / '.join(self.where)}{also}"
+def differences(old: Record, new: Record) -> dict[Key, float]:
+    """Relative difference of every row; infinite where it is lacking, new, or of another kind, length or text."""
+    return {key: _difference(old.rows.get(key), new.rows.get(key)) for key in dict.fromkeys([*old.rows, *new.rows])}
 
 
-def differences(old: Record, new: Record) -> Differences:
-    """Compare every row of two records."""
-    keys = dict.fromkeys([*old.rows, *new.rows])
-    found = {key: _difference(old.rows.get(key), new.rows.get(key)) for key in keys}
-    worst = max(found, key=lambda key: found[key], default=("", ""))
-    return Differences(found.get(worst, 0.0), worst, [key for key, one in found.items() if np.isinf(one)])
+def beyond(old: Record, found: Mapping[Key, float]) -> dict[Key, float]:
+    """Those of the differences that the record's tolerances do not allow."""
+    return {key: one for key, one in found.items() if key not in old.rows or one > old.rows[key].tolerance}
 
 
 def _difference(old: Row | None, new: Row | None) -> float:
