@@ -1,29 +1,45 @@
-"""`railsim discrepancy`: what is missing in a model, found from a recording, named, added."""
+"""`railsim discrepancy`: find what is missing in a model, name it, add it and show the gap shrink."""
 
 import argparse
 from pathlib import Path
 from typing import Any
 
-from experiments.commands.interface import Outcome, table
-from experiments.discrepancy.fit.candidates import effect_names
-from experiments.discrepancy.result.countdown import Countdown
-from experiments.discrepancy.result.explain import explain
-from experiments.discrepancy.result.planning import draw_plan, make_plan
-from experiments.discrepancy.result.report import in_words
+from experiments.reporting.outcome import Outcome
+from experiments.reporting.text import table
 from railsim.errors import InputError
-from railsim.files import write_json
-from railsim.scenario import load_scenario
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Recording, model, folder and what to consider."""
+    parser.add_argument("recording", metavar="RECORDING", nargs="?", help="folder; its truth is never read")
+    parser.add_argument("--plan", action="store_true", help="without a recording: what one could show and tell apart")
+    parser.add_argument("--model", metavar="SCENARIO", required=True, help="nominal scenario: a name or a YAML file")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of verdict.json, model.yaml, report.html")
+    parser.add_argument(
+        "--track",
+        metavar="FILE",
+        help="measured track in place of the recording's: a CSV\nfile, or the folder of an estimate of it",
+    )
+    parser.add_argument(
+        "--held-out", nargs="+", default=[], metavar="REC", help="recordings that take no part: the gap there too"
+    )
+    parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
+    parser.add_argument("--engine", default="exudyn", metavar="NAME", help="of the last run (default: exudyn)")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Run the workflow, or with --plan say what a recording could show; progress goes to stderr."""
+    from experiments.discrepancy.result.countdown import Countdown
+    from experiments.discrepancy.result.explain import explain
+    from railsim.scenario import load_scenario
+
     if given.plan:
         return _plan(given)
     if not given.recording:
         raise InputError("give a RECORDING, or --plan to see what one could show")
     scenario = load_scenario(given.model)
     countdown = Countdown(scenario.duration)
-    found = explain(
+    verdict = explain(
         Path(given.recording),
         scenario,
         Path(given.out),
@@ -34,10 +50,15 @@ def execute(given: argparse.Namespace) -> Outcome:
         further=given.held_out,
     )
     countdown.finish()
-    return Outcome(found, _text(given.out, found))
+    return Outcome(verdict, _text(given.out, verdict))
 
 
 def _plan(given: argparse.Namespace) -> Outcome:
+    from experiments.discrepancy.result.countdown import Countdown
+    from experiments.discrepancy.result.planning import draw_plan, make_plan
+    from railsim.files import write_json
+    from railsim.scenario import load_scenario
+
     plan = make_plan(load_scenario(given.model), Countdown(), _known(given.effects))
     folder = Path(given.out)
     folder.mkdir(parents=True, exist_ok=True)
@@ -46,10 +67,10 @@ def _plan(given: argparse.Namespace) -> Outcome:
     result = {"detectable_size": plan.sizes, "confusable": pairs, "picture": f"{folder}/confusability.png"}
     write_json(folder / "plan.json", result)
     sizes = [
-        [label, one["name"], one["value"], one["unit"], "not at any size" if one["beyond"] else ""]
-        for label, one in plan.sizes.items()
+        [label, size["name"], size["value"], size["unit"], "not at any size" if size["beyond"] else ""]
+        for label, size in plan.sizes.items()
     ]
-    alike = [[one["a"], one["b"], one["likeness"]] for one in pairs[:12]]
+    alike = [[pair["a"], pair["b"], pair["likeness"]] for pair in pairs[:12]]
     text = table(["effect", "smallest size detected", "value", "unit", ""], sizes)
     if alike:
         text += "\n\n" + table(["looks like", "", "likeness"], alike, decimals=2)
@@ -58,6 +79,8 @@ def _plan(given: argparse.Namespace) -> Outcome:
 
 def _known(names: list[str] | None) -> list[str] | None:
     """The names, where each is an effect's."""
+    from experiments.discrepancy.fit.candidates import effect_names
+
     known = effect_names()
     for name in names or []:
         if name not in known:
@@ -65,20 +88,20 @@ def _known(names: list[str] | None) -> list[str] | None:
     return names
 
 
-def _text(folder: str, found: dict[str, Any]) -> str:
-    rows = [
-        [name, one["before"], one["nuisance_only"], one["after"]]
-        for name, one in {"all channels together": found["gap"], **found["channels"]}.items()
-    ]
+def _text(folder: str, verdict: dict[str, Any]) -> str:
+    from experiments.discrepancy.result.report import in_words
+
+    gaps = {"all channels together": verdict["gap"], **verdict["channels"]}
+    rows = [[name, gap["before"], gap["nuisance_only"], gap["after"]] for name, gap in gaps.items()]
     rows += [
-        [f"{one['recording']} ({one['speed']:.1f} m/s), took no part", *one["gap"].values()]
-        for one in found["held_out_recordings"]
+        [f"{held_out['recording']} ({held_out['speed']:.1f} m/s), took no part", *held_out["gap"].values()]
+        for held_out in verdict["held_out_recordings"]
     ]
     parts = [
-        f"{found['status'].upper()}: {in_words(found)}",
+        f"{verdict['status'].upper()}: {in_words(verdict)}",
         table(["gap on held-out sections", "before", "nuisances only", "after"], rows, decimals=2),
     ]
-    if found["separated_by"]:
-        separated = [[one["with"], one["nats"], "yes" if one["separates"] else "no"] for one in found["separated_by"]]
+    if verdict["separated_by"]:
+        separated = [[run["with"], run["nats"], "yes" if run["separates"] else "no"] for run in verdict["separated_by"]]
         parts.append(table(["would tell them apart", "nats expected", ""], separated[:8], decimals=1))
     return "\n\n".join([*parts, f"{folder}/report.html, {folder}/model.yaml, {folder}/verdict.json"])

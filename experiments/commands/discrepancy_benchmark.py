@@ -1,30 +1,42 @@
-"""`railsim discrepancy-benchmark`: hidden effects, blind, and how often the workflow is right."""
+"""`railsim discrepancy-benchmark`: hidden effects, blind: how often the workflow is right."""
 
 import argparse
 import sys
 from pathlib import Path
 from typing import Any
 
-from experiments.commands.interface import Outcome, table
-from experiments.discrepancy.blind.benchmark import Cases, renew_expected, run_benchmark
-from experiments.discrepancy.blind.benchmark_rows import kept
-from experiments.discrepancy.blind.benchmark_score import page, read_rows, score
-from experiments.discrepancy.rule import rule_hash
+from experiments.reporting.outcome import Outcome
+from experiments.reporting.text import table
 from railsim.errors import InputError
-from railsim.files import replace_file
 
 PAGE = "RESULTS.md"
 
 
-def _part(text: str) -> tuple[int, int]:
-    numbers = text.split("/")
-    if len(numbers) == 2 and all(one.isdigit() for one in numbers) and int(numbers[0]) < int(numbers[1]):
-        return int(numbers[0]), int(numbers[1])
-    raise InputError(f"--part {text}: give I/N with I from 0 to N - 1, for example 0/2")
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Folder, cases, and which of them to ask or to score."""
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of cases and results; goes on where it was")
+    parser.add_argument("--cases", type=int, default=10, metavar="N", help="how many in all (default: 10)")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the cases (default: 1)")
+    parser.add_argument("--model", default="yaw_dampers", metavar="SCENARIO", help="nominal (default: yaw_dampers)")
+    parser.add_argument("--duration", type=float, default=40.0, metavar="S", help="of each recording (default: 40)")
+    parser.add_argument("--laws", metavar="FILE", default="", help="YAML list of effects from outside the library")
+    parser.add_argument(
+        "--score", metavar="RULE", default="", help="no new cases: score the rows of that rule, its effects valued anew"
+    )
+    parser.add_argument(
+        "--rows", metavar="FOLDER", default="", help="answered cases, a file per seed: none is asked again"
+    )
+    parser.add_argument("--part", metavar="I/N", default="0/1", help="every N-th case from the I-th on (default: 0/1)")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Go on with the cases, then score all that are answered."""
+    from experiments.discrepancy.blind.benchmark import Cases, renew_expected, run_benchmark
+    from experiments.discrepancy.blind.benchmark_rows import kept
+    from experiments.discrepancy.blind.benchmark_score import page, read_rows, score
+    from experiments.discrepancy.rule import rule_hash
+    from railsim.files import replace_file
+
     if given.cases < 1 or given.duration < 20.0:
         raise InputError("--cases: give a number from 1; --duration: at least 20 s")
     folder = Path(given.out)
@@ -39,29 +51,36 @@ def execute(given: argparse.Namespace) -> Outcome:
         run_benchmark(cases, folder, range(first, given.cases, step), _say, store)
     rows = read_rows(folder, rule, kept(store, rule, given.seed, given.duration) if store else ())
     if given.score and not rows:
-        places = " or ".join(f"'{one}'" for one in (folder / "results", store) if one)
+        places = " or ".join(f"'{place}'" for place in (folder / "results", store) if place)
         asked = f"seed {given.seed} and {given.duration:g} s"
         raise InputError(f'--score {rule}: no row of that rule with {asked} in {places}; take the "rule" of a row')
-    found = score(rows)
+    scores = score(rows)
     folder.mkdir(parents=True, exist_ok=True)
     replace_file(folder / PAGE, page(rows, rule).encode())
-    return Outcome(found | {"rule": rule}, f"rule {rule}\n" + _text(found))
+    return Outcome(scores | {"rule": rule}, f"rule {rule}\n" + _text(scores))
+
+
+def _part(text: str) -> tuple[int, int]:
+    numbers = text.split("/")
+    if len(numbers) == 2 and all(number.isdigit() for number in numbers) and int(numbers[0]) < int(numbers[1]):
+        return int(numbers[0]), int(numbers[1])
+    raise InputError(f"--part {text}: give I/N with I from 0 to N - 1, for example 0/2")
 
 
 def _say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def _text(found: dict[str, Any]) -> str:
-    parts = []
-    for head, rows in [("metric", found["metrics"]), ("right name by class", found["classes"])]:
-        parts.append(table([head, "value", "from", "to", "cases"], [_row(name, one) for name, one in rows.items()]))
-    for setting, rows in found["settings"].items():
-        parts.append(table([setting, "value", "from", "to", "cases"], [_row(name, one) for name, one in rows.items()]))
-    figures = [[*_row(name, one), one["least"], one["most"]] for name, one in found["figures"].items()]
-    parts.append(table(["median of", "value", "from", "to", "cases", "least", "most"], figures))
+def _text(scores: dict[str, Any]) -> str:
+    groups = {"metric": scores["metrics"], "right name by class": scores["classes"], **scores["settings"]}
+    parts = [
+        table([title, "value", "from", "to", "cases"], [_row(name, counted) for name, counted in group.items()])
+        for title, group in groups.items()
+    ]
+    medians = [[*_row(name, median), median["least"], median["most"]] for name, median in scores["figures"].items()]
+    parts.append(table(["median of", "value", "from", "to", "cases", "least", "most"], medians))
     return "\n\n".join(parts)
 
 
-def _row(name: str, one: dict[str, Any]) -> list[Any]:
-    return [name, one["value"], one["low"], one["high"], one["cases"]]
+def _row(name: str, metric: dict[str, Any]) -> list[Any]:
+    return [name, metric["value"], metric["low"], metric["high"], metric["cases"]]

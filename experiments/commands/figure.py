@@ -1,17 +1,26 @@
-"""`railsim figure`: draw figures of the paper and the validation report, and check what they claim."""
+"""`railsim figure`: draw figures of the paper and check its claims."""
 
 import argparse
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from experiments import figures
-from experiments.commands.interface import Outcome, table
-from experiments.figures.interface import Figure, publish
-from railsim.registry import discover, pick
+from experiments.reporting.outcome import Outcome
+from experiments.reporting.text import table
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Figure, folder and size."""
+    parser.add_argument("name", metavar="NAME|all", help="see 'railsim list figures'")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of the pictures and tables")
+    parser.add_argument("--fast", action="store_true", help="shorter runs, the compiled engine")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held."""
+    from experiments import figures
+    from experiments.figures.interface import Figure, publish
+    from railsim.registry import discover, pick
+
     found: Mapping[str, Callable[[], Figure]] = dict(discover(figures, Figure))
     chosen = found if given.name == "all" else {given.name: pick(dict(found), given.name, "figure")}
     asked = {name: kind() for name, kind in chosen.items()}

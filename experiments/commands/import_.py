@@ -1,13 +1,21 @@
-"""`railsim import`: measured data becomes a recording, a track-recording car's file a track."""
+"""`railsim import`: turn measured data into a recording, or a track-recording car's file into a track."""
 
 import argparse
 
-from experiments.commands.interface import Outcome
-from railsim.field.importing import import_file
+from experiments.reporting.outcome import Outcome
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """File, map and folder."""
+    parser.add_argument("file", metavar="FILE", help="CSV, Parquet, MDF4 or TDMS")
+    parser.add_argument("--map", metavar="MAP.yaml", required=True, help="what its columns mean: docs/field_data.md")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of the recording; track.csv for a track")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Import, and say every assumption and repair."""
+    from railsim.field.importing import import_file
+
     done = import_file(given.file, given.map, given.out)
     result = {done.kind: str(given.out), "assumptions": done.notes.assumptions, "repairs": done.notes.repairs}
     lines = [f"{given.out}: {done.kind} from {given.file}"]

@@ -1,18 +1,24 @@
-"""`railsim score`: an estimate against the truth of its recording."""
+"""`railsim score`: compare an estimate with the truth of its recording."""
 
 import argparse
-from collections.abc import Sequence
-from typing import Any
 
-from estimators.interface import Estimate
-from experiments.commands.interface import Outcome, table
-from experiments.scoring.score import score, score_rows, unscored
+from experiments.reporting.outcome import Outcome
+from experiments.reporting.text import score_table
 from railsim.errors import InputError
-from railsim.recording import Recording
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Estimate and recording."""
+    parser.add_argument("estimate", metavar="ESTIMATE_DIR", help="folder of an estimate")
+    parser.add_argument("recording", metavar="RECORDING", help="recording that it was made from, with its truth")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Compute the scores."""
+    from estimators.interface import Estimate
+    from experiments.scoring.score import score, score_rows, unscored
+    from railsim.recording import Recording
+
     estimate = Estimate.open(given.estimate)
     truth = Recording.open(given.recording).truth
     if truth is None:
@@ -20,16 +26,3 @@ def execute(given: argparse.Namespace) -> Outcome:
     rows = score_rows(estimate.name, score(estimate, truth))
     notes = [] if rows else [unscored(estimate)]
     return Outcome({"scores": rows, "notes": notes}, score_table(rows) if rows else f"Note: {notes[0]}")
-
-
-def score_table(rows: Sequence[dict[str, Any]]) -> str:
-    """Scores side by side: a row a score, a column an estimator; a table for each group of estimators that have the
-    same scores.
-    """
-    values: dict[tuple[str, str], dict[str, float]] = {}
-    for row in rows:
-        values.setdefault((row["score"], row["unit"]), {})[row["estimator"]] = row["value"]
-    groups: dict[tuple[str, ...], list[list[Any]]] = {}
-    for (name, unit), found in values.items():
-        groups.setdefault(tuple(found), []).append([name, unit, *found.values()])
-    return "\n\n".join(table(["score", "unit", *names], lines) for names, lines in groups.items())

@@ -1,16 +1,23 @@
-"""`railsim simulate`: a scenario becomes a recording with its truth."""
+"""`railsim simulate`: make a recording with its truth from a scenario."""
 
 import argparse
 from typing import Any
 
-from experiments.commands.interface import Outcome
-from railsim.files import write_folder_atomically
-from railsim.scenario import Scenario, load_scenario
-from railsim.simulation import measure, simulate
+from experiments.commands._scenario import add_scenario, scenario_of
+from experiments.reporting.outcome import Outcome
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Scenario and folder."""
+    add_scenario(parser)
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder of the recording")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write the recording."""
+    from railsim.files import write_folder_atomically
+    from railsim.simulation import measure, simulate
+
     scenario = scenario_of(given)
     with write_folder_atomically(given.out) as aside:  # says before the simulation that the place cannot be written
         truth = simulate(scenario, given.engine, progress=True)
@@ -19,9 +26,3 @@ def execute(given: argparse.Namespace) -> Outcome:
     result |= {"duration": truth.duration, "channels": measured.channels}
     text = f"{given.out}: {truth.duration:g} s, {len(measured)} measured channels, truth of engine {given.engine}"
     return Outcome(result, text)
-
-
-def scenario_of(given: argparse.Namespace) -> Scenario:
-    """The scenario that the arguments ask for."""
-    seed = [] if given.seed is None else [f"seed={given.seed}"]
-    return load_scenario(given.scenario, [*given.set, *seed])

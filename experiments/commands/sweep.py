@@ -1,22 +1,41 @@
-"""`railsim sweep`: a design over a scenario, run on many processes, one table and one report."""
+"""`railsim sweep`: run a design over a scenario's keys on many processes: a table and a report; resumes by itself."""
 
 import argparse
+import os
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from experiments.commands.interface import Outcome, table
-from experiments.sweep.executors import Cluster, Executor, Local
-from experiments.sweep.report import write_report
-from experiments.sweep.run import Done, run_sweep
-from experiments.sweep.settings import read_sweep
-from experiments.sweep.store import TABLE
-from experiments.sweep.table import counts
+from experiments.reporting.outcome import Outcome
+from experiments.reporting.text import table
 from railsim.errors import InputError
+
+if TYPE_CHECKING:
+    from experiments.sweep.executors import Executor
+    from experiments.sweep.run import Done
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Sweep, folder and processes."""
+    parser.add_argument("sweep", metavar="SWEEP", nargs="?", help="name of a shipped study, or path of a YAML file")
+    parser.add_argument("--out", metavar="DIR", help="folder of the results; a sweep that was stopped goes on there")
+    where = parser.add_mutually_exclusive_group()
+    cores = len(os.sched_getaffinity(0))
+    where.add_argument(
+        "--jobs", type=int, default=cores, metavar="N", help=f"processes on this machine (default: {cores})"
+    )
+    where.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster, host:port")
+    parser.add_argument("--keep-truth", action="store_true", help="leave the simulated runs in the cache")
+    parser.add_argument("--report", metavar="DIR", help="only write the report of a finished sweep again")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Run what is not finished, write the table and the report; exit code 1 where repeated tasks did not agree."""
+    from experiments.sweep.report import write_report
+    from experiments.sweep.run import run_sweep
+    from experiments.sweep.settings import read_sweep
+    from experiments.sweep.store import TABLE
+
     if given.report:
         if given.sweep or given.out:
             raise InputError("--report takes the folder of a finished sweep and nothing else; leave the rest out")
@@ -32,13 +51,17 @@ def execute(given: argparse.Namespace) -> Outcome:
     return Outcome(result, _text(result, done), done.repeatable)
 
 
-def _executor(given: argparse.Namespace, scratch: Path) -> Executor:
+def _executor(given: argparse.Namespace, scratch: Path) -> "Executor":
+    from experiments.sweep.executors import Cluster, Local
+
     if given.cluster:
         return Cluster(given.cluster, given.keep_truth)
     return Local(given.jobs, scratch, given.keep_truth)
 
 
-def _facts(done: Done) -> dict[str, Any]:
+def _facts(done: "Done") -> dict[str, Any]:
+    from experiments.sweep.table import counts
+
     return {
         "points": done.plan.points,
         "runs": len(done.plan.tasks),
@@ -49,7 +72,7 @@ def _facts(done: Done) -> dict[str, Any]:
     }
 
 
-def _text(result: dict[str, Any], done: Done) -> str:
+def _text(result: dict[str, Any], done: "Done") -> str:
     lines = [
         f"{result['table']}: {result['rows']} rows of {result['points']} points, {result['runs']} simulated runs "
         f"({result['performed']} of them now)",

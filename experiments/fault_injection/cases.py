@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
-from experiments.commands.run import estimate_all
 from experiments.fault_injection.faults import FAULTS, Fault, Spoiler
 from experiments.fault_injection.runs import RUNS, scenario, truth_of
+from experiments.runs.estimation import estimate_all
 from experiments.scoring.score import score
 from railsim import measure
 from railsim.errors import InputError
@@ -132,7 +132,7 @@ def _errors(measured: Measurements, truth: Truth) -> dict[str, float]:
     """Root-mean-square errors of all estimators, not below a floor, by "estimator: score"."""
     found = {}
     try:
-        estimates = estimate_all(measured).found
+        estimates = estimate_all(measured).given
     except (ValueError, ArithmeticError, IndexError):
         return {}
     for name, estimate in estimates.items():

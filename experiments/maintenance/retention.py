@@ -17,9 +17,9 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
-from experiments.commands.interface import Outcome
-from experiments.commands.run import Estimates, estimate_all
 from experiments.maintenance.condition import tables
+from experiments.reporting.outcome import Outcome
+from experiments.runs.estimation import Estimates, estimate_all
 from railsim.errors import InputError
 from railsim.files import write_folder_atomically, write_json
 from railsim.measurements import Measurements
@@ -60,8 +60,8 @@ def prune(folder: Path, after: float, really: bool) -> Outcome:
         return Outcome({**facts, "pruned": False, "due": False}, text)
     found = inspect(recording.measurements)
     estimates = estimate_all(found.cleaned)
-    facts |= {"due": True, "pruned": really, "estimates": sorted(estimates.found), "findings": len(found.findings)}
-    kept = f"{', '.join(sorted(estimates.found)) or 'no estimates'}, events, a row a second of each channel"
+    facts |= {"due": True, "pruned": really, "estimates": sorted(estimates.given), "findings": len(found.findings)}
+    kept = f"{', '.join(sorted(estimates.given)) or 'no estimates'}, events, a row a second of each channel"
     if not really:
         text = f"{folder}: {age:.1f} days old ({how}); {size / 1e6:.2f} MB of raw data would be reduced to: {kept}"
         return Outcome(facts, f"{text}\nnothing was changed; --yes does it")
@@ -109,13 +109,13 @@ def _write(recording: Recording, found: Inspection, estimates: Estimates, folder
     )
     with write_folder_atomically(folder) as aside:
         write_frame(aside / "seconds.parquet", numeric)
-        for name, estimate in estimates.found.items():
+        for name, estimate in estimates.given.items():
             estimate.save(aside / name, tables(estimate))
         write_json(aside / "events.json", _events(recording, found, estimates, codes))
         for path in (one for one in aside.rglob("*") if one.is_file()):
             with path.open("rb") as handle:
                 os.fsync(handle.fileno())
-    _check(folder, numeric, estimates.found)
+    _check(folder, numeric, estimates.given)
 
 
 def _events(recording: Recording, found: Inspection, estimates: Estimates, codes: Mapping[str, int]) -> dict[str, Any]:
@@ -124,7 +124,7 @@ def _events(recording: Recording, found: Inspection, estimates: Estimates, codes
         "reduced": datetime.now(UTC).isoformat(timespec="seconds"),
         "channels": list(codes),
         "inspection": [one.stated() for one in found.findings],
-        "estimators": {name: one.about.get("events", []) for name, one in estimates.found.items()},
+        "estimators": {name: one.about.get("events", []) for name, one in estimates.given.items()},
         "refused": estimates.refused,
     }
 

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from experiments.commands.interface import show
+from experiments.reporting.text import cell
 from experiments.sweep import analysis, pictures
 from experiments.sweep.analysis import Frame
 from experiments.sweep.store import REPORT, TABLE, read_settings, task_facts
@@ -90,7 +90,7 @@ class _Page:
 
 def _cell(value: Any, decimals: int) -> str:
     if isinstance(value, float | int) and not isinstance(value, bool):
-        text = "" if value != value else show(float(value), decimals) if isinstance(value, float) else str(value)
+        text = "" if value != value else cell(float(value), decimals) if isinstance(value, float) else str(value)
         return f'<td class="n">{text}</td>'
     return f"<td>{html.escape('' if value is None or value != value else str(value))}</td>"
 

@@ -4,6 +4,7 @@ import argparse
 import ctypes
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,9 +18,9 @@ import pandas as pd
 import pytest
 
 from estimators.interface import Estimate
-from experiments.cli import KINDS, build_parser, main
-from experiments.commands.interface import table
+from experiments.cli import build_parser, main
 from experiments.commands.list import LISTERS, execute
+from experiments.reporting.text import table
 from railsim import Recording
 from tests.experiments.conftest import ROOT, Command
 
@@ -35,6 +36,9 @@ sensors:
   - {kind: gyro, name: bogie, body: bogie, axes: pitch, rate: 256, errors: mems}
   - {kind: tachometer, name: wheelset1, body: wheelset1, rate: 64}
 """
+COMMANDS = sorted(
+    path.stem.rstrip("_").replace("_", "-") for path in (ROOT / "experiments" / "commands").glob("[!_]*.py")
+)
 INSPECTION_CAR = ROOT.parent / "shared" / "reference" / "track" / "inspection_car.csv"
 
 
@@ -127,7 +131,7 @@ def test_run_on_a_measured_track(railsim_here: Command, tmp_path: Path):
 
 def test_list_shows_every_kind(railsim_here: Command):
     found = read(railsim_here("list", "--json"))
-    assert list(found) == list(KINDS) == list(LISTERS)
+    assert list(found) == list(LISTERS)
     assert {"name", "description"} == set(found["estimators"][0])
     assert {row["name"] for row in found["tracks"]} >= {"curve_r400", "smooth"}
     nameless = [(kind, row) for kind, rows in found.items() for row in rows if not row["description"]]
@@ -176,12 +180,44 @@ def test_bench_measures_engine_and_estimators(railsim_here: Command):
     assert {name for name, value in values.items() if value > 0} >= {"engine compiled", "estimator speed_plain"}
 
 
-@pytest.mark.parametrize("command", ["run", "simulate", "estimate", "score", "figure", "inspect", "list", "bench"])
-def test_every_subcommand_explains_itself(command: str, capsys: pytest.CaptureFixture[str]):
+def test_help_lists_every_command_with_its_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    with pytest.raises(SystemExit) as done:
+        build_parser().parse_args(["--help"])
+    assert done.value.code == 0
+    listed = dict(re.findall(r"^    (\S+)\s+(.+)$", capsys.readouterr().out, re.MULTILINE))
+    assert list(listed) == COMMANDS
+    assert listed["bench"] == "speed of the engines and estimators"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixture[str]):
     with pytest.raises(SystemExit) as done:
         build_parser().parse_args([command, "--help"])
     assert done.value.code == 0
     assert "--json" in capsys.readouterr().out
+
+
+LOADED = """
+import sys
+from experiments.cli import main
+try:
+    main(sys.argv[1:])
+except SystemExit:
+    print(*sorted(name for name in sys.modules if name.startswith("experiments.commands.")), file=sys.stderr)
+    print(*({"numpy", "numba", "pandas", "matplotlib"} & set(sys.modules)), file=sys.stderr)
+"""
+
+
+@pytest.mark.parametrize("command", ["", *COMMANDS])
+def test_help_imports_the_chosen_command_alone_and_nothing_heavy(command: str):
+    words = [sys.executable, "-c", LOADED, *command.split(), "--help"]
+    done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT, check=True)
+    commands, heavy = done.stderr.split("\n")[:2]
+    module = command.replace("-", "_")
+    public = [name.rpartition(".")[2].rstrip("_") for name in commands.split() if "._" not in name]
+    assert public == module.split()
+    assert heavy == ""
 
 
 def test_errors_of_the_system_become_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from experiments.commands.run import estimate_all
 from experiments.reporting.plots import PLOTS, Results, thin
+from experiments.runs.estimation import estimate_all
 from experiments.scoring.speed import all_speed_errors
 from railsim import Recording
 
@@ -34,7 +34,7 @@ def results(recording) -> Results:
     """Everything that `railsim run` draws."""
     opened = Recording.open(recording)
     assert opened.truth is not None
-    errors = all_speed_errors(estimate_all(opened.measurements).found, opened.truth)
+    errors = all_speed_errors(estimate_all(opened.measurements).given, opened.truth)
     return Results("name", "what it is about", opened.truth, opened.measurements, errors)
 
 

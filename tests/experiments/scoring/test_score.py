@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from estimators.interface import Estimate
-from experiments.commands.run import score_all
+from experiments.runs.pipeline import score_all
 from experiments.scoring.interface import stated
 from experiments.scoring.score import score, score_rows, scorers, unscored
 from railsim import InputError, Truth

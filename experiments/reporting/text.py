@@ -1,19 +1,8 @@
-"""What a subcommand gives back, and tables for people."""
+"""Tables of text for people."""
 
 import textwrap
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Result of a subcommand: the JSON object, the same for people, and whether every check held."""
-
-    result: dict[str, Any]
-    text: str
-    held: bool = True
-
 
 NARROWEST = 30  # characters of a wrapped column, however narrow the terminal is
 
@@ -23,7 +12,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Any]], decimals: int = 
 
     columns : characters of a line, into which the last column is wrapped; None = as long as it is.
     """
-    cells = [[*header], *([show(value, decimals) for value in row] for row in rows)]
+    cells = [[*header], *([cell(value, decimals) for value in row] for row in rows)]
     if columns is not None:
         before = sum(max(len(row[i]) for row in cells) + 2 for i in range(len(header) - 1))
         cells = [line for row in cells for line in _wrapped(row, max(NARROWEST, columns - before))]
@@ -31,8 +20,8 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Any]], decimals: int = 
     right = [all(isinstance(row[i], int | float) or row[i] is None for row in rows) for i in range(len(header))]
     lines = [
         "  ".join(
-            cell.rjust(width) if flag else cell.ljust(width)
-            for cell, width, flag in zip(row, widths, right, strict=True)
+            text.rjust(width) if flag else text.ljust(width)
+            for text, width, flag in zip(row, widths, right, strict=True)
         )
         for row in cells
     ]
@@ -45,7 +34,7 @@ def _wrapped(row: list[str], width: int) -> list[list[str]]:
     return [[*row[:-1], first], *([""] * (len(row) - 1) + [other] for other in others)]
 
 
-def show(value: Any, decimals: int = 3) -> str:
+def cell(value: Any, decimals: int = 3) -> str:
     """A cell: nothing for None, powers of ten for the very large and small."""
     if value is None:
         return ""
@@ -53,3 +42,18 @@ def show(value: Any, decimals: int = 3) -> str:
         plain = value == 0.0 or 0.5 * 10.0**-decimals <= abs(value) < 1e6
         return f"{value:.{decimals}f}" if plain else f"{value:.2e}"
     return str(value)
+
+
+def score_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Scores side by side: a row a score, a column an estimator; a table for each group of estimators that have the
+    same scores.
+
+    rows : with "estimator", "score", "unit" and "value".
+    """
+    values: dict[tuple[str, str], dict[str, float]] = {}
+    for row in rows:
+        values.setdefault((row["score"], row["unit"]), {})[row["estimator"]] = row["value"]
+    groups: dict[tuple[str, ...], list[list[Any]]] = {}
+    for (name, unit), by_estimator in values.items():
+        groups.setdefault(tuple(by_estimator), []).append([name, unit, *by_estimator.values()])
+    return "\n\n".join(table(["score", "unit", *names], lines) for names, lines in groups.items())
