@@ -17,7 +17,7 @@ from estimators.adhesion.adhesion_creep_forces import SETTLE, AdhesionCreepForce
 from estimators.adhesion.classifier import FILE, LEVELS, softmax, terms
 from estimators.adhesion.creep_forces import RATE
 from estimators.adhesion.features import SETS, features, windows
-from experiments.runs.adhesion import recording, sensors
+from experiments.runs.adhesion import CLEAR, recording, sensors
 from railsim import load_scenario
 from railsim.contact.adhesion import CONDITIONS
 from railsim.track import spectra, synthesis
@@ -35,7 +35,6 @@ HOPS = {10.0: 5.0, 4.0: 4.0}  # s between windows
 PENALTIES = {"level": 1e-3, "slope": 1e-2}
 DIGITS = 4
 SHIPPED = Path("estimators/adhesion") / FILE
-CLEAR = 20.0  # m, start of runs with vehicles off their nominal parameters: all wheels on even track
 SPREAD = {
     "body_mass": (0.95, 1.2),
     "secondary_lateral_damping": (0.5, 1.1),

@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
+from experiments.figures.crossover import CrossoverFigure, one_panel
 from experiments.figures.interface import Claim
 from experiments.reporting.plots import BLUE, GREY, ORANGE
-from experiments.runs.crossover import PLAIN, CrossoverFigure, X, one_panel, seeds, series, symmetry
+from experiments.runs.crossover import PLAIN, X, seeds, series, symmetry
 
 
 class Fig03(CrossoverFigure):

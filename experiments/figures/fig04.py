@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
+from experiments.figures.crossover import CrossoverFigure, one_panel
 from experiments.figures.interface import Claim
 from experiments.reporting.plots import BLUE, ORANGE
-from experiments.runs.crossover import SHAPE, CrossoverFigure, X, features, one_panel, seeds, series, symmetry
+from experiments.runs.crossover import SHAPE, X, features, seeds, series, symmetry
 
 PAPER = 0.077  # rad; "nearly 0.077 radians, consistent with a 1 in 13 crossing angle" (Ward et al. 2011, section 3.3)
 

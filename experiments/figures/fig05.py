@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
+from experiments.figures.crossover import CrossoverFigure, mark
 from experiments.figures.interface import Claim
 from experiments.reporting.plots import BLUE, GREEN, GREY, RED
-from experiments.runs.crossover import LETTERS, CrossoverFigure, X, features, mark, seeds, series
+from experiments.runs.crossover import LETTERS, X, features, seeds, series
 
 CLOSE = 0.5  # m
 

@@ -16,6 +16,7 @@ from railsim.truth import Truth
 
 AXLEBOX = {"preset": "axlebox", "bandwidth": 100.0}  # as the other sensors, for samples at 256 Hz
 START = 25.0  # m
+CLEAR = 20.0  # m, start of runs with vehicles off their nominal parameters: all wheels on even track
 
 
 def sensors(grade: str = "mems", wheelsets: bool = True) -> list[dict[str, Any]]:

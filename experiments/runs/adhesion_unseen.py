@@ -12,8 +12,7 @@ import pandas as pd
 from estimators.adhesion.adhesion_level import COLUMNS, AdhesionLevel, judge
 from estimators.adhesion.classifier import LEVELS, classifier
 from estimators.adhesion.features import SETS
-from experiments.calibration.adhesion import CLEAR
-from experiments.runs.adhesion import START, between, run, scenario, sensors, spliced
+from experiments.runs.adhesion import CLEAR, START, between, run, scenario, sensors, spliced
 from experiments.runs.unseen_tracks import write_unseen
 from railsim.contact.adhesion import CONDITIONS
 from railsim.measurements import Measurements

@@ -4,14 +4,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Picture
 
 from estimators.interface import Estimate
 from estimators.signals.bands import Band, band_pass, high_pass
 from estimators.track.alignment_lateral import AlignmentLateral
 from estimators.track.switches import Switches
-from experiments.figures.interface import Figure
 from experiments.scoring.track import true_track
 from railsim import load_scenario, measure, simulate
 from railsim.scenario import Scenario
@@ -25,24 +22,6 @@ CUT = 35.0  # m
 SHAPE = Crossover()
 EACH_SIDE = SHAPE.length / 2
 PLAIN = (EACH_SIDE + 10.0, EACH_SIDE + 90.0)  # m beyond the middle: plain track
-
-
-class CrossoverFigure(Figure):
-    """Base of figures 3 to 5: the same runs, drawn over the distance from the crossover's middle."""
-
-    def compute(self, fast: bool) -> pd.DataFrame:
-        """See `crossover_table`."""
-        return crossover_table(fast)
-
-
-def one_panel(table: pd.DataFrame, title: str, label: str) -> tuple[Picture, Axes, dict[str, np.ndarray]]:
-    """A picture with one pair of axes, the features marked, and the rows to draw in it."""
-    picture = Picture(figsize=(10.0, 4.8), layout="constrained")
-    axes = picture.subplots()
-    mark(axes, table, 0.94)
-    axes.set(xlim=(-60.0, 140.0), xlabel="distance from the middle [m]", ylabel=label, title=title)
-    axes.spines[["top", "right"]].set_visible(False)
-    return picture, axes, series(table)
 
 
 def crossover_table(fast: bool) -> pd.DataFrame:
@@ -84,15 +63,6 @@ def symmetry(x: np.ndarray, values: np.ndarray, sign: float, centre: float = 0.0
     each = np.arange(0.0, EACH_SIDE, 0.125)
     before, after = np.interp(centre - each, x, values), np.interp(centre + each, x, values)
     return float(np.corrcoef(before, sign * after)[0, 1])
-
-
-def mark(axes: Any, table: pd.DataFrame, height: float, seed: int = 1) -> None:
-    """Vertical lines at the features of one seed, with their letters at `height` of the axes."""
-    rows = features(table)
-    for label, place, number in zip(rows["label"], rows[X], rows[SEED], strict=True):
-        if number == seed:
-            axes.axvline(place, color="#8c8c8c", lw=0.7, ls=":")
-            axes.text(place, height, label, transform=axes.get_xaxis_transform(), ha="center", fontweight="bold")
 
 
 def _one(truth: Truth, scenario: Scenario, seed: int) -> pd.DataFrame:

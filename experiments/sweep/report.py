@@ -1,15 +1,14 @@
 """Report of a sweep: one HTML page with its pictures inside."""
 
-import base64
-import html
-import io
 from collections.abc import Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
 
+from experiments.reporting import html
 from experiments.reporting.text import cell
 from experiments.sweep import analysis, pictures
 from experiments.sweep.analysis import Frame
@@ -19,10 +18,6 @@ from railsim.files import read_json, replace_file
 
 DPI = 110
 MOST_ROWS = 60  # of a table on the page; the Parquet table holds all
-_STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:1150px;margin:2em auto;padding:0 1em;color:#222}
-h1{font-size:1.5em}h2{font-size:1.2em;margin-top:2em;border-bottom:1px solid #ccc}img{max-width:100%}
-table{border-collapse:collapse;margin:.6em 0;font-size:13px}td,th{padding:.15em .7em;border-bottom:1px solid #e4e4e4;
-text-align:left;vertical-align:top}td.n{text-align:right;font-variant-numeric:tabular-nums}.note{color:#666}"""
 
 
 def write_report(folder: Path) -> Path:
@@ -60,39 +55,36 @@ class _Page:
         self._pictures.mkdir(exist_ok=True)
 
     def heading(self, text: str) -> None:
-        self._parts.append(f"<h2>{html.escape(text)}</h2>")
+        self._parts.append(f"<h2>{escape(text)}</h2>")
 
     def line(self, text: str) -> None:
-        self._parts.append(f"<p>{html.escape(text)}</p>")
+        self._parts.append(f"<p>{escape(text)}</p>")
 
     def table(self, rows: Frame, decimals: int = 4) -> None:
         cut = rows.head(MOST_ROWS)
-        head = "".join(f"<th>{html.escape(str(name))}</th>" for name in cut.columns)
-        body = "".join(
-            "<tr>" + "".join(_cell(value, decimals) for value in row) + "</tr>"
-            for row in cut.itertuples(index=False, name=None)
-        )
-        self._parts.append(f"<table><tr>{head}</tr>{body}</table>")
+        cells = [[_shown(value, decimals) for value in row] for row in cut.itertuples(index=False, name=None)]
+        numeric = [all(_is_number(value) for value in cut.iloc[:, i]) for i in range(cut.shape[1])]
+        self._parts.append(html.table([escape(str(name)) for name in cut.columns], cells, numeric))
         if len(rows) > len(cut):
             self._parts.append(f'<p class="note">{len(rows) - len(cut)} further rows are left out.</p>')
 
     def picture(self, name: str, figure: Figure) -> None:
-        data = io.BytesIO()
-        figure.savefig(data, format="png", dpi=DPI)
-        replace_file(self._pictures / f"{name}.png", data.getvalue())
-        text = base64.b64encode(data.getvalue()).decode()
-        self._parts.append(f'<img alt="{html.escape(name)}" src="data:image/png;base64,{text}">')
+        data = html.png(figure, DPI)
+        replace_file(self._pictures / f"{name}.png", data)
+        self._parts.append(html.image(name, data))
 
     def text(self, title: str) -> str:
-        head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>'
-        return f"{head}<style>{_STYLE}</style><h1>Sweep {html.escape(title)}</h1>{''.join(self._parts)}</html>\n"
+        return html.page(title, [f"<h1>Sweep {escape(title)}</h1>", *self._parts])
 
 
-def _cell(value: Any, decimals: int) -> str:
-    if isinstance(value, float | int) and not isinstance(value, bool):
-        text = "" if value != value else cell(float(value), decimals) if isinstance(value, float) else str(value)
-        return f'<td class="n">{text}</td>'
-    return f"<td>{html.escape('' if value is None or value != value else str(value))}</td>"
+def _is_number(value: Any) -> bool:
+    return value is None or (isinstance(value, float | int) and not isinstance(value, bool))
+
+
+def _shown(value: Any, decimals: int) -> str:
+    """A cell; empty for what is missing."""
+    missing = value is None or value != value
+    return "" if missing else escape(cell(value, decimals))
 
 
 def _head(page: _Page, settings: Mapping[str, Any], frame: Frame) -> None:

@@ -1,22 +1,14 @@
 """The report as one HTML file: headings, words, tables, pictures inside."""
 
-import base64
 from collections.abc import Mapping, Sequence
 from html import escape
 
 import numpy as np
 import pandas as pd
 
+from experiments.reporting import html
 from experiments.validation.interface import Row, Section
 from experiments.validation.reference import VARIABLE
-
-_STYLE = """
-body { font: 15px/1.45 sans-serif; max-width: 1200px; margin: 2em auto; padding: 0 1em; color: #222; }
-table { border-collapse: collapse; margin: 0.8em 0; font-size: 13px; }
-th, td { border-bottom: 1px solid #ddd; padding: 0.2em 0.7em; text-align: right; vertical-align: top; }
-th { border-bottom: 2px solid #888; } .words { text-align: left; } img { max-width: 100%; }
-.failed { color: #d55e00; font-weight: bold; } .source { color: #666; font-size: 13px; }
-"""
 
 
 def document(
@@ -45,9 +37,8 @@ def document(
             body += _results(rows[part.name], listings[part.name], pictures[part.name])
         else:
             body.append(f'<p class="failed">{escape(_absent(part))}</p>')
-        body.append(f'<p class="source">Source: {escape(part.source)}</p>')
-    head = f'<meta charset="utf-8"><title>railsim: validation report</title><style>{_STYLE}</style>'
-    return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head>\n<body>\n{chr(10).join(body)}\n</body></html>\n'
+        body.append(f'<p class="note">Source: {escape(part.source)}</p>')
+    return html.page("railsim: validation report", body)
 
 
 def number(value: float | None) -> str:
@@ -78,8 +69,7 @@ def _results(rows: Sequence[Row], listing: pd.DataFrame | None, picture: bytes) 
         values = [number(row.ours), number(row.reference), number(row.difference)]
         cells.append([*words, *values, escape(row.unit), escape(row.limit), _verdict(row.held), escape(row.source)])
     titles = ["quantity", "ours", "reference", "difference", "unit", "limit", "", "source"]
-    image = base64.b64encode(picture).decode()
-    found = [_table(titles, cells, words=1), f'<img alt="plots" src="data:image/png;base64,{image}">']
+    found = [_table(titles, cells, words=1), html.image("plots", picture)]
     if listing is not None:
         found.append("<p>Every deviation (ours minus reference):</p>")
         lines = [[f"{value:.3g}" for value in line] for line in listing.to_numpy(float)]
@@ -94,10 +84,5 @@ def _verdict(held: bool | None) -> str:
 
 
 def _table(titles: Sequence[str], lines: Sequence[Sequence[str]], words: int) -> str:
-    """`words`: so many first columns are text, set to the left; cells are HTML already."""
-
-    def line(cells: Sequence[str], tag: str) -> str:
-        marks = [' class="words"' if place < words else "" for place in range(len(cells))]
-        return "<tr>" + "".join(f"<{tag}{m}>{cell}</{tag}>" for m, cell in zip(marks, cells, strict=True)) + "</tr>"
-
-    return "<table>\n" + "\n".join([line(titles, "th"), *(line(cells, "td") for cells in lines)]) + "\n</table>"
+    """`words`: so many first columns are text; cells are HTML already."""
+    return html.table(titles, lines, [place >= words for place in range(len(titles))])

@@ -1,8 +1,6 @@
 """Report: one page with its pictures inside, and a paragraph in plain words."""
 
-import base64
-import html
-import io
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -12,28 +10,23 @@ from matplotlib.figure import Figure
 from experiments.discrepancy.result import pictures
 from experiments.discrepancy.select.decide import ENOUGH
 from experiments.discrepancy.workflow import Findings
+from experiments.reporting import html
 
 DPI = 110
 REPORT = "report.html"
-_STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:1050px;margin:2em auto;padding:0 1em;color:#222}
-h1{font-size:1.5em}h2{font-size:1.15em;margin-top:1.8em;border-bottom:1px solid #ccc}img{max-width:100%}
-table{border-collapse:collapse;font-size:13px}td,th{padding:.15em .8em;border-bottom:1px solid #e4e4e4;text-align:left}
-td.n{text-align:right;font-variant-numeric:tabular-nums}
-.plain{background:#f4f6f5;padding:.8em 1em;border-left:4px solid #2a7f62}"""
 
 
 def write_report(folder: Path, name: str, findings: Findings, verdict: dict[str, Any], after: np.ndarray) -> Path:
     """Write report.html and its pictures as PNG files beside it; `after`: coefficients (k, f, c) with the effect."""
     figures = _figures(findings, after)
-    parts = [f"<h1>{html.escape(name)}: {html.escape(verdict['status'])}</h1>"]
-    parts.append(f'<p class="plain">{html.escape(in_words(verdict))}</p>')
+    parts = [f"<h1>{escape(name)}: {escape(verdict['status'])}</h1>"]
+    parts.append(f'<p class="plain">{escape(in_words(verdict))}</p>')
     parts += [_gap_table(verdict), _elsewhere(verdict), _separated(verdict)]
     for key, (title, figure) in figures.items():
-        parts.append(f"<h2>{html.escape(title)}</h2>{_picture(folder, key, figure)}")
+        parts.append(f"<h2>{escape(title)}</h2>{_picture(folder, key, figure)}")
     parts.append(_hypotheses(verdict))
     parts.append(_nuisances(verdict))
-    page = f"<!doctype html><meta charset='utf-8'><title>{html.escape(name)}</title><style>{_STYLE}</style>"
-    (folder / REPORT).write_text(page + "".join(parts), encoding="utf-8")
+    (folder / REPORT).write_text(html.page(name, parts), encoding="utf-8")
     return folder / REPORT
 
 
@@ -132,10 +125,9 @@ def distance(findings: Findings) -> np.ndarray:
 
 
 def _picture(folder: Path, name: str, figure: Figure) -> str:
-    data = io.BytesIO()
-    figure.savefig(data, format="png", dpi=DPI)
-    (folder / f"{name}.png").write_bytes(data.getvalue())
-    return f'<img alt="{name}" src="data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}">'
+    data = html.png(figure, DPI)
+    (folder / f"{name}.png").write_bytes(data)
+    return html.image(name, data)
 
 
 def _gap_table(verdict: dict[str, Any]) -> str:
@@ -184,12 +176,7 @@ def _nuisances(verdict: dict[str, Any]) -> str:
     return "<h2>Tolerances used (standard deviations of the data sheet, from 1)</h2>" + _table(["", "score"], rows)
 
 
-def _table(header: list[str], rows: list[list[str]]) -> str:
-    head = "".join(f"<th>{html.escape(text)}</th>" for text in header)
-    body = "".join(
-        "<tr>"
-        + "".join(f"<td{' class=n' if i else ''}>{html.escape(text)}</td>" for i, text in enumerate(row))
-        + "</tr>"
-        for row in rows
-    )
-    return f"<table><tr>{head}</tr>{body}</table>"
+def _table(titles: list[str], rows: list[list[str]]) -> str:
+    """A table of texts; all columns but the first are numbers."""
+    cells = [[escape(text) for text in row] for row in rows]
+    return html.table([escape(title) for title in titles], cells, [i > 0 for i in range(len(titles))])

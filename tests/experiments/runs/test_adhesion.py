@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from estimators.adhesion.classifier import LEVELS, Classifier
-from experiments.calibration import adhesion as adhesion_calibration
 from experiments.calibration.adhesion import TRACKS, Windows, fit, write
-from experiments.runs.adhesion import between, recording, run, scenario, sensors, spliced
+from experiments.runs.adhesion import CLEAR, between, recording, run, scenario, sensors, spliced
 from experiments.runs.adhesion_unseen import TRACKS as UNSEEN
 from experiments.runs.unseen_tracks import SEEDS
 from experiments.scoring.adhesion_level import true_level
@@ -65,7 +64,7 @@ def test_level_of_truth_is_that_of_the_run(level: str, tmp_path: Path, monkeypat
 
 
 def test_what_a_vehicle_really_is_does_not_stand_in_its_recording():
-    settings = {"track": "straight_erri_low", "vehicle": {"name": "class175"}, "start": adhesion_calibration.CLEAR}
+    settings = {"track": "straight_erri_low", "vehicle": {"name": "class175"}, "start": CLEAR}
     known = recording(settings, 30.0, 1.0, sensors(), 1)
     unknown = recording(settings, 30.0, 1.0, sensors(), 1, {"body_mass": 20000.0})
     assert known.about == unknown.about
