@@ -42,7 +42,7 @@ class Parabola(Figure):
 @pytest.fixture
 def parabola(monkeypatch: pytest.MonkeyPatch) -> str:
     """Stand in for the package of figures by one that holds `Parabola` only."""
-    monkeypatch.setattr("experiments.commands.figure.discover", lambda *_: {"test_figures": Parabola})
+    monkeypatch.setattr("railsim.registry.discover", lambda *_: {"test_figures": Parabola})
     return "test_figures"
 
 
