@@ -24,6 +24,7 @@ LONGEST_FILE = 500  # lines
 MACHINE_PATH = re.compile(r"(^|[^.\w])/(work|farm|root|tmp|home|Users)/")
 REGISTRY = re.compile(r'https?://[^ "]*/(simple|packages)(/|"|$)|index-ur[l]|find-link[s]|pypi\.or[g]|pythonhoste[d]')
 UNFINISHED = re.compile(r"TOD[O]|FIXM[E]|NotImplemente[d]Error|xfai[l]|assert Tru[e]")
+PRIVATE = re.compile(r"_(?!_|fields$|replace$|asdict$|make$).+")  # the methods of named tuples are public
 SIMULATOR = ("engines", "dynamics", "effects", "truth", "recording", "model", "scenario")
 HIDDEN_FROM_ESTIMATORS = (*(f"railsim.{name}" for name in SIMULATOR), "experiments", "exudyn")
 
@@ -113,6 +114,59 @@ def test_estimators_see_measurements_only():
     for path in (path for path in tracked(".py") if path.parts[0] == "estimators"):
         seen = imports_of(path)
         assert [name for name in HIDDEN_FROM_ESTIMATORS if imports_under(name, seen)] == [], path
+
+
+def private_names(path: Path) -> list[str]:
+    """Full names with an underscore that a file takes from a package of this project that it is no part of."""
+    found = []
+    for name in imports_of(path) | attributes_of(path):
+        parts = name.split(".")
+        private = [at for at, part in enumerate(parts) if PRIVATE.fullmatch(part)]
+        if parts[0] in (*PACKAGES, "tests") and private:
+            owner = package_of(parts[: private[0]])
+            found += [name] if path.parts[: len(owner)] != owner else []
+    return sorted(found)
+
+
+def attributes_of(path: Path) -> set[str]:
+    """Full names `module.name` or `Class.name` that a file reads of what it has imported from this project."""
+    tree = ast.parse(text_of(path))
+    meaning = {
+        alias.asname or alias.name: f"{node.module}.{alias.name}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level
+        for alias in node.names
+    }
+    return {
+        f"{meaning[node.value.id]}.{node.attr}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in meaning
+    }
+
+
+def package_of(parts: list[str]) -> tuple[str, ...]:
+    """The innermost package of a module, or of what stands in one."""
+    while not ROOT.joinpath(*parts).is_dir():
+        parts = parts[:-1]
+    return tuple(parts)
+
+
+def test_nothing_private_is_used_from_outside_its_package():
+    used = {str(path): private_names(path) for path in tracked(".py")}
+    assert {path: names for path, names in used.items() if names} == {}
+
+
+def test_private_names_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The test above rests on `private_names`: modules, names in modules, and attributes of either count."""
+    (tmp_path / "railsim" / "track").mkdir(parents=True)
+    text = "from railsim.track import _files, kernel\nfrom railsim.track.kernel import _step\nkernel._at(_files.read)\n"
+    inside, outside = Path("railsim/track/any.py"), Path("railsim/any.py")
+    for file in (inside, outside):
+        (tmp_path / file).write_text(text)
+    monkeypatch.setattr(f"{__name__}.ROOT", tmp_path)
+    names = ["_files", "_files.read", "kernel._at", "kernel._step"]
+    assert private_names(outside) == [f"railsim.track.{name}" for name in names]
+    assert private_names(inside) == []
 
 
 def test_imports_are_found_at_any_depth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -189,7 +189,7 @@ def passage(
     tables = [
         _step(move, track, noise._replace(drive=drive(float(one))), len(start), spacing / float(one), twice)
         for system, drive in zip(systems, drives, strict=True)
-        for move, one in zip(_moves(system, speeds, spacing, track.lines), speeds, strict=True)
+        for move, one in zip(step_transitions(system, speeds, spacing, track.lines), speeds, strict=True)
     ]
     m, n, p = len(noise.density), len(start), len(track.new)
     present = noise.tilt > 0
@@ -220,7 +220,7 @@ def _late(rows: int, count: int, lines: int, twice: bool) -> list[int]:
     return [rows - lines + one * lines + line for one in ago for line in range(lines)]
 
 
-def _moves(system: Callable[[float], System], speeds: np.ndarray, spacing: float, lines: int) -> np.ndarray:
+def step_transitions(system: Callable[[float], System], speeds: np.ndarray, spacing: float, lines: int) -> np.ndarray:
     """States after a step and mean outputs over it, from states, inputs and their rates.
 
     They are smooth in the logarithm of the speed, so that cubic splines take the place of most exponentials.
@@ -231,13 +231,13 @@ def _moves(system: Callable[[float], System], speeds: np.ndarray, spacing: float
     """
     count = int(np.ceil(np.log(speeds[-1] / speeds[0]) / EXACT_STEP)) + 3
     if len(speeds) < max(SPLINE_LEAST, count):
-        return np.stack([_move(system(float(one)), spacing / float(one), 2 * lines) for one in speeds])
+        return np.stack([step_transition(system(float(one)), spacing / float(one), 2 * lines) for one in speeds])
     exact = np.geomspace(speeds[0], speeds[-1], count)
-    moves = np.stack([_move(system(float(one)), spacing / float(one), 2 * lines) for one in exact])
+    moves = np.stack([step_transition(system(float(one)), spacing / float(one), 2 * lines) for one in exact])
     return CubicSpline(np.log(exact), moves)(np.log(np.clip(speeds, exact[0], exact[-1])))
 
 
-def _move(system: System, dt: float, inputs: int) -> np.ndarray:
+def step_transition(system: System, dt: float, inputs: int) -> np.ndarray:
     """The same at one speed, for a step of `dt` s."""
     n = len(system.A)
     whole = np.zeros((n + 2 * inputs, n + 2 * inputs))

@@ -45,7 +45,7 @@ def conicity_bound(
 
     def spectrum(logs: np.ndarray) -> np.ndarray:
         level = np.exp(logs)
-        return _spectrum(model, settings, speed, rate, frequencies, level[0] * conicity, level[1:])
+        return channel_spectrum(model, settings, speed, rate, frequencies, level[0] * conicity, level[1:])
 
     inverse = np.linalg.inv(spectrum(np.zeros(3)))
     changes = [inverse @ (spectrum(STEP * unit) - spectrum(-STEP * unit)) / (2.0 * STEP) for unit in np.eye(3)]
@@ -56,7 +56,7 @@ def conicity_bound(
     return conicity * float(np.sqrt(np.linalg.inv(duration * np.array(information))[0, 0]))
 
 
-def _spectrum(
+def channel_spectrum(
     model: Any,
     settings: Settings,
     speed: float,

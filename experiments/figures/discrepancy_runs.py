@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import norm
 
 from experiments.discrepancy.baseline.evidence import gather
-from experiments.discrepancy.blind.blind_cases import FASTSIM, _record, _scores, _specimen
+from experiments.discrepancy.blind.blind_cases import FASTSIM, build_specimen, record_blind, specimen_scores
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Problem, starting_fit
 from experiments.discrepancy.fit.products import WEIGHT
@@ -213,12 +213,12 @@ def blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None,
 def _blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None, folder: Path) -> dict[str, Any]:
     rng = np.random.default_rng([seed, SIZES.index(one.size), *one.candidate.name.encode()])
     nothing = {"status": "impossible", "effect": None, "class": None, "evidence": 0.0}
-    scores = _scores(scenario, False, rng)
+    scores = specimen_scores(scenario, False, rng)
     law = "fastsim" if rng.random() < FASTSIM else "polach"
     try:
-        specimen = _specimen(scenario, [one.effect], scores, law, rng)
+        specimen = build_specimen(scenario, [one.effect], scores, law, rng)
         with write_folder_atomically(folder) as aside:
-            _record(specimen, scenario, aside)
+            record_blind(specimen, scenario, aside)
     except InputError:
         return nothing
     try:

@@ -32,7 +32,7 @@ class Guard:
 
     Parameters
     ----------
-    seconds : s that a small file may take, see `_Answer`.
+    seconds : s that a small file may take, see `Answer`.
     memory : bytes that a small file may take.
     """
 
@@ -80,7 +80,7 @@ class Guard:
             "wanted": [{"group": w.group, "columns": w.columns, "clock": w.clock} for w in wanted],
         }
         process = self._started()
-        answer = _Answer(process, self._seconds + size / BYTES_A_SECOND)
+        answer = Answer(process, self._seconds + size / BYTES_A_SECOND)
         try:
             assert process.stdin is not None
             process.stdin.write(json.dumps(request).encode() + b"\n")
@@ -122,7 +122,7 @@ class Guard:
         return self._process
 
 
-class _Answer:
+class Answer:
     """Bytes from the process for as long as it has time left.
 
     Its time is what it spends on a processor and what it sleeps through with nothing to do. Other load on the machine
@@ -194,7 +194,7 @@ def _threads(tasks: Path) -> tuple[float, bool]:
     return worked / os.sysconf("SC_CLK_TCK"), asleep
 
 
-def _unpack(head: dict[str, Any], answer: _Answer) -> Table:
+def _unpack(head: dict[str, Any], answer: Answer) -> Table:
     columns = {}
     for one in head["columns"]:
         values = one["texts"] if "texts" in one else answer.numbers(int(one["count"]))

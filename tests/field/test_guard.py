@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from railsim.errors import InputError
-from railsim.field.guard import Guard, _Answer
+from railsim.field.guard import Answer, Guard
 from railsim.field.readers.interface import Wanted
 
 WANTED = [Wanted(None, ("a",))]
@@ -69,7 +69,7 @@ def test_reader_that_hangs_is_ended(tmp_path: Path):
 def test_reader_that_spins_is_ended():
     with subprocess.Popen([sys.executable, "-c", "while True: pass"], stdout=subprocess.PIPE) as process:
         with pytest.raises(TimeoutError):
-            _Answer(process, 0.5).line()
+            Answer(process, 0.5).line()
         process.kill()
 
 
@@ -78,7 +78,7 @@ def test_reader_that_gets_no_processor_for_longer_than_its_time_is_waited_for():
     with subprocess.Popen([sys.executable, "-S", "-c", "print('done')"], stdout=subprocess.PIPE) as process:
         process.send_signal(signal.SIGSTOP)
         threading.Timer(1.2, process.send_signal, [signal.SIGCONT]).start()
-        assert _Answer(process, 0.5).line() == b"done"
+        assert Answer(process, 0.5).line() == b"done"
 
 
 def test_reader_that_dies_is_said_and_the_next_file_is_read(tmp_path: Path):

@@ -36,7 +36,7 @@ def align(evidence: Evidence, tries: int = 3) -> Alignment:
             )
         along = np.interp(time, *evidence.speed[:2]) * lag  # m that the model is behind
         travelled = np.interp(time, evidence.speed[0], _distance(*evidence.speed[:2]))
-        offset, slope = _line(travelled, along, weight)
+        offset, slope = robust_line(travelled, along, weight)
         alignment = Alignment(alignment.start - offset, alignment.scale * (1.0 - slope))
         if number and abs(offset) < 0.02 and abs(slope) < 1e-4:
             break
@@ -87,7 +87,7 @@ def _of_channel(evidence: Evidence, prediction: dict[str, np.ndarray], name: str
     return out
 
 
-def _line(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
+def robust_line(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
     """Offset and slope of y over x, outliers weighted down (Tukey's biweight on iterated least squares).
 
     The slope is taken as small: a ridge of one metre per kilometre keeps few windows from inventing one.

@@ -47,13 +47,13 @@ def make_case(model: str, folder: Path, seed: int, number: int, duration: float,
     target = folder / "recordings" / f"{number:04d}"
     for attempt in range(TRIES):
         effects = _drawn(nominal, kind, foreign, None if attempt > TRIES // 2 else (seed, number), rng)
-        scores = _scores(nominal, kind == "decoy", rng)
+        scores = specimen_scores(nominal, kind == "decoy", rng)
         law = "fastsim" if rng.random() < FASTSIM else str(getattr(nominal.vehicle, "adhesion").law)  # noqa: B009
         try:
             acted = [acting(nominal.setup, effect) for effect in effects]
-            scenario = _specimen(nominal, effects, scores, law, rng)
+            scenario = build_specimen(nominal, effects, scores, law, rng)
             with write_folder_atomically(target) as aside:
-                _record(scenario, nominal, aside)
+                record_blind(scenario, nominal, aside)
                 label = {"kind": kind, "setting": setting, "effects": [effect.settings() for effect in effects]}
                 label |= {"acting": acted, "classes": [type(effect).equivalence() for effect in effects]}
                 _seal(folder / "sealed" / f"{number:04d}.json", label | {"law": law, "specimen": scores})
@@ -130,7 +130,7 @@ def _drawn_values(candidate: Candidate, rng: np.random.Generator) -> dict[str, f
     return values
 
 
-def _scores(nominal: Scenario, decoy: bool, rng: np.random.Generator) -> dict[str, float]:
+def specimen_scores(nominal: Scenario, decoy: bool, rng: np.random.Generator) -> dict[str, float]:
     """How many standard deviations each build parameter is off, by its label."""
     odd = built(nominal.vehicle)
     strained = set(rng.choice(len(odd), 2, replace=False).tolist()) if decoy else set()
@@ -141,7 +141,7 @@ def _scores(nominal: Scenario, decoy: bool, rng: np.random.Generator) -> dict[st
     return found
 
 
-def _specimen(
+def build_specimen(
     nominal: Scenario, effects: list[Effect], scores: dict[str, float], law: str, rng: np.random.Generator
 ) -> Scenario:
     """A vehicle as built, with its creep law, its sensors' real noise, its own start."""
@@ -175,7 +175,7 @@ def _moved(nominal: Scenario, nuisance: Nuisance, z: float) -> float:
     return min(value, most_of(owner, nuisance.name))
 
 
-def _record(scenario: Scenario, nominal: Scenario, target: Path) -> None:
+def record_blind(scenario: Scenario, nominal: Scenario, target: Path) -> None:
     """Exudyn, sensors, and then only what the field would have: the nominal vehicle and the stated data sheets."""
     with tempfile.TemporaryDirectory() as aside:
         truth = simulate(scenario, folder=Path(aside) / "truth")

@@ -421,7 +421,7 @@ def _step(problem: Problem, fit: Fit, level: float) -> tuple[Fit, float]:
             found = _at(problem, fit.candidates, z, there, fit.columns, jacobian)
         except InputError:
             continue
-        fit = _taught(problem, fit, found)
+        fit = broyden_update(problem, fit, found)
         jacobian = problem.jacobian(fit)
         found = replace(found, columns=fit.columns, jacobian=jacobian)
         if found.cost(problem.train) < fit.cost(problem.train):
@@ -431,7 +431,7 @@ def _step(problem: Problem, fit: Fit, level: float) -> tuple[Fit, float]:
     return fit, expected
 
 
-def _taught(problem: Problem, old: Fit, new: Fit) -> Fit:
+def broyden_update(problem: Problem, old: Fit, new: Fit) -> Fit:
     """The old point with derivatives that would have predicted the new one (Broyden's good update).
 
     What was missed is laid on the numbers of which the recording says something: a nuisance that nothing shows would

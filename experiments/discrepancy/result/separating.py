@@ -60,7 +60,7 @@ def separating(findings: Findings, tell: Tell) -> list[Option]:
     base, others = found[0], found[1:]
     for scenario, label in _other_runs(own):
         with suppress(InputError):
-            others.append(Option(label, _apart(nominal_problem(scenario, tell), rivals)))
+            others.append(Option(label, closest_evidence(nominal_problem(scenario, tell), rivals)))
     return [base, *sorted(others, key=lambda one: -one.nats)]
 
 
@@ -100,10 +100,12 @@ def _with_sensors(own: Scenario, extra: Sequence[Sensor], rivals: Sequence[tuple
     problem = nominal_problem(own.but(sensors=(*own.sensors, *taken)), tell)
     changes = [_change(problem, effects) for effects in rivals]
     base = {name for sensor in own.sensors for name in sensor.channels()}
-    found = [Option("the sensors that there are", _apart(_only(problem, base), rivals, changes))]
+    found = [Option("the sensors that there are", closest_evidence(with_channels(problem, base), rivals, changes))]
     for sensor in taken:
         label = f"{sensor.kind} {sensor.name} ({', '.join(name.split('.')[1] for name in sensor.channels())})"
-        found.append(Option(label, _apart(_only(problem, base | set(sensor.channels())), rivals, changes)))
+        found.append(
+            Option(label, closest_evidence(with_channels(problem, base | set(sensor.channels())), rivals, changes))
+        )
     return found
 
 
@@ -118,7 +120,7 @@ def _other_runs(own: Scenario) -> Iterator[tuple[Scenario, str]]:
                 yield slower, f"the same sensors at {speed:.1f} m/s"
 
 
-def _only(problem: Problem, channels: set[str]) -> Problem:
+def with_channels(problem: Problem, channels: set[str]) -> Problem:
     """The problem as if the other channels were lost."""
     kept = np.array([name in channels for name in problem.evidence.channels])
     measured = np.where(kept, problem.measured, np.nan)
@@ -133,7 +135,7 @@ def _change(problem: Problem, effects: Sequence[Effect]) -> np.ndarray:
     return problem.stacked(problem.forward.predict(z, effects)) - plain
 
 
-def _apart(
+def closest_evidence(
     problem: Problem, rivals: Sequence[tuple[Effect, ...]], changes: Sequence[np.ndarray] | None = None
 ) -> float:
     """Evidence [nats] between the two classes that stay closest: what of one's signature neither nuisances nor a
@@ -145,10 +147,12 @@ def _apart(
     own = [(WEIGHT * problem.whitened(one)[problem.train]).ravel() for one in changes]
     cleaned = [projection.cleaned(one) for one in own]
     shared = np.array([[float(a @ b) for b in cleaned] for a in own])
-    return min(min(_left(shared, a, b), _left(shared, b, a)) for a, b in combinations(range(len(own)), 2))
+    return min(
+        min(unexplained_nats(shared, a, b), unexplained_nats(shared, b, a)) for a, b in combinations(range(len(own)), 2)
+    )
 
 
-def _left(shared: np.ndarray, a: int, b: int) -> float:
+def unexplained_nats(shared: np.ndarray, a: int, b: int) -> float:
     """Nats of a that b cannot imitate, from the precision (n, n) that signatures share, nuisances free to follow."""
     along = float(shared[a, b]) ** 2 / max(float(shared[b, b]), 1e-12)
     return 0.5 * max(0.0, float(shared[a, a]) - along)

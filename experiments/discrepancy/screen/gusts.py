@@ -49,7 +49,7 @@ def put_together(
     change = change_of(candidate, {**middle, **short})
     if change is None:
         return []
-    along, across, gram = rows_of(np.stack([_later(change, number - 1) for number in range(len(starts))]))
+    along, across, gram = rows_of(np.stack([delayed(change, number - 1) for number in range(len(starts))]))
     step = float(np.median(np.diff(at)))
     found: list[tuple[float, float, dict[str, float]]] = []
     long = SHORTEST * step
@@ -73,7 +73,7 @@ def put_together(
     return [values for number, (long, values) in enumerate(best) if not number or gains[long] > WORTH_RUNNING]
 
 
-def _later(change: np.ndarray, frames: int) -> np.ndarray:
+def delayed(change: np.ndarray, frames: int) -> np.ndarray:
     """A change (k, f, c) so many frames later, or earlier; nothing before the first, as before a force."""
     moved = np.zeros_like(change)
     if frames >= 0:

@@ -96,7 +96,7 @@ def _judged_turned(
         return None
     if candidate.sharp:
         return _blows(problem, fit, projection, candidate, signature, values)
-    return judged_signature(problem, fit, projection, candidate, signature, _turned(problem, candidate, values))
+    return judged_signature(problem, fit, projection, candidate, signature, turned_forms(problem, candidate, values))
 
 
 def _judged_together(
@@ -144,7 +144,7 @@ def _blows(
 Turned = Sequence[tuple[dict[str, float], np.ndarray | None]]
 
 
-def _turned(problem: Problem, candidate: Candidate, values: dict[str, float]) -> Turned:
+def turned_forms(problem: Problem, candidate: Candidate, values: dict[str, float]) -> Turned:
     """Numbers and the factor (k, f) that makes their signature of that of `values`: of what turns with a wheel at all
     phases, of what is short at places around it, of a wave at wavelengths around it.
     """
@@ -219,7 +219,7 @@ def _here(problem: Problem, fit: Fit, projection: Projection, found: Sequence[Ca
         return (
             None
             if change is None
-            else judged_signature(problem, fit, projection, job[0], change, _turned(problem, *job))
+            else judged_signature(problem, fit, projection, job[0], change, turned_forms(problem, *job))
         )
 
     def beside(job: tuple[Candidate, list[dict[str, float]]]) -> list[Screened]:

@@ -111,10 +111,10 @@ def follows_a_state(problem: Problem, fit: Fit) -> bool:
     one that is too faint for any cell.
     """
     nats, share = FOLLOWED[bool(fit.candidates)]
-    return any(one.gain > nats and one.follows > share and one.place.lower for one in _likely(problem, fit))
+    return any(one.gain > nats and one.follows > share and one.place.lower for one in likely_forces(problem, fit))
 
 
-def _likely(problem: Problem, fit: Fit, motion: Fit | None = None) -> list[LatentForce]:
+def likely_forces(problem: Problem, fit: Fit, motion: Fit | None = None) -> list[LatentForce]:
     """Latent forces as good as the loudest, those first that follow a state best: what joins two bodies answers nearly
     as a force on either does from outside; where one of the two is held they are the same, and the joint is kept.
     `motion`: the fit whose states they may follow.
@@ -148,7 +148,7 @@ def fit_empirical(
             bases.insert(0, (restarted(problem, named.fit, named.fit.z), named.fit))
     best: tuple[Hypothesis, LatentForce] | None = None
     for base, motion in bases:
-        for force in _likely(problem, base, motion)[:CURVES]:
+        for force in likely_forces(problem, base, motion)[:CURVES]:
             fitted = _fitted(problem, base, context, force, tell)
             if fitted is None or held_out_gap(problem, fitted.fit) >= gap:
                 continue

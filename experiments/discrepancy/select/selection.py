@@ -87,7 +87,7 @@ def select(problem: Problem, null: Hypothesis, located: Located, found: Sequence
             return Selection(problem, null, screened, tuple(stand.judged), decision, stand.tabled)
     stand = _fair(_with_kin(stand, located, screened, tell), tell)
     stand = with_passing(stand, found, tell)
-    stand = _everywhere(_with_mates(_noise_there(stand, tell), screened, tell), found, tell)
+    stand = _everywhere(_with_mates(with_noise_of_best(stand, tell), screened, tell), found, tell)
     if stand.best is not stand.null and stand.best.candidate.sharp:  # its runs are slow: which wheel it is comes first
         stand = _other_places(stand, screened, tell, refined=False)
     stand = with_noise_of_likeliest(with_rivals_refined(_nearer(stand, tell), tell), tell)
@@ -174,9 +174,9 @@ def _fitted(
     for label in _in_turn([base.chosen for base in bases]):
         if stand.fitted and not time_for(stand.problem, "fit", label, tell):
             continue
-        if stand.most is not None and _out_of_question(stand, label, stand.most, bases):
+        if stand.most is not None and hopeless_beside(stand, label, stand.most, bases):
             continue
-        made = _from_all(stand, label, bases, tell)
+        made = fitted_from_bases(stand, label, bases, tell)
         if made is None:
             continue
         gain = made.log_evidence - stand.null.log_evidence
@@ -195,7 +195,7 @@ def _fitted(
     return replace(stand, fitted=[better if one is most else one for one in stand.fitted])
 
 
-def _from_all(stand: Stand, label: str, bases: Sequence[Base], tell: Tell) -> Hypothesis | None:
+def fitted_from_bases(stand: Stand, label: str, bases: Sequence[Base], tell: Tell) -> Hypothesis | None:
     """One of the shortlist from each base where it is on the list, until it leaves nothing or is out of reach of one
     that does; in any case if it ends behind nuisances alone, which are a part of it.
     """
@@ -225,15 +225,15 @@ def _better(one: Hypothesis | None, other: Hypothesis | None) -> Hypothesis | No
 
 def _begun(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis | None:
     """A screened effect fitted from where it was screened, a gust from where else it may be as well."""
-    made = _begun_at(stand, begun, one, tell)
+    made = fitted_from_starts(stand, begun, one, tell)
     for other in elsewhere(one, begun.screened):
         if made is not None and not something_left(stand.problem, made):
             break
-        made = _better(made, _begun_at(stand, begun, other, tell))
+        made = _better(made, fitted_from_starts(stand, begun, other, tell))
     return made
 
 
-def _begun_at(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis | None:
+def fitted_from_starts(stand: Stand, begun: Base, one: Screened, tell: Tell) -> Hypothesis | None:
     """A screened effect fitted from the best of its starts, and from each of its sizes where a start that does nothing
     may look best.
     """
@@ -396,7 +396,7 @@ def _other_law(stand: Stand, tell: Tell, refined: bool = True) -> Stand:
     return stand
 
 
-def _out_of_question(stand: Stand, label: str, best: Hypothesis, bases: Sequence[Base]) -> bool:
+def hopeless_beside(stand: Stand, label: str, best: Hypothesis, bases: Sequence[Base]) -> bool:
     """Whether one of the shortlist is hopeless beside the best; where that leaves only noise and nuisances alone do not
     do as well, what nuisances that have been bent far make of its signature does not count beside the nominal build's.
     """
@@ -430,7 +430,7 @@ def _fair(stand: Stand, tell: Tell) -> Stand:
     return replace(stand, null=polished(problem, better, tell) if 0.0 < gain < WEAK else better)
 
 
-def _noise_there(stand: Stand, tell: Tell) -> Stand:
+def with_noise_of_best(stand: Stand, tell: Tell) -> Stand:
     """The noise as the best hypothesis passes the track's errors on, where two classes are close or something is left;
     the nearest classes are fitted on with it, and in the latter case those that take most, borne out or not: either may
     be one of two. Where the best is weak and leaves nothing, as nuisances alone pass them on: at short waves all
@@ -466,7 +466,7 @@ def _noise_of_both(stand: Stand, tell: Tell) -> Stand:
         return stand
     if not time_for(stand.problem, "end", f"the noise of {stand.best.label}", tell):
         return stand
-    return _noise_there(stand, tell)
+    return with_noise_of_best(stand, tell)
 
 
 def _with_law(stand: Stand, found: Sequence[Candidate], screened: Sequence[Screened], tell: Tell) -> Stand:

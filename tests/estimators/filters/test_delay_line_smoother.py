@@ -6,7 +6,7 @@ from filterpy.kalman import KalmanFilter
 
 from estimators.filters.delay_line_smoother import backward, forward
 from estimators.filters.information import information
-from estimators.filters.track_spectrum import Noise, Passage, Prior, _move, _moves, passage
+from estimators.filters.track_spectrum import Noise, Passage, Prior, passage, step_transition, step_transitions
 from estimators.signals.bands import BANDS, response
 from estimators.vehicle.lateral_roll import lateral
 from estimators.vehicle.planes import Output, vertical
@@ -164,9 +164,9 @@ def test_bound_goes_from_the_prior_to_the_noise():
 def test_moves_between_exact_speeds_are_splines_of_them():
     speeds = np.geomspace(2.0, 30.0, 200)
     system = vertical(VEHICLE, OUTPUTS)
-    exact = np.stack([_move(system, 0.125 / speed, 2) for speed in speeds])
+    exact = np.stack([step_transition(system, 0.125 / speed, 2) for speed in speeds])
     size = np.abs(exact).max(axis=0)
-    error = np.abs(_moves(lambda _: system, speeds, 0.125, 1) - exact).max(axis=0)
+    error = np.abs(step_transitions(lambda _: system, speeds, 0.125, 1) - exact).max(axis=0)
     np.testing.assert_array_less(error, 2e-4 * size + 1e-12)
 
 

@@ -7,7 +7,7 @@ from scipy.linalg import solve_continuous_lyapunov
 from estimators.vehicle.single_wheelset import MASS_Y, STATES, Y_RATE, YAW_RATE, Y, coefficients, linear, wheelset_model
 from estimators.wheel_rail.conicity_ekf_track import ConicityEkfTrack
 from estimators.wheel_rail.contact_filter import APART, YAW_GYRO
-from experiments.bounds.conicity import CHANNELS, _spectrum, conicity_bound
+from experiments.bounds.conicity import CHANNELS, channel_spectrum, conicity_bound
 from railsim.vehicles.wheelset import WheelsetVehicle
 
 ABOUT = {
@@ -35,7 +35,7 @@ def test_spectra_integrate_to_the_stationary_variances() -> None:
     expected = solve_continuous_lyapunov(a, -q)
     frequencies = np.concatenate([np.linspace(1e-4, 1.0, 20_000), np.geomspace(1.0, 2000.0, 20_000)[1:]])
     silent = settings._replace(readings=np.zeros_like(settings.readings))
-    found = np.asarray(_spectrum(model, silent, SPEED, RATE, frequencies, CONICITY, np.ones(2)))
+    found = np.asarray(channel_spectrum(model, silent, SPEED, RATE, frequencies, CONICITY, np.ones(2)))
     gyro, apart = CHANNELS.index(YAW_GYRO), CHANNELS.index(APART)
     total = 2.0 * np.trapezoid(np.real(found), frequencies, axis=0)
     assert total[gyro, gyro] == pytest.approx(expected[YAW_RATE, YAW_RATE], rel=0.01)

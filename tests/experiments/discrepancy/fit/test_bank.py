@@ -10,7 +10,7 @@ from experiments.discrepancy.baseline.forward import Alignment, Forward, forward
 from experiments.discrepancy.fit.bank import open_bank, rows_between
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Problem
-from experiments.discrepancy.screen.screening import _turned
+from experiments.discrepancy.screen.screening import turned_forms
 
 CONTEXT = Context(("bogie.acceleration_y",), (30.0, 250.0), (1.0, 7.0), ((100.0, 3.0),))
 
@@ -53,7 +53,7 @@ def test_another_angle_of_a_wheel_is_another_time(problem: Problem):
         one = _candidate(name)
         values = next(iter(one.sizes())) | {field: 0.0}
         problem.bank.fill([(one, values)])
-        at, phase = _turned(problem, one, values)[9]
+        at, phase = turned_forms(problem, one, values)[9]
         assert phase is not None
         moved = phase[..., None] * _kept(problem, one, values)
         z = np.zeros(len(problem.forward.nuisances))

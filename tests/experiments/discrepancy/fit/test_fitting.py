@@ -13,8 +13,8 @@ from experiments.discrepancy.fit.candidates import Context, candidates
 from experiments.discrepancy.fit.fitting import (
     Fit,
     Problem,
-    _taught,
     at_values,
+    broyden_update,
     linearised,
     restarted,
     starting_fit,
@@ -56,7 +56,7 @@ def test_taught_derivatives_predict_the_run_that_taught_them():
     old = _fit(problem, np.zeros(3), rng.standard_normal((K, F, C)) + 0j, columns)
     move = np.array([0.6, -0.3, 0.2])
     new = _fit(problem, move, old.stacked + np.tensordot(move, 1.5 * columns, axes=1) + 0.2, columns)
-    taught = _taught(problem, old, new)
+    taught = broyden_update(problem, old, new)
     assert np.allclose(np.tensordot(move, taught.columns, axes=1), new.stacked - old.stacked, atol=1e-4)
     bare = replace(taught, jacobian=None)
     assert np.allclose(problem.jacobian(taught), problem.jacobian(bare), atol=1e-4)
@@ -64,7 +64,7 @@ def test_taught_derivatives_predict_the_run_that_taught_them():
     across = np.array([0.3, 0.6, 0.0])  # at right angles to the move
     assert np.allclose(np.tensordot(across, taught.columns - columns, axes=1), 0.0, atol=1e-4)
     problem.__dict__["informed"] = np.array([0.9, 0.4, 0.0])  # nothing shows the third: it learns nothing
-    taught = _taught(problem, old, new)
+    taught = broyden_update(problem, old, new)
     assert np.allclose(np.tensordot(move, taught.columns, axes=1), new.stacked - old.stacked, atol=1e-4)
     assert np.array_equal(taught.columns[2], columns[2])
 

@@ -5,7 +5,7 @@ import pytest
 
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Problem, starting_fit
-from experiments.discrepancy.screen.gusts import _later
+from experiments.discrepancy.screen.gusts import delayed
 from experiments.discrepancy.screen.screening import screen
 from experiments.discrepancy.select.starts import elsewhere
 
@@ -37,6 +37,6 @@ def test_when_and_how_long_a_gust_blows_is_found(problem: Problem, force: float,
 
 def test_a_change_comes_later_and_nothing_comes_before_it():
     change = np.arange(1.0, 6.0)[:, None, None] * np.ones((1, 2, 3))
-    assert _later(change, 2)[:, 0, 0].tolist() == [0.0, 0.0, 1.0, 2.0, 3.0]
-    assert _later(change, -1)[:, 0, 0].tolist() == [2.0, 3.0, 4.0, 5.0, 0.0]
-    assert np.array_equal(_later(change, 0), change)
+    assert delayed(change, 2)[:, 0, 0].tolist() == [0.0, 0.0, 1.0, 2.0, 3.0]
+    assert delayed(change, -1)[:, 0, 0].tolist() == [2.0, 3.0, 4.0, 5.0, 0.0]
+    assert np.array_equal(delayed(change, 0), change)

@@ -86,6 +86,6 @@ def test_of_two_places_that_are_the_same_the_joint_is_kept(
     outside = replace(_force("velocity [rad/s]", 2e5, follows), place=Place("bogie", lower, "yaw"), gain=100.01)
     between = _force("relative velocity [rad/s]", 2e5, 0.5)
     monkeypatch.setattr(empirical, "latent_forces", lambda *given: [outside, between])
-    found = empirical._likely(problem, starting_fit(problem, np.zeros(len(problem.forward.nuisances))))
+    found = empirical.likely_forces(problem, starting_fit(problem, np.zeros(len(problem.forward.nuisances))))
     assert len(found) == count
     assert found[0].place.lower

@@ -7,7 +7,14 @@ import pytest
 
 from experiments.discrepancy.fit.candidates import Context, candidates
 from experiments.discrepancy.select import selection
-from experiments.discrepancy.select.selection import Base, Stand, _begun_at, _from_all, _noise_there, _out_of_question
+from experiments.discrepancy.select.selection import (
+    Base,
+    Stand,
+    fitted_from_bases,
+    fitted_from_starts,
+    hopeless_beside,
+    with_noise_of_best,
+)
 from railsim.errors import InputError
 
 
@@ -48,7 +55,7 @@ def test_a_weak_effect_is_weighed_with_the_noise_of_the_fitted_vehicle(
     judged = [_judged(one, f"damper{number}") for number, one in enumerate(evidence)]
     stand = Stand(problem, _judged(0.0, "nuisances").hypothesis, [one.hypothesis for one in judged])
     stand.__dict__.update(judged=judged, unexplained=left)
-    after = _noise_there(stand, lambda text: None)
+    after = with_noise_of_best(stand, lambda text: None)
     assert problem.through == through
     assert {one.label for one in after.fitted} == {one.label for one in stand.fitted}
 
@@ -63,7 +70,7 @@ def test_an_effect_that_derails_on_a_track_that_it_may_be_keeps_the_noise_that_t
     stand = Stand(problem, _judged(0.0, "nuisances").hypothesis, [one.hypothesis for one in judged])
     stand.__dict__.update(judged=judged, unexplained=False)
     said: list[str] = []
-    assert _noise_there(stand, said.append) is stand
+    assert with_noise_of_best(stand, said.append) is stand
     assert "leaves its rail" in said[-1]
 
 
@@ -80,7 +87,7 @@ def test_what_is_worse_than_nuisances_alone_puts_no_effect_out_of_question(
     at_home: Any = SimpleNamespace(chosen={"gauge": SimpleNamespace(gain=30.0)})
     bent: Any = SimpleNamespace(chosen={"roll bar": SimpleNamespace(gain=156.0)})
     best = _judged(evidence, "gauge").hypothesis
-    assert _out_of_question(stand, "roll bar", best, [at_home, bent]) is not asked
+    assert hopeless_beside(stand, "roll bar", best, [at_home, bent]) is not asked
 
 
 @pytest.mark.parametrize(("at_home", "begun"), [(-40.0, ["home", "bent"]), (90.0, ["home"])])
@@ -102,7 +109,7 @@ def test_what_ends_behind_nuisances_alone_is_begun_from_these_too(
     monkeypatch.setattr(selection, "moved", lambda problem, one, tell: one)
     stand = Stand(SimpleNamespace(train=None), _judged(0.0, "nuisances").hypothesis, [])  # type: ignore[arg-type]
     bases: Any = [SimpleNamespace(fit=name, chosen={"springs": SimpleNamespace()}) for name in ("home", "bent")]
-    made = _from_all(stand, "springs", bases, lambda text: None)
+    made = fitted_from_bases(stand, "springs", bases, lambda text: None)
     assert made is not None
     assert made.log_evidence == max(at_home, 88.0 if "bent" in begun else at_home)
     assert from_where == begun
@@ -125,5 +132,5 @@ def test_a_stop_is_fitted_from_each_of_its_sizes_and_not_only_from_a_part_of_a_s
     sizes = list(stop.sizes())
     one: Any = SimpleNamespace(candidate=stop, z=0.0, values={"closed": 0.7, "offset": 0.0}, tried=sizes[1], gain=600.0)
     base = Base(SimpleNamespace(z=0.0), (), nominal)  # type: ignore[arg-type]
-    _begun_at(Stand(None, _judged(0.0, "nuisances").hypothesis, []), base, one, lambda text: None)  # type: ignore[arg-type]
+    fitted_from_starts(Stand(None, _judged(0.0, "nuisances").hypothesis, []), base, one, lambda text: None)  # type: ignore[arg-type]
     assert begun == [0.7, *(values["closed"] for values in sizes)]
