@@ -6,10 +6,11 @@ from railsim.compiled import kernel
 from railsim.constants import GRAVITY
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.integrate import rk4_step
-from railsim.dynamics.kernel import SCRATCH, body_coordinates, cross, derivatives, turned_arm
+from railsim.dynamics.kernel import body_coordinates, cross, derivatives, turned_arm
 from railsim.dynamics.laws import BUMP_STOP, bump_stop_energy
 from railsim.dynamics.plant import Plant, build_plant
 from railsim.dynamics.wheels import contact, wheelset_local
+from railsim.dynamics.workspace import ELEMENT, LOCAL, POSE, workspace
 from railsim.engines.interface import Run
 
 KINETIC, SPRINGS, CONTACTS, GRAVITATION = range(4)
@@ -26,7 +27,7 @@ def energies(plant, x, scratch, out):
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     q, rate = x[:n], x[n : 2 * n]
     s, velocity = x[2 * n + 2 * w], x[2 * n + 2 * w + 1]
-    here, local, work = scratch[9:21], scratch[21:29], scratch[32:]
+    here, local, work = scratch[POSE], scratch[LOCAL], scratch[ELEMENT]
     out[:] = 0.0
     for i in range(n):
         out[KINETIC] += 0.5 * plant.core.mass[i] * rate[i] * rate[i]
@@ -86,7 +87,7 @@ def energy_over(run: Run) -> np.ndarray:
     plant = build_plant(run.model, run.track, run.speed)
     x = initial_state(plant, run)
     rows = np.zeros((run.rows, len(KINDS)))
-    stages, trial, scratch = np.empty((4, len(x))), np.empty(len(x)), np.zeros(SCRATCH)
+    stages, trial, scratch = np.empty((4, len(x))), np.empty(len(x)), workspace()
     _march(plant, x, run.substeps, run.rate, rows, stages, trial, scratch)
     return rows
 

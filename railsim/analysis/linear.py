@@ -13,8 +13,9 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from railsim.dynamics.equilibrium import state_size, steady_state
-from railsim.dynamics.kernel import SCRATCH, derivatives
+from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import Plant, build_plant
+from railsim.dynamics.workspace import workspace
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.speed import Constant, speed_tables
@@ -128,7 +129,7 @@ def _jacobian(plant: Plant, x: np.ndarray, columns: list[int], steps: np.ndarray
         moved = x.copy()
         moved[column] += step
         out = np.empty(state_size(plant))
-        derivatives(plant, 0.0, moved, out, np.zeros(SCRATCH))
+        derivatives(plant, 0.0, moved, out, workspace())
         return out
 
     return np.column_stack(

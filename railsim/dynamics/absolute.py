@@ -20,11 +20,24 @@ from railsim.dynamics.kernel import drag, path_moment, prescribed_speed, wheelse
 from railsim.dynamics.laws import law_force
 from railsim.dynamics.moving_frame import pose
 from railsim.dynamics.wheels import contact, upward
+from railsim.dynamics.workspace import (
+    BODY_FRAME,
+    BODY_MOTION,
+    BODY_ROTATION,
+    CHORD,
+    COORDINATES,
+    DISTANCE,
+    REFERENCE_POSE,
+    RELATIVE,
+    SPEED,
+    WHEELSET,
+    WHEELSET_EXTRA,
+    WRENCH,
+)
 from railsim.track.kernel import CURVATURE, EAST, GRADIENT, HEADING, NORTH, ROLL, UP, locate, slope, value
 
 HOLD = 400.0  # rad/s; natural frequency of the holding springs
 PROJECTIONS = 6  # Newton steps at most
-CHORD = 126  # place in the last row of work
 
 
 @kernel
@@ -170,7 +183,7 @@ def forces(plant, t, start, q, v, memory, work, out):
     coordinates, of unit mass.
 
     `start`: distance of the reference body at time 0. memory (b,): last distance of each body (start of the
-    projection). work (b + 1, 48): per body track frame, motion relative to it, rotation matrix.
+    projection). work: of `workspace.absolute_workspace`.
     """
     bodies, w = plant.core.body_mass.shape[0], plant.core.radius.shape[0]
     reference = plant.core.reference_body
@@ -183,9 +196,9 @@ def forces(plant, t, start, q, v, memory, work, out):
     if plant.core.driven:
         target, velocity = mean_motion(plant, work)
         acceleration = 0.0
-        resisting = drag(plant, work[reference, 28])
+        resisting = drag(plant, work[reference, SPEED])
         own, mine = q[6 * reference : 6 * reference + 6], out[6 * reference : 6 * reference + 6]
-        add_wrench(work[reference, :16], own, -resisting, 0.0, 0.0, 0.0, 0.0, 0.0, mine)
+        add_wrench(work[reference, BODY_FRAME], own, -resisting, 0.0, 0.0, 0.0, 0.0, 0.0, mine)
     for b in range(bodies):
         _hold(plant, b, target, velocity, acceleration, q, work, out)
     along, torque = 0.0, 0.0
@@ -207,11 +220,11 @@ def _load(plant, k, t, q, work, out):
     b, axis = plant.core.load_body[k], plant.core.load_axis[k]
     if plant.core.coordinate[b, axis] < 0:
         return
-    d = work[work.shape[0] - 1, 33:39]
+    d = work[work.shape[0] - 1, WRENCH]
     d[:] = 0.0
-    d[axis] = load_value(plant, k, t, work[b, 15])
+    d[axis] = load_value(plant, k, t, work[b, DISTANCE])
     mine = out[6 * b : 6 * b + 6]
-    add_wrench(work[b, :16], q[6 * b : 6 * b + 6], d[0], d[1], d[2], d[3], d[4], d[5], mine)
+    add_wrench(work[b, BODY_FRAME], q[6 * b : 6 * b + 6], d[0], d[1], d[2], d[3], d[4], d[5], mine)
 
 
 @kernel
@@ -220,14 +233,14 @@ def _path(plant, acceleration, along, torque, q, work, out):
     joints that they stand for at the heights of axles and traction rod.
     """
     frame = plant.core.path_frame
-    f = work[frame, :16]
+    f = work[frame, BODY_FRAME]
     own, mine = q[6 * frame : 6 * frame + 6], out[6 * frame : 6 * frame + 6]
     felt = acceleration + GRAVITY * f[6]
     if plant.core.driven:
         total = 0.0
         for mass in plant.core.body_mass:
             total += mass
-        felt = (along - drag(plant, work[frame, 28])) / total
+        felt = (along - drag(plant, work[frame, SPEED])) / total
     add_wrench(f, own, 0.0, 0.0, 0.0, 0.0, path_moment(plant, felt, along, torque), 0.0, mine)
 
 
@@ -238,8 +251,8 @@ def mean_motion(plant, work):
     for b in range(plant.core.body_mass.shape[0]):
         mass = plant.core.body_mass[b]
         total += mass
-        distance += mass * (work[b, 15] - plant.core.position[b, 0])
-        pace += mass * work[b, 28]
+        distance += mass * (work[b, DISTANCE] - plant.core.position[b, 0])
+        pace += mass * work[b, SPEED]
     return distance / total, pace / total
 
 
@@ -259,19 +272,19 @@ def travelled(knots, t):
 
 @kernel
 def place(plant, b, q, v, memory, work):
-    """Fill row b of work: track frame (16), motion relative to it (13), rotation matrix (9) from column 30."""
+    """Fill row b of work."""
     own, rate = q[6 * b : 6 * b + 6], v[6 * b : 6 * b + 6]
-    turn = work[b, 30:39]
+    turn = work[b, BODY_ROTATION]
     rotation(own[3], own[4], own[5], turn)
-    project(plant, memory[b], own[0], own[1], own[2], work[b, :16])
-    memory[b] = work[b, 15]
-    seen_from(work[b, :16], own, rate, turn, work[b, 16:29])
+    project(plant, memory[b], own[0], own[1], own[2], work[b, BODY_FRAME])
+    memory[b] = work[b, DISTANCE]
+    seen_from(work[b, BODY_FRAME], own, rate, turn, work[b, BODY_MOTION])
 
 
 @kernel
 def _hold(plant, b, target, velocity, acceleration, q, work, out):
     """Longitudinal place; height, roll, pitch and yaw where they are not free; static vertical load."""
-    f, motion = work[b, :16], work[b, 16:29]
+    f, motion = work[b, BODY_FRAME], work[b, BODY_MOTION]
     index = plant.core.coordinate[b]
     mass, inertia = plant.core.body_mass[b], plant.core.inertia[b]
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
@@ -288,7 +301,7 @@ def _hold(plant, b, target, velocity, acceleration, q, work, out):
     if index[5] < 0:
         wanted, wanted_rate = 0.0, 0.0
         if plant.core.curved and b == plant.core.chord_body:
-            here = work[work.shape[0] - 1, :12]
+            here = work[work.shape[0] - 1, REFERENCE_POSE]
             pose(plant, 0, f[15], here)
             wanted, wanted_rate = here[5], motion[12] * here[11]
         m_z = inertia[2] * HOLD * (HOLD * (wanted - motion[5]) + 2.0 * (wanted_rate - motion[11]))
@@ -298,7 +311,7 @@ def _hold(plant, b, target, velocity, acceleration, q, work, out):
 @kernel
 def wheelset_motion(plant, i, work, local):
     """Fill local (8,) as `wheels.wheelset_local` does."""
-    motion = work[plant.core.wheelset_body[i], 16:29]
+    motion = work[plant.core.wheelset_body[i], BODY_MOTION]
     local[0], local[1], local[2], local[3] = motion[1], motion[2] - plant.core.radius[i], motion[3], motion[5]
     local[4], local[5], local[6], local[7] = motion[7], motion[8], motion[9], motion[11]
 
@@ -310,8 +323,8 @@ def _wheelset(plant, i, t, q, v, work, out):
     """
     bodies = plant.core.body_mass.shape[0]
     b = plant.core.wheelset_body[i]
-    f, local = work[b, :16], work[work.shape[0] - 1, 12:20]
-    pace = work[b, 28]
+    f, local = work[b, BODY_FRAME], work[work.shape[0] - 1, WHEELSET]
+    pace = work[b, SPEED]
     angle, spin = q[6 * bodies + i], v[6 * bodies + i]
     wheelset_motion(plant, i, work, local)
     left = contact(plant, i, 0, f[15], pace, spin, angle, local)
@@ -325,7 +338,7 @@ def _wheelset(plant, i, t, q, v, work, out):
     )  # fmt: skip
     added = 0.0
     if plant.core.uneven:
-        extra = work[work.shape[0] - 1, 33:38]
+        extra = work[work.shape[0] - 1, WHEELSET_EXTRA]
         wheel_extras(plant, i, angle, spin, upward(left), upward(right), extra)
         add_wrench(f, own, extra[0], 0.0, extra[1], extra[2], 0.0, extra[3], mine)
         along, added = along + extra[0], extra[4]
@@ -333,7 +346,8 @@ def _wheelset(plant, i, t, q, v, work, out):
     out[6 * bodies + i] = left.moment_spin + right.moment_spin + torque + added
     momentum = plant.core.spin_inertia[i] * spin
     w_x, w_y, w_z = angular_velocity(own, v[6 * b : 6 * b + 6])
-    h_x, h_y, h_z = momentum * work[b, 31], momentum * work[b, 34], momentum * work[b, 37]
+    turn = work[b, BODY_ROTATION]
+    h_x, h_y, h_z = momentum * turn[1], momentum * turn[4], momentum * turn[7]
     add_moment(own, h_y * w_z - h_z * w_y, h_z * w_x - h_x * w_z, h_x * w_y - h_y * w_x, mine)
     return along, torque
 
@@ -341,11 +355,11 @@ def _wheelset(plant, i, t, q, v, work, out):
 @kernel
 def vehicle_coordinates(plant, q, v, work, q_free, v_free):
     """Displacements and rates of the free coordinates in the vehicle frame (track frame at the reference body's
-    distance); yaw and yaw rate of the body that keeps the chord's direction go to the last row of work, from `CHORD`.
+    distance); yaw and yaw rate of the body that keeps the chord's direction go to `CHORD` of the last row of work.
     """
     r = plant.core.reference_body
-    f, pace = work[r, :16], work[r, 28]
-    out = work[work.shape[0] - 1, 20:33]
+    f, pace = work[r, BODY_FRAME], work[r, SPEED]
+    out, chord = work[work.shape[0] - 1, RELATIVE], work[work.shape[0] - 1, CHORD]
     for b in range(plant.core.body_mass.shape[0]):
         own, rate = q[6 * b : 6 * b + 6], v[6 * b : 6 * b + 6]
         dx, dy, dz = own[0] - f[9], own[1] - f[10], own[2] - f[11]
@@ -353,7 +367,7 @@ def vehicle_coordinates(plant, q, v, work, q_free, v_free):
             f, pace,
             f[0] * dx + f[3] * dy + f[6] * dz, f[1] * dx + f[4] * dy + f[7] * dz, f[2] * dx + f[5] * dy + f[8] * dz,
             f[0] * rate[0] + f[3] * rate[1] + f[6] * rate[2], f[1] * rate[0] + f[4] * rate[1] + f[7] * rate[2],
-            f[2] * rate[0] + f[5] * rate[1] + f[8] * rate[2], own, rate, work[b, 30:39], out,
+            f[2] * rate[0] + f[5] * rate[1] + f[8] * rate[2], own, rate, work[b, BODY_ROTATION], out,
         )  # fmt: skip
         for k in range(6):
             j = plant.core.coordinate[b, k]
@@ -361,7 +375,7 @@ def vehicle_coordinates(plant, q, v, work, q_free, v_free):
                 q_free[j] = out[k] - (plant.core.position[b, k] if k < 3 else 0.0)
                 v_free[j] = out[6 + k]
         if b == plant.core.chord_body:
-            work[work.shape[0] - 1, CHORD], work[work.shape[0] - 1, CHORD + 1] = out[5], out[11]
+            chord[0], chord[1] = out[5], out[11]
 
 
 @kernel
@@ -369,12 +383,13 @@ def _elements(plant, t, q, v, work, out):
     """Nonlinear elements, with elongations in the vehicle frame."""
     n = plant.core.mass.shape[0]
     spare = work[work.shape[0] - 1]
-    q_free, v_free = spare[40 : 40 + n], spare[40 + n : 40 + 2 * n]
+    chord, d = spare[CHORD], spare[WRENCH]
+    q_free, v_free = spare[COORDINATES : COORDINATES + n], spare[COORDINATES + n : COORDINATES + 2 * n]
     vehicle_coordinates(plant, q, v, work, q_free, v_free)
-    f = work[plant.core.reference_body, :16]
+    f = work[plant.core.reference_body, BODY_FRAME]
     for e in range(plant.core.elements):
-        elongation = plant.core.chord_direction[e] * spare[CHORD]
-        stretching = plant.core.chord_direction[e] * spare[CHORD + 1]
+        elongation = plant.core.chord_direction[e] * chord[0]
+        stretching = plant.core.chord_direction[e] * chord[1]
         for j in range(n):
             elongation += plant.core.direction[e, j] * q_free[j]
             stretching += plant.core.direction[e, j] * v_free[j]
@@ -389,7 +404,6 @@ def _elements(plant, t, q, v, work, out):
         if pull == 0.0:
             continue
         for b in range(plant.core.body_mass.shape[0]):
-            d = spare[33:39]
             for k in range(6):
                 j = plant.core.coordinate[b, k]
                 d[k] = -pull * plant.core.direction[e, j] if j >= 0 else 0.0

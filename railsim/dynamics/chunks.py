@@ -7,8 +7,8 @@ import numpy as np
 from railsim.dynamics.channels import WHEEL, channel_names
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.guard import check_rows
-from railsim.dynamics.kernel import SCRATCH
 from railsim.dynamics.plant import Plant
+from railsim.dynamics.workspace import workspace
 from railsim.engines.interface import CHUNK, Run
 
 
@@ -23,7 +23,7 @@ def rows_of(run: Run, plant: Plant, loop: Callable[..., int], stages: int, steps
     names = channel_names(run.model)
     x = initial_state(plant, run)
     wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
-    scratch = np.zeros((stages, len(x))), np.empty(len(x)), wheels, np.zeros(SCRATCH)
+    scratch = np.zeros((stages, len(x))), np.empty(len(x)), wheels, workspace()
     for first in range(0, run.rows, CHUNK):
         rows = np.zeros((min(CHUNK, run.rows - first), len(names)))
         finite = loop(plant, x, first, len(rows), steps, run.rate, rows, *scratch)

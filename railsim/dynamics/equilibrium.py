@@ -6,8 +6,9 @@ import numpy as np
 from scipy.optimize import root
 
 from railsim.constants import GRAVITY
-from railsim.dynamics.kernel import SCRATCH, derivatives
+from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import Plant
+from railsim.dynamics.workspace import workspace
 from railsim.engines.interface import Run
 from railsim.errors import InputError
 from railsim.track.kernel import LEFT_VERTICAL, RIGHT_VERTICAL, TrackTables, sample
@@ -64,7 +65,7 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
         scale[axes[3:][axes[3:] >= 0]] = ANGLE
     guess = np.concatenate((_on_rails(plant, start, sunk) / scale[:n], np.zeros(w)))
     scale[n:] = SPIN * speed / radius
-    out, scratch = np.empty(size), np.zeros(SCRATCH)
+    out, scratch = np.empty(size), workspace()
 
     def state(unknown: np.ndarray) -> np.ndarray:
         x = np.zeros(size)

@@ -16,12 +16,12 @@ from railsim.constants import GRAVITY
 from railsim.dynamics.extras import load_value, wheel_extras
 from railsim.dynamics.laws import BUMP_STOP, bump_stop, law_force
 from railsim.dynamics.moving_frame import frame_forces, frame_motion, pose
-from railsim.dynamics.wheels import WHEELS, evaluate, forces_of, put, upward, wheel_row, wheelset_local
+from railsim.dynamics.wheels import evaluate, forces_of, put, upward, wheel_row, wheelset_local
+from railsim.dynamics.workspace import ELEMENT, EXTRA, FRAME, LANES, LOCAL, POSE, POSES
 from railsim.track.kernel import GRADIENT, locate, value
 
 BRAKE_GRIP = 400.0  # 1/s; a brake's torque per spin inertia and spin, until it slips: it holds a wheelset that stands
 SLIDE_GAIN = 400.0  # 1/s; brake torque of the slide control per spin inertia and spin error
-SCRATCH = 152 + WHEELS  # numbers: frame 9, pose 12, local 8, work of elements 96 from 32 on, two poses, wheels
 
 
 @inlined
@@ -67,9 +67,7 @@ def wheelset_torque(plant, i, t, spin, velocity):
 
 @kernel
 def derivatives(plant, t, x, out, scratch):
-    """Fill out = dx/dt; scratch (SCRATCH,) holds frame, poses, local coordinates and wheels, zeros to begin
-    with.
-    """
+    """Fill out = dx/dt; scratch: of `workspace.workspace`."""
     _change(plant, t, x, out, scratch, scratch[:0].reshape(0, 0), False)
 
 
@@ -88,7 +86,7 @@ def _change(plant, t, x, out, scratch, wheels, seen):
     acceleration = 0.0
     if not plant.core.driven:
         velocity, acceleration = prescribed_speed(plant.knots, t)
-    frame, here = scratch[:9], scratch[9:21]
+    frame, here = scratch[FRAME], scratch[POSE]
     for i in range(n):
         out[i] = rate[i]
         total = 0.0
@@ -97,7 +95,7 @@ def _change(plant, t, x, out, scratch, wheels, seen):
             total += plant.core.link_stiffness[k] * q[j] + plant.core.link_damping[k] * rate[j]
         force[i] = plant.core.preload[i] - total
     for e in range(plant.core.finite):
-        finite_element(plant, e, s, velocity, q, rate, force, scratch[32:])
+        finite_element(plant, e, s, velocity, q, rate, force, scratch[ELEMENT])
     for e in range(plant.core.elements):
         elongation, stretching = 0.0, 0.0
         for i in range(n):
@@ -258,7 +256,7 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, s
     track [N], and the torques [N m], summed up.
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
-    local, extra, poses, lanes = scratch[21:29], scratch[32:37], scratch[128:152].reshape(2, 12), scratch[152:]
+    local, extra, poses, lanes = scratch[LOCAL], scratch[EXTRA], scratch[POSES].reshape(2, 12), scratch[LANES]
     along, rolling, torques = 0.0, 0.0, 0.0
     for first in range(0, w, 2):
         last = min(first + 2, w)

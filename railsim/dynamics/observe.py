@@ -7,6 +7,7 @@ from railsim.constants import GRAVITY
 from railsim.dynamics.channels import BODY, RUN, SPIN, TRACK, WHEEL
 from railsim.dynamics.moving_frame import frame_motion, pose
 from railsim.dynamics.wheels import wheelset_local
+from railsim.dynamics.workspace import FRAME, LOCAL, POSE
 from railsim.track.kernel import CURVATURE, EAST, LEFT_VERTICAL, ROLL, locate, value
 from railsim.track.track import CANT_BASE
 
@@ -57,7 +58,7 @@ def observe(plant, t, x, x_dot, wheels, scratch, row):
     q, rate, accel = x[:n], x[n : 2 * n], x_dot[n : 2 * n]
     s, velocity = x[2 * n + 2 * w], x_dot[2 * n + 2 * w]
     acceleration = x_dot[2 * n + 2 * w + 1]
-    frame, here, local = scratch[:9], scratch[9:21], scratch[21:29]
+    frame, here, local = scratch[FRAME], scratch[POSE], scratch[LOCAL]
     frame_motion(plant, s, velocity, acceleration, frame)
     row[0] = t
     run_row(plant, s, velocity, acceleration, row[1 : 1 + RUN_COUNT])

@@ -16,6 +16,15 @@ from railsim.dynamics.observe import (
     track_row,
 )
 from railsim.dynamics.wheels import contact, wheel_row
+from railsim.dynamics.workspace import (
+    BODY_FRAME,
+    BODY_MOTION,
+    BODY_ROTATION,
+    COORDINATES,
+    DISTANCE,
+    SPEED,
+    WHEELSET,
+)
 
 
 @kernel
@@ -25,19 +34,19 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
     for b in range(bodies):
         place(plant, b, q, v, memory, work)
     r = plant.core.reference_body
-    f = work[r, :16]
+    f = work[r, BODY_FRAME]
     own = a[6 * r : 6 * r + 3]
     tangential = f[0] * own[0] + f[3] * own[1] + f[6] * own[2]
     row[0] = t
-    run_row(plant, f[15], work[r, 28], tangential, row[1 : 1 + RUN_COUNT])
+    run_row(plant, f[15], work[r, SPEED], tangential, row[1 : 1 + RUN_COUNT])
     at = 1 + RUN_COUNT
     for b in range(bodies):
         _body(plant, b, q, v, a, work, row[at : at + BODY_COUNT])
         at += BODY_COUNT
-    local = work[bodies, 12:20]
+    local = work[bodies, WHEELSET]
     for i in range(w):
         b = plant.core.wheelset_body[i]
-        s, pace = work[b, 15], work[b, 28]
+        s, pace = work[b, DISTANCE], work[b, SPEED]
         wheelset_motion(plant, i, work, local)
         row[at], row[at + 1] = q[6 * bodies + i], v[6 * bodies + i]
         track_row(plant, s, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
@@ -49,13 +58,14 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
     if plant.core.primary:
         n = plant.core.mass.shape[0]
         spare = work[bodies]
-        vehicle_coordinates(plant, q, v, work, spare[40 : 40 + n], spare[40 + n : 40 + 2 * n])
-        displacements(plant, spare[40 : 40 + n], row[at : at + 2 * w])
+        q_free, v_free = spare[COORDINATES : COORDINATES + n], spare[COORDINATES + n : COORDINATES + 2 * n]
+        vehicle_coordinates(plant, q, v, work, q_free, v_free)
+        displacements(plant, q_free, row[at : at + 2 * w])
 
 
 @kernel
 def _body(plant, b, q, v, a, work, row):
-    motion, turn = work[b, 16:29], work[b, 30:39]
+    motion, turn = work[b, BODY_MOTION], work[b, BODY_ROTATION]
     own, rate, second = q[6 * b : 6 * b + 6], v[6 * b : 6 * b + 6], a[6 * b : 6 * b + 6]
     row[0], row[1] = motion[1], motion[2] - plant.core.position[b, 2]
     row[5], row[6] = motion[7], motion[8]

@@ -9,8 +9,9 @@ import numpy as np
 from railsim.dynamics.chunks import rows_of
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.integrate import run_chunk
-from railsim.dynamics.kernel import SCRATCH, derivatives
+from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import build_plant
+from railsim.dynamics.workspace import workspace
 from railsim.engines.interface import Run
 
 
@@ -31,7 +32,7 @@ def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray]
     """
     plant = build_plant(run.model, run.track, run.speed)
     start = initial_state(plant, run)
-    scratch = np.zeros(SCRATCH)
+    scratch = workspace()
 
     def change(t: float, x: np.ndarray) -> np.ndarray:
         out = np.empty_like(x)

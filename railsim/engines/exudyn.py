@@ -21,11 +21,11 @@ from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.guard import check_rows
 from railsim.dynamics.observe_absolute import observe_all
 from railsim.dynamics.plant import Plant, build_plant
+from railsim.dynamics.workspace import absolute_workspace
 from railsim.engines.interface import CHUNK, Diverged, Run
 from railsim.model import Model
 
 IMPLICIT_BELOW = 3.0  # m/s; creep damping is stiff as 1/V
-WORK = 128  # numbers of scratch for each body
 TIME_TOLERANCE = 1e-9  # s
 INSTANT = 2.0**-23  # s; a step in which nothing moves
 
@@ -62,7 +62,7 @@ class System:
         self.plant = build_plant(run.model, run.track, run.speed)
         self._count = 6 * len(run.model.bodies) + len(run.model.wheelsets) + int(self.plant.core.states)
         self._memory = run.start + np.array([body.position[0] for body in run.model.bodies])
-        self._work = np.zeros((len(run.model.bodies) + 1, WORK))
+        self._work = absolute_workspace(len(run.model.bodies), len(run.model.free))
         self._container = exudyn.SystemContainer()
         self.mbs: Any = self._container.AddSystem()
         self._acceleration = np.zeros(self._count)

@@ -6,8 +6,9 @@ from scipy.optimize import root
 
 from railsim.analysis.energy import energy_over
 from railsim.dynamics.equilibrium import initial_state, state_size
-from railsim.dynamics.kernel import SCRATCH, derivatives
+from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import build_plant
+from railsim.dynamics.workspace import workspace
 from railsim.model import Model
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.half_vehicle import Adhesion, HalfVehicle
@@ -37,7 +38,7 @@ def displaced(model: Model, moved: dict[str, float]) -> tuple[np.ndarray, np.nda
     for name, distance in moved.items():
         x[model.names.index(name)] += distance
     others = [i for i in range(n) if model.names[i] not in moved]
-    out, scratch = np.empty(state_size(plant)), np.zeros(SCRATCH)
+    out, scratch = np.empty(state_size(plant)), workspace()
 
     def residual(place: np.ndarray) -> np.ndarray:
         x[others] = place
