@@ -9,7 +9,7 @@ from railsim.dynamics.integrate import rk4_step
 from railsim.dynamics.kernel import body_coordinates, cross, derivatives, turned_arm
 from railsim.dynamics.laws import BUMP_STOP, bump_stop_energy
 from railsim.dynamics.plant import Plant, build_plant
-from railsim.dynamics.wheels import contact, wheelset_local
+from railsim.dynamics.wheels import forces_of_wheel, wheelset_local
 from railsim.dynamics.workspace import ELEMENT, LOCAL, POSE, workspace
 from railsim.engines.interface import Run
 
@@ -53,7 +53,7 @@ def energies(plant, x, scratch, out):
         wheelset_local(plant, i, s, velocity, q, rate, here, local)
         distance = s + plant.core.position[plant.core.wheelset_body[i], 0]
         for side in range(2):
-            normal = contact(plant, i, side, distance, velocity, spin, x[2 * n + i], local).normal
+            normal = forces_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], local).normal
             out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side]) ** (2.0 / 3.0)
 
 

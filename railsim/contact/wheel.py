@@ -19,11 +19,12 @@ the profiles where they are nearest. Creepages and creep law are evaluated there
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from railsim.compiled import inlined, kernel
 from railsim.contact.elementary import cube_root, cubic
 from railsim.contact.fastsim import fastsim_force
+from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23, HALF_DISTANCE, LIFT, RADIUS
 from railsim.contact.linear import linear_force
 from railsim.contact.polach import friction_coefficient, polach_force
 
@@ -50,6 +51,47 @@ CREEP_LAWS = ("polach", "fastsim", "linear")
 
 POLACH, FASTSIM, LINEAR = range(len(CREEP_LAWS))
 FRICTION, RATIO, DECAY, K_ADHESION, K_SLIP, DAMPING, CREEP, LAW = range(len(ContactLaw._fields))  # as kernels index it
+
+
+class WheelState(NamedTuple):
+    """A wheel and the rail under it, relative to the track frame at the wheelset's own place [m, rad, 1/s]."""
+
+    y: float  # of the wheelset
+    z: float
+    roll: float
+    yaw: float
+    y_rate: float
+    z_rate: float
+    roll_rate: float
+    yaw_rate: float
+    speed: float  # along the track [m/s]
+    spin: float
+    friction: float  # mu0 of the rail here [-]
+    rail_y: float
+    rail_y_rate: float
+    rail_z: float
+    rail_z_rate: float
+    curvature: float  # of the track [1/m]
+
+
+@inlined
+def raised(state: WheelState, rail_z, rail_z_rate):
+    """The state with the rail at another height [m] and rate [m/s]."""
+    return WheelState(
+        state.y, state.z, state.roll, state.yaw, state.y_rate, state.z_rate, state.roll_rate, state.yaw_rate,
+        state.speed, state.spin, state.friction, state.rail_y, state.rail_y_rate, rail_z, rail_z_rate, state.curvature,
+    )  # fmt: skip
+
+
+class WheelOnRail(NamedTuple):
+    """Constants of one wheel and its rail."""
+
+    start: float  # first lateral shift of the contact functions [m]
+    spacing: float  # of the contact functions [m]
+    cells: Any  # (cells, channels, 4) of `ContactTable`
+    stiffness: float  # Hertz stiffness [N/m^1.5]
+    side: float  # +1 left, -1 right
+    radius: float  # nominal [m]
 
 
 class WheelForces(NamedTuple):
@@ -82,7 +124,7 @@ def _profile(start, per_metre, cells, u):
     cell = min(max(int(place), 0), cells.shape[0] - 1)
     x = place - cell
     edge = min(max(x, 0.0), 1.0)
-    lift_row, half_row = cells[cell, 0], cells[cell, 2]
+    lift_row, half_row = cells[cell, LIFT], cells[cell, HALF_DISTANCE]
     rise = lift_row[1] + edge * (2.0 * lift_row[2] + 3.0 * edge * lift_row[3])
     lift = cubic(lift_row, edge) + rise * (x - edge)
     lift_1 = rise * per_metre
@@ -117,7 +159,7 @@ def creep_force(law, creep_x, creep_y, spin, a, b, c11, c22, c23, normal, fricti
     return share * force_x, share * force_y
 
 
-class Touch(NamedTuple):
+class ContactPoint(NamedTuple):
     """Where wheel and rail are nearest."""
 
     depth: float  # p there [m]; 0 = they do not touch
@@ -132,22 +174,24 @@ class Touch(NamedTuple):
 
 
 @inlined
-def nearest(start, spacing, cells, side, r0, y, z, roll, yaw, rail_y, rail_z):
-    """`Touch` of one wheel; lengths m, angles rad; `cells` (cells, channels, 4) of `ContactTable`."""
-    per_metre = 1.0 / spacing
+def nearest(wheel: WheelOnRail, state: WheelState, rail_z):
+    """`ContactPoint` of one wheel on a rail at height `rail_z` [m], which need not be the state's."""
+    r0, side = wheel.radius, wheel.side
+    y, z, roll, rail_y = state.y, state.z, state.roll, state.rail_y
+    per_metre = 1.0 / wheel.spacing
     shift = y + r0 * roll - rail_y
-    yaw_square = 0.5 * yaw * yaw
-    lift, lift_1, lift_2, half, half_1, cell, x = _profile(start, per_metre, cells, shift)
+    yaw_square = 0.5 * state.yaw * state.yaw
+    lift, lift_1, lift_2, half, half_1, cell, x = _profile(wheel.start, per_metre, wheel.cells, shift)
     arm = side * half + rail_y - y
     yaw_factor = lift_1 * (r0 * lift_1 - side * half)
     p = lift + rail_z - z - roll * arm + yaw_square * yaw_factor
     if p <= 0.0:
-        return Touch(0.0, lift_1 + roll, lift_1, 0.0, arm, yaw_factor, shift, cell, x)
+        return ContactPoint(0.0, lift_1 + roll, lift_1, 0.0, arm, yaw_factor, shift, cell, x)
     p_u = _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1)
     p_y = p_u + roll
     sigma = p * p_y / (1.0 + p_y * p_y + max(p * lift_2, -0.5))
     for _ in range(NEAREST_STEPS):
-        lift, lift_1, lift_2, half, half_1, cell, x = _profile(start, per_metre, cells, shift - sigma)
+        lift, lift_1, lift_2, half, half_1, cell, x = _profile(wheel.start, per_metre, wheel.cells, shift - sigma)
         arm = side * half + rail_y - y
         yaw_factor = lift_1 * (r0 * lift_1 - side * half)
         p = lift + rail_z - z - roll * (arm + sigma) + yaw_square * yaw_factor
@@ -160,7 +204,20 @@ def nearest(start, spacing, cells, side, r0, y, z, roll, yaw, rail_y, rail_z):
             p_u -= lift_2 * step
             p_y -= lift_2 * step
             break
-    return Touch(p, p_y, p_u, sigma, arm, yaw_factor, shift - sigma, cell, x)
+    return ContactPoint(p, p_y, p_u, sigma, arm, yaw_factor, shift - sigma, cell, x)
+
+
+@inlined
+def rolling_radius(cells, point: ContactPoint):
+    """Of the wheel where it touches [m]."""
+    return cubic(cells[point.cell, RADIUS], point.x)
+
+
+@inlined
+def unit_patch(cells, point: ContactPoint):
+    """Semi-axes under 1 N [m/N^(1/3)] and Kalker's coefficients C11, C22, C23 where the wheel touches."""
+    row, x = cells[point.cell], point.x
+    return cubic(row[AXIS_A], x), cubic(row[AXIS_B], x), cubic(row[C11], x), cubic(row[C22], x), cubic(row[C23], x)
 
 
 class Approach(NamedTuple):
@@ -173,20 +230,20 @@ class Approach(NamedTuple):
 
 
 @inlined
-def approach(touch, stiffness, damping, r0, yaw, y_rate, z_rate, roll_rate, yaw_rate, rail_y_rate, rail_z_rate):
+def approach(point: ContactPoint, stiffness, damping, r0, state: WheelState):
     """`Approach` of one wheel; no calls, no branches."""
-    p, p_y = touch.depth, touch.across
+    p, p_y = point.depth, point.across
     cosine = 1.0 / math.sqrt(1.0 + p_y * p_y)
-    p_normal = math.sqrt(p * p + touch.aside * touch.aside)
-    p_roll = cosine * (r0 * touch.along - touch.arm - touch.aside)
-    p_yaw = cosine * yaw * touch.yaw_factor
-    across, upward = p_y * cosine * (y_rate - rail_y_rate), cosine * (rail_z_rate - z_rate)
-    rate = across + upward + p_roll * roll_rate + p_yaw * yaw_rate
+    p_normal = math.sqrt(p * p + point.aside * point.aside)
+    p_roll = cosine * (r0 * point.along - point.arm - point.aside)
+    p_yaw = cosine * state.yaw * point.yaw_factor
+    across, upward = p_y * cosine * (state.y_rate - state.rail_y_rate), cosine * (state.rail_z_rate - state.z_rate)
+    rate = across + upward + p_roll * state.roll_rate + p_yaw * state.yaw_rate
     normal = max(stiffness * p_normal * math.sqrt(p_normal) * (1.0 + damping * rate), 0.0)
     return Approach(normal if p > 0.0 else 0.0, cosine, p_roll, p_yaw)
 
 
-class Press(NamedTuple):
+class NormalContact(NamedTuple):
     """Normal force and slip in a contact, and what of the wheelset's coordinates both depend on."""
 
     normal: float
@@ -195,41 +252,43 @@ class Press(NamedTuple):
     by_yaw: float
     slip_x: float  # [m/s]
     slip_y: float
-    turning: float  # [rad/s]
+    slip_spin: float  # [rad/s]
     reference: float  # 1 / speed of the creepages [s/m]; 0 without contact
     scale: float  # semi-axes to those under 1 N
 
 
 @inlined
-def press(
-    touch, radius, stiffness, damping, r0, roll, yaw, y, y_rate, z_rate, roll_rate, yaw_rate,
-    speed, curvature, spin, rail_y_rate, rail_z_rate,
-):  # fmt: skip
-    """`Press` of one wheel with rolling radius `radius` [m]; no calls, no branches."""
-    normal, cosine, p_roll, p_yaw = approach(
-        touch, stiffness, damping, r0, yaw, y_rate, z_rate, roll_rate, yaw_rate, rail_y_rate, rail_z_rate
-    )
+def normal_contact(point: ContactPoint, radius, stiffness, damping, r0, state: WheelState):
+    """`NormalContact` of one wheel with rolling radius `radius` [m]; no calls, no branches."""
+    normal, cosine, p_roll, p_yaw = approach(point, stiffness, damping, r0, state)
+    roll, yaw, yaw_rate, speed, spin = state.roll, state.yaw, state.yaw_rate, state.speed, state.spin
     yaw_square = 0.5 * yaw * yaw
-    sine = touch.across * cosine
+    sine = point.across * cosine
     square = speed * speed
     reference = 1.0 / math.sqrt(math.sqrt(square * square + SLOWEST**4))
-    along = speed * (1.0 - curvature * (y + touch.arm)) - touch.arm * yaw_rate
-    across = y_rate + radius * roll_rate
+    along = speed * (1.0 - state.curvature * (state.y + point.arm)) - point.arm * yaw_rate
+    across = state.y_rate + radius * state.roll_rate
     slip_x = along * (1.0 - yaw_square) + across * yaw - radius * spin
     slip_y = (across * (1.0 - yaw_square) - along * yaw) / cosine
-    turning = (speed * curvature + yaw_rate) * cosine - spin * (sine - roll * cosine)
-    reference = reference if touch.depth > 0.0 else 0.0
-    return Press(normal, cosine, p_roll, p_yaw, slip_x, slip_y, turning, reference, cube_root(normal))
+    slip_spin = (speed * state.curvature + yaw_rate) * cosine - spin * (sine - roll * cosine)
+    reference = reference if point.depth > 0.0 else 0.0
+    return NormalContact(normal, cosine, p_roll, p_yaw, slip_x, slip_y, slip_spin, reference, cube_root(normal))
 
 
 @inlined
-def resultant(touch, pressed, radius, yaw, force_x, force_y):
+def creepages(contact: NormalContact):
+    """Longitudinal and lateral creepage [-], spin creepage [1/m]."""
+    return contact.slip_x * contact.reference, contact.slip_y * contact.reference, contact.slip_spin * contact.reference
+
+
+@inlined
+def resultant(point: ContactPoint, contact: NormalContact, radius, yaw, force_x, force_y):
     """(6,) forces and moments of one wheel on the wheelset, of which force_x and force_y are the creep force in the
     contact plane [N]: x, y, z, moments about x, of the spin, about z.
     """
     yaw_square = 0.5 * yaw * yaw
-    normal, cosine = pressed.normal, pressed.cosine
-    sine = touch.across * cosine
+    normal, cosine = contact.normal, contact.cosine
+    sine = point.across * cosine
     level = force_y * cosine
     side_force = force_x * yaw + level * (1.0 - yaw_square)
     lift = force_y * sine
@@ -237,45 +296,30 @@ def resultant(touch, pressed, radius, yaw, force_x, force_y):
         force_x * (1.0 - yaw_square) - level * yaw,
         side_force - normal * sine,
         lift + normal * cosine,
-        touch.arm * lift + radius * side_force - normal * pressed.by_roll,
+        point.arm * lift + radius * side_force - normal * contact.by_roll,
         -radius * force_x,
-        radius * touch.across * yaw * level - touch.arm * force_x - normal * pressed.by_yaw,
+        radius * point.across * yaw * level - point.arm * force_x - normal * contact.by_yaw,
     )
 
 
 @inlined
-def wheel_forces(
-    start, spacing, cells, stiffness, side, r0, law, friction,
-    y, z, roll, yaw, y_rate, z_rate, roll_rate, yaw_rate,
-    speed, curvature, spin, rail_y, rail_y_rate, rail_z, rail_z_rate,
-):  # fmt: skip
-    """Forces of one wheel; lengths m, angles rad, rates per second; `cells` (cells, channels, 4) of `ContactTable`;
-    `law` as an array.
-
-    `friction` is mu0 at this place. All coordinates are relative to the track frame at the wheelset; `curvature` is
-    the track's.
-    """
-    touch = nearest(start, spacing, cells, side, r0, y, z, roll, yaw, rail_y, rail_z)
-    row = cells[touch.cell]
-    radius = cubic(row[1], touch.x)
-    pressed = press(
-        touch, radius, stiffness, law[DAMPING], r0, roll, yaw, y, y_rate, z_rate, roll_rate, yaw_rate,
-        speed, curvature, spin, rail_y_rate, rail_z_rate,
-    )  # fmt: skip
-    reference = pressed.reference
-    creep_x, creep_y, creep_spin = pressed.slip_x * reference, pressed.slip_y * reference, pressed.turning * reference
-    force_x, force_y = 0.0, 0.0
-    if law[CREEP] != 0.0 and touch.depth > 0.0:
-        slip_speed = math.sqrt(pressed.slip_x * pressed.slip_x + pressed.slip_y * pressed.slip_y)
+def wheel_forces(wheel: WheelOnRail, law, state: WheelState):
+    """Forces of one wheel; `law` is `ContactLaw` as an array, of which the rail's own friction replaces mu0."""
+    point = nearest(wheel, state, state.rail_z)
+    radius = rolling_radius(wheel.cells, point)
+    contact = normal_contact(point, radius, wheel.stiffness, law[DAMPING], wheel.radius, state)
+    creep_x, creep_y, creep_spin = creepages(contact)
+    friction, force_x, force_y = state.friction, 0.0, 0.0
+    if law[CREEP] != 0.0 and point.depth > 0.0:
+        slip_speed = math.sqrt(contact.slip_x * contact.slip_x + contact.slip_y * contact.slip_y)
         friction = friction_coefficient(friction, law[RATIO], law[DECAY], slip_speed)
+        a, b, c11, c22, c23 = unit_patch(wheel.cells, point)
         force_x, force_y = creep_force(
-            law[LAW], creep_x, creep_y, creep_spin,
-            cubic(row[3], touch.x) * pressed.scale, cubic(row[4], touch.x) * pressed.scale,
-            cubic(row[5], touch.x), cubic(row[6], touch.x), cubic(row[7], touch.x),
-            pressed.normal, friction, law[K_ADHESION], law[K_SLIP],
+            law[LAW], creep_x, creep_y, creep_spin, a * contact.scale, b * contact.scale, c11, c22, c23,
+            contact.normal, friction, law[K_ADHESION], law[K_SLIP],
         )  # fmt: skip
-    forces = resultant(touch, pressed, radius, yaw, force_x, force_y)
+    forces = resultant(point, contact, radius, state.yaw, force_x, force_y)
     return WheelForces(
-        forces[0], forces[1], forces[2], forces[3], forces[4], forces[5], pressed.normal, force_x, force_y,
-        creep_x, creep_y, creep_spin, touch.across, radius, touch.shift, friction,
+        forces[0], forces[1], forces[2], forces[3], forces[4], forces[5], contact.normal, force_x, force_y,
+        creep_x, creep_y, creep_spin, point.across, radius, point.shift, friction,
     )  # fmt: skip

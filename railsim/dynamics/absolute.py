@@ -19,7 +19,7 @@ from railsim.dynamics.extras import load_value, wheel_extras
 from railsim.dynamics.kernel import drag, path_moment, prescribed_speed, wheelset_torque
 from railsim.dynamics.laws import law_force
 from railsim.dynamics.moving_frame import pose
-from railsim.dynamics.wheels import contact, upward
+from railsim.dynamics.wheels import forces_of_wheel, upward
 from railsim.dynamics.workspace import (
     BODY_FRAME,
     BODY_MOTION,
@@ -327,8 +327,8 @@ def _wheelset(plant, i, t, q, v, work, out):
     pace = work[b, SPEED]
     angle, spin = q[6 * bodies + i], v[6 * bodies + i]
     wheelset_motion(plant, i, work, local)
-    left = contact(plant, i, 0, f[15], pace, spin, angle, local)
-    right = contact(plant, i, 1, f[15], pace, spin, angle, local)
+    left = forces_of_wheel(plant, i, 0, f[15], pace, spin, angle, local)
+    right = forces_of_wheel(plant, i, 1, f[15], pace, spin, angle, local)
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
     along = left.force_x + right.force_x
     add_wrench(

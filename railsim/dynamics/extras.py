@@ -6,7 +6,7 @@ import math
 
 from railsim.compiled import kernel
 from railsim.contact.elementary import cube_root
-from railsim.contact.wheel import DAMPING, approach, nearest
+from railsim.contact.wheel import DAMPING, WheelOnRail, WheelState, approach, nearest, raised
 from railsim.track.kernel import COMPLIANCE, locate, value
 
 TURN = 2.0 * math.pi
@@ -59,7 +59,7 @@ def unbalance_force(plant, i, side, angle, spin):
 
 
 @kernel
-def rail_deflection(plant, i, side, s, local, rail_y, rail_y_rate, height, rate):
+def rail_deflection(plant, wheel: WheelOnRail, i, side, s, state: WheelState):
     """How far the rail under a wheel is pressed down below its place under the static load [m].
 
     A massless rail on the track's stiffness k and damping c = `TRACK_LOSS` k: k d + c d' = N_z(d), without creep.
@@ -70,22 +70,15 @@ def rail_deflection(plant, i, side, s, local, rail_y, rail_y_rate, height, rate)
     c = plant.track
     cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
     support = 1.0 / value(c, cell, COMPLIANCE, x)
-    hertz = plant.core.contact_stiffness[side]
-    closing = rate - local[5] - plant.core.unbalance[i, side, 2] * local[6]
-    r0 = plant.core.radius[i]
+    hertz = wheel.stiffness
+    closing = state.rail_z_rate - state.z_rate - plant.core.unbalance[i, side, 2] * state.roll_rate
     usual = cube_root(support * plant.core.static_deflection / hertz)
     usual *= usual
     d = 0.0
     for n in range(SETTLING_STEPS):
-        touch = nearest(
-            plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], 1.0 - 2.0 * side, r0,
-            local[0], local[1], local[2], local[3], rail_y, height - d + plant.core.static_deflection,
-        )  # fmt: skip
-        normal, cosine, _, _ = approach(
-            touch, hertz, plant.core.law[DAMPING], r0, local[3],
-            local[4], local[5], local[6], local[7], rail_y_rate, rate,
-        )  # fmt: skip
-        depth = math.sqrt(touch.depth * touch.depth + touch.aside * touch.aside)
+        point = nearest(wheel, state, state.rail_z - d + plant.core.static_deflection)
+        normal, cosine, _, _ = approach(point, hertz, plant.core.law[DAMPING], wheel.radius, state)
+        depth = math.sqrt(point.depth * point.depth + point.aside * point.aside)
         stiffness = normal / (depth * math.sqrt(depth)) if normal > 0.0 else 0.0
         slope = 1.5 * cosine * cosine * cube_root(stiffness * hertz * hertz)
         here = d
@@ -106,15 +99,16 @@ def rail_deflection(plant, i, side, s, local, rail_y, rail_y_rate, height, rate)
 
 
 @kernel
-def uneven(plant, i, side, s, spin, angle, local, rail_y, rail_y_rate, height, rate):
+def uneven(plant, wheel: WheelOnRail, i, side, s, angle, state: WheelState):
     """Height [m] and its rate [m/s] of the rail under a wheel, with what its own radius and the rail's giving way
     add.
     """
+    height, rate = state.rail_z, state.rail_z_rate
     if plant.core.round_points > 0:
         bump, rise = roundness(plant, i, side, angle)
-        height, rate = height + bump, rate + rise * spin
+        height, rate = height + bump, rate + rise * state.spin
     if plant.core.compliant:
-        height -= rail_deflection(plant, i, side, s, local, rail_y, rail_y_rate, height, rate)
+        height -= rail_deflection(plant, wheel, i, side, s, raised(state, height, rate))
     return height, rate
 
 

@@ -16,7 +16,7 @@ from railsim.constants import GRAVITY
 from railsim.dynamics.extras import load_value, wheel_extras
 from railsim.dynamics.laws import BUMP_STOP, bump_stop, law_force
 from railsim.dynamics.moving_frame import frame_forces, frame_motion, pose
-from railsim.dynamics.wheels import evaluate, forces_of, put, upward, wheel_row, wheelset_local
+from railsim.dynamics.wheels import evaluate, forces_in_lane, put, upward, wheel_row, wheelset_local
 from railsim.dynamics.workspace import ELEMENT, EXTRA, FRAME, LANES, LOCAL, POSE, POSES
 from railsim.track.kernel import GRADIENT, locate, value
 
@@ -270,7 +270,7 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, s
         for i in range(first, last):
             here, index = poses[i - first], plant.core.coordinate[plant.core.wheelset_body[i]]
             angle, spin = x[2 * n + i], x[2 * n + w + i]
-            left, right = forces_of(lanes, 2 * (i - first)), forces_of(lanes, 2 * (i - first) + 1)
+            left, right = forces_in_lane(lanes, 2 * (i - first)), forces_in_lane(lanes, 2 * (i - first) + 1)
             if seen:
                 wheel_row(left, wheels[2 * i])
                 wheel_row(right, wheels[2 * i + 1])

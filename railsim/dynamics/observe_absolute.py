@@ -15,7 +15,7 @@ from railsim.dynamics.observe import (
     run_row,
     track_row,
 )
-from railsim.dynamics.wheels import contact, wheel_row
+from railsim.dynamics.wheels import forces_of_wheel, wheel_row
 from railsim.dynamics.workspace import (
     BODY_FRAME,
     BODY_MOTION,
@@ -52,7 +52,7 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
         track_row(plant, s, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
         at += SPIN_COUNT + TRACK_COUNT
         for side in range(2):
-            forces = contact(plant, i, side, s, pace, v[6 * bodies + i], q[6 * bodies + i], local)
+            forces = forces_of_wheel(plant, i, side, s, pace, v[6 * bodies + i], q[6 * bodies + i], local)
             wheel_row(forces, row[at : at + WHEEL_COUNT])
             at += WHEEL_COUNT
     if plant.core.primary:

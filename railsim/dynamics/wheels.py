@@ -8,7 +8,6 @@ compiler turns into instructions for all of them; the formulas are those of `rai
 import math
 
 from railsim.compiled import inlined, kernel
-from railsim.contact.elementary import cubic
 from railsim.contact.polach import friction_coefficient, polach_force
 from railsim.contact.wheel import (
     CREEP,
@@ -20,12 +19,18 @@ from railsim.contact.wheel import (
     LAW,
     POLACH,
     RATIO,
-    Touch,
+    ContactPoint,
     WheelForces,
+    WheelOnRail,
+    WheelState,
     creep_force,
+    creepages,
     nearest,
-    press,
+    normal_contact,
+    raised,
     resultant,
+    rolling_radius,
+    unit_patch,
     wheel_forces,
 )
 from railsim.dynamics.extras import uneven
@@ -73,9 +78,18 @@ def wheelset_local(plant, i, s, velocity, q, rate, here, local):
 
 
 @inlined
-def rail(plant, i, side, s, velocity, spin, angle, local):
-    """Under one wheel (side 0 left, 1 right) of wheelset i whose distance is s, with local coordinates and angle of
-    rotation: friction, the rail's lateral place and its rate, its height and its rate, the track's curvature.
+def wheel_on_rail(plant, i, side):
+    """Constants of the wheel on one side (0 left, 1 right) of wheelset i."""
+    return WheelOnRail(
+        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
+        1.0 - 2.0 * side, plant.core.radius[i],
+    )  # fmt: skip
+
+
+@inlined
+def wheel_state(plant, wheel, i, side, s, velocity, spin, angle, local):
+    """State of the `wheel` on one side (0 left, 1 right) of wheelset i whose distance is s, with the wheelset's local
+    coordinates, spin and angle of rotation.
     """
     c = plant.track
     cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
@@ -85,22 +99,22 @@ def rail(plant, i, side, s, velocity, spin, angle, local):
         friction = value(c, cell, LEFT_FRICTION + side * RAIL_RIGHT, x)
     rail_y, rail_y_rate = value(c, cell, lateral, x), velocity * slope(c, cell, lateral, x)
     height, rate = value(c, cell, vertical, x), velocity * slope(c, cell, vertical, x)
-    if plant.core.uneven:
-        height, rate = uneven(plant, i, side, s, spin, angle, local, rail_y, rail_y_rate, height, rate)
     curvature = value(c, cell, CURVATURE, x) if plant.core.curved else 0.0
-    return friction, rail_y, rail_y_rate, height, rate, curvature
+    state = WheelState(
+        local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7], velocity, spin,
+        friction, rail_y, rail_y_rate, height, rate, curvature,
+    )  # fmt: skip
+    if plant.core.uneven:
+        height, rate = uneven(plant, wheel, i, side, s, angle, state)
+        return raised(state, height, rate)
+    return state
 
 
 @inlined
-def contact(plant, i, side, s, velocity, spin, angle, local):
-    """Forces of one wheel: arguments of `rail`."""
-    friction, rail_y, rail_y_rate, height, rate, curvature = rail(plant, i, side, s, velocity, spin, angle, local)
-    return wheel_forces(
-        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
-        1.0 - 2.0 * side, plant.core.radius[i], plant.core.law, friction,
-        local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
-        velocity, curvature, spin, rail_y, rail_y_rate, height, rate,
-    )  # fmt: skip
+def forces_of_wheel(plant, i, side, s, velocity, spin, angle, local):
+    """Forces of one wheel: arguments of `wheel_state`."""
+    wheel = wheel_on_rail(plant, i, side)
+    return wheel_forces(wheel, plant.core.law, wheel_state(plant, wheel, i, side, s, velocity, spin, angle, local))
 
 
 @inlined
@@ -119,62 +133,58 @@ def upward(forces: WheelForces):
 
 @inlined
 def put(plant, i, side, k, s, velocity, spin, angle, local, v):
-    """Lane k gets the wheel on that side of wheelset i: arguments of `rail`."""
-    friction, rail_y, rail_y_rate, rail_z, rail_z_rate, curvature = rail(
-        plant, i, side, s, velocity, spin, angle, local
-    )
-    r0 = plant.core.radius[i]
-    touch = nearest(
-        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], 1.0 - 2.0 * side, r0,
-        local[0], local[1], local[2], local[3], rail_y, rail_z,
+    """Lane k gets the wheel on that side of wheelset i: arguments of `wheel_state`."""
+    wheel = wheel_on_rail(plant, i, side)
+    state = wheel_state(plant, wheel, i, side, s, velocity, spin, angle, local)
+    point = nearest(wheel, state, state.rail_z)
+    v[Y + k], v[ROLL + k], v[YAW + k] = state.y, state.roll, state.yaw
+    v[Y_RATE + k], v[Z_RATE + k], v[ROLL_RATE + k], v[YAW_RATE + k] = (
+        state.y_rate, state.z_rate, state.roll_rate, state.yaw_rate
     )  # fmt: skip
-    v[Y + k], v[ROLL + k], v[YAW + k] = local[0], local[2], local[3]
-    v[Y_RATE + k], v[Z_RATE + k], v[ROLL_RATE + k], v[YAW_RATE + k] = local[4], local[5], local[6], local[7]
-    v[SPIN + k], v[RADIUS_0 + k], v[SPEED + k], v[CURVED + k] = spin, r0, velocity, curvature
-    v[RAIL_Y_RATE + k], v[RAIL_Z_RATE + k] = rail_y_rate, rail_z_rate
-    v[STIFFNESS + k], v[MU + k] = plant.core.contact_stiffness[side], friction
-    v[DEPTH + k], v[ACROSS + k], v[ALONG + k], v[ASIDE + k] = touch.depth, touch.across, touch.along, touch.aside
-    v[ARM + k], v[YAW_FACTOR + k], v[SHIFT + k] = touch.arm, touch.yaw_factor, touch.shift
-    row, x = plant.contact[side, touch.cell], touch.x
-    v[RADIUS + k], v[AXIS_A + k], v[AXIS_B + k] = cubic(row[1], x), cubic(row[3], x), cubic(row[4], x)
-    v[C11 + k], v[C22 + k], v[C23 + k] = cubic(row[5], x), cubic(row[6], x), cubic(row[7], x)
+    v[SPIN + k], v[RADIUS_0 + k], v[SPEED + k], v[CURVED + k] = spin, wheel.radius, velocity, state.curvature
+    v[RAIL_Y_RATE + k], v[RAIL_Z_RATE + k] = state.rail_y_rate, state.rail_z_rate
+    v[STIFFNESS + k], v[MU + k] = wheel.stiffness, state.friction
+    v[DEPTH + k], v[ACROSS + k], v[ALONG + k], v[ASIDE + k] = point.depth, point.across, point.along, point.aside
+    v[ARM + k], v[YAW_FACTOR + k], v[SHIFT + k] = point.arm, point.yaw_factor, point.shift
+    v[RADIUS + k] = rolling_radius(wheel.cells, point)
+    v[AXIS_A + k], v[AXIS_B + k], v[C11 + k], v[C22 + k], v[C23 + k] = unit_patch(wheel.cells, point)
 
 
 @inlined
-def _pressed(v, k, damping):
-    """What is known of the wheel in lane k before the creep force."""
-    touch = Touch(
+def _contact(v, k, damping):
+    """Point and normal contact of the wheel in lane k."""
+    point = ContactPoint(
         v[DEPTH + k], v[ACROSS + k], v[ALONG + k], v[ASIDE + k], v[ARM + k], v[YAW_FACTOR + k], v[SHIFT + k], 0, 0.0
     )
-    return touch, press(
-        touch, v[RADIUS + k], v[STIFFNESS + k], damping, v[RADIUS_0 + k], v[ROLL + k], v[YAW + k],
-        v[Y + k], v[Y_RATE + k], v[Z_RATE + k], v[ROLL_RATE + k], v[YAW_RATE + k], v[SPEED + k], v[CURVED + k],
-        v[SPIN + k], v[RAIL_Y_RATE + k], v[RAIL_Z_RATE + k],
+    radius, stiffness, r0 = v[RADIUS + k], v[STIFFNESS + k], v[RADIUS_0 + k]
+    roll, yaw, y = v[ROLL + k], v[YAW + k], v[Y + k]
+    y_rate, z_rate, roll_rate, yaw_rate = v[Y_RATE + k], v[Z_RATE + k], v[ROLL_RATE + k], v[YAW_RATE + k]
+    speed, curvature, spin = v[SPEED + k], v[CURVED + k], v[SPIN + k]
+    rail_y_rate, rail_z_rate = v[RAIL_Y_RATE + k], v[RAIL_Z_RATE + k]
+    state = WheelState(  # heights and the rail's lateral place served to find the point
+        y, 0.0, roll, yaw, y_rate, z_rate, roll_rate, yaw_rate,
+        speed, spin, 0.0, 0.0, rail_y_rate, 0.0, rail_z_rate, curvature,
     )  # fmt: skip
+    return point, normal_contact(point, radius, stiffness, damping, r0, state)
 
 
 @inlined
-def _creepages(pressed):
-    return pressed.slip_x * pressed.reference, pressed.slip_y * pressed.reference, pressed.turning * pressed.reference
-
-
-@inlined
-def _sliding(v, k, touch, pressed, ratio, decay):
+def _sliding(v, k, point, contact, ratio, decay):
     """Friction at the slip in lane k, that of the place where the wheel does not touch."""
-    slip = math.sqrt(pressed.slip_x * pressed.slip_x + pressed.slip_y * pressed.slip_y)
+    slip = math.sqrt(contact.slip_x * contact.slip_x + contact.slip_y * contact.slip_y)
     friction = friction_coefficient(v[MU + k], ratio, decay, slip)
-    return friction if touch.depth > 0.0 else v[MU + k]
+    return friction if point.depth > 0.0 else v[MU + k]
 
 
 @inlined
-def _keep(v, k, touch, pressed, friction, force_x, force_y):
+def _keep(v, k, point, contact, friction, force_x, force_y):
     """Fill what comes out in lane k."""
-    v[NORMAL + k], v[MU + k] = pressed.normal, friction
-    v[CREEPAGE_X + k], v[CREEPAGE_Y + k], v[SPIN_CREEPAGE + k] = _creepages(pressed)
+    v[NORMAL + k], v[MU + k] = contact.normal, friction
+    v[CREEPAGE_X + k], v[CREEPAGE_Y + k], v[SPIN_CREEPAGE + k] = creepages(contact)
     v[CREEP_X + k], v[CREEP_Y + k] = force_x, force_y
     (
         v[FORCE_X + k], v[FORCE_Y + k], v[FORCE_Z + k], v[MOMENT_X + k], v[MOMENT_SPIN + k], v[MOMENT_Z + k]
-    ) = resultant(touch, pressed, v[RADIUS + k], v[YAW + k], force_x, force_y)  # fmt: skip
+    ) = resultant(point, contact, v[RADIUS + k], v[YAW + k], force_x, force_y)  # fmt: skip
 
 
 @inlined
@@ -185,34 +195,34 @@ def evaluate(law, v):
         return
     damping, ratio, decay, k_adhesion, k_slip = law[DAMPING], law[RATIO], law[DECAY], law[K_ADHESION], law[K_SLIP]
     for k in range(LANES):
-        touch, pressed = _pressed(v, k, damping)
-        x, y, spin = _creepages(pressed)
-        friction = _sliding(v, k, touch, pressed, ratio, decay)
+        point, contact = _contact(v, k, damping)
+        x, y, spin = creepages(contact)
+        friction = _sliding(v, k, point, contact, ratio, decay)
         force_x, force_y = polach_force(
-            x, y, spin, v[AXIS_A + k] * pressed.scale, v[AXIS_B + k] * pressed.scale,
-            v[C11 + k], v[C22 + k], v[C23 + k], pressed.normal, friction, k_adhesion, k_slip,
+            x, y, spin, v[AXIS_A + k] * contact.scale, v[AXIS_B + k] * contact.scale,
+            v[C11 + k], v[C22 + k], v[C23 + k], contact.normal, friction, k_adhesion, k_slip,
         )  # fmt: skip
-        _keep(v, k, touch, pressed, friction, force_x, force_y)
+        _keep(v, k, point, contact, friction, force_x, force_y)
 
 
 @kernel
 def _one_by_one(law, v):
     """The same for any creep law, or none."""
     for k in range(LANES):
-        touch, pressed = _pressed(v, k, law[DAMPING])
+        point, contact = _contact(v, k, law[DAMPING])
         friction, force_x, force_y = v[MU + k], 0.0, 0.0
-        if law[CREEP] != 0.0 and touch.depth > 0.0:
-            x, y, spin = _creepages(pressed)
-            friction = _sliding(v, k, touch, pressed, law[RATIO], law[DECAY])
+        if law[CREEP] != 0.0 and point.depth > 0.0:
+            x, y, spin = creepages(contact)
+            friction = _sliding(v, k, point, contact, law[RATIO], law[DECAY])
             force_x, force_y = creep_force(
-                law[LAW], x, y, spin, v[AXIS_A + k] * pressed.scale, v[AXIS_B + k] * pressed.scale,
-                v[C11 + k], v[C22 + k], v[C23 + k], pressed.normal, friction, law[K_ADHESION], law[K_SLIP],
+                law[LAW], x, y, spin, v[AXIS_A + k] * contact.scale, v[AXIS_B + k] * contact.scale,
+                v[C11 + k], v[C22 + k], v[C23 + k], contact.normal, friction, law[K_ADHESION], law[K_SLIP],
             )  # fmt: skip
-        _keep(v, k, touch, pressed, friction, force_x, force_y)
+        _keep(v, k, point, contact, friction, force_x, force_y)
 
 
 @inlined
-def forces_of(v, k):
+def forces_in_lane(v, k):
     """`WheelForces` in lane k."""
     return WheelForces(
         v[FORCE_X + k], v[FORCE_Y + k], v[FORCE_Z + k], v[MOMENT_X + k], v[MOMENT_SPIN + k], v[MOMENT_Z + k],

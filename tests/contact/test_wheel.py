@@ -12,7 +12,17 @@ from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23, ContactTabl
 from railsim.contact.linear import linear_force
 from railsim.contact.pairs import WheelRailPair
 from railsim.contact.polach import friction_coefficient, polach_force
-from railsim.contact.wheel import FASTSIM, LINEAR, POLACH, SLOWEST, ContactLaw, WheelForces, wheel_forces
+from railsim.contact.wheel import (
+    FASTSIM,
+    LINEAR,
+    POLACH,
+    SLOWEST,
+    ContactLaw,
+    WheelForces,
+    WheelOnRail,
+    WheelState,
+    wheel_forces,
+)
 
 RADIUS, HALF = 0.46, 0.75
 SMOOTH = ContactTable.build(WheelRailPair().contact_functions(RADIUS, HALF))
@@ -27,10 +37,10 @@ def wheel(
 ) -> WheelForces:  # fmt: skip
     """`place`: y, z, roll, yaw of the wheelset; `rail`: lateral and vertical deviation."""
     rates = np.zeros(4) if pace is None else pace
-    table_of = [table.start, table.spacing, table.coefficients[side], table.stiffness[side]]
-    wheel_of = [1.0 - 2.0 * side, RADIUS, np.array(law), law.friction]
-    arguments: list[Any] = [*table_of, *wheel_of, *place, *rates, 20.0, curvature, spin, rail[0], 0.0, rail[1], 0.0]
-    return wheel_forces(*arguments)
+    cells, stiffness = table.coefficients[side], float(table.stiffness[side])
+    constants = WheelOnRail(table.start, table.spacing, cells, stiffness, 1.0 - 2.0 * side, RADIUS)
+    state = WheelState(*place, *rates, 20.0, spin, law.friction, rail[0], 0.0, rail[1], 0.0, curvature)
+    return wheel_forces(constants, np.array(law), state)
 
 
 def energy(side: int, place: np.ndarray) -> float:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from railsim.contact.wheel import CREEP, wheel_forces
+from railsim.contact.wheel import CREEP, WheelState, wheel_forces
 from railsim.dynamics.extras import TRACK_LOSS, rail_deflection
 from railsim.dynamics.plant import build_plant
+from railsim.dynamics.wheels import wheel_on_rail
 from railsim.effects.track_changes import RIGID
 from railsim.track.kernel import build_tables
 from tests.effects.rig import scenario
@@ -24,17 +25,17 @@ def plant() -> Any:
     return build_plant(setup.model, build_tables(setup.track), setup.speed_tables)
 
 
+def _state(local: np.ndarray, height: float) -> WheelState:
+    """A wheel at 30 m/s on a rail of that height [m], without friction."""
+    return WheelState(*local, 30.0, 65.0, 0.0, 0.0, 0.0, height, 0.0, 0.0)
+
+
 def _balance(plant: Any, side: int, local: np.ndarray, depth: float) -> float:
     """What presses the rail down by more than it bears [N], at rest at the height of zero."""
     core = plant.core
     law = np.array(core.law)
     law[CREEP] = 0.0  # without creep
-    forces = wheel_forces(
-        core.contact_start, core.contact_spacing, plant.contact[side], core.contact_stiffness[side],
-        1.0 - 2.0 * side, core.radius[0], law, 0.0,
-        local[0], local[1], local[2], local[3], local[4], local[5], local[6], local[7],
-        30.0, 0.0, 65.0, 0.0, 0.0, core.static_deflection - depth, 0.0,
-    )  # fmt: skip
+    forces = wheel_forces(wheel_on_rail(plant, 0, side), law, _state(local, core.static_deflection - depth))
     contact = 1.5 * np.cbrt(forces.normal * core.contact_stiffness[side] ** 2) / (1.0 + forces.tangent**2)
     closing = -local[5] - core.unbalance[0, side, 2] * local[6]
     support = 1.0 / (SOFTNESS + RIGID)
@@ -50,7 +51,8 @@ def test_rail_bears_what_presses_it(plant: Any, side: int, lift: float):
     for _ in range(40):
         local = size * rng.standard_normal(8)
         local[1] += lift
-        found = rail_deflection(plant, 0, side, PLACE, local, 0.0, 0.0, 0.0, 0.0) + plant.core.static_deflection
+        wheel = wheel_on_rail(plant, 0, side)
+        found = rail_deflection(plant, wheel, 0, side, PLACE, _state(local, 0.0)) + plant.core.static_deflection
         true = brentq(lambda d, at=local: _balance(plant, side, at, d), -0.02, 0.02, xtol=1e-14)
         assert abs(found - true) < 1e-8, local
         if lift == 5e-3:

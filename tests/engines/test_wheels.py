@@ -5,7 +5,7 @@ import pytest
 
 from railsim.contact.wheel import CREEP, CREEP_LAWS, LAW
 from railsim.dynamics.plant import build_plant
-from railsim.dynamics.wheels import LANES, WHEELS, contact, evaluate, forces_of, put
+from railsim.dynamics.wheels import LANES, WHEELS, evaluate, forces_in_lane, forces_of_wheel, put
 from railsim.vehicles.class175 import Class175
 from tests.engines.rig import curve, make_run
 
@@ -32,9 +32,9 @@ def test_side_by_side_as_alone(code: int | None):
         for k in range(LANES):
             wheel = (plant, k // 2, k % 2)
             put(*wheel, k, PLACE, SPEED, SPIN, 0.0, local[k], lanes)
-            alone.append(contact(*wheel, PLACE, SPEED, SPIN, 0.0, local[k]))
+            alone.append(forces_of_wheel(*wheel, PLACE, SPEED, SPIN, 0.0, local[k]))
         evaluate(plant.core.law, lanes)
-        found = np.array([forces_of(lanes, k) for k in range(LANES)])
+        found = np.array([forces_in_lane(lanes, k) for k in range(LANES)])
         scale = np.abs(alone).max(axis=0)
         assert np.all(np.abs(found - alone) <= 1e-10 * scale + 1e-12)
         assert found[LIFTED, :6] == pytest.approx(np.zeros(6), abs=0.0)
