@@ -4,7 +4,7 @@
 
 import math
 
-from railsim.compiled import kernel
+from railsim.compiled import inlined, kernel
 from railsim.contact.elementary import cube_root
 from railsim.contact.wheel import DAMPING, WheelOnRail, WheelState, approach, nearest, raised
 from railsim.track.kernel import COMPLIANCE, locate, value
@@ -58,8 +58,17 @@ def unbalance_force(plant, i, side, angle, spin):
     return -size * math.sin(turned), -size * math.cos(turned)
 
 
+@inlined
+def wheel_on_rail(plant, i, side):
+    """Constants of the wheel on one side (0 left, 1 right) of wheelset i."""
+    return WheelOnRail(
+        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
+        1.0 - 2.0 * side, plant.core.radius[i],
+    )  # fmt: skip
+
+
 @kernel
-def rail_deflection(plant, wheel: WheelOnRail, i, side, s, state: WheelState):
+def rail_deflection(plant, i, side, s, state: WheelState):
     """How far the rail under a wheel is pressed down below its place under the static load [m].
 
     A massless rail on the track's stiffness k and damping c = `TRACK_LOSS` k: k d + c d' = N_z(d), without creep.
@@ -70,6 +79,7 @@ def rail_deflection(plant, wheel: WheelOnRail, i, side, s, state: WheelState):
     c = plant.track
     cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
     support = 1.0 / value(c, cell, COMPLIANCE, x)
+    wheel = wheel_on_rail(plant, i, side)
     hertz = wheel.stiffness
     closing = state.rail_z_rate - state.z_rate - plant.core.unbalance[i, side, 2] * state.roll_rate
     usual = cube_root(support * plant.core.static_deflection / hertz)
@@ -99,7 +109,7 @@ def rail_deflection(plant, wheel: WheelOnRail, i, side, s, state: WheelState):
 
 
 @kernel
-def uneven(plant, wheel: WheelOnRail, i, side, s, angle, state: WheelState):
+def uneven(plant, i, side, s, angle, state: WheelState):
     """Height [m] and its rate [m/s] of the rail under a wheel, with what its own radius and the rail's giving way
     add.
     """
@@ -108,7 +118,7 @@ def uneven(plant, wheel: WheelOnRail, i, side, s, angle, state: WheelState):
         bump, rise = roundness(plant, i, side, angle)
         height, rate = height + bump, rate + rise * state.spin
     if plant.core.compliant:
-        height -= rail_deflection(plant, wheel, i, side, s, raised(state, height, rate))
+        height -= rail_deflection(plant, i, side, s, raised(state, height, rate))
     return height, rate
 
 

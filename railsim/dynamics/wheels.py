@@ -21,7 +21,6 @@ from railsim.contact.wheel import (
     RATIO,
     ContactPoint,
     WheelForces,
-    WheelOnRail,
     WheelState,
     creep_force,
     creepages,
@@ -33,7 +32,7 @@ from railsim.contact.wheel import (
     unit_patch,
     wheel_forces,
 )
-from railsim.dynamics.extras import uneven
+from railsim.dynamics.extras import uneven, wheel_on_rail
 from railsim.dynamics.moving_frame import pose
 from railsim.track.kernel import CURVATURE, LEFT_FRICTION, LEFT_LATERAL, LEFT_VERTICAL, locate, slope, value
 
@@ -78,17 +77,8 @@ def wheelset_local(plant, i, s, velocity, q, rate, here, local):
 
 
 @inlined
-def wheel_on_rail(plant, i, side):
-    """Constants of the wheel on one side (0 left, 1 right) of wheelset i."""
-    return WheelOnRail(
-        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
-        1.0 - 2.0 * side, plant.core.radius[i],
-    )  # fmt: skip
-
-
-@inlined
-def wheel_state(plant, wheel, i, side, s, velocity, spin, angle, local):
-    """State of the `wheel` on one side (0 left, 1 right) of wheelset i whose distance is s, with the wheelset's local
+def wheel_state(plant, i, side, s, velocity, spin, angle, local):
+    """State of the wheel on one side (0 left, 1 right) of wheelset i whose distance is s, with the wheelset's local
     coordinates, spin and angle of rotation.
     """
     c = plant.track
@@ -105,7 +95,7 @@ def wheel_state(plant, wheel, i, side, s, velocity, spin, angle, local):
         friction, rail_y, rail_y_rate, height, rate, curvature,
     )  # fmt: skip
     if plant.core.uneven:
-        height, rate = uneven(plant, wheel, i, side, s, angle, state)
+        height, rate = uneven(plant, i, side, s, angle, state)
         return raised(state, height, rate)
     return state
 
@@ -113,8 +103,8 @@ def wheel_state(plant, wheel, i, side, s, velocity, spin, angle, local):
 @inlined
 def forces_of_wheel(plant, i, side, s, velocity, spin, angle, local):
     """Forces of one wheel: arguments of `wheel_state`."""
-    wheel = wheel_on_rail(plant, i, side)
-    return wheel_forces(wheel, plant.core.law, wheel_state(plant, wheel, i, side, s, velocity, spin, angle, local))
+    state = wheel_state(plant, i, side, s, velocity, spin, angle, local)
+    return wheel_forces(wheel_on_rail(plant, i, side), plant.core.law, state)
 
 
 @inlined
@@ -134,8 +124,8 @@ def upward(forces: WheelForces):
 @inlined
 def put(plant, i, side, k, s, velocity, spin, angle, local, v):
     """Lane k gets the wheel on that side of wheelset i: arguments of `wheel_state`."""
+    state = wheel_state(plant, i, side, s, velocity, spin, angle, local)
     wheel = wheel_on_rail(plant, i, side)
-    state = wheel_state(plant, wheel, i, side, s, velocity, spin, angle, local)
     point = nearest(wheel, state, state.rail_z)
     v[Y + k], v[ROLL + k], v[YAW + k] = state.y, state.roll, state.yaw
     v[Y_RATE + k], v[Z_RATE + k], v[ROLL_RATE + k], v[YAW_RATE + k] = (
