@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from railsim.contact.wheel import CREEP, WheelState, wheel_forces
-from railsim.dynamics.extras import TRACK_LOSS, rail_deflection, wheel_on_rail
+from railsim.contact.wheel import CREEP, WheelOnRail, WheelState, wheel_forces
+from railsim.dynamics.extras import TRACK_LOSS, rail_deflection
 from railsim.dynamics.plant import build_plant
 from railsim.effects.track_changes import RIGID
 from railsim.track.kernel import build_tables
@@ -34,7 +34,11 @@ def _balance(plant: Any, side: int, local: np.ndarray, depth: float) -> float:
     core = plant.core
     law = np.array(core.law)
     law[CREEP] = 0.0  # without creep
-    forces = wheel_forces(wheel_on_rail(plant, 0, side), law, _state(local, core.static_deflection - depth))
+    wheel = WheelOnRail(
+        core.contact_start, core.contact_spacing, plant.contact[side], core.contact_stiffness[side],
+        1.0 - 2.0 * side, core.radius[0],
+    )  # fmt: skip
+    forces = wheel_forces(wheel, law, _state(local, core.static_deflection - depth))
     contact = 1.5 * np.cbrt(forces.normal * core.contact_stiffness[side] ** 2) / (1.0 + forces.tangent**2)
     closing = -local[5] - core.unbalance[0, side, 2] * local[6]
     support = 1.0 / (SOFTNESS + RIGID)
