@@ -39,7 +39,7 @@ def wheel(
     rates = np.zeros(4) if pace is None else pace
     cells, stiffness = table.coefficients[side], float(table.stiffness[side])
     constants = WheelOnRail(table.start, table.spacing, cells, stiffness, 1.0 - 2.0 * side, RADIUS)
-    state = WheelState(*place, *rates, 20.0, spin, law.friction, rail[0], 0.0, rail[1], 0.0, curvature)
+    state = WheelState._make([*place, *rates, 20.0, spin, law.friction, rail[0], 0.0, rail[1], 0.0, curvature])
     return wheel_forces(constants, np.array(law), state)
 
 

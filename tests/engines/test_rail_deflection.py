@@ -26,7 +26,7 @@ def plant() -> Any:
 
 def _state(local: np.ndarray, height: float) -> WheelState:
     """A wheel at 30 m/s on a rail of that height [m], without friction."""
-    return WheelState(*local, 30.0, 65.0, 0.0, 0.0, 0.0, height, 0.0, 0.0)
+    return WheelState._make([*local, 30.0, 65.0, 0.0, 0.0, 0.0, height, 0.0, 0.0])
 
 
 def _balance(plant: Any, side: int, local: np.ndarray, depth: float) -> float:
