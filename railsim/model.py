@@ -13,10 +13,12 @@ import numpy as np
 
 from railsim.contact.functions import ContactTable
 from railsim.contact.wheel import ContactLaw
+from railsim.errors import InputError
 from railsim.force_laws import ForceLaw
 
 TRACK = "track"  # in place of an element's lower body: it acts on the upper one alone
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
+PLACED = 1e-9  # m; farther from its place an axle is not there
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,7 @@ class Load:
 class Wheelset:
     """The wheels of a body: spin inertia [kg m2], nominal radius [m], and the half spacing of the axleboxes [m].
 
+    `frame`: body that the axleboxes carry, to which displacement transducers reach; None = there are none.
     `roundness`: deviation of the left and the right wheel's radius [m] over one turn at equal angles, as many of each
     wheel of a model; a point's angle is the spin angle at which it touches the rail. `unbalance`: mass times radius
     [kg m] and that angle [rad], left and right.
@@ -89,6 +92,7 @@ class Wheelset:
     spin_inertia: float
     radius: float
     axlebox_half_spacing: float
+    frame: str | None = None
     roundness: tuple[np.ndarray, np.ndarray] | None = None
     unbalance: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
 
@@ -111,7 +115,7 @@ class LongitudinalPath:
 class Model:
     """All of a vehicle.
 
-    `primary`: whether axleboxes carry a frame (displacement transducers exist). `reference`: body whose distance is s.
+    `reference`: body whose distance is s.
     `trailing_pivot`: distance from the reference back to the missing bogie [m]; a body listed in `chord_yaw` keeps
     the direction of that chord. `path`: None = longitudinal forces pitch nothing.
     """
@@ -123,7 +127,6 @@ class Model:
     contact: ContactTable
     law: ContactLaw
     reference: str
-    primary: bool = True
     trailing_pivot: float = 0.0
     chord_yaw: str | None = None
     path: LongitudinalPath | None = None
@@ -131,8 +134,57 @@ class Model:
     loads: tuple[Load, ...] = ()
 
     def index(self, name: str) -> int:
-        """Place of a body in `bodies`."""
-        return [body.name for body in self.bodies].index(name)
+        """Place of a body in `bodies`.
+
+        Raises
+        ------
+        InputError : there is no such body.
+        """
+        names = [body.name for body in self.bodies]
+        if name not in names:
+            raise InputError(f"model: there is no body '{name}'; there are {', '.join(names)}")
+        return names.index(name)
+
+    def check(self) -> None:
+        """Refuse what the engines would take silently for something else.
+
+        Raises
+        ------
+        InputError : one line that names the part which does not fit.
+        """
+        names = [body.name for body in self.bodies]
+        if len(set(names)) < len(names):
+            raise InputError(f"model: two bodies have one name; names are {', '.join(names)}")
+        if not self.wheelsets:
+            raise InputError("model: a vehicle needs a wheelset")
+        if self.bodies[self.index(self.reference)].position[0] != 0.0:
+            raise InputError(f"model: the reference body '{self.reference}' must stand at x = 0")
+        for element in self.elements:
+            if TRACK in (element.upper, element.lower):
+                raise InputError(f"model: the linear element '{element.name}' must join two bodies")
+        for element in self.nonlinear:
+            if element.axis not in AXES:
+                raise InputError(f"model: element '{element.name}' acts along '{element.axis}', not one of {AXES}")
+        for wheelset in self.wheelsets:
+            _, y, z = self.bodies[self.index(wheelset.body)].position
+            if y != 0.0 or abs(z - wheelset.radius) > PLACED:
+                raise InputError(
+                    f"model: the axle of '{wheelset.body}' must stand at y = 0 and a radius above the rails"
+                )
+        if self.chord_yaw is not None and (
+            "yaw" in self.bodies[self.index(self.chord_yaw)].free or self.trailing_pivot <= 0.0
+        ):
+            raise InputError(f"model: '{self.chord_yaw}' keeps a chord's direction: hold its yaw, give trailing_pivot")
+        if self.path is not None:
+            self._check_path(self.path)
+
+    def _check_path(self, path: LongitudinalPath) -> None:
+        if "pitch" not in self.bodies[self.index(path.frame)].free:
+            raise InputError(f"model: the path's frame '{path.frame}' must be free to pitch")
+        if any(wheelset.frame != path.frame for wheelset in self.wheelsets):
+            raise InputError(f"model: a longitudinal path needs all wheelsets under '{path.frame}'; leave it out")
+        if len({wheelset.radius for wheelset in self.wheelsets}) > 1:
+            raise InputError("model: a longitudinal path needs wheelsets of one radius; leave it out")
 
     @cached_property
     def free(self) -> np.ndarray:

@@ -38,6 +38,7 @@ def channel_names(model: Model) -> list[str]:
         names += [f"track{number}.{quantity}" for quantity in TRACK]
         for side in SIDES:
             names += [f"wheel{number}_{side}.{quantity}" for quantity in WHEEL]
-    if model.primary:
-        names += [f"primary{i}_{side}.displacement [m]" for i in range(1, len(model.wheelsets) + 1) for side in SIDES]
+    for number, wheelset in enumerate(model.wheelsets, 1):
+        if wheelset.frame is not None:
+            names += [f"primary{number}_{side}.displacement [m]" for side in SIDES]
     return names

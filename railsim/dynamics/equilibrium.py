@@ -105,7 +105,8 @@ def _on_rails(plant: Plant, start: float, sunk: float) -> np.ndarray:
     x = core.position[core.wheelset_body, 0]
     left, right = (sample(track, channel, start + x) for channel in (LEFT_VERTICAL, RIGHT_VERTICAL))
     height, roll = 0.5 * (left + right) - sunk, (left - right) / GAUGE
-    slope = (height[0] - height[-1]) / (x[0] - x[-1]) if len(x) > 1 else 0.0
+    front, rear = int(x.argmax()), int(x.argmin())
+    slope = (height[front] - height[rear]) / (x[front] - x[rear]) if x[front] > x[rear] else 0.0
     own = {int(body): i for i, body in enumerate(core.wheelset_body)}
     placed = np.zeros(len(core.mass))
     for body, axes in enumerate(core.coordinate):

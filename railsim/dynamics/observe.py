@@ -81,8 +81,7 @@ def observe(plant, t, x, x_dot, wheels, scratch, row):
             for k in range(WHEEL_COUNT):
                 row[at + k] = wheels[2 * i + side, k]
             at += WHEEL_COUNT
-    if plant.core.primary:
-        displacements(plant, q, row[at : at + 2 * w])
+    displacements(plant, q, row[at:])
 
 
 @kernel
@@ -119,13 +118,22 @@ def _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, 
 
 @kernel
 def displacements(plant, q, row):
-    """Vertical movement of the bogie above each axlebox, extension +."""
-    frame = plant.core.coordinate[plant.core.reference_body]
+    """Vertical movement of the frame above each axlebox, extension +, of the wheelsets that carry one."""
+    at = 0
     for i in range(plant.core.radius.shape[0]):
-        body = plant.core.wheelset_body[i]
-        index = plant.core.coordinate[body]
-        x = plant.core.position[body, 0]
-        height = q[frame[2]] - x * q[frame[4]] - q[index[2]]
-        roll = q[frame[3]] - q[index[3]]
-        row[2 * i] = height + plant.core.axlebox[i] * roll
-        row[2 * i + 1] = height - plant.core.axlebox[i] * roll
+        carried, body = plant.core.frame_body[i], plant.core.wheelset_body[i]
+        if carried < 0:
+            continue
+        frame, index = plant.core.coordinate[carried], plant.core.coordinate[body]
+        x = plant.core.position[body, 0] - plant.core.position[carried, 0]
+        height = _free(q, frame[2]) - x * _free(q, frame[4]) - _free(q, index[2])
+        roll = _free(q, frame[3]) - _free(q, index[3])
+        row[at] = height + plant.core.axlebox[i] * roll
+        row[at + 1] = height - plant.core.axlebox[i] * roll
+        at += 2
+
+
+@inlined
+def _free(q, j):
+    """Coordinate j, zero where it is held."""
+    return q[j] if j >= 0 else 0.0

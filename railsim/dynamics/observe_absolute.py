@@ -55,12 +55,12 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
             forces = forces_of_wheel(plant, i, side, s, pace, v[6 * bodies + i], q[6 * bodies + i], local)
             wheel_row(forces, row[at : at + WHEEL_COUNT])
             at += WHEEL_COUNT
-    if plant.core.primary:
+    if at < row.shape[0]:
         n = plant.core.mass.shape[0]
         spare = work[bodies]
         q_free, v_free = spare[COORDINATES : COORDINATES + n], spare[COORDINATES + n : COORDINATES + 2 * n]
         vehicle_coordinates(plant, q, v, work, q_free, v_free)
-        displacements(plant, q_free, row[at : at + 2 * w])
+        displacements(plant, q_free, row[at:])
 
 
 @kernel

@@ -73,7 +73,7 @@ def _core_type(model: Model) -> np.dtype:
         ("spin_inertia", "f8", w),
         ("radius", "f8", w),
         ("axlebox", "f8", w),  # half spacing of the axleboxes
-        ("primary", "i8"),
+        ("frame_body", "i8", w),  # carried by the axleboxes, -1 = none
         ("elements", "i8"),  # nonlinear elements in use
         ("law_code", "i8", elements),
         ("direction", "f8", (elements, n)),
@@ -120,7 +120,13 @@ def _core_type(model: Model) -> np.dtype:
 
 
 def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
-    """Arrays of a run."""
+    """Arrays of a run.
+
+    Raises
+    ------
+    InputError : the model does not fit together.
+    """
+    model.check()
     free, bodies = model.free, len(model.bodies)
     core = np.zeros(1, _core_type(model)).view(np.recarray)[0]
     coordinate = np.full(6 * bodies, -1)
@@ -145,7 +151,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "spin_inertia": [w.spin_inertia for w in model.wheelsets],
         "radius": [w.radius for w in model.wheelsets],
         "axlebox": [w.axlebox_half_spacing for w in model.wheelsets],
-        "primary": model.primary,
+        "frame_body": [-1 if w.frame is None else model.index(w.frame) for w in model.wheelsets],
         "elements": len(model.nonlinear),
         "finite": len(finite),
         "contact_start": model.contact.start,

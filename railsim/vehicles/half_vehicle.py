@@ -149,7 +149,9 @@ class HalfVehicle(Vehicle, frozen=True):
             elements=(self._secondary(), *(self._primary(i) for i in (1, 2))),
             nonlinear=(self._bump_stop(),),
             wheelsets=tuple(
-                Wheelset(f"wheelset{i}", self.wheelset_spin_inertia, self.wheel_radius, self.primary_half_spacing)
+                Wheelset(
+                    f"wheelset{i}", self.wheelset_spin_inertia, self.wheel_radius, self.primary_half_spacing, "bogie"
+                )
                 for i in (1, 2)
             ),
             contact=ContactTable.build(left, right),

@@ -96,7 +96,6 @@ class WheelsetVehicle(Vehicle, frozen=True):
                 self.adhesion, left.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
             ),
             reference="wheelset1",
-            primary=False,
             vertical_load={"wheelset1": self.suspended_mass * GRAVITY},
         )
 
