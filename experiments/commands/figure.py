@@ -19,16 +19,17 @@ def execute(given: argparse.Namespace) -> Outcome:
     """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held."""
     from experiments import figures
     from experiments.figures.interface import Figure, publish
+    from experiments.reporting.claims import Claim
     from railsim.registry import discover, pick
 
     found: Mapping[str, Callable[[], Figure]] = dict(discover(figures, Figure))
     chosen = found if given.name == "all" else {given.name: pick(dict(found), given.name, "figure")}
     asked = {name: kind() for name, kind in chosen.items()}
     results: dict[str, Any] = {name: publish(figure, given.out, given.fast) for name, figure in asked.items()}
-    claims = [[name, claim] for name, result in results.items() for claim in result["claims"]]
-    rows = [[name, c["claim"], c["value"], c["target"], "held" if c["held"] else "NOT HELD"] for name, c in claims]
+    claims = [(name, Claim(**claim)) for name, result in results.items() for claim in result["claims"]]
+    rows = [[name, c.claim, c.value, c.target, c.outcome, c.interval] for name, c in claims]
     files = [path for result in results.values() for path in result["files"]]
-    text = table(["figure", "claim", "value", "target", ""], rows) if rows else "No claims."
+    text = table(["figure", "claim", "value", "target", "", "95 % interval"], rows) if rows else "No claims."
     notes = [f"{name}: {note}" for name, figure in asked.items() for note in figure.notes()]
-    held = all(claim["held"] for _, claim in claims)
+    held = all(claim.held is not False for _, claim in claims)
     return Outcome({"figures": results}, "\n".join([text, "", *notes, *files]), held)

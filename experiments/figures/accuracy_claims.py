@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from experiments.figures.interface import Claim
+from experiments.reporting import intervals
+from experiments.reporting.claims import HONEST, Claim, at_least, at_most
 from experiments.runs.track import noise_limit
 from experiments.runs.track_accuracy import (
     ACCELEROMETER,
@@ -25,7 +26,6 @@ LIMIT = 0.2  # mm rms, vertical D1 and D2 by the fused estimate above 8 m/s
 APART = 0.3  # mm rms, left and right rail with axleboxes
 BETTER = 1.5  # illustrative: error of the accelerometer over that of the gyro at the lowest speed
 LOST = 0.5  # of a band's true size: an error above it leaves nothing of use
-HONEST = (0.90, 0.97)
 JUDGED = ("vertical", "cross_level", "lateral")
 
 
@@ -71,16 +71,19 @@ def accuracy_claims(table: pd.DataFrame) -> Iterator[Claim]:
 
 def honesty_claims(table: pd.DataFrame) -> Iterator[Claim]:
     """How many points lie within two standard deviations."""
-    low, high = HONEST
     every = where(table, table["part"].eq("coverage") & table["engine"].ne("exudyn"))
     for quantity, band in itertools.product(JUDGED, ("d1", "d2")):
         rows = pick(every, quantity=quantity, band=band)
         name = f"{quantity.replace('_', ' ')} {band.upper()} within two standard deviations"
         for track, speed, case in cases(rows):
-            found = share(case)
-            yield Claim(f"{name}, {track}, {speed:g} m/s", found, f"{low} to {high}", low <= found <= high)
-        found = share(rows)
-        yield Claim(f"{name}, all tracks and speeds", found, f"{low} to {high}", low <= found <= high)
+            yield _honest(f"{name}, {track}, {speed:g} m/s", case)
+        yield _honest(f"{name}, all tracks and speeds", rows)
+
+
+def _honest(text: str, rows: pd.DataFrame) -> Claim:
+    """A case is a vehicle on a track."""
+    interval = intervals.of_mean_share(rows["within 2 std [-]"].to_numpy(), rows["points"].to_numpy())
+    return Claim.sampled(text, share(rows), HONEST, interval)
 
 
 def _only(rows: pd.DataFrame, column: str = "rms error [mm]", **wanted: Any) -> float:
@@ -95,12 +98,12 @@ def _fused(rows: pd.DataFrame) -> Iterator[Claim]:
         at = int(np.argmax(fused["rms error [mm]"].to_numpy()))
         worst, bound = (float(fused[name].to_numpy()[at]) for name in ("rms error [mm]", "bound [mm]"))
         what = f"fused vertical {band.upper()}, {grade}, 8 m/s and above: largest rms error (bound {bound:.3f} mm)"
-        yield Claim(what, worst, f"<= {LIMIT} mm", worst <= LIMIT)
+        yield Claim.definite(what, worst, at_most(LIMIT, "mm"))
     fused = pick(rows, estimator=FUSED, quantity="vertical", grade="mems")
     fused = where(fused, fused["band"].isin(["d1", "d2"]) & fused["speed [m/s]"].le(15.0))
     ratio = float(np.max(fused["rms error [mm]"].to_numpy() / fused["bound [mm]"].to_numpy()))
     what = "fused vertical D1 and D2, mems, up to 15 m/s: rms error over the Cramer-Rao bound, largest"
-    yield Claim(what, ratio, "<= 1.3", ratio <= 1.3)
+    yield Claim.definite(what, ratio, at_most(1.3))
 
 
 def _gyro(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
@@ -116,17 +119,16 @@ def _gyro(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
             f"{speed:g} m/s, vertical D2, {grade}: accelerometer's error over the gyro's "
             f"({pair[0][0]:.2f} and {pair[0][1]:.2f} mm; bounds {pair[1][0]:.2f} and {pair[1][1]:.2f})"
         )
-        yield Claim(what, ratio, f">= {BETTER}", ratio >= BETTER)
+        yield Claim.definite(what, ratio, at_least(BETTER))
 
 
 def _place(rows: pd.DataFrame) -> Iterator[Claim]:
-    for name, limit, more in ((ACCELEROMETER, 1.3, True), (GYRO, 1.2, False)):
+    for name, target in ((ACCELEROMETER, at_least(1.3)), (GYRO, at_most(1.2))):
         one = pick(rows, estimator=name)
         errors = [float(np.sqrt(np.mean(group["rms error [mm]"] ** 2))) for _, group in one.groupby("place [m]")]
         ratio = max(errors) / min(errors)
         what = f"vertical D1 over places on the bogie, largest error over smallest: {name}"
-        held = ratio >= limit if more else ratio <= limit
-        yield Claim(what, ratio, f"{'>=' if more else '<='} {limit}", held)
+        yield Claim.definite(what, ratio, target)
 
 
 def _long_waves(rows: pd.DataFrame, speeds: tuple[float, float]) -> Iterator[Claim]:
@@ -143,8 +145,8 @@ def _long_waves(rows: pd.DataFrame, speeds: tuple[float, float]) -> Iterator[Cla
             of = f"±100 g {name}" if lost else f"{name}, {grade}"
             what = f"{of}, {speed:g} m/s: error of D2 over its true size (bound {bound / true:.2f}"
             what += f"; 2 mm at 30 m is {peak:.3f} m/s2, noise alone {1e3 * noise:.2f} mm)" if lost else ")"
-            ratio = found / true
-            yield Claim(what, ratio, f">= {LOST}, lost" if lost else f"<= {LOST}, kept", (ratio >= LOST) == lost)
+            target = at_least(LOST, meaning="lost") if lost else at_most(LOST, meaning="kept")
+            yield Claim.definite(what, found / true, target)
 
 
 def _lateral(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
@@ -152,7 +154,7 @@ def _lateral(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
     for name in ("alignment_lateral", FUSED):
         found, bound = (_only(rows, column, estimator=name) for column in ("rms error [mm]", "bound [mm]"))
         what = f"lateral D1, {speed:g} m/s: {name}'s error over the bogie's path's ({found:.2f} mm, bound {bound:.2f})"
-        yield Claim(what, found / plain, "<= 0.5", found / plain <= 0.5)
+        yield Claim.definite(what, found / plain, at_most(0.5))
 
 
 def _rails(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
@@ -160,4 +162,4 @@ def _rails(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
         sides = where(rows, rows["estimator"].eq(name) & rows["quantity"].isin(["left_vertical", "right_vertical"]))
         worst, bound = (float(np.max(sides[column].to_numpy(float))) for column in ("rms error [mm]", "bound [mm]"))
         what = f"{name}, {speed:g} m/s: D1 of the worse rail (bound {bound:.2f} mm)"
-        yield Claim(what, worst, f"<= {APART} mm", worst <= APART)
+        yield Claim.definite(what, worst, at_most(APART, "mm"))

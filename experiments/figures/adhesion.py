@@ -7,7 +7,9 @@ from matplotlib.figure import Figure as Picture
 
 from estimators.adhesion.adhesion_level import COLUMNS
 from estimators.adhesion.classifier import LEVELS
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting import intervals
+from experiments.reporting.claims import Claim, Target, at_least, at_most
 from experiments.reporting.plots import BLUE, GREY, RED
 from experiments.runs.adhesion_unseen import NOMINAL, judged
 
@@ -41,11 +43,8 @@ class Adhesion(Figure):
         claims = []
         for kind, target in TARGETS.items():
             rows = _levels(table, kind, 10.0)
-            right = float(_right(rows).mean())
-            worst = min(float(_right(part).mean()) for _, part in rows.groupby(["track", "speed [m/s]"]))
             name = f"{SET_NAMES[kind]}: level right in 10 s windows"
-            claims.append(Claim(name, right, f">= {target}", right >= target))
-            claims.append(Claim(f"{name}, worst track and speed", worst, f">= {target}", worst >= target))
+            claims += [_right_claim(name, rows, target), _worst_claim(f"{name}, worst track and speed", rows, target)]
         claims += [claim for kind in TARGETS for claim in _other_claims(table, kind)]
         claims += [_honest(table, kind, window) for kind in TARGETS for window in (10.0, 4.0)]
         claims += [_slope_claim(table, kind, known) for kind in TARGETS for known in (True, False)]
@@ -87,38 +86,74 @@ def _right(rows: pd.DataFrame) -> np.ndarray:
     return np.array(LEVELS)[_named(rows).argmax(axis=1)] == _texts(rows, "condition")
 
 
-def _reliability(table: pd.DataFrame, kind: str, window: float) -> np.ndarray:
+def _by_run(rows: pd.DataFrame) -> list[pd.DataFrame]:
+    """Windows of each run: those of one run are alike, so that a run is a case."""
+    return [run for _, run in rows.groupby(["track", "speed [m/s]", "condition", "vehicle"], sort=False)]
+
+
+def _right_interval(rows: pd.DataFrame) -> intervals.Interval:
+    runs = _by_run(rows)
+    return intervals.of_mean_share(np.array([_right(run).mean() for run in runs]), np.array([len(run) for run in runs]))
+
+
+def _right_claim(text: str, rows: pd.DataFrame, target: float) -> Claim:
+    return Claim.sampled(text, float(_right(rows).mean()), at_least(target), _right_interval(rows))
+
+
+def _worst_claim(text: str, rows: pd.DataFrame, target: float) -> Claim:
+    parts = [part for _, part in rows.groupby(["track", "speed [m/s]"])]
+    worst = min(float(_right(part).mean()) for part in parts)
+    return Claim.sampled(text, worst, at_least(target), intervals.least([_right_interval(part) for part in parts]))
+
+
+def _reliability(rows: pd.DataFrame) -> np.ndarray:
     """By bin of the named level's probability that holds any: its mean, how often it was right, how many; (b, 3)."""
-    rows = _levels(table, kind, window)
     stated, right = _named(rows).max(axis=1), _right(rows)
     bins = np.digitize(stated, BINS[1:-1])
     return np.array([(stated[bins == b].mean(), right[bins == b].mean(), np.sum(bins == b)) for b in np.unique(bins)])
 
 
+def _calibration_error(rows: pd.DataFrame) -> float:
+    """Mean distance between stated probability and share of right ones, weighted by windows."""
+    stated, right, count = _reliability(rows).T
+    return float(np.average(np.abs(stated - right), weights=count))
+
+
 def _honest(table: pd.DataFrame, kind: str, window: float) -> Claim:
-    """Mean distance between stated probability and share of right ones, weighted by windows (calibration error)."""
-    stated, right, count = _reliability(table, kind, window).T
-    error = float(np.average(np.abs(stated - right), weights=count))
-    return Claim(f"{SET_NAMES[kind]}: expected calibration error, {window:g} s", error, "<= 0.05", error <= 0.05)
+    rows = _levels(table, kind, window)
+    runs = _by_run(rows)
+    interval = intervals.of_statistic(
+        lambda chosen: _calibration_error(pd.concat([runs[place] for place in chosen])), len(runs)
+    )
+    text = f"{SET_NAMES[kind]}: expected calibration error, {window:g} s"
+    return Claim.sampled(text, _calibration_error(rows), at_most(0.05), interval)
 
 
 def _other_claims(table: pd.DataFrame, kind: str) -> list[Claim]:
     """Vehicles that are off their nominal parameters, each."""
-    rows, target = _windows(table, kind, 10.0, known=True, nominal=False), TARGETS[kind]
-    vehicles, right = _texts(rows, "vehicle"), _right(rows)
-    shares = {vehicle: float(right[vehicles == vehicle].mean()) for vehicle in np.unique(vehicles)}
+    rows = _windows(table, kind, 10.0, known=True, nominal=False)
     return [
-        Claim(f"{SET_NAMES[kind]}: level right, {vehicle}", share, f">= {target}", share >= target)
-        for vehicle, share in shares.items()
+        _right_claim(f"{SET_NAMES[kind]}: level right, {vehicle}", part, TARGETS[kind])
+        for vehicle, part in rows.groupby("vehicle")
     ]
 
 
 def _slope_claim(table: pd.DataFrame, kind: str, known: bool) -> Claim:
     rows = _windows(table, kind, 10.0, known)
-    apart = np.log(_numbers(rows, "creep_slope [-]") / _numbers(rows, "true slope [-]"))
-    factor = float(np.exp(np.sqrt(np.mean(apart**2))))
+    apart = _log_slope_error(rows)
+    squares = np.array([np.mean(_log_slope_error(run) ** 2) for run in _by_run(rows)])
+    low, high, cases = intervals.of_rms(np.sqrt(squares))
     where = "the four levels" if known else "adhesion between two levels, which no calibration saw"
-    return Claim(f"{SET_NAMES[kind]}: factor of the creep slope's error, {where}", factor, "<= 1.5", factor <= 1.5)
+    return Claim.sampled(
+        f"{SET_NAMES[kind]}: factor of the creep slope's error, {where}",
+        float(np.exp(np.sqrt(np.mean(apart**2)))),
+        at_most(1.5),
+        intervals.Interval(float(np.exp(low)), float(np.exp(high)), cases),
+    )
+
+
+def _log_slope_error(rows: pd.DataFrame) -> np.ndarray:
+    return np.log(_numbers(rows, "creep_slope [-]") / _numbers(rows, "true slope [-]"))
 
 
 def _errors(table: pd.DataFrame, kind: str, change: str = "change") -> tuple[np.ndarray, np.ndarray]:
@@ -130,21 +165,22 @@ def _errors(table: pd.DataFrame, kind: str, change: str = "change") -> tuple[np.
 def _friction_claim(table: pd.DataFrame, kind: str) -> Claim:
     """Friction alone changes, as a track's column does it: no level of the calibration comes of it."""
     size = np.abs(_errors(table, kind, "friction")[0])
-    within = float(np.mean(size <= LOCATED))
-    name = f"{SET_NAMES[kind]}: changes of friction alone placed within 5 s"
-    return Claim(name, within, ">= 0.95", within >= 0.95)
+    return _share(f"{SET_NAMES[kind]}: changes of friction alone placed within 5 s", size <= LOCATED, at_least(0.95))
 
 
 def _change_claims(table: pd.DataFrame, kind: str) -> list[Claim]:
     error, named = _errors(table, kind)
-    size = np.abs(error)
-    within, more, largest = float(np.mean(size <= LOCATED)), float(np.mean(named > 1)), float(np.nanmax(size))
-    who = SET_NAMES[kind]
+    size, who = np.abs(error), SET_NAMES[kind]
+    largest = float(np.nanmax(size))
     return [
-        Claim(f"{who}: changes named and placed within 5 s", within, ">= 0.95", within >= 0.95),
-        Claim(f"{who}: largest error of their place [s]", largest, "<= 5", largest <= LOCATED),
-        Claim(f"{who}: runs with one change in which more were named", more, "<= 0.05", more <= 0.05),
+        _share(f"{who}: changes named and placed within 5 s", size <= LOCATED, at_least(0.95)),
+        Claim.definite(f"{who}: largest error of their place [s]", largest, at_most(LOCATED, "s"), len(size)),
+        _share(f"{who}: runs with one change in which more were named", named > 1, at_most(0.05)),
     ]
+
+
+def _share(text: str, hits: np.ndarray, target: Target) -> Claim:
+    return Claim.sampled(text, float(np.mean(hits)), target, intervals.of_share(hits))
 
 
 def _draw_speed(axes: Axes, table: pd.DataFrame) -> None:
@@ -165,7 +201,7 @@ def _draw_reliability(axes: Axes, table: pd.DataFrame) -> None:
     axes.plot([25, 100], [25, 100], color=GREY, lw=0.8, ls="--")
     for kind, colour in SET_COLOURS.items():
         for window, marker, face in ((10.0, "o", colour), (4.0, "s", "none")):
-            stated, right, count = _reliability(table, kind, window).T
+            stated, right, count = _reliability(_levels(table, kind, window)).T
             label = f"{SET_NAMES[kind]}, {window:g} s"
             size = 14.0 + 16.0 * np.log10(count)
             axes.scatter(

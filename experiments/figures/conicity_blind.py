@@ -1,5 +1,6 @@
 """Conicity without a known track: twenty tracks and vehicles, wear from run to run, and what can be known at all."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ from estimators.wheel_rail.conicity_least_squares import ConicityLeastSquares
 from estimators.wheel_rail.conicity_likelihood import Likelihood
 from estimators.wheel_rail.conicity_smoother import ConicitySmoother
 from experiments.figures.fig13 import left_side, true_conicity
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting import intervals
+from experiments.reporting.claims import HONEST, Claim, Target, above, at_least, at_most, below, exactly
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
 from experiments.runs.speed import rows_where
 from experiments.runs.wheelset import record
@@ -105,47 +108,33 @@ class ConicityBlind(Figure):
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
-        claims = []
-        for name, rows in _cases(table):
-            error = (rows["estimate [-]"] - rows["at nominal gauge [-]"]).to_numpy()
-            share, rms = float(np.mean(np.abs(error) <= WITHIN)), float(np.sqrt(np.mean(error**2)))
-            shape = float(np.sqrt(np.mean(rows["function rms [-]"] ** 2)))
-            worn, varies = CASES[name][0] > 0.0, CASES[name][1]
-            lost = SEARCH * (worn and varies)
-            inside = float(np.mean(np.abs(error) <= 2 * rows["std [-]"]))
-            claims += [
-                Claim(f"{name}: rms error over the seeds, profiles at nominal gauge", rms, f"<= {WITHIN}",
-                      rms <= WITHIN),
-                _claim(f"{name}: share of seeds within 0.03", share, ">= 0.95", share >= 0.95, lost),
-                _claim(f"{name}: function over the inner shifts, rms", shape, f"<= {WITHIN}", shape <= WITHIN,
-                       BENDS * worn),
-                _claim(f"{name}: within 2 std", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97, ONE_SIZE * (not varies)),
-            ]  # fmt: skip
-            if varies:
-                claims += _with_gauge(name, rows)
+        claims = [claim for name, rows in _cases(table) for claim in _case_claims(name, rows)]
         seeds = rows_where(table, table["part"] == "seed")
-        error = np.abs((seeds["estimate [-]"] - seeds["at nominal gauge [-]"]).to_numpy())
-        inside = float(np.mean(error <= 2 * seeds["std [-]"].to_numpy()))
-        claims.append(Claim("all four cases: within 2 std", inside, "0.90 to 0.97", 0.9 <= inside <= 0.97))
+        claims.append(_share("all four cases: within 2 std", _within_two_std(seeds), HONEST))
         wear = rows_where(table, table["part"] == "wear")
+        every = len(wear) == len(WEAR)
         for truth, column, how in (
             ("wear [-]", "at 2 mm [-]", "without track, at 2 mm"),
             ("wear [-]", "least squares at 2 mm [-]", "least squares, track known, at 2 mm"),
             ("true [-]", "least squares [-]", "least squares, track known, best cones"),
         ):
             right, correlation = order(wear[truth].to_numpy(), wear[column].to_numpy())
-            why = UNBOUND * how.startswith("without")
-            claims.append(_claim(f"wear, {how}: runs in their right place", right, "1", right == 1.0, why))
-            claims.append(Claim(f"wear, {how}: rank correlation", correlation, ">= 0.9", correlation >= 0.9))
+            text = f"wear, {how}: runs in their right place"
+            placed = Claim.definite(text, right, exactly(1.0), len(wear), every)
+            claims.append(_because(placed, UNBOUND * how.startswith("without")))
+            text = f"wear, {how}: rank correlation"
+            claims.append(Claim.definite(text, correlation, at_least(0.9), len(wear), every))
         claims += _order_claims(wear)
         worn = rows_where(table, table["case"] == BOUNDED_CASE).dropna(subset=["bound [-]"])
         known, free, drift = (float(np.median(worn[name].to_numpy())) for name in BOUNDS)
-        claims.append(Claim("Cramer-Rao bound, spectrum's shape known", known, "<= 0.03", known <= WITHIN))
-        claims.append(Claim("growth of the bound if its corner is free", free / known, "> 1", free > known))
-        claims.append(
-            Claim("change of conicity by an assumed corner that is 10 % too low", drift, "<= 0.03", drift <= WITHIN)
-        )
-        return claims
+        return [
+            *claims,
+            Claim.definite("Cramer-Rao bound, spectrum's shape known", known, at_most(WITHIN), len(worn)),
+            Claim.definite("growth of the bound if its corner is free", free / known, above(1.0), len(worn)),
+            Claim.definite(
+                "change of conicity by an assumed corner that is 10 % too low", drift, at_most(WITHIN), len(worn)
+            ),
+        ]
 
     def notes(self) -> list[str]:
         """Why a track without known spectrum gives no conicity."""
@@ -160,9 +149,41 @@ class ConicityBlind(Figure):
         ]
 
 
-def _claim(text: str, value: float, target: str, held: bool, why: str) -> Claim:
-    """A claim that says why where it is not held."""
-    return Claim(text + why * (not held), value, target, held)
+def _case_claims(name: str, rows: pd.DataFrame) -> list[Claim]:
+    """Wheels of one wear, gauge constant or not: a case is a seed."""
+    error = (rows["estimate [-]"] - rows["at nominal gauge [-]"]).to_numpy()
+    shape = rows["function rms [-]"].to_numpy()
+    worn, varies = CASES[name][0] > 0.0, CASES[name][1]
+    inside = _share(f"{name}: within 2 std", _within_two_std(rows), HONEST)
+    claims = [
+        _rms(f"{name}: rms error over the seeds, profiles at nominal gauge", error),
+        _because(
+            _share(f"{name}: share of seeds within 0.03", np.abs(error) <= WITHIN, at_least(0.95)),
+            SEARCH * (worn and varies),
+        ),
+        _because(_rms(f"{name}: function over the inner shifts, rms", shape), BENDS * worn),
+        _because(inside, ONE_SIZE * (not varies)),
+    ]
+    return claims + (_with_gauge(name, rows) if varies else [])
+
+
+def _within_two_std(rows: pd.DataFrame) -> np.ndarray:
+    error = (rows["estimate [-]"] - rows["at nominal gauge [-]"]).to_numpy()
+    return np.abs(error) <= 2 * rows["std [-]"].to_numpy()
+
+
+def _share(text: str, hits: np.ndarray, target: Target) -> Claim:
+    return Claim.sampled(text, float(np.mean(hits)), target, intervals.of_share(hits))
+
+
+def _rms(text: str, errors: np.ndarray) -> Claim:
+    rms = float(np.sqrt(np.mean(errors**2)))
+    return Claim.sampled(text, rms, at_most(WITHIN), intervals.of_rms(errors))
+
+
+def _because(claim: Claim, why: str) -> Claim:
+    """The claim, with the reason where it is not held."""
+    return replace(claim, claim=claim.claim + why) if claim.held is False else claim
 
 
 def one(
@@ -258,24 +279,22 @@ def order(true: np.ndarray, found: np.ndarray) -> tuple[float, float]:
 def _with_gauge(name: str, rows: pd.DataFrame) -> list[Claim]:
     """The run's own best cone; why that is not the conicity at nominal gauge; what the record can tell at all."""
     cone = (rows["best cone [-]"] - rows["true [-]"]).to_numpy()
-    share = float(np.mean(np.abs(cone) <= WITHIN))
     nominal, apart, together = (
         rows[column].to_numpy() for column in ("at nominal gauge [-]", "gauge apart [-]", "gauge together [-]")
     )
-    bend, turn = float(np.mean(apart - nominal)), float(np.mean(together - apart))
     bound = float(np.median(rows["own std [-]"].to_numpy()))
+    within = _share(f"{name}: share of runs whose own best cone is within 0.03", np.abs(cone) <= WITHIN, at_least(0.95))
+    spread = f"{name}: std by the likelihood's profile over the mean gauge"
     return [
-        _claim(
-            f"{name}: share of runs whose own best cone is within 0.03",
-            share,
-            ">= 0.95",
-            share >= 0.95,
-            SEARCH * (CASES[name][0] > 0.0),
-        ),
-        Claim(f"{name}: what the profile's bends take from the best cone, gauge independent", bend, "< 0", bend < 0.0),
-        Claim(f"{name}: what the motion takes more, being largest on wide gauge", turn, "< 0", turn < 0.0),
-        Claim(f"{name}: std by the likelihood's profile over the mean gauge", bound, f"<= {WITHIN}", bound <= WITHIN),
+        _because(within, SEARCH * (CASES[name][0] > 0.0)),
+        _less(f"{name}: what the profile's bends take from the best cone, gauge independent", apart - nominal),
+        _less(f"{name}: what the motion takes more, being largest on wide gauge", together - apart),
+        Claim.sampled(spread, bound, at_most(WITHIN), intervals.of_median(rows["own std [-]"].to_numpy())),
     ]
+
+
+def _less(text: str, differences: np.ndarray) -> Claim:
+    return Claim.sampled(text, float(np.mean(differences)), below(0.0), intervals.of_mean(differences))
 
 
 def by_gauge(wear: float, shift: np.ndarray, gauge: np.ndarray) -> tuple[float, float]:
@@ -293,18 +312,30 @@ def by_gauge(wear: float, shift: np.ndarray, gauge: np.ndarray) -> tuple[float, 
 def _order_claims(wear: pd.DataFrame) -> list[Claim]:
     """Whether the order of ten can be had at all: spacing of the states against the errors of the same runs."""
     claims = []
-    spacing = float(np.mean(np.diff(np.sort(wear["true at 2 mm [-]"].to_numpy()))))
+    true = np.sort(wear["true at 2 mm [-]"].to_numpy())
+    spacing = float(np.mean(np.diff(true)))
+    drawn = np.random.default_rng(FIRST_SEED).standard_normal((DRAWS, len(wear)))
+
+    def exact(deviation: float) -> float:
+        """Chance that errors of that standard deviation leave all in their order."""
+        return float(np.mean(np.all(np.diff(true + deviation * drawn, axis=1) > 0.0, axis=1)))
+
     for column, how in (("at 2 mm [-]", "without track"), ("least squares at 2 mm [-]", "least squares, track known")):
         error = (wear[column] - wear["true at 2 mm [-]"]).to_numpy()
-        ratio = float(np.std(error, ddof=1)) / spacing
-        rng = np.random.default_rng(FIRST_SEED)
-        drawn = np.sort(wear["true at 2 mm [-]"].to_numpy()) + np.std(error, ddof=1) * rng.standard_normal(
-            (DRAWS, len(wear))
-        )
-        exact = float(np.mean(np.all(np.diff(drawn, axis=1) > 0.0, axis=1)))
+        deviation, (low, high, cases) = float(np.std(error, ddof=1)), intervals.of_deviation(error)
         claims += [
-            Claim(f"wear, {how}: std of the error over the spacing of the states", ratio, "<= 0.3", ratio <= 0.3),
-            Claim(f"wear, {how}: chance of ten in exact order by that", exact, ">= 0.9", exact >= 0.9),
+            Claim.sampled(
+                f"wear, {how}: std of the error over the spacing of the states",
+                deviation / spacing,
+                at_most(0.3),
+                intervals.Interval(low / spacing, high / spacing, cases),
+            ),
+            Claim.sampled(
+                f"wear, {how}: chance of ten in exact order by that",
+                exact(deviation),
+                at_least(0.9),
+                intervals.Interval(exact(high), exact(low), cases),
+            ),
         ]
     return claims
 

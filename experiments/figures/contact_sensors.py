@@ -8,7 +8,8 @@ from matplotlib.figure import Figure as Picture
 
 import estimators
 from estimators.interface import Estimator
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_most
 from experiments.runs.contact import ensemble, run
 from experiments.scoring.score import score
 from railsim.errors import InputError
@@ -93,7 +94,7 @@ class ContactSensors(Figure):
             error = {label: _cell(table, str(name), label) for label in SETS}
             spare = [label for label in SETS if label != "all" and error[label] <= MUCH * error["all"]]
             text = f"{name}: rms error of the conicity, all sensors; does without: {', '.join(spare) or 'none'}"
-            claims.append(Claim(text, error["all"], f"<= {CONICITY:g}", error["all"] <= CONICITY))
+            claims.append(Claim.definite(text, error["all"], at_most(CONICITY)))
         return claims
 
 

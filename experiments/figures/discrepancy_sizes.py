@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.discrepancy.fit.candidates import fitted_names
 from experiments.figures.discrepancy_runs import SIZES, blind, detected, expected, named, rivals
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting import intervals
+from experiments.reporting.claims import Claim, at_least, exactly
 from railsim.scenario import load_scenario
 
 MODEL = "yaw_dampers"
@@ -117,8 +120,8 @@ class DiscrepancySizes(Figure):
         rows = [one for one in table.to_dict("records") if one["possible"]]
         gains = {(one["effect"], one["size"]): one["expected evidence [nats]"] for one in rows}
         names = set(table["effect"])
-        whole = len(table) == len(SIZES) * len(names)
-        complete = names in (set(FEW), set(fitted_names()))
+        whole = len(table) == len(SIZES) * len(names) and names in (set(FEW), set(fitted_names()))
+        library = replace(exactly(len(names) if whole else len(fitted_names())), words="all of the library")
         both = [name for name in names if {(name, SIZES[0]), (name, SIZES[2])} <= set(gains)]
         grows = [gains[name, SIZES[2]] >= gains[name, SIZES[0]] for name in both]
         ran = [one for one in rows if one["blind status"] not in ("", "impossible")]
@@ -130,14 +133,14 @@ class DiscrepancySizes(Figure):
             ],
         }
         claims = [
-            Claim("effects at three sizes each", float(len(names)), "all of the library", whole and complete),
-            _share("effects whose largest size brings most evidence", grows, 1.0),
+            Claim.definite("effects at three sizes each", float(len(names)), library),
+            _all("effects whose largest size brings most evidence", grows),
             *(_share(f"blind runs that are {text}", held, AGREED) for text, held in found.items()),
             _share(
                 "blind runs without a wrong name", [one["blind status"] != "named" or _right(one) for one in ran], 0.97
             ),
         ]
-        return [one for one in claims if one is not None]
+        return [claim for claim in claims if claim is not None]
 
     def notes(self) -> list[str]:
         """What the numbers rest on."""
@@ -164,12 +167,19 @@ def _right(row: dict[Hashable, Any]) -> bool:
     return row["blind status"] == "named" and row["blind class"] == row["class"]
 
 
-def _share(text: str, held: Sequence[bool], least: float) -> Claim | None:
+def _share(text: str, hits: Sequence[bool], least: float) -> Claim | None:
     """A claim on a share; none where no case counts."""
-    if not held:
+    if not hits:
         return None
-    share = float(np.mean(held))
-    return Claim(f"{text} ({len(held)})", share, f"at least {least:g}", share >= least)
+    interval = intervals.of_share(np.array(hits))
+    return Claim.sampled(f"{text} ({len(hits)})", float(np.mean(hits)), at_least(least), interval)
+
+
+def _all(text: str, hits: Sequence[bool]) -> Claim | None:
+    """A claim on all cases that there are; none where no case counts."""
+    if not hits:
+        return None
+    return Claim.definite(f"{text} ({len(hits)})", float(np.mean(hits)), exactly(1.0), len(hits))
 
 
 def worst(table: pd.DataFrame) -> list[dict[Hashable, Any]]:

@@ -9,7 +9,8 @@ from scipy import ndimage, signal
 
 from estimators.track.alignment_vertical import AlignmentVertical
 from estimators.track.dipped_joints import DippedJoints
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_least, at_most, exactly, near
 from experiments.reporting.plots import BLACK, BLUE, GREY, RED
 from experiments.scoring.joints import TrueDip, matched, true_dips
 from railsim import measure, simulate
@@ -87,19 +88,14 @@ class Fig02(Figure):
         apart = np.abs(steps["down s [m]"] - steps["up s [m]"] - WHEELBASE)
         slope, square = _line(steps["true angle [rad]"][found], steps["angle [rad]"][found] / WHEELBASE)
         return [
-            Claim("share of the joints shown that are dips in the 35 m alignment", *_all(seen[here])),
-            Claim("share of all joints of the run that are dips in the 35 m alignment", *_all(seen)),
-            Claim("share of the joints shown that are found in the curvature", *_all(found[here])),
-            Claim("share of all joints of the run that are found in the curvature", *_all(found)),
+            _all("share of the joints shown that are dips in the 35 m alignment", seen[here]),
+            _all("share of all joints of the run that are dips in the 35 m alignment", seen),
+            _all("share of the joints shown that are found in the curvature", found[here]),
+            _all("share of all joints of the run that are found in the curvature", found),
             _within("curvature steps shown: largest deviation from a wheelbase apart", float(apart[here].max())),
             _within("curvature steps of the run: largest deviation from a wheelbase apart", float(apart.max())),
-            Claim("step of the fitted curvature over dip angle: r squared", square, ">= 0.95", square >= 0.95),
-            Claim(
-                "its slope times the wheelbase, 1 by geometry",
-                slope * WHEELBASE,
-                "1 within 0.1",
-                abs(slope * WHEELBASE - 1) < 0.1,
-            ),
+            Claim.definite("step of the fitted curvature over dip angle: r squared", square, at_least(0.95)),
+            Claim.definite("its slope times the wheelbase, 1 by geometry", slope * WHEELBASE, near(1.0, 0.1)),
         ]
 
 
@@ -156,9 +152,9 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     return float(x @ y / (x @ x)), float(np.corrcoef(x, y)[0, 1] ** 2)
 
 
-def _all(found: np.ndarray) -> tuple[float, str, bool]:
-    return float(np.mean(found)), f"1 of {found.size}", bool(np.all(found))
+def _all(what: str, found: np.ndarray) -> Claim:
+    return Claim.definite(what, float(np.mean(found)), exactly(1.0), cases=found.size)
 
 
 def _within(what: str, value: float) -> Claim:
-    return Claim(what, value, "<= 0.125 m", value <= 0.125)
+    return Claim.definite(what, value, at_most(0.125, "m"))

@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from experiments.figures.crossover import CrossoverFigure, one_panel
-from experiments.figures.interface import Claim
+from experiments.reporting.claims import Claim, at_least, between
 from experiments.reporting.plots import BLUE, GREY, ORANGE
 from experiments.runs.crossover import PLAIN, X, seeds, series, symmetry
 
@@ -30,11 +30,12 @@ class Fig03(CrossoverFigure):
         turned = min(symmetry(rows[X], rows["alignment [m]"], -1.0, place) for rows, place in pairs)
         sharp = min(symmetry(rows[X], rows["compensated [m]"], -1.0) for rows in runs)
         rough = min(_rms(rows, 0.0, PLAIN[0] - 10.0) / _rms(rows, *PLAIN) for rows in runs)
+        alike, c_to_d = at_least(0.95), between(-3.5, 3.5, "m")
         return [
-            Claim("rotational symmetry about the zero point: correlation", turned, ">= 0.95", turned >= 0.95),
-            Claim("that zero point from midway between C and D", centre, "-3.5 to 3.5 m: C to D", abs(centre) <= 3.5),
-            Claim("compensated: rotational symmetry about midway: correlation", sharp, ">= 0.95", sharp >= 0.95),
-            Claim("alignment in the crossover over that on plain track", rough, ">= 3", rough >= 3.0),
+            Claim.definite("rotational symmetry about the zero point: correlation", turned, alike, len(runs)),
+            Claim.definite("that zero point from midway between C and D", centre, c_to_d, len(runs)),
+            Claim.definite("compensated: rotational symmetry about midway: correlation", sharp, alike, len(runs)),
+            Claim.definite("alignment in the crossover over that on plain track", rough, at_least(3.0), len(runs)),
         ]
 
 

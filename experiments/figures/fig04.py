@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from experiments.figures.crossover import CrossoverFigure, one_panel
-from experiments.figures.interface import Claim
+from experiments.reporting.claims import Claim, at_least, near
 from experiments.reporting.plots import BLUE, ORANGE
 from experiments.runs.crossover import SHAPE, X, features, seeds, series, symmetry
 
@@ -31,11 +31,9 @@ class Fig04(CrossoverFigure):
         even = min(symmetry(rows[X], rows["yaw [rad]"], 1.0) for rows in runs)
         length = _length(table)
         return [
-            Claim("largest yaw", worst, f"{PAPER} rad within 2 %", abs(worst / PAPER - 1) <= 0.02),
-            Claim("rotational symmetry about the middle: correlation", even, ">= 0.95", even >= 0.95),
-            Claim(
-                "distance from A to F", length, f"{SHAPE.length:g} m within 0.75 m", abs(length - SHAPE.length) <= 0.75
-            ),
+            Claim.definite("largest yaw", worst, near(PAPER, 0.02 * PAPER, "rad"), len(runs)),
+            Claim.definite("rotational symmetry about the middle: correlation", even, at_least(0.95), len(runs)),
+            Claim.definite("distance from A to F", length, near(SHAPE.length, 0.75, "m"), len(runs)),
         ]
 
 

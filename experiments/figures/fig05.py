@@ -5,9 +5,10 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from experiments.figures.crossover import CrossoverFigure, mark
-from experiments.figures.interface import Claim
+from experiments.reporting import intervals
+from experiments.reporting.claims import Claim, above, at_least, at_most, below, exactly
 from experiments.reporting.plots import BLUE, GREEN, GREY, RED
-from experiments.runs.crossover import LETTERS, X, features, seeds, series
+from experiments.runs.crossover import LETTERS, SEED, X, features, seeds, series
 
 CLOSE = 0.5  # m
 
@@ -42,30 +43,29 @@ class Fig05(CrossoverFigure):
     def check(self, table: pd.DataFrame) -> list[Claim]:
         rows, count = features(table), len(seeds(table))
         found = [int(np.sum(rows["label"] == letter)) == count for letter in LETTERS]
-        corrected = _error(rows[X] - rows["feature [m]"])
-        alone = _error(rows["odometer [m]"] - rows["feature [m]"])
-        seen = _error(rows["true from middle [m]"] - rows["feature [m]"])
+
+        def close(what: str, place: np.ndarray) -> Claim:
+            error = float(np.abs(place - rows["feature [m]"]).max()) if all(found) else None
+            return Claim.definite(f"A to F {what}: largest error", error, at_most(CLOSE, "m"), count)
+
         left, right = (_mean(series(table), *ends) for ends in ((-24.0, -12.0), (12.0, 24.0)))
-        within = float(np.mean(np.abs(rows[X] - rows["feature [m]"]) <= 2 * rows["from_middle_std [m]"]))
         return [
-            Claim("features found, all seeds", float(np.mean(found)), "1 of A to F", all(found)),
-            _close("from the middle, odometer corrected: largest error", corrected, all(found)),
-            _close("from the middle, tachometer as it is (1 % too much): largest error", alone, all(found)),
-            _close("where the bogie truly was when a feature was recognised: largest error", seen, all(found)),
-            Claim(
-                "corrected distances within two of their standard deviations: share", within, ">= 0.9", within >= 0.9
-            ),
-            Claim("curving to the left between B and C: lateral curvature", left, "> 0.002 1/m", left > 0.002),
-            Claim("curving to the right between D and E: lateral curvature", right, "< -0.002 1/m", right < -0.002),
+            Claim.definite("features found, all seeds", float(np.mean(found)), exactly(1.0), count),
+            close("from the middle, odometer corrected", rows[X]),
+            close("from the middle, tachometer as it is (1 % too much)", rows["odometer [m]"]),
+            close("where the bogie truly was when a feature was recognised", rows["true from middle [m]"]),
+            _covered(rows),
+            Claim.definite("curving to the left between B and C: lateral curvature", left, above(0.002, "1/m")),
+            Claim.definite("curving to the right between D and E: lateral curvature", right, below(-0.002, "1/m")),
         ]
 
 
-def _close(what: str, error: float, complete: bool) -> Claim:
-    return Claim(f"A to F {what}", error, f"<= {CLOSE} m", complete and error <= CLOSE)
-
-
-def _error(values: np.ndarray) -> float:
-    return float(np.abs(values).max()) if values.size else float("nan")
+def _covered(rows: dict[str, np.ndarray]) -> Claim:
+    """A case is a seed: the errors of one odometer are alike."""
+    inside = np.abs(rows[X] - rows["feature [m]"]) <= 2 * rows["from_middle_std [m]"]
+    shares = np.array([inside[rows[SEED] == seed].mean() for seed in np.unique(rows[SEED])])
+    text = "corrected distances within two of their standard deviations: share"
+    return Claim.sampled(text, float(np.mean(inside)), at_least(0.9), intervals.of_mean_share(shares))
 
 
 def _mean(rows: dict[str, np.ndarray], low: float, high: float) -> float:

@@ -1,41 +1,11 @@
 """Figure 8: creep curves for dry, wet, low and very low adhesion (wheel load of 4000 kg, 20 m/s)."""
 
-import itertools
-from collections.abc import Callable
-from typing import NamedTuple
-
-import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
-from matplotlib.figure import FigureBase
 
-from experiments.figures.interface import Claim, Figure
-from experiments.reporting.plots import BLUE, GREEN, GREY, PURPLE, RED
-from railsim.constants import GRAVITY
-from railsim.contact.adhesion import CONDITIONS, AdhesionCondition
-from railsim.contact.fastsim import fastsim_force
-from railsim.contact.hertz import hertz_ellipse
-from railsim.contact.kalker import kalker_coefficients
-from railsim.contact.linear import creep_coefficients
-from railsim.contact.polach import friction_coefficient, polach_force
-
-LOAD = 4000.0 * GRAVITY  # N
-SPEED = 20.0  # m/s
-WHEEL_RADIUS, RAIL_RADIUS = 0.46, 0.30  # m; cone on a rail head, illustrative: the article gives no contact geometry
-LARGEST, CLOSE = 0.10, 0.006  # creepage
-COLOURS = (GREEN, BLUE, RED, PURPLE)
-CREEPAGE = "creepage [-]"
-
-
-class Contact(NamedTuple):
-    """Semi-axes [m] and Kalker's coefficients, in the order in which creep laws take them."""
-
-    a: float
-    b: float
-    c11: float
-    c22: float
-    c23: float
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim
+from experiments.validation.adhesion_curves import comparisons, creep_curves, draw_curves
 
 
 class Fig08(Figure):
@@ -43,13 +13,7 @@ class Fig08(Figure):
 
     def compute(self, fast: bool) -> pd.DataFrame:
         del fast
-        creepage = np.concatenate(([1e-6], np.geomspace(1e-5, CLOSE, 80)[:-1], np.linspace(CLOSE, LARGEST, 200)))
-        columns = {CREEPAGE: creepage, "Kalker [N]": creepage * creep_coefficients(*_curvatures(), LOAD).f11}
-        contact = _contact()
-        for name, condition in CONDITIONS.items():
-            columns[_column(name)] = _curve(polach_force, condition, contact, creepage)
-            columns[_column(name, "FASTSIM")] = _curve(fastsim_force, condition, contact, creepage)
-        return pd.DataFrame(columns)
+        return creep_curves()
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(11.0, 5.4), layout="constrained")
@@ -57,120 +21,4 @@ class Fig08(Figure):
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
-        peaks = {name: float(_forces(table, name).max()) for name in CONDITIONS}
-        slopes = {name: _slope(table, name) for name in CONDITIONS}
-        kalker = float(table["Kalker [N]"].to_numpy(float)[0] / table[CREEPAGE].to_numpy(float)[0])
-        used = max(peaks[name] / (condition.friction * LOAD) for name, condition in CONDITIONS.items())
-        shares = max(
-            abs(slopes[name] / (condition.initial_share * kalker) - 1.0) for name, condition in CONDITIONS.items()
-        )
-        left = max(float(_forces(table, name)[-1]) / peaks[name] for name in CONDITIONS)
-        apart = max(
-            float(np.abs(_forces(table, name) - _forces(table, name, "FASTSIM")).max()) / (condition.friction * LOAD)
-            for name, condition in CONDITIONS.items()
-        )
-        return [
-            *_ordered("largest creep force", peaks),
-            *_ordered("initial slope", slopes),
-            Claim("largest creep force over mu0 N, largest of the four", used, "<= 1", used <= 1.0),
-            Claim("initial slope against (kA + kS) / 2 of Kalker's: deviation", shares, "< 0.01", shares < 0.01),
-            Claim("force at 10 % creepage over the largest, largest of the four", left, "< 1", left < 1.0),
-            Claim("FASTSIM against Polach: difference over mu0 N", apart, "< 0.05", apart < 0.05),
-        ]
-
-
-def draw_curves(table: pd.DataFrame, picture: FigureBase) -> None:
-    """Whole curves, and their start."""
-    whole, close = picture.subplots(1, 2, width_ratios=(1.5, 1.0))
-    for (name, condition), colour in zip(CONDITIONS.items(), COLOURS, strict=True):
-        _lines(whole, table, name, colour)
-        _lines(close, table, name, colour)
-        slope = _slope(table, name)
-        reach = 0.45 * condition.friction * LOAD / slope
-        close.plot([0.0, 100.0 * reach], [0.0, 1e-3 * slope * reach], color=colour, lw=5.0, alpha=0.3, zorder=1)
-        _label(whole, table, name, colour)
-    close.plot(100.0 * table[CREEPAGE], 1e-3 * table["Kalker [N]"], color=GREY, lw=1.0, ls="--", zorder=1)
-    close.annotate("Kalker,\nlinear", (0.13, 12.4), color=GREY, ha="right", fontsize=9)
-    whole.set(xlim=(0.0, 100.0 * LARGEST), ylim=(0.0, 18.0), title="whole curve, with its maximum")
-    close.set(xlim=(0.0, 100.0 * CLOSE), ylim=(0.0, 14.4), title="start (thick: initial slope)")
-    for axes in (whole, close):
-        axes.set_xlabel("longitudinal creepage [%]")
-        axes.set_ylabel("creep force [kN]")
-        axes.grid(True, color="#dddddd", lw=0.6)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
-    whole.plot([], [], color=GREY, lw=2.0, label="Polach (2005)")
-    whole.plot([], [], color=GREY, lw=1.4, ls=":", label="FASTSIM, slope reduced alike")
-    whole.legend(loc="upper right", frameon=False, fontsize=9)
-    contact = _contact()
-    picture.suptitle(
-        f"Creep curves: wheel load 4000 kg, {SPEED:g} m/s, "
-        f"semi-axes {1e3 * contact.a:.2f} mm (along) and {1e3 * contact.b:.2f} mm"
-    )
-
-
-def _ordered(what: str, values: dict[str, float]) -> list[Claim]:
-    """One claim for each two neighbours: the better adhesion has more."""
-    pairs = itertools.pairwise(values.items())
-    ratios = {f"{better} over {worse}": high / low for (better, high), (worse, low) in pairs}
-    return [Claim(f"{what}: {pair}", ratio, "> 1", ratio > 1.0) for pair, ratio in ratios.items()]
-
-
-def _curvatures() -> tuple[float, float]:
-    return 1.0 / WHEEL_RADIUS, 1.0 / RAIL_RADIUS
-
-
-def _contact() -> Contact:
-    ellipse = hertz_ellipse(*_curvatures())
-    a, b = ellipse.longitudinal * LOAD ** (1.0 / 3.0), ellipse.lateral * LOAD ** (1.0 / 3.0)
-    return Contact(a, b, *kalker_coefficients(a / b))
-
-
-def _curve(
-    law: Callable[..., tuple[float, float]], condition: AdhesionCondition, contact: Contact, creepage: np.ndarray
-) -> np.ndarray:
-    """Size of the longitudinal creep force [N]."""
-    c = condition
-    forces = []
-    for value in creepage:
-        friction = friction_coefficient(c.friction, c.friction_ratio, c.friction_decay, SPEED * value)
-        forces.append(-law(value, 0.0, 0.0, *contact, LOAD, friction, c.k_adhesion, c.k_slip)[0])
-    return np.array(forces)
-
-
-def _column(condition: str, law: str = "Polach") -> str:
-    return f"{condition}, {law} [N]"
-
-
-def _forces(table: pd.DataFrame, name: str, law: str = "Polach") -> np.ndarray:
-    return table[_column(name, law)].to_numpy(float)
-
-
-def _slope(table: pd.DataFrame, name: str) -> float:
-    """Creep force over creepage at the first, smallest creepage [N]."""
-    return float(_forces(table, name)[0] / table[CREEPAGE].to_numpy(float)[0])
-
-
-def _lines(axes: Axes, table: pd.DataFrame, name: str, colour: str) -> None:
-    creepage = 100.0 * table[CREEPAGE]
-    axes.plot(creepage, 1e-3 * table[_column(name)], color=colour, lw=2.0, zorder=3)
-    axes.plot(creepage, 1e-3 * table[_column(name, "FASTSIM")], color=colour, lw=1.4, ls=":", zorder=3)
-
-
-def _label(axes: Axes, table: pd.DataFrame, name: str, colour: str) -> None:
-    """Name and maximum above the curve's maximum; the lowest curve has more room below."""
-    force = _forces(table, name)
-    peak = int(force.argmax())
-    place = (100.0 * table[CREEPAGE].to_numpy(float)[peak], 1e-3 * force[peak])
-    below = name == list(CONDITIONS)[-1]
-    axes.plot(*place, "o", color=colour, ms=5.0, zorder=4)
-    axes.annotate(
-        f"{name}: {place[1]:.1f} kN at {place[0]:.1f} %",
-        place,
-        (0.0, -5.0 if below else 7.0),
-        textcoords="offset points",
-        color=colour,
-        weight="bold",
-        ha="center",
-        va="top" if below else "bottom",
-    )
+        return [Claim.definite(*comparison) for comparison in comparisons(table)]

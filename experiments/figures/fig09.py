@@ -12,7 +12,8 @@ from estimators.adhesion.adhesion_creep_forces import SETTLE, AdhesionCreepForce
 from estimators.adhesion.adhesion_creep_forces_profile import AdhesionCreepForcesProfile
 from estimators.adhesion.channels import RATE, high_pass
 from estimators.adhesion.classifier import LEVELS
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, above
 from experiments.reporting.plots import BLUE, GREEN, PURPLE, RED
 from experiments.runs.adhesion import run, scenario, sensors
 from experiments.scoring.creep_forces import true_forces
@@ -63,12 +64,12 @@ class Fig09(Figure):
             for number, values in peaks.items():
                 least = min(better / worse for better, worse in itertools.pairwise(values))
                 name = f"{what}, {WHEELSETS[number]}: peak over that of the next worse adhesion, least of three"
-                claims.append(Claim(name, least, "> 1", least > 1.0))
+                claims.append(Claim.definite(name, least, above(1.0)))
             apart = [values[0] / values[-1] for values in peaks.values()]
             name = f"{what}: peak dry over very low, trailing over leading"
-            claims.append(Claim(name, apart[1] / apart[0], "> 1", apart[1] > apart[0]))
-            ends = min(apart)
-            claims.append(Claim(f"{what}: peak dry over very low, both wheelsets", ends, "> 1", ends > 1.0))
+            claims.append(Claim.definite(name, apart[1] / apart[0], above(1.0)))
+            name = f"{what}: peak dry over very low, both wheelsets"
+            claims.append(Claim.definite(name, min(apart), above(1.0)))
         return claims
 
 

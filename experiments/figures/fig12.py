@@ -1,14 +1,17 @@
 """Figure 12: conicity over the lateral shift by a Kalman filter with a look-up table, and where it can be trusted."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
-from scipy.stats import rankdata
+from scipy.stats import spearmanr
 
 from estimators.wheel_rail.conicity_ekf_table import ConicityEkfTable
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting import intervals
+from experiments.reporting.claims import HONEST, Claim, Target, above, at_most, below
 from experiments.runs.contact import Case, ensemble, run
 from experiments.scoring.conicity import function_errors
 from experiments.scoring.wheel_rail_truth import contact_truth
@@ -20,6 +23,8 @@ SMALL = 1.0e-3
 SMALL_REASON = "a sample tells with its shift squared, since 2 mm of gauge move the radii as much as 1 mm of shift"
 """Why most data, which are at small shifts, do not fit best there."""
 BANDS = 8
+Bins = dict[str, np.ndarray]
+"""Columns of the table, of one run or of several."""
 
 
 class Fig12(Figure):
@@ -49,44 +54,34 @@ class Fig12(Figure):
         left.legend(fontsize=8)
         below.bar(shift, 100 * one["share [-]"], width=0.22, color="0.6")
         below.set(xlabel="y - d in mm", ylabel="share of time in %", xlim=left.get_xlim())
-        error = np.abs(_column(table, "estimate [-]") / _column(table, "true [-]") - 1.0)
-        right.loglog(100 * table["share [-]"], error, ".", ms=3, color="0.6", label="bins of all runs")
-        bands = _bands(table)
-        right.loglog(100 * bands["share [-]"], bands["relative rms error [-]"], "o-", color="C1", label="rms")
+        bins = _columns(table)
+        right.loglog(
+            100 * bins["share [-]"], np.abs(bins["relative [-]"]), ".", ms=3, color="0.6", label="bins of all runs"
+        )
+        share, error = _bands(bins)
+        right.loglog(100 * share, error, "o-", color="C1", label="rms")
         right.set(xlabel="share of time in the bin, %", ylabel="relative error of the conicity", ylim=(1e-3, 10.0))
         right.legend()
         return figure
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         """Best at small shifts, worst where data are rare; honest."""
-        shift, share, true, estimate, std = (
-            _column(table, name) for name in ("shift [m]", "share [-]", "true [-]", "estimate [-]", "std [-]")
-        )
-        error = estimate - true
-        small = np.abs(shift) <= SMALL
-        rare = share <= np.quantile(share, 0.25)
-        common = share >= np.quantile(share, 0.75)
-        relative = error / true
-        ratio = _rms(relative[rare]) / _rms(relative[common])
-        bands = _bands(table)
-        trend = _rank_correlation(_column(bands, "share [-]"), _column(bands, "relative rms error [-]"))
-        within = float(np.average(np.abs(error) <= 2.0 * std, weights=share))
-        many = len(set(table["seed"])) >= SEEDS
-        inner, outer = _rms(error[small]), _rms(error[~small])
-        runs = np.median([_ratios(relative[one], shift[one], share[one]) for one in _each(table)], axis=0)
-        return [
-            Claim("all runs: rms error at shifts up to 1 mm below that beyond", inner, f"<= {outer:.3f}",
-                  inner <= outer),
-            Claim("all runs: relative rms error, rarest over commonest quarter of bins", ratio, "> 1.3", ratio > 1.3),
-            Claim("rank correlation of density and relative error", trend, "<= -0.5", trend <= -0.5 or not many),
-            Claim(f"median run: relative error up to 1 mm over that beyond ({SMALL_REASON})", runs[0], "< 1",
-                  runs[0] < 1.0),
-            Claim(f"median run: relative error, rarest over commonest quarter of bins ({SMALL_REASON})", runs[1], "> 1",
-                  runs[1] > 1.0),
-            Claim("median run: relative error, quarter of bins with the least information (share of time times shift "
-                  "squared) over that with the most", runs[2], "> 1.3", runs[2] > 1.3 or not many),
-            Claim("within two standard deviations", within, "0.90 to 0.97", 0.9 <= within <= 0.97 or not many),
-        ]  # fmt: skip
+        runs = [_columns(rows) for _, rows in table.groupby("seed", sort=False)]
+        every = _joined(runs)
+        outer = _rms(every["error [-]"][~_small(every)])
+        low, high, cases = _resampled(_small_over_large, runs)
+        interval = intervals.Interval(low * outer, high * outer, cases)  # of the ratio, times what it is compared with
+        text = "all runs: rms error at shifts up to 1 mm below that beyond"
+        claims = [Claim.sampled(text, _rms(every["error [-]"][_small(every)]), at_most(outer), interval)]
+        for text, number, target in (
+            ("all runs: relative rms error, rarest over commonest quarter of bins", _rare_over_common, above(1.3)),
+            ("rank correlation of density and relative error", _trend, at_most(-0.5)),
+        ):
+            claims.append(Claim.sampled(text, number(every), target, _resampled(number, runs)))
+        for text, (number, target) in OF_A_RUN.items():
+            values = np.array([number(run) for run in runs])
+            claims.append(Claim.sampled(text, float(np.median(values)), target, intervals.of_median(values)))
+        return [*claims, _honest(runs)]
 
 
 def _seed(case: Case, engine: str) -> pd.DataFrame:
@@ -96,34 +91,41 @@ def _seed(case: Case, engine: str) -> pd.DataFrame:
     return found.dropna().assign(seed=case.seed, speed=case.speed, wear=case.wear)
 
 
-def _bands(table: pd.DataFrame) -> pd.DataFrame:
-    """Relative rms error in bands of the density, equally many bins in each."""
-    order = table.sort_values("share [-]")
-    parts = np.array_split(np.arange(len(order)), BANDS)
-    rows = []
-    for part in parts:
-        one = order.iloc[part]
-        relative = _column(one, "estimate [-]") / _column(one, "true [-]") - 1.0
-        rows.append((float(one["share [-]"].mean()), _rms(relative)))
-    return pd.DataFrame(rows, columns=["share [-]", "relative rms error [-]"])
+def _columns(table: pd.DataFrame) -> Bins:
+    """Columns of numbers, and "error [-]" and "relative [-]"."""
+    bins = {str(name): table[name].to_numpy(dtype=float) for name in table.columns}
+    error = bins["estimate [-]"] - bins["true [-]"]
+    return bins | {"error [-]": error, "relative [-]": error / bins["true [-]"]}
 
 
-def _each(table: pd.DataFrame) -> list[np.ndarray]:
-    """Rows of each run."""
-    seed = _column(table, "seed")
-    return [seed == one for one in np.unique(seed)]
+def _joined(runs: Sequence[Bins]) -> Bins:
+    return {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}
 
 
-def _ratios(relative: np.ndarray, shift: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:
-    """Of one run: relative rms error at small shifts over that beyond, in the rarest over the commonest bins, and in
-    those that tell least over those that tell most.
-    """
-    small = np.abs(shift) <= SMALL
-    return (
-        _rms(relative[small]) / _rms(relative[~small]),
-        _least_over_most(relative, share),
-        _least_over_most(relative, share * shift**2),
-    )
+def _resampled(number: Callable[[Bins], float], runs: Sequence[Bins]) -> intervals.Interval:
+    """A case is a run."""
+    return intervals.of_statistic(lambda chosen: number(_joined([runs[place] for place in chosen])), len(runs))
+
+
+def _small(bins: Bins) -> np.ndarray:
+    return np.abs(bins["shift [m]"]) <= SMALL
+
+
+def _small_over_large(bins: Bins) -> float:
+    """Rms error at small shifts over that beyond."""
+    return _rms(bins["error [-]"][_small(bins)]) / _rms(bins["error [-]"][~_small(bins)])
+
+
+def _relative_small_over_large(bins: Bins) -> float:
+    return _rms(bins["relative [-]"][_small(bins)]) / _rms(bins["relative [-]"][~_small(bins)])
+
+
+def _rare_over_common(bins: Bins) -> float:
+    return _least_over_most(bins["relative [-]"], bins["share [-]"])
+
+
+def _telling_little_over_much(bins: Bins) -> float:
+    return _least_over_most(bins["relative [-]"], bins["share [-]"] * bins["shift [m]"] ** 2)
 
 
 def _least_over_most(relative: np.ndarray, measure: np.ndarray) -> float:
@@ -132,13 +134,42 @@ def _least_over_most(relative: np.ndarray, measure: np.ndarray) -> float:
     return _rms(relative[least]) / _rms(relative[most])
 
 
-def _column(table: pd.DataFrame, name: str) -> np.ndarray:
-    return table[name].to_numpy(dtype=float)
+def _bands(bins: Bins) -> tuple[np.ndarray, np.ndarray]:
+    """Mean share of time and relative rms error in bands of the density, equally many bins in each."""
+    bands = np.array_split(np.argsort(bins["share [-]"]), BANDS)
+    share = np.array([bins["share [-]"][band].mean() for band in bands])
+    return share, np.array([_rms(bins["relative [-]"][band]) for band in bands])
 
 
-def _rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
-    return float(np.corrcoef(rankdata(one), rankdata(other))[0, 1])
+def _trend(bins: Bins) -> float:
+    """Rank correlation of density and relative error over the bands."""
+    return float(np.asarray(spearmanr(*_bands(bins)).statistic))
+
+
+def _honest(runs: Sequence[Bins]) -> Claim:
+    """Share of the time in bins whose error is within two standard deviations."""
+    inside = [np.average(np.abs(run["error [-]"]) <= 2.0 * run["std [-]"], weights=run["share [-]"]) for run in runs]
+    weights = np.array([run["share [-]"].sum() for run in runs])
+    value = float(np.average(inside, weights=weights))
+    return Claim.sampled(
+        "within two standard deviations", value, HONEST, intervals.of_mean_share(np.array(inside), weights)
+    )
 
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+OF_A_RUN: dict[str, tuple[Callable[[Bins], float], Target]] = {
+    f"median run: relative error up to 1 mm over that beyond ({SMALL_REASON})": (
+        _relative_small_over_large,
+        below(1.0),
+    ),
+    f"median run: relative error, rarest over commonest quarter of bins ({SMALL_REASON})": (
+        _rare_over_common,
+        above(1.0),
+    ),
+    "median run: relative error, quarter of bins with the least information (share of time times shift squared) over "
+    "that with the most": (_telling_little_over_much, above(1.3)),
+}
+"""Numbers that every run has for itself: what it is, how it is found, where it should lie."""

@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_least, between
 from experiments.reporting.plots import BLACK, SKY
 from experiments.runs.rolling_radii import WIDTH, contact, run, true_geometry
 
@@ -47,15 +48,11 @@ class Fig14(Figure):
         extent = float(np.ptp(table["without_gauge [m]"]))
         alone = spread_at_shift(table["shift [m]"].to_numpy(), table["without_gauge [m]"].to_numpy())
         gauge = float(np.std(table["gauge [m]"].to_numpy()))
+        many_valued = "spread of (r_L + r_R) at a shift over that without gauge variation: not a single-valued function"
         return [
-            Claim("standard deviation of the gauge", gauge, "0.0015 to 0.0025 m", bool(0.0015 <= gauge <= 0.0025)),
-            Claim(
-                "spread of (r_L + r_R) at a shift over that without gauge variation: not a single-valued function",
-                spread / alone,
-                ">= 5",
-                bool(spread >= 5 * alone),
-            ),
-            Claim("the same spread over the range of (r_L + r_R)", spread / extent, ">= 0.1", spread >= 0.1 * extent),
+            Claim.definite("standard deviation of the gauge", gauge, between(0.0015, 0.0025, "m")),
+            Claim.definite(many_valued, spread / alone, at_least(5.0)),
+            Claim.definite("the same spread over the range of (r_L + r_R)", spread / extent, at_least(0.1)),
         ]
 
 

@@ -5,9 +5,10 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from estimators.wheel_rail.section_rls import Geometry, Signals, geometry, regress
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_most
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
-from experiments.runs.rolling_radii import FEWEST, WIDTH, contact, parameters, run, true_geometry
+from experiments.runs.rolling_radii import FEWEST, RATE, WIDTH, contact, parameters, run, true_geometry
 from experiments.runs.speed import rows_where
 from railsim.wheelset import RollingTable
 from railsim.wheelset.parameters import Coefficients
@@ -45,43 +46,31 @@ class Fig15(Figure):
         return draw(table, "Recursive least squares without gauge variation", cases)
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
-        best = rows_where(table, table["case"] == DEGREES[3])
-        narrow = rows_where(table, table["case"] == LINEAR)
-        claims = [
-            Claim(f"{name}, {how}: largest error over the range", worst(rows, name), f"<= {WITHIN}",
-                  worst(rows, name) <= WITHIN)
-            for how, rows in ((LINEAR, narrow), (f"{DEGREES[3]}, sections of 0.5 mm", best))
-            for name in NAMES
-        ]  # fmt: skip
-        linear = worst(rows_where(table, table["case"] == DEGREES[1]), "sum_of_radii")
-        printed = worst(rows_where(table, table["case"] == DEGREES[0]), "sum_of_radii")
-        finer = worst(rows_where(table, table["case"] == "as printed, narrow"), "sum_of_radii")
-        wrong = worst(rows_where(table, table["case"] == "creep 3 % wrong"), "sum_of_radii")
-        extent = float(np.ptp(best["true sum_of_radii"]))
+        rows = {name: rows_where(table, table["case"] == name) for name in table["case"].unique()}
+        best, enough = rows[DEGREES[3]], whole(rows[DEGREES[3]])
+
+        def within(text: str, case: str, name: str = "sum_of_radii") -> Claim:
+            return Claim.definite(text, worst(rows[case], name), at_most(WITHIN), enough=enough)
+
         c = parameters().coefficients()
-        leverage = c.f11 * extent / c.r0 / (2.0 * c.f22)
+        leverage = c.f11 * float(np.ptp(best["true sum_of_radii"])) / c.r0 / (2.0 * c.f22)
         return [
-            *claims,
-            Claim("(r_L + r_R), local linear: largest error over the range", linear, f"<= {WITHIN}", linear <= WITHIN),
-            Claim(
+            *(
+                within(f"{name}, {how}: largest error over the range", case, name)
+                for how, case in ((LINEAR, LINEAR), (f"{DEGREES[3]}, sections of 0.5 mm", DEGREES[3]))
+                for name in NAMES
+            ),
+            within("(r_L + r_R), local linear: largest error over the range", DEGREES[1]),
+            within(
                 "(r_L + r_R), regressors as printed in (6) (one constant a section: within it d_L - d_R changes by "
                 "more than the whole effect of r_L + r_R)",
-                printed,
-                f"<= {WITHIN}",
-                printed <= WITHIN,
+                DEGREES[0],
             ),
-            Claim(
-                "(r_L + r_R), as printed, sections of 0.05 mm (the same, a tenth as large)",
-                finer,
-                f"<= {WITHIN}",
-                finer <= WITHIN,
-            ),
-            Claim(
+            within("(r_L + r_R), as printed, sections of 0.05 mm (the same, a tenth as large)", "as printed, narrow"),
+            within(
                 "(r_L + r_R), f11 and f22 known within 3 % only (its whole range changes the coefficient it is read "
                 f"from by {leverage:.2g} only)",
-                wrong,
-                f"<= {WITHIN}",
-                wrong <= WITHIN,
+                "creep 3 % wrong",
             ),
         ]
 
@@ -121,6 +110,11 @@ def sections(
     for name in NAMES:
         table[name], table[f"true {name}"] = getattr(estimate, name), getattr(true, name)
     return table
+
+
+def whole(rows: pd.DataFrame) -> bool:
+    """Whether a table of sections is of a run as long as the claims are about."""
+    return float(rows["samples"].sum()) > 0.5 * (DURATION + FAST_DURATION) * RATE
 
 
 def worst(table: pd.DataFrame, name: str) -> float:

@@ -5,8 +5,9 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from estimators.wheel_rail.section_rls import Signals, known_parts, regress
-from experiments.figures.fig15 import NAMES, draw, sections, worst
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.fig15 import NAMES, draw, sections, whole, worst
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, above, at_most, between
 from experiments.reporting.plots import SKY
 from experiments.runs.rolling_radii import FEWEST, WIDTH, contact, run
 from experiments.runs.speed import rows_where
@@ -56,36 +57,39 @@ class Fig16(Figure):
         squares = rows_where(table, table["case"] == SQUARES)
         extent_of_radii = float(np.ptp(by_case[STEADY]["true sum_of_radii"]))
         true_radius = float(np.mean(by_case[STEADY]["true sum_of_radii"]))
-        scatter = at_one_shift(squares, "sum_of_radii") / extent_of_radii
-        square = {name: typical(squares, name) for name in ("sum_of_radii", "sum_of_angles")}
-        return [
-            Claim("(r_L + r_R): rms error by gauge variation over that without", spread, "> 2", spread > 2.0),
-            Claim("(r_L + r_R), gauge left out: rms error over the range ('some spreading' in the article; its range "
-                  f"of {1e3 * extent_of_radii:.2g} mm is {1e2 * extent_of_radii / true_radius:.2g} % of the radii, "
-                  "which any moment of the gauge outweighs)", radii[UNKNOWN], "<= 1", radii[UNKNOWN] <= 1.0),
-            Claim("(r_L + r_R), gauge known and in the regression: rms error over the range (a polynomial of the gauge "
-                  f"leaves {radii[REGRESSOR] / radii[UNKNOWN]:.2g} of that; sections of it leave what follows)",
-                  radii[REGRESSOR], "<= 1", radii[REGRESSOR] <= 1.0),
-            Claim("(r_L + r_R), sections of shift and gauge: rms error over the range",
-                  square["sum_of_radii"], "<= 0.05", square["sum_of_radii"] <= 0.05),
-            Claim("(r_L + r_R), the same: spread of the estimates at one shift over the range without gauge ('some"
-                  " spreading')", scatter, "0.1 to 1", 0.1 <= scatter <= 1.0),
-            Claim("(d_L + d_R), sections of shift and gauge: rms error over the range: it was the gauge",
-                  square["sum_of_angles"], "<= 0.5", square["sum_of_angles"] <= 0.5),
-            Claim("(d_L + d_R), gauge left out: rms error over the range: fails to converge",
-                  angles[UNKNOWN], "> 1", angles[UNKNOWN] > 1.0),
-            Claim("(d_L + d_R), gauge known: rms error over the range: still fails",
-                  angles[REGRESSOR], "> 1", angles[REGRESSOR] > 1.0),
-            Claim("condition number of the scaled regressors", condition, "<= 20", condition <= 20.0),
-            Claim("moment by (d_L + d_R) psi over the rest of the equation: what spoils it", signal, "<= 0.05",
-                  signal <= 0.05),
-            Claim("the same without gauge variation", own, "> 0.05", own > 0.05),
-            Claim("standard deviation of (d_L + d_R) by that noise over its range", foretold / extent, "> 1",
-                  foretold > extent),
-            Claim("(r_L - r_R), gauge known: largest error over the range",
-                  worst(by_case[REGRESSOR], "difference_of_radii"), "<= 0.05",
-                  worst(by_case[REGRESSOR], "difference_of_radii") <= 0.05),
-        ]  # fmt: skip
+        enough = whole(by_case[STEADY])
+        found = {
+            "(r_L + r_R): rms error by gauge variation over that without": (spread, above(2.0)),
+            "(r_L + r_R), gauge left out: rms error over the range ('some spreading' in the article; its range of "
+            f"{1e3 * extent_of_radii:.2g} mm is {1e2 * extent_of_radii / true_radius:.2g} % of the radii, which any "
+            "moment of the gauge outweighs)": (radii[UNKNOWN], at_most(1.0)),
+            "(r_L + r_R), gauge known and in the regression: rms error over the range (a polynomial of the gauge "
+            f"leaves {radii[REGRESSOR] / radii[UNKNOWN]:.2g} of that; sections of it leave what follows)": (
+                radii[REGRESSOR],
+                at_most(1.0),
+            ),
+            "(r_L + r_R), sections of shift and gauge: rms error over the range": (
+                typical(squares, "sum_of_radii"),
+                at_most(0.05),
+            ),
+            "(r_L + r_R), the same: spread of the estimates at one shift over the range without gauge ('some "
+            "spreading')": (at_one_shift(squares, "sum_of_radii") / extent_of_radii, between(0.1, 1.0)),
+            "(d_L + d_R), sections of shift and gauge: rms error over the range: it was the gauge": (
+                typical(squares, "sum_of_angles"),
+                at_most(0.5),
+            ),
+            "(d_L + d_R), gauge left out: rms error over the range: fails to converge": (angles[UNKNOWN], above(1.0)),
+            "(d_L + d_R), gauge known: rms error over the range: still fails": (angles[REGRESSOR], above(1.0)),
+            "condition number of the scaled regressors": (condition, at_most(20.0)),
+            "moment by (d_L + d_R) psi over the rest of the equation: what spoils it": (signal, at_most(0.05)),
+            "the same without gauge variation": (own, above(0.05)),
+            "standard deviation of (d_L + d_R) by that noise over its range": (foretold / extent, above(1.0)),
+            "(r_L - r_R), gauge known: largest error over the range": (
+                worst(by_case[REGRESSOR], "difference_of_radii"),
+                at_most(0.05),
+            ),
+        }
+        return [Claim.definite(text, value, target, enough=enough) for text, (value, target) in found.items()]
 
     def notes(self) -> list[str]:
         """What the numbers mean."""

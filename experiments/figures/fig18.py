@@ -7,7 +7,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_least, at_most, exactly, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 from experiments.reporting.units import KMH
 from experiments.runs.speed import GRADES, error, rows_where, speed_table, truncation
@@ -15,6 +16,7 @@ from experiments.runs.speed import GRADES, error, rows_where, speed_table, trunc
 CURVE = (300.0, 720.0)  # m; from the first transition's beginning to the second one's end on curve_r400
 SLIDE = 0.2
 PAPER = {50: 0.22, 100: 0.65}  # km/h; largest errors, Ward et al. (2011), section 5.2
+ROUNDED = 0.005  # km/h; the paper gives two decimals
 REFINED = {50: 0.05, 100: 0.15}  # km/h; what the refined variant has to reach
 WINDOW = {50: 6.0, 100: 4.0}  # s of the plain variant; "longer time windows" at low speed (section 5.2)
 LABELS = {
@@ -64,31 +66,25 @@ class Fig18(Figure):
         for speed, case in CASES.items():
             rows = _on_curve(table, case)
             plain, low, high = error(rows, "plain"), *truncation(speed)
-            largest = _largest(plain)
             refined = {grade: _largest(error(rows, f"refined{grade}")) for grade in GRADES}
             inside = float(np.mean((plain >= low - 0.01) & (plain <= high + 0.01)))
             claims += [
-                Claim(
+                Claim.definite(
                     f"plain, {case}: largest error as in the paper or less",
-                    largest,
-                    f"<= {PAPER[speed]} km/h",
-                    largest <= PAPER[speed] + 0.005,
+                    _largest(plain),
+                    at_most(PAPER[speed] + ROUNDED, "km/h"),
                 ),
-                Claim(
-                    f"plain, {case}: share of errors within the truncation bounds",
+                Claim.definite(
+                    f"plain, {case}: share of errors within the truncation bounds, {low:.2f} to {high:.2f} km/h",
                     inside,
-                    f"1 in [{low:.2f}, {high:.2f}] km/h",
-                    inside == 1.0,
+                    exactly(1.0),
                 ),
                 *(
                     _refined_claim(f"{case},{grade or ' ideal'} sensors", value, speed)
                     for grade, value in refined.items()
                 ),
-                Claim(
-                    f"refined beats the paper's largest error, {case}: ratio",
-                    PAPER[speed] / refined[""],
-                    ">= 4",
-                    PAPER[speed] >= 4.0 * refined[""],
+                Claim.definite(
+                    f"refined beats the paper's largest error, {case}: ratio", PAPER[speed] / refined[""], at_least(4.0)
                 ),
             ]
         return claims + [claim for case in SLIDING for claim in _sliding_claims(table, case)]
@@ -100,18 +96,13 @@ def _sliding_claims(table: pd.DataFrame, case: str) -> list[Claim]:
     tachometer = float(np.median(error(slide, "tachometer") / slide["true [km/h]"]))
     noisy = _largest(error(rows, "refined industrial"))
     return [
-        Claim(
-            f"{case}: relative error of its tachometer",
-            tachometer,
-            f"-{SLIDE:g} within 0.02",
-            abs(tachometer + SLIDE) < 0.02,
-        ),
+        Claim.definite(f"{case}: relative error of its tachometer", tachometer, near(-SLIDE, 0.02)),
         _refined_claim(f"{case}, industrial sensors", noisy, 100),
     ]
 
 
 def _refined_claim(what: str, largest: float, speed: int) -> Claim:
-    return Claim(f"refined, {what}: largest error", largest, f"<= {REFINED[speed]} km/h", largest <= REFINED[speed])
+    return Claim.definite(f"refined, {what}: largest error", largest, at_most(REFINED[speed], "km/h"))
 
 
 def _on_curve(table: pd.DataFrame, case: str) -> pd.DataFrame:

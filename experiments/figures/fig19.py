@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_least, below, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from experiments.reporting.units import KMH
 from experiments.runs.speed import error, rows_where, speed_table
@@ -65,31 +66,19 @@ class Fig19(Figure):
         plain = _rms(error(changing, "plain"))
         forward = _rms(error(changing, "refined forward"))
         refined, noisy = _rms(error(changing, "refined")), _rms(error(changing, "refined industrial"))
+        half = WINDOW / 2
         return [
-            Claim("plain: offset in acceleration, the detected speed is late", offset, "< 0 km/h", offset < 0.0),
-            Claim(
-                "plain: delay, near half the window",
-                delay,
-                f"{WINDOW / 2:g} s within 40 %",
-                abs(delay / (WINDOW / 2) - 1) < 0.4,
-            ),
-            Claim(
-                "refined, ideal sensors: rms error beats plain by a factor",
-                plain / refined,
-                ">= 2",
-                plain >= 2.0 * refined,
-            ),
-            Claim(
-                "refined, industrial MEMS: rms error beats plain by a factor",
-                plain / noisy,
-                ">= 2",
-                plain >= 2.0 * noisy,
-            ),
-            Claim(
-                "refined, industrial MEMS and longitudinal accelerometer: rms error beats plain by a factor",
-                plain / forward,
-                ">= 10",
-                plain >= 10.0 * forward,
+            Claim.definite("plain: offset in acceleration, the detected speed is late", offset, below(0.0, "km/h")),
+            Claim.definite("plain: delay, near half the window", delay, near(half, 0.4 * half, "s")),
+            *(
+                Claim.definite(
+                    f"refined, {sensors}: rms error beats plain by a factor", plain / error, at_least(factor)
+                )
+                for sensors, error, factor in (
+                    ("ideal sensors", refined, 2.0),
+                    ("industrial MEMS", noisy, 2.0),
+                    ("industrial MEMS and longitudinal accelerometer", forward, 10.0),
+                )
             ),
         ]
 

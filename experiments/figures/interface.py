@@ -4,31 +4,17 @@ import os
 import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
+from experiments.reporting.claims import Claim
 from railsim.errors import InputError
 
 DPI = 130
-
-
-@dataclass(frozen=True)
-class Claim:
-    """A statement about a figure, by the paper or by this program: value found, what it should be, whether it is."""
-
-    claim: str
-    value: float | None
-    target: str
-    held: bool
-
-    def __post_init__(self) -> None:
-        """Plain numbers, whatever they were computed with: JSON knows no other."""
-        object.__setattr__(self, "held", bool(self.held))
-        object.__setattr__(self, "value", None if self.value is None else float(self.value))
 
 
 class Figure(ABC):
@@ -49,7 +35,7 @@ class Figure(ABC):
 
     @abstractmethod
     def check(self, table: pd.DataFrame) -> list[Claim]:
-        """The claims, each held or not."""
+        """The claims, each held, not held or undecided."""
 
     def further(self, table: pd.DataFrame) -> Mapping[str, Callable[[Path], object]]:
         """Files beside NAME.csv and NAME.png: what writes each, by its name. Most figures have none."""

@@ -9,7 +9,9 @@ from scipy.special import erf
 
 from estimators.track.dipped_joints import DippedJoints
 from experiments.bounds.joints import bounds
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting import intervals
+from experiments.reporting.claims import Claim, at_least, at_most, below, between
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, RED
 from experiments.scoring.joints import matched
 from railsim import measure, simulate
@@ -87,51 +89,101 @@ class Joints(Figure):
     def check(self, table: pd.DataFrame) -> list[Claim]:
         claims = []
         for speed in _speeds(table):
-            part = _part(table, FULL, speed)
-            precision, recall = _precision(part), _recall(part)
-            depth = _rms(_depth_error(part))
-            where = f"{speed:g} m/s, {FULL}"
+            part, where = _part(table, FULL, speed), f"{speed:g} m/s, {FULL}"
             claims += [
-                Claim(f"{where}: precision", precision, f">= {PRECISION}", precision >= PRECISION),
-                Claim(f"{where}: recall", recall, f">= {RECALL}", recall >= RECALL),
-                Claim(f"{where}: rms error of depth", depth, f"<= {DEPTH}", depth <= DEPTH),
+                Claim.sampled(f"{where}: precision", _precision(part), at_least(PRECISION), _precise(part)),
+                Claim.sampled(f"{where}: recall", _recall(part), at_least(RECALL), _recalled(part)),
+                _rms_claim(f"{where}: rms error of depth", [part], DEPTH),
             ]
         for sensors in tuple(SENSORS)[1:]:
             parts = [_part(table, sensors, speed) for speed in _speeds(table)]
-            least = min(min(_precision(part), _recall(part)) for part in parts)
-            depth = max(_rms(_depth_error(part)) for part in parts)
+            worst = min(min(_precision(part), _recall(part)) for part in parts)
+            each = intervals.least([found for part in parts for found in (_precise(part), _recalled(part))])
             claims += [
-                Claim(f"{sensors}: worst precision or recall of all speeds", least, ">= 0.95", least >= RECALL),
-                Claim(f"{sensors}: worst rms error of depth", depth, f"<= {DEPTH}", depth <= DEPTH),
+                Claim.sampled(f"{sensors}: worst precision or recall of all speeds", worst, at_least(RECALL), each),
+                _rms_claim(f"{sensors}: worst rms error of depth", parts, DEPTH),
             ]
         return claims + _quality([_part(table, FULL, speed) for speed in _speeds(table)])
 
 
 def _quality(parts: list[dict[str, np.ndarray]]) -> list[Claim]:
     """What else is said of a joint, worst of all speeds."""
-    single = [float(np.mean(np.abs(_depth_error(part)) <= DEPTH)) for part in parts]
-    inside = [float(np.mean(_deviation(part) <= 2.0)) for part in parts]
-    place = max(_rms(_hits(part)["s [m]"] - _hits(part)["true s [m]"]) for part in parts)
-    side = min(float(np.mean(_hits(part)["side"] == _hits(part)["true side"])) for part in parts)
+    hits = [_hits(part) for part in parts]
     closest = max(_rms(_depth_error(part)) / _rms(_hits(part)["bound [-]"]) for part in parts)
     allowed, drawn = (max(_allowed(part, name) for part in parts) for name in ("bound [-]", "bound as drawn [-]"))
-    worst = min(inside, key=lambda one: -abs(one - 0.95))
+    single = [(part, np.abs(_depth_error(part)) <= DEPTH) for part in parts]
+    sides = [(part, part["side"] == part["true side"]) for part in hits]
+    inside = [(part, _deviation(part) <= 2.0) for part in parts]
+    worst = max(inside, key=lambda pair: abs(float(np.mean(pair[1])) - 0.95))
+    position = [_by_joint(part, part["s [m]"] - part["true s [m]"]) for part in hits]
     return [
-        Claim(
-            "joints whose depth is within 15 %, each by itself: least share",
-            min(single),
-            ">= 0.95",
-            min(single) >= 0.95,
+        _least_share("joints whose depth is within 15 %, each by itself: least share", single),
+        Claim.definite("the same for an estimator at the Cramer-Rao bound, rough below 1 m too", allowed, below(0.95)),
+        Claim.definite("the same, track smooth below 1 m as the shipped one is", drawn, at_least(0.95)),
+        Claim.sampled(
+            "rms error of depth over the bound, largest of all speeds",
+            closest,
+            at_most(1.5),
+            intervals.largest([_scaled(_depth_interval(part), 1.0 / _rms(_hits(part)["bound [-]"])) for part in parts]),
         ),
-        Claim(
-            "the same for an estimator at the Cramer-Rao bound, rough below 1 m too", allowed, "< 0.95", allowed < 0.95
+        Claim.sampled(
+            "depths within two stated standard deviations: share",
+            float(np.mean(worst[1])),
+            between(0.90, 0.98),
+            _share_interval(*worst),
         ),
-        Claim("the same, track smooth below 1 m as the shipped one is", drawn, ">= 0.95", drawn >= 0.95),
-        Claim("rms error of depth over the bound, largest of all speeds", closest, "<= 1.5", closest <= 1.5),
-        Claim("depths within two stated standard deviations: share", worst, "0.90 to 0.98", 0.90 <= worst <= 0.98),
-        Claim("rms error of position", place, "<= 0.125 m", place <= 0.125),
-        Claim("rail named rightly: least share", side, ">= 0.95", side >= 0.95),
+        Claim.sampled(
+            "rms error of position",
+            max(_rms(part["s [m]"] - part["true s [m]"]) for part in hits),
+            at_most(0.125, "m"),
+            intervals.largest([intervals.of_rms(values) for values in position]),
+        ),
+        _least_share("rail named rightly: least share", sides),
     ]
+
+
+def _by_joint(part: dict[str, np.ndarray], values: np.ndarray) -> np.ndarray:
+    """Root mean square of a value over the seeds, for each joint: what one joint shows by several seeds is alike."""
+    joints = _hits(part)["true s [m]"]
+    return np.array([_rms(values[joints == joint]) for joint in np.unique(joints)])
+
+
+def _share_interval(part: dict[str, np.ndarray], hits: np.ndarray) -> intervals.Interval:
+    """Of a share of the joints that were found; a case is a joint."""
+    joints = _hits(part)["true s [m]"]
+    cases = [hits[joints == joint] for joint in np.unique(joints)]
+    return intervals.of_mean_share(np.array([case.mean() for case in cases]), np.array([len(case) for case in cases]))
+
+
+def _least_share(text: str, shares: list[tuple[dict[str, np.ndarray], np.ndarray]]) -> Claim:
+    worst = min(float(np.mean(hits)) for _, hits in shares)
+    return Claim.sampled(text, worst, at_least(0.95), intervals.least([_share_interval(*pair) for pair in shares]))
+
+
+def _depth_interval(part: dict[str, np.ndarray]) -> intervals.Interval:
+    return intervals.of_rms(_by_joint(part, _depth_error(part)))
+
+
+def _scaled(interval: intervals.Interval, factor: float) -> intervals.Interval:
+    return intervals.Interval(factor * interval.low, factor * interval.high, interval.cases)
+
+
+def _rms_claim(text: str, parts: list[dict[str, np.ndarray]], limit: float) -> Claim:
+    """Rms error of the depth, the worst of several speeds."""
+    worst = max(_rms(_depth_error(part)) for part in parts)
+    return Claim.sampled(text, worst, at_most(limit), intervals.largest([_depth_interval(part) for part in parts]))
+
+
+def _recalled(part: dict[str, np.ndarray]) -> intervals.Interval:
+    """Of the recall: a case is a joint, met once by each seed."""
+    joints = part["true s [m]"][np.isfinite(part["true s [m]"])]
+    found = np.isfinite(part["s [m]"])[np.isfinite(part["true s [m]"])]
+    return intervals.of_mean_share(np.array([found[joints == joint].mean() for joint in np.unique(joints)]))
+
+
+def _precise(part: dict[str, np.ndarray]) -> intervals.Interval:
+    """Of the precision: a case is an event."""
+    return intervals.of_share(np.isfinite(part["true s [m]"])[np.isfinite(part["s [m]"])])
 
 
 def _values(speed: float, sensors: str) -> dict[str, Any]:

@@ -15,7 +15,8 @@ from matplotlib.figure import Figure as Picture
 from estimators.speed.odometry import SPACING
 from estimators.track.alignment_vertical import AlignmentVertical
 from estimators.track.passes import changes, laid_on, match
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_least, at_most, exactly, near
 from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, RED
 from experiments.reporting.units import MM
 from experiments.runs.growing_defects import KINDS, growing_defects
@@ -132,21 +133,20 @@ class Passes(Figure):
         for one, two in itertools.combinations([one.name for one in PASSES if not one.grown], 2):
             error = table[f"{one} [mm]"].to_numpy() - table[f"{two} [mm]"].to_numpy()
             rms = float(np.sqrt(np.nanmean(error**2)))
-            claims.append(Claim(f"D1 at {one} and {two}: difference", rms, f"<= {AGREE} mm rms", rms <= AGREE))
+            claims.append(Claim.definite(f"D1 at {one} and {two}: difference", rms, at_most(AGREE, "mm rms")))
         compared = float(np.mean(np.isfinite(table["change [mm]"].to_numpy())))
-        claims.append(Claim("share of the way that could be compared", compared, ">= 0.85", compared >= 0.85))
         found = table.loc[np.isfinite(table["found [mm]"].to_numpy())]
         away = np.abs(found["s [m]"].to_numpy() - found["true place [m]"].to_numpy())
-        right = int(np.sum(away <= NEAR))
         nearest = float(away.min()) if len(away) else np.inf
-        claims.append(Claim("defect that grew by 1 mm: found how far away", nearest, f"<= {NEAR:g} m", nearest <= NEAR))
-        others = len(found) - right
-        claims.append(Claim("changes reported elsewhere", float(others), "= 0", others == 0))
-        target = MM * GROWN_BY
-        size = _growth(table, found, away)
-        within = abs(size - target) <= 0.3 * target
-        claims.append(Claim("its growth in the 70 m alignment", size, f"{target:g} mm +- 30 %", within))
-        return claims
+        others, target = int(np.sum(away > NEAR)), MM * GROWN_BY
+        growth = near(target, 0.3 * target, "mm")
+        return [
+            *claims,
+            Claim.definite("share of the way that could be compared", compared, at_least(0.85)),
+            Claim.definite("defect that grew by 1 mm: found how far away", nearest, at_most(NEAR, "m")),
+            Claim.definite("changes reported elsewhere", float(others), exactly(0.0)),
+            Claim.definite("its growth in the 70 m alignment", _growth(table, found, away), growth),
+        ]
 
 
 def _lines(table: pd.DataFrame) -> pd.DataFrame:
@@ -182,14 +182,20 @@ def _draw_shares(axes: Axes, table: pd.DataFrame) -> None:
 
 
 def _study_claims(table: pd.DataFrame) -> list[Claim]:
-    claims = []
-    for kind in KINDS:
-        share = _share(table, kind, 1.0)
-        claims.append(Claim(f"{kind} that grew by 1 mm, all seeds: share found within 1 m", share, "= 1", share == 1.0))
-    count = _elsewhere(table)
+    seeds = table["seed [-]"].nunique()
+    passes = len(table.loc[table["seed [-]"].notna().to_numpy(), ["seed [-]", "size [mm]"]].drop_duplicates())
+    elsewhere = "all passes of all seeds and sizes: changes reported elsewhere"
     return [
-        *claims,
-        Claim("all passes of all seeds and sizes: changes reported elsewhere", float(count), "= 0", not count),
+        *(
+            Claim.definite(
+                f"{kind} that grew by 1 mm, all seeds: share found within 1 m",
+                _share(table, kind, 1.0),
+                exactly(1.0),
+                seeds,
+            )
+            for kind in KINDS
+        ),
+        Claim.definite(elsewhere, float(_elsewhere(table)), exactly(0.0), passes),
     ]
 
 

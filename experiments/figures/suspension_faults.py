@@ -16,7 +16,9 @@ from matplotlib.figure import Figure as Picture
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.verdicts import damper, std_name
 from estimators.vehicle.lateral import PARAMETERS, nominal
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting import intervals
+from experiments.reporting.claims import Claim, at_most, exactly
 from experiments.runs.suspension import write_other
 from railsim import load_scenario, measure, simulate
 
@@ -84,11 +86,12 @@ class SuspensionFaults(Figure):
         for component, name in enumerate(NAMES):
             rows = last(table, "sweep", component).sort_values("share")
             wrong = int((np.diff(rows["health"]) <= 0).sum())
-            claims.append(Claim(f"{name}: pairs of neighbours in the wrong order of health", wrong, "0", wrong == 0))
+            text = f"{name}: pairs of neighbours in the wrong order of health"
+            claims.append(Claim.definite(text, wrong, exactly(0.0), len(rows)))
             half = table[(table["what"] == "sweep") & (table["component"] == component) & (table["share"] == 0.5)]
             found = half[TIME][(half["verdict"] != "healthy") & (half["verdict"] != "unknown")]
             after = float(found.min()) if len(found) else float("inf")
-            claims.append(Claim(f"{name}: 50 % loss detected after, s", after, "<= 60 s", after <= 60.0))
+            claims.append(Claim.definite(f"{name}: 50 % loss detected after, s", after, at_most(60.0, "s")))
             steps = table[(table["what"] == "step") & (table["component"] == component)]
             for share, one in steps.groupby("share"):
                 error = np.abs(one["health"].to_numpy() - float(str(share)))
@@ -96,12 +99,13 @@ class SuspensionFaults(Figure):
                 first = int(far[-1]) + 1 if len(far) else 0  # of the rows that stay close
                 took = float(time[first] - ONSET) if first < len(time) else float("inf")
                 text = f"{name}: step to {100 * float(str(share)):.0f} % followed to 15 % of new after, s"
-                claims.append(Claim(text, took, f"<= {FOLLOWED:g} s", took <= FOLLOWED))
+                claims.append(Claim.definite(text, took, at_most(FOLLOWED, "s")))
         healthy = table[(table["what"] == "healthy") & (table[TIME] >= SETTLED)]
-        alarms = sum(_alarms(one) for _, one in healthy.groupby("seed"))
-        minutes = healthy["seed"].nunique()
+        alarms = np.array([_alarms(run) for _, run in healthy.groupby("seed")])
+        low, high, minutes = intervals.of_share(alarms)
         text = f"false alarms in {minutes} healthy minutes after the first {SETTLED:g} s, a minute a track"
-        claims.append(Claim(text, alarms, f"<= {minutes / 100:g}", alarms <= minutes / 100))
+        interval = intervals.Interval(low * minutes, high * minutes, minutes)
+        claims.append(Claim.sampled(text, float(alarms.sum()), at_most(minutes / 100), interval))
         return claims
 
     def notes(self) -> list[str]:

@@ -21,7 +21,8 @@ from estimators.suspension.fisher_information import fisher
 from estimators.suspension.suspension_ml import STEP, SuspensionMl, gradient
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.lateral import PARAMETERS, WITHOUT_WHEELSETS, half_vehicle
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_most, between
 from experiments.runs.suspension import JUDGED, write_other
 from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, measure, simulate
@@ -100,15 +101,16 @@ class SuspensionIdentifiability(Figure):
             text = (
                 f"conicity from bogie and body, track and its level estimated too: largest error of {len(found)} tracks"
             )
-            claims.append(Claim(text, error, "<= 0.03", error <= 0.03))
+            claims.append(Claim.definite(text, error, at_most(0.03), len(found)))
             for name, short in zip(PARAMETERS[:2], ("C_sy", "C_spsi"), strict=True):
                 rows = table[table[WHAT] == f"estimate of {name}"]
                 worst = 100.0 * float((rows[VALUE] / rows["true"] - 1.0).abs().max())
-                claims.append(Claim(f"{short} in these runs: largest error", worst, "<= 10 %", worst <= 10.0))
+                text = f"{short} in these runs: largest error"
+                claims.append(Claim.definite(text, worst, at_most(10.0, "%"), len(rows)))
         bounds = table[table[WHAT] == "bound"]
         bound = float(bounds.loc[bounds["known"] == 0.0, VALUE].iloc[0])
         text = "Cramér-Rao bound of the conicity, 60 s, level unknown: information does not forbid it"
-        claims.append(Claim(text, bound, "<= 0.01", bound <= 0.01))
+        claims.append(Claim.definite(text, bound, at_most(0.01)))
         for known, text in ((1.0, "known"), (0.0, "unknown")):
             row = table[(table[WHAT] == "curvature") & (table["known"] == known)].iloc[0]
             expected = float(bounds.loc[bounds["known"] == known, VALUE].iloc[0]) * float(
@@ -116,7 +118,7 @@ class SuspensionIdentifiability(Figure):
             )
             ratio = float(row[VALUE]) / expected
             name = f"deviation by the curvature of the likelihood over the bound, data of the model, level {text}"
-            claims.append(Claim(name, ratio, "0.85 to 1.18", 0.85 <= ratio <= 1.18))
+            claims.append(Claim.definite(name, ratio, between(0.85, 1.18)))
         return claims
 
 

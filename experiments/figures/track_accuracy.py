@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
 from experiments.figures.accuracy_claims import (
-    HONEST,
     JUDGED,
     accuracy_claims,
     cases,
@@ -22,7 +21,8 @@ from experiments.figures.accuracy_claims import (
     share,
     where,
 )
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import HONEST, Claim
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 from experiments.runs.track_accuracy import (
     ACCELEROMETER,
@@ -157,7 +157,7 @@ def _honesty(axes: Axes, rows: pd.DataFrame) -> None:
                     )
                     named.add(label)
         labels.append(f"{str(track).removeprefix('unseen_')}, {speed:g}")
-    axes.axhspan(*HONEST, color=GREY, alpha=0.25, lw=0)
+    axes.axhspan(HONEST.low, HONEST.high, color=GREY, alpha=0.25, lw=0)
     axes.set_xticks(range(len(labels)), labels, rotation=60, ha="right", fontsize=7)
     axes.set_ylim(0.5, 1.01)
     axes.set_ylabel("within two standard deviations [-]")

@@ -12,7 +12,8 @@ from estimators.track.alignment_displacement import AlignmentDisplacement
 from estimators.track.alignment_lateral import AlignmentLateral
 from estimators.track.alignment_vertical import AlignmentVertical
 from estimators.track.axlebox_profile import AxleboxProfile
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, above, at_least, at_most, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from experiments.runs.track import PLACES, SHARE, errors, gyro_at, noise_limit, place_name, run
 from railsim.sensors.accelerometer import AXLEBOX
@@ -91,10 +92,8 @@ class TrackSensors(Figure):
         by_noise = noise_limit(MEMS_ACCELEROMETER.noise_density, SLOW, "vertical", "D2", 2)
         by_noise /= noise_limit(MEMS_GYRO.noise_density, SLOW, "vertical", "D2", 1)
         return [
-            Claim(
-                "15 km/h, D2, accelerometer's error over the gyro's, by noise alone", by_noise, "> 1", by_noise > 1.0
-            ),
-            Claim("15 km/h, D2, accelerometer's error over the gyro's", ratio, ">= 1.5", ratio >= 1.5),
+            Claim.definite("15 km/h, D2, accelerometer's error over the gyro's, by noise alone", by_noise, above(1.0)),
+            Claim.definite("15 km/h, D2, accelerometer's error over the gyro's", ratio, at_least(1.5)),
         ]
 
     def _place(self, table: pd.DataFrame) -> list[Claim]:
@@ -102,21 +101,22 @@ class TrackSensors(Figure):
         for name in (ACCELEROMETER, GYRO):
             found = _rows(table, name, "vertical", "D1", MIDDLE, placed=True)["error [mm]"].to_numpy(float)
             spread[name] = float(found.max() / found.min())
+        text = "D1 error over places on the bogie, largest over smallest: accelerometer"
         return [
-            Claim("D1 error over places on the bogie, largest over smallest: accelerometer", spread[ACCELEROMETER],
-                  ">= 1.3", spread[ACCELEROMETER] >= 1.3),
-            Claim("the same: gyro", spread[GYRO], "<= 1.2", spread[GYRO] <= 1.2),
-        ]  # fmt: skip
+            Claim.definite(text, spread[ACCELEROMETER], at_least(1.3)),
+            Claim.definite("the same: gyro", spread[GYRO], at_most(1.2)),
+        ]
 
     def _long_waves(self, table: pd.DataFrame) -> list[Claim]:
         peak = 2e-3 * (2.0 * np.pi * FAST / 30.0) ** 2
-        claims = [Claim("2 mm at 30 m and 45 m/s: acceleration", peak, "0.18 m/s2", abs(peak - 0.18) < 0.005)]
+        claims = [Claim.definite("2 mm at 30 m and 45 m/s: acceleration", peak, near(0.18, 0.005, "m/s2"))]
         for name, speed, lost in ((AXLEBOXES, SLOW, True), (AXLEBOXES, FAST, True), (DISPLACEMENT, SLOW, False),
                                   (DISPLACEMENT, FAST, False)):  # fmt: skip
             row = _rows(table, name, "vertical", "D2", speed).iloc[0]
             share = float(row["error [mm]"] / row["true [mm]"])
             what = f"{name}, {3.6 * speed:.0f} km/h: error of D2 over its true size"
-            claims.append(Claim(what, share, ">= 0.5, lost" if lost else "<= 0.5, kept", (share >= 0.5) == lost))
+            target = at_least(0.5, meaning="lost") if lost else at_most(0.5, meaning="kept")
+            claims.append(Claim.definite(what, share, target))
         return claims
 
     def _lateral(self, table: pd.DataFrame) -> list[Claim]:
@@ -124,7 +124,7 @@ class TrackSensors(Figure):
         for speed in sorted(set(table["speed [m/s]"])):
             ratio = _error(table, COMPENSATED, "lateral", "D1", speed) / _error(table, PLAIN, "lateral", "D1", speed)
             what = f"lateral D1, {3.6 * speed:.0f} km/h: error with compensation over without"
-            claims.append(Claim(what, ratio, "<= 0.5", ratio <= 0.5))
+            claims.append(Claim.definite(what, ratio, at_most(0.5)))
         return claims
 
     def _apart(self, table: pd.DataFrame) -> list[Claim]:
@@ -133,7 +133,7 @@ class TrackSensors(Figure):
             worst = max(_error(table, AXLEBOXES, f"{side}_vertical", "D1", speed) for side in ("left", "right"))
             limit = 1e3 * SHARE * noise_limit(AXLEBOX.noise_density, speed, "vertical", "D1", 2)
             what = f"axleboxes, {3.6 * speed:.0f} km/h: D1 of the worse rail (noise alone allows {limit:.2f} mm)"
-            claims.append(Claim(what, worst, f"<= {APART} mm rms", worst <= APART))
+            claims.append(Claim.definite(what, worst, at_most(APART, "mm rms")))
         return claims
 
 

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim
 from experiments.reporting.plots import BLUE, GREY, RED
 from experiments.validation.interface import Row, Section, sections
 from experiments.validation.reference import VARIABLE
@@ -55,7 +56,8 @@ class Validation(Figure):
     def check(self, table: pd.DataFrame) -> list[Claim]:
         """One claim for each comparison with a limit."""
         rows = [row for part in _checked(table) for row in _rows(part, table)]
-        return [_claim(row) for row in rows if row.held is not None]
+        claims = [row.claim() for row in rows]
+        return [claim for claim in claims if claim is not None]
 
     def further(self, table: pd.DataFrame) -> Mapping[str, Callable[[Path], object]]:
         """The report, and the table of comparisons, the numbers and the picture of each section."""
@@ -63,7 +65,7 @@ class Validation(Figure):
         pictures = {part.name: _picture(part, table) for part in checked}
         rows = {part.name: _rows(part, table) for part in checked}
         listings = {part.name: part.listing(_part(part, table)) for part in checked}
-        everything = pd.DataFrame([vars(row) for found in rows.values() for row in found])
+        everything = pd.DataFrame([row.cells() for found in rows.values() for row in found])
         files: dict[str, Callable[[Path], object]] = {
             "validation.html": lambda path: path.write_text(document(sections(), rows, listings, pictures), "utf-8"),
             "validation_comparisons.csv": partial(everything.to_csv, index=False),
@@ -114,8 +116,3 @@ def _picture(part: Section, table: pd.DataFrame) -> bytes:
 
 def _write(path: Path, data: bytes) -> None:
     path.write_bytes(data)
-
-
-def _claim(row: Row) -> Claim:
-    target = row.limit if row.reference is None else f"{row.reference:.6g} {row.limit}"
-    return Claim(f"{row.item} {row.what}", row.ours if np.isfinite(row.ours) else None, target, bool(row.held))

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import FigureBase
 
 import experiments.validation as package
-from experiments.figures.interface import Claim
+from experiments.reporting.claims import Claim, Target
 from experiments.validation.reference import lacking
 from railsim.registry import discover
 
@@ -23,11 +23,10 @@ class Row:
     Attributes
     ----------
     item : number of the section. what : the quantity.
-    ours, reference, difference : in `unit`; reference and difference None where the limit is all there is.
-    limit : in words; empty where nothing is claimed. used : share of the limit that is used, 1 = all of it, None where
-    there is no such share.
-    held : whether the limit is kept; None where nothing is claimed.
-    source : of the reference or of the limit.
+    ours, reference, difference : in `unit`; reference and difference None where the target is all there is.
+    target : where ours should lie; None where nothing is claimed.
+    source : of the reference or of the target.
+    used : share of the room in the target that is used, 1 = all of it; None where there is no such share.
     """
 
     item: str
@@ -35,11 +34,32 @@ class Row:
     ours: float
     reference: float | None
     difference: float | None
-    limit: str
     unit: str
-    held: bool | None
+    target: Target | None
     source: str
     used: float | None = None
+
+    @property
+    def held(self) -> bool | None:
+        """Whether ours lies in the target; None where nothing is claimed."""
+        return None if self.target is None else self.ours in self.target
+
+    @property
+    def limit(self) -> str:
+        """The target in words; empty where nothing is claimed."""
+        return "" if self.target is None else str(self.target)
+
+    def claim(self) -> Claim | None:
+        """The comparison as a claim; None where nothing is claimed."""
+        return None if self.target is None else Claim.definite(f"{self.item} {self.what}", self.ours, self.target)
+
+    def cells(self) -> dict[str, object]:
+        """By the column of a table."""
+        return {
+            "item": self.item, "what": self.what, "ours": self.ours, "reference": self.reference,
+            "difference": self.difference, "limit": self.limit, "unit": self.unit, "held": self.held,
+            "source": self.source, "used": self.used,
+        }  # fmt: skip
 
 
 class Section(ABC):
@@ -96,48 +116,45 @@ class Section(ABC):
         self, what: str, ours: float, reference: float, limit: float, unit: str, source: str | None = None
     ) -> Row:
         """Ours is the reference within plus or minus `limit`."""
-        difference = float(ours) - float(reference)
-        used = abs(difference) / limit
-        return Row(
-            self.number, what, float(ours), float(reference), difference, f"± {limit:g} {unit}".strip(" -"), unit,
-            bool(used <= 1.0), source or self.source, used,
-        )  # fmt: skip
+        shown = unit.strip("-")
+        target = Target(reference - limit, reference + limit, words=f"{reference:.6g} ± {limit:g} {shown}".strip())
+        return self._against(what, ours, reference, target, unit, source)
 
     def agrees_relatively(self, what: str, ours: float, reference: float, limit: float, unit: str) -> Row:
         """Ours is the reference within a share `limit` of it."""
-        used = abs(ours / reference - 1.0) / limit
+        apart = limit * abs(reference)
+        target = Target(reference - apart, reference + apart, words=f"{reference:.6g} ± {100.0 * limit:g} %")
+        return self._against(what, ours, reference, target, unit)
+
+    def _against(
+        self, what: str, ours: float, reference: float, target: Target, unit: str, source: str | None = None
+    ) -> Row:
+        used, difference = _share(float(ours), target), float(ours) - float(reference)
         return Row(
-            self.number, what, float(ours), float(reference), float(ours - reference), f"± {100.0 * limit:g} %", unit,
-            bool(used <= 1.0), self.source, used,
-        )  # fmt: skip
+            self.number, what, float(ours), float(reference), difference, unit, target, source or self.source, used
+        )
 
     def bounded(
         self, what: str, ours: float, low: float = -math.inf, high: float = math.inf, unit: str = "-",
         source: str | None = None,
     ) -> Row:  # fmt: skip
         """Ours lies from `low` to `high`."""
-        limit = f"{low:g} … {high:g}" if math.isfinite(low) and math.isfinite(high) else ""
-        limit = limit or (f"≤ {high:g}" if math.isfinite(high) else f"≥ {low:g}")
-        held = bool(low <= ours <= high)
-        used = _share(float(ours), low, high)
-        return Row(
-            self.number, what, float(ours), None, None, f"{limit} {unit}".strip(" -"), unit, held,
-            source or self.source, used,
-        )  # fmt: skip
+        return self.aimed(what, ours, Target(low, high, unit.strip("-")), unit, source)
 
-    def claimed(self, claim: Claim) -> Row:
-        """The claim of a figure."""
-        value = math.nan if claim.value is None else claim.value
-        return Row(self.number, claim.claim, value, None, None, claim.target, "-", claim.held, self.source)
+    def aimed(self, what: str, ours: float, target: Target, unit: str = "-", source: str | None = None) -> Row:
+        """Ours lies in the target."""
+        used = _share(float(ours), target)
+        return Row(self.number, what, float(ours), None, None, unit, target, source or self.source, used)
 
     def noted(self, what: str, ours: float, reference: float | None, unit: str) -> Row:
         """A number that is told without a claim."""
         difference = None if reference is None else float(ours - reference)
-        return Row(self.number, what, float(ours), reference, difference, "", unit, None, self.source)
+        return Row(self.number, what, float(ours), reference, difference, unit, None, self.source)
 
 
-def _share(value: float, low: float, high: float) -> float | None:
-    """Share of the room between the limits that is used: distance from their middle, or the ratio to a single one."""
+def _share(value: float, target: Target) -> float | None:
+    """Share of the room in a target that is used: distance from its middle, or the ratio to a single end."""
+    low, high = target.low, target.high
     if math.isfinite(low) and math.isfinite(high):
         return abs(value - 0.5 * (low + high)) / (0.5 * (high - low))
     if math.isfinite(high):

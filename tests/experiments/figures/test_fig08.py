@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.figures.fig08 import CREEPAGE, LOAD, Fig08
+from experiments.figures.fig08 import Fig08
 from experiments.figures.interface import publish
+from experiments.validation.adhesion_curves import CREEPAGE, LOAD
 
 
 def test_claims_are_held_and_files_written(tmp_path: Path) -> None:

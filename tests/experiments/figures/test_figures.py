@@ -13,14 +13,16 @@ from matplotlib.figure import Figure as Picture
 
 from experiments import figures
 from experiments.cli import main
-from experiments.figures.interface import Claim, Figure
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, at_least, exactly
+from experiments.reporting.intervals import of_share
 from railsim.registry import discover
 
 FIGURES: Mapping[str, Callable[[], Figure]] = dict(discover(figures, Figure))
 
 
 class Parabola(Figure):
-    """y = x^2, with one claim that holds and one that does not."""
+    """y = x^2, with one claim that holds, one that does not, and one that two cases cannot decide."""
 
     def compute(self, fast: bool) -> pd.DataFrame:
         """Some points."""
@@ -34,9 +36,13 @@ class Parabola(Figure):
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
-        """Its end, right and wrong."""
+        """Its end, right and wrong; a share of two cases."""
         end = float(table["y [-]"].to_numpy()[-1])
-        return [Claim("end is four", end, "4", end == 4.0), Claim("end is five", end, "5", end == 5.0)]
+        return [
+            Claim.definite("end is four", end, exactly(4.0)),
+            Claim.definite("end is five", end, exactly(5.0)),
+            Claim.sampled("half", 0.5, at_least(0.4), of_share(np.array([True, False]))),
+        ]
 
 
 @pytest.fixture
@@ -59,10 +65,14 @@ def test_figure_writes_picture_and_table_and_tells_claims(
     assert main(["figure", parabola, "--out", str(tmp_path / "out"), "--fast", "--json"]) == 1
     result = json.loads(capsys.readouterr().out)["figures"][parabola]
     assert [Path(path).name for path in result["files"]] == [f"{parabola}.csv", f"{parabola}.png"]
-    assert [(claim["claim"], claim["value"], claim["target"], claim["held"]) for claim in result["claims"]] == [
+    assert all(set(claim) == {"claim", "value", "target", "held", "low", "high", "cases"} for claim in result["claims"])
+    assert [tuple(claim.values())[:4] for claim in result["claims"]] == [
         ("end is four", 4.0, "4", True),
         ("end is five", 4.0, "5", False),
+        ("half", 0.5, ">= 0.4", None),
     ]
+    assert [claim["low"] for claim in result["claims"]] == [None, None, pytest.approx(0.0126, abs=1e-4)]
+    assert [claim["cases"] for claim in result["claims"]] == [None, None, 2]
     assert len(pd.read_csv(tmp_path / "out" / f"{parabola}.csv")) == 5
     assert (tmp_path / "out" / f"{parabola}.png").read_bytes().startswith(b"\x89PNG")
     assert {path.name for path in (tmp_path / "out").iterdir()} == {f"{parabola}.csv", f"{parabola}.png"}
@@ -71,8 +81,18 @@ def test_figure_writes_picture_and_table_and_tells_claims(
 def test_claims_are_printed(parabola: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert main(["figure", "all", "--out", str(tmp_path)]) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[-1] for line in lines if line.startswith(parabola)] == ["held", "HELD"]
-    assert len([line for line in lines if "NOT HELD" in line]) == 1
+    assert [line.startswith(parabola) for line in lines[:6]] == [False, False, True, True, True, False]
+    found = [next(word for word in ("NOT HELD", "held", "undecided") if word in line) for line in lines[2:5]]
+    assert found == ["held", "NOT HELD", "undecided"]
+    assert lines[4].endswith("0.0126 to 0.987, 2 cases")
+
+
+def test_only_a_claim_that_is_not_held_gives_exit_code_1(
+    parabola: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    undecided = Claim.sampled("half", 0.5, at_least(0.4), of_share(np.array([True, False])))
+    monkeypatch.setattr(Parabola, "check", lambda self, table: [undecided])
+    assert main(["figure", parabola, "--out", str(tmp_path)]) == 0
 
 
 def test_a_figure_in_a_new_file_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):

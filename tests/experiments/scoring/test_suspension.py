@@ -45,7 +45,9 @@ def table(conicity: float) -> pd.DataFrame:
             values = dict(zip(PARAMETERS, (40e3, 507e3, found), strict=True))
             spreads = {std_name(name): 0.01 * value for name, value in zip(PARAMETERS, VALUES, strict=True)}
             true = {TRUE.format(name): value for name, value in zip(PARAMETERS, VALUES, strict=True)}
-            rows.append({"case": case, "seed": 1, "time [s]": time, **values, **spreads, **true})
+            for seed in range(10):
+                values["conicity [-]"] = found + 1e-4 * seed
+                rows.append({"case": case, "seed": seed, "time [s]": time, **values, **spreads, **true})
     return pd.DataFrame(rows)
 
 
@@ -53,7 +55,7 @@ def test_figure_7_says_when_conicity_does_converge():
     offset = [claim for claim in Fig07().check(table(0.15)) if "does not converge" in claim.claim]
     assert [claim.held for claim in offset] == [True]  # 0.01 off under the other assumption
     converged = table(0.15)
-    converged["conicity [-]"] = 0.15
+    converged["conicity [-]"] = 0.15 + 1e-4 * converged["seed"]
     assert [claim.held for claim in Fig07().check(converged) if "does not converge" in claim.claim] == [False]
 
 

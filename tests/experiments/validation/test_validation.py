@@ -60,7 +60,7 @@ def test_rows_are_held_up_to_their_limit_and_not_beyond() -> None:
     assert not sample.bounded("a", np.nan, high=1.0).held
     assert not sample.agrees("a", np.nan, 1.0, 0.1, "m").held
     between = sample.bounded("a", 0.5, 0.0, 1.0)
-    assert (between.held, between.used, between.limit) == (True, 0.0, "0 … 1")
+    assert (between.held, between.used, between.limit) == (True, 0.0, "0 to 1")
     assert sample.noted("a", 1.0, None, "m").held is None
 
 
