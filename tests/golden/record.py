@@ -88,7 +88,7 @@ def figure_rows(name: str) -> dict[Key, Row]:
     table = figure.compute(fast=True)
     found = table_rows("table", table)
     for place, claim in enumerate(figure.check(table)):
-        found |= leaf_rows("claims", f"{place} {claim.claim}", {"value": claim.value, "held": claim.held})
+        found |= leaf_rows("claims", f"{place} {claim.claim}", {"value": claim.value})
     return found
 
 
