@@ -137,7 +137,7 @@ def _offsets(table: pd.DataFrame) -> list[Claim]:
 
 def _enough(table: pd.DataFrame) -> bool:
     """Whether the runs were as long as the claims are about."""
-    return float(table[TIME].max()) > (DURATION + FAST_DURATION) / 2.0
+    return float(table[TIME].to_numpy(dtype=float).max()) > (DURATION + FAST_DURATION) / 2.0
 
 
 def _short(index: int) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
-from scipy.stats import spearmanr
+from scipy.stats import rankdata
 
 from estimators.wheel_rail.conicity_ekf import ConicityEkf
 from estimators.wheel_rail.conicity_ekf_track import ConicityEkfTrack
@@ -115,7 +115,7 @@ def _with_track(seeds: dict[str, np.ndarray]) -> list[Claim]:
     relative, every = error / true, np.arange(len(true))
 
     def grows(chosen: np.ndarray) -> float:
-        return float(np.asarray(spearmanr(true[chosen], np.abs(relative[chosen])).statistic))
+        return float(np.corrcoef(rankdata(true[chosen]), rankdata(np.abs(relative[chosen])))[0, 1])
 
     def worse(chosen: np.ndarray) -> float:
         low = true[chosen] < np.median(true[chosen])

@@ -114,7 +114,7 @@ def sections(
 
 def whole(rows: pd.DataFrame) -> bool:
     """Whether a table of sections is of a run as long as the claims are about."""
-    return float(rows["samples"].sum()) > 0.5 * (DURATION + FAST_DURATION) * RATE
+    return float(rows["samples"].to_numpy(dtype=float).sum()) > 0.5 * (DURATION + FAST_DURATION) * RATE
 
 
 def worst(table: pd.DataFrame, name: str) -> float:

@@ -182,7 +182,7 @@ def _draw_shares(axes: Axes, table: pd.DataFrame) -> None:
 
 
 def _study_claims(table: pd.DataFrame) -> list[Claim]:
-    seeds = table["seed [-]"].nunique()
+    seeds = len(set(table["seed [-]"].dropna()))
     passes = len(table.loc[table["seed [-]"].notna().to_numpy(), ["seed [-]", "size [mm]"]].drop_duplicates())
     elsewhere = "all passes of all seeds and sizes: changes reported elsewhere"
     return [
