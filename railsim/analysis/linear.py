@@ -14,7 +14,7 @@ from scipy.optimize import root_scalar
 
 from railsim.dynamics.equilibrium import state_size, steady_state
 from railsim.dynamics.kernel import derivatives
-from railsim.dynamics.plant import Plant, build_plant
+from railsim.dynamics.plant import Plant, build_plant, check_reach
 from railsim.dynamics.workspace import workspace
 from railsim.errors import InputError
 from railsim.model import Model
@@ -71,7 +71,8 @@ def linearise(model: Model, speed: float, track: Track | None = None, at: float 
 
     Raises
     ------
-    InputError : there is no steady state, or the speed is not positive.
+    InputError : there is no steady state, the speed is not positive, or a body stands too far from the reference body
+        on a track that is not straight and level.
     """
     tables = build_tables(straight() if track is None else track)
     return _linearised(model, speed, tables, at)
@@ -108,6 +109,7 @@ def straight(length: float = 100.0) -> Track:
 def _linearised(model: Model, speed: float, tables: TrackTables, at: float) -> Linearised:
     wheelsets = len(model.wheelsets)
     plant = build_plant(model, tables, speed_tables(Constant(speed=speed), (), wheelsets, 1.0))
+    check_reach(plant, model)
     x = steady_state(plant, at)
     n, w = len(plant.core.mass), wheelsets
     places = [*range(n), *range(2 * n, 2 * n + w)]

@@ -7,7 +7,7 @@ import numpy as np
 from railsim.dynamics.channels import WHEEL, channel_names
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.guard import check_rows
-from railsim.dynamics.plant import Plant
+from railsim.dynamics.plant import Plant, check_reach
 from railsim.dynamics.workspace import workspace
 from railsim.engines.interface import CHUNK, Run
 
@@ -19,7 +19,9 @@ def rows_of(run: Run, plant: Plant, loop: Callable[..., int], stages: int, steps
     Raises
     ------
     Diverged : a state is not finite or a wheel left its rail; names time, place and body.
+    InputError : the track is curved, and a body stands too far from the reference body.
     """
+    check_reach(plant, run.model)
     names = channel_names(run.model)
     x = initial_state(plant, run)
     wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))

@@ -8,6 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from railsim.contact.wheel import ContactLaw
 from railsim.dynamics.tables import build_extras, wheel_load
+from railsim.errors import InputError
 from railsim.force_laws import MOST_NUMBERS
 from railsim.model import AXES, Model
 from railsim.speed import SpeedTables
@@ -29,6 +30,9 @@ USUAL_ELEMENTS = 24  # nonlinear elements that every layout has room for
 USUAL_FINITE = 2  # elements that are evaluated to second order
 USUAL_LOADS = 8
 POSE_ROUNDING = 1e-13  # m, rad: smaller than this everywhere = straight
+REACH = (
+    5.0  # m; farther from the reference body the one track frame of the moving-frame engines turns too far in curves
+)
 
 
 class Plant(NamedTuple):
@@ -191,6 +195,22 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     pose = _poses(track, model.trailing_pivot if model.chord_yaw else None, ahead, curved)
     knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip, speed.brake))
     return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots, tables)
+
+
+def check_reach(plant: Plant, model: Model) -> None:
+    """Refuse bodies for which the track frame at the reference body is too far away.
+
+    Raises
+    ------
+    InputError : a body of a run on a curved track stands farther than `REACH` from the reference body.
+    """
+    farthest = max(model.bodies, key=lambda body: abs(body.position[0]))
+    distance = abs(farthest.position[0])
+    if plant.core.curved and distance > REACH:
+        raise InputError(
+            f"model: '{farthest.name}' stands {distance:g} m from '{model.reference}'; on curves, cant and gradients "
+            f"this engine takes bodies within {REACH:g} m: use engine exudyn, or straight, level track"
+        )
 
 
 def _links(stiffness: np.ndarray, damping: np.ndarray) -> dict[str, np.ndarray]:

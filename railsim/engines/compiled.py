@@ -10,7 +10,7 @@ from railsim.dynamics.chunks import rows_of
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.integrate import run_chunk
 from railsim.dynamics.kernel import derivatives
-from railsim.dynamics.plant import build_plant
+from railsim.dynamics.plant import build_plant, check_reach
 from railsim.dynamics.workspace import workspace
 from railsim.engines.interface import Run
 
@@ -31,6 +31,7 @@ def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray]
     The state is that of `dynamics.kernel`: coordinates, their rates, spin angles, spins, distance, speed.
     """
     plant = build_plant(run.model, run.track, run.speed)
+    check_reach(plant, run.model)
     start = initial_state(plant, run)
     scratch = workspace()
 

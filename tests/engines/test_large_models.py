@@ -86,6 +86,28 @@ def test_vehicles_in_one_model_move_as_each_alone(engine: str) -> None:
     assert np.abs(found["body_3.y [m]"] - found["body_0.y [m]"]).max() > 1e-4
 
 
+def test_vehicles_beside_each_other_run_through_a_curve_as_each_alone() -> None:
+    models = [loaded(factor) for factor in (1.0, 1.1, 0.9, 1.05)]
+    track, places = curve(400.0, 0.1, 200.0, 30.0), (0.0,) * len(models)
+    runs = [make_run(m, track, 20.0, 2.0, start=25.0) for m in models]
+    states = [steady_state(build_plant(run.model, run.track, run.speed), run.start) for run in runs]
+    state = joined_state(models, states)
+    found = go("compiled", make_run(joined(models, places), track, 20.0, 2.0, start=25.0, initial=state))
+    for number, (model, run) in enumerate(zip(models, runs, strict=True)):
+        own = go("compiled", replace(run, initial=states[number]))
+        for name, other in alone(model, number, 2).items():
+            largest = float(np.abs(own[name]).max())
+            assert np.abs(own[name] - found[other]).max() <= 1e-9 * max(largest, 1e-3), (name, number)
+    assert np.abs(found["body_3.yaw_rate [rad/s]"]).max() == 0.0
+    assert np.abs(found["bogie_3.roll [rad]"]).max() > 1e-3
+
+
+def test_bodies_far_from_the_reference_are_refused_on_curves_only() -> None:
+    model = joined([loaded(1.0), loaded(1.0), loaded(1.0), loaded(1.0)], OFFSETS)
+    with pytest.raises(InputError, match="'wheelset2_3' stands 22.28 m from 'bogie_0'; .* use engine exudyn"):
+        go("compiled", make_run(model, curve(400.0, 0.1, 200.0, 30.0), 20.0, 0.1, start=60.0))
+
+
 def test_steady_state_of_many_is_that_of_each():
     models = [loaded(factor) for factor in (1.0, 1.1, 0.9, 1.05)]
     track = read_track("straight_erri_high")
