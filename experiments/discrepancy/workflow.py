@@ -1,20 +1,21 @@
-"""The workflow from a recording to a decision: align, locate, screen, fit, decide, add until only noise is left."""
+"""The workflow from a recording to a decision: register, locate, screen, fit, decide, add until only noise is left."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from experiments.discrepancy.baseline.alignment import align
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.forward import forward_over
 from experiments.discrepancy.baseline.frames import frames_of, held_out, stack
 from experiments.discrepancy.baseline.parallel import one_thread_each
+from experiments.discrepancy.baseline.registration import register
 from experiments.discrepancy.fit.bank import open_bank
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Fit, Problem, with_bank
-from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again
+from experiments.discrepancy.fit.hypothesis import Hypothesis, again
 from experiments.discrepancy.fit.journal import Journal
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.screen.latent import LatentForce, latent_forces
 from experiments.discrepancy.screen.locate import Located, locate
 from experiments.discrepancy.screen.places import tones
@@ -60,7 +61,7 @@ class Findings:
 @one_thread_each
 def investigate(
     evidence: Evidence,
-    tell: Tell,
+    progress: Progress,
     only: Sequence[str] | None = None,
     withheld: Sequence[str] = (),
     journal: Journal | None = None,
@@ -80,20 +81,22 @@ def investigate(
     def allowed(one: Candidate) -> bool:
         return (only is None or one.name in only) and one.equivalence not in withheld
 
-    problem = prepare(evidence, tell).but(journal=journal)
-    null = nuisances_alone(problem, np.zeros(len(problem.forward.nuisances)), tell)
-    problem, null = _settled(problem, null, tell)
+    problem = prepare(evidence, progress).but(journal=journal)
+    null = nuisances_alone(problem, np.zeros(len(problem.forward.nuisances)), progress)
+    problem, null = _settled(problem, null, progress)
     located = locate(problem, null.fit)
     if located.worth_looking:
-        problem, null = _better_law(problem, null, tell)
+        problem, null = _better_law(problem, null, progress)
     located = locate(problem, null.fit)
     if located.worth_looking and held_out_gap(problem, null.fit) < LARGE:  # else bent to explain what is no nuisance
-        problem, null = _passed_on(problem, polished(problem, null, tell), tell)
+        problem, null = _passed_on(problem, polished(problem, null, progress), progress)
         located = locate(problem, null.fit)
-    tell(f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained")
+    progress(
+        f"{len(located.significant)} of {len(located.cells)} cells significant, {len(located.surprising)} strained"
+    )
     context = replace(context_of(problem, located), tones=tones(problem, null.fit))
-    tell("tones: " + (", ".join(f"{one:.2f} Hz" for one, _ in context.tones) or "none"))
-    found = select(problem, null, located, [one for one in candidates(context) if allowed(one)], tell)
+    progress("tones: " + (", ".join(f"{one:.2f} Hz" for one, _ in context.tones) or "none"))
+    found = select(problem, null, located, [one for one in candidates(context) if allowed(one)], progress)
     problem, null, decision = found.problem, found.null, found.decision
     latent, empirical = (), None
     if decision.status != "none" or found.tabled is not None:
@@ -106,47 +109,47 @@ def investigate(
     return Findings(problem, null, located, found.screened, found.judged, latent, empirical, decision, found.not_tried)
 
 
-def _settled(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:
+def _settled(problem: Problem, null: Hypothesis, progress: Progress) -> tuple[Problem, Hypothesis]:
     """Nuisances alone, fitted on with the sensors' noise levels and the model's share of the noise read from them."""
     problem = problem.with_level(null.fit.stacked)
     problem = problem.with_covariance(null.fit.stacked, problem.bank.propagated if problem.bank else None)
-    return problem, again(problem, null, tell)
+    return problem, again(problem, null, progress)
 
 
-def _passed_on(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:
+def _passed_on(problem: Problem, null: Hypothesis, progress: Progress) -> tuple[Problem, Hypothesis]:
     """With the track's errors as the nuisances that were found pass them on: stiffer springs pass on more of the short
     waves than nominal ones.
     """
-    passed_on = with_noise_of(problem, null, tell)
+    passed_on = with_noise_of(problem, null, progress)
     if passed_on is None:
         return problem, null
-    return passed_on, again(passed_on, null, tell)
+    return passed_on, again(passed_on, null, progress)
 
 
-def _better_law(problem: Problem, null: Hypothesis, tell: Tell) -> tuple[Problem, Hypothesis]:
+def _better_law(problem: Problem, null: Hypothesis, progress: Progress) -> tuple[Problem, Hypothesis]:
     """With another creep law, where the nuisances alone explain the recording better with it: which law holds is one
     of them, and another law than the nominal is no effect.
     """
     for name in other_laws(problem):
         changed = problem.but(forward=problem.forward.but(law=name))
         try:
-            alone = nuisances_alone(changed, np.zeros(len(null.fit.z)), tell, null.fit.cost(problem.train))
+            alone = nuisances_alone(changed, np.zeros(len(null.fit.z)), progress, null.fit.cost(problem.train))
             if alone.log_evidence > null.log_evidence + max(ENOUGH, EXPLAINED * excess(problem, null)):
-                tell(f"creep law {name}: {alone.log_evidence - null.log_evidence:+.1f} nats")
-                changed = changed.but(bank=problem.bank.under(name, tell) if problem.bank else None)
-                return _settled(changed, replace(alone, fit=with_bank(changed, alone.fit)), tell)
+                progress(f"creep law {name}: {alone.log_evidence - null.log_evidence:+.1f} nats")
+                changed = changed.but(bank=problem.bank.under(name, progress) if problem.bank else None)
+                return _settled(changed, replace(alone, fit=with_bank(changed, alone.fit)), progress)
         except InputError as error:
-            tell(f"creep law {name}: {error}")
+            progress(f"creep law {name}: {error}")
     return problem, null
 
 
 def context_of(problem: Problem, located: Located) -> Context:
     """Where and when the run was, and its loudest sections."""
     time, speed, _ = problem.evidence.speed
-    alignment = problem.forward.alignment
+    registration = problem.forward.registration
     way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
     middles = problem.frames.middles
-    s = alignment.start + alignment.scale * np.interp(middles, time, way)
+    s = registration.start + registration.scale * np.interp(middles, time, way)
     loudest: list[int] = []
     for number in np.argsort(-located.strip):
         if len(loudest) < SPOTS and all(abs(number - other) > 2 for other in loudest):
@@ -160,17 +163,17 @@ def context_of(problem: Problem, located: Located) -> Context:
     )
 
 
-def prepare(evidence: Evidence, tell: Tell) -> Problem:
-    """Aligned, cut into frames, with the noise at the nominal model."""
-    alignment = align(evidence)
-    tell(f"aligned: start at {alignment.start:.2f} m, speed scale {alignment.scale:.4f}")
-    forward = forward_over(evidence, alignment)
+def prepare(evidence: Evidence, progress: Progress) -> Problem:
+    """Registered to the track, cut into frames, with the noise at the nominal model."""
+    registration = register(evidence)
+    progress(f"registered: start at {registration.start:.2f} m, speed scale {registration.scale:.4f}")
+    forward = forward_over(evidence, registration)
     frames = frames_of(evidence.duration, min(evidence.slowest, *evidence.rates.values()))
     train, test = held_out(frames)
     measured = stack(frames, evidence.channels, evidence.samples, evidence.rates)
     if not np.isfinite(measured[test]).any() or not np.isfinite(measured[train]).any():
         raise InputError("too few whole sections of 2 s; record longer, or mend the lost samples")
-    bank = open_bank(evidence, alignment, frames, tell)
+    bank = open_bank(evidence, registration, frames, progress)
     problem = Problem(forward, frames, measured, train, test, bank)
     nominal = problem.stacked(forward.predict(np.zeros(len(forward.nuisances))))
     return problem.with_covariance(nominal, bank.propagated)

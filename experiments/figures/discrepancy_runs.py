@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +16,7 @@ from experiments.discrepancy.blind.blind_cases import FASTSIM, build_specimen, r
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Problem, starting_fit
 from experiments.discrepancy.fit.products import WEIGHT
+from experiments.discrepancy.progress import Progress, silent
 from experiments.discrepancy.result.adding import gaps, predicted_after
 from experiments.discrepancy.result.planning import nominal_problem
 from experiments.discrepancy.result.verdict import verdict
@@ -36,7 +37,6 @@ THRESHOLDS = (1.0, 0.3, 0.05)  # of the smallest size's distance from the bound,
 FITTED = 5.0  # nats that the numbers of an effect cost
 NAMES = TEMPERATURE * math.log(SURE / (1.0 - SURE))
 """Nats ahead of the next class from which a name is given."""
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,9 @@ def three_sizes(candidate: Candidate) -> list[dict[str, float]]:
     return found
 
 
-def expected(scenario: Scenario, only: Sequence[str] | None, tell: Tell) -> list[Sized]:
+def expected(scenario: Scenario, only: Sequence[str] | None, progress: Progress) -> list[Sized]:
     """All effects in their first variant at three sizes, a place or a time in the middle of the run."""
-    problem = nominal_problem(scenario, tell)
+    problem = nominal_problem(scenario, progress)
     fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
     projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     first: dict[str, Candidate] = {}
@@ -107,7 +107,7 @@ def context_of(problem: Problem) -> Context:
     evidence = problem.evidence
     train = problem.frames.middles[problem.train]
     time = float(train[len(train) // 2])
-    begin, speed = problem.forward.alignment.start, float(np.median(evidence.speed[1]))
+    begin, speed = problem.forward.registration.start, float(np.median(evidence.speed[1]))
     return Context(
         tuple(name.split(" [")[0] for name in evidence.channels),
         (begin, begin + speed * evidence.duration),
@@ -188,7 +188,7 @@ def rivals(found: Sequence[Sized]) -> list[Rival | None]:
     return out
 
 
-def blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None, tell: Tell) -> dict[str, Any]:
+def blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None, progress: Progress) -> dict[str, Any]:
     """What the workflow says of a recording that Exudyn made of a random build with the effect; kept on disk.
 
     Returns
@@ -201,7 +201,7 @@ def blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None,
     with suppress(OSError, ValueError):
         return json.loads(row.read_text())
     found = _blind(scenario, one, seed, only, folder)
-    tell(f"blind: {one.candidate.name}, {one.size}: {found['status']} {found['effect'] or ''}")
+    progress(f"blind: {one.candidate.name}, {one.size}: {found['status']} {found['effect'] or ''}")
     part = row.with_suffix(".part")
     with suppress(OSError):
         row.parent.mkdir(parents=True, exist_ok=True)
@@ -222,7 +222,7 @@ def _blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None
     except InputError:
         return nothing
     try:
-        findings = investigate(gather(folder, scenario), lambda text: None, only)
+        findings = investigate(gather(folder, scenario), silent, only)
         whole, channels = gaps(findings, predicted_after(findings, "compiled"))
     except InputError:
         return {**nothing, "status": "refused"}

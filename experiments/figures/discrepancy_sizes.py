@@ -66,7 +66,7 @@ class DiscrepancySizes(Figure):
         """Rows: effect and size; what is done is kept on disk, so that a stopped run goes on."""
         only = FEW if fast else None
         scenario = load_scenario(MODEL, {"duration": SHORT if fast else LONG})
-        found = expected(scenario, only, _tell)
+        found = expected(scenario, only, _progress)
         rows = []
         for one, rival in zip(found, rivals(found), strict=True):
             row = {
@@ -90,7 +90,7 @@ class DiscrepancySizes(Figure):
                 "blind class": "",
             }
             if row["possible"] and _is_blind(one.candidate.name, one.size, fast):
-                said = blind(scenario, one, SEED, only, _tell)
+                said = blind(scenario, one, SEED, only, _progress)
                 row |= {f"blind {key}": said[key] or "" for key in ("status", "effect", "class")}
             rows.append(row)
         return pd.DataFrame(rows)
@@ -155,7 +155,7 @@ def _is_blind(name: str, size: str, fast: bool) -> bool:
     return (name == FEW[0] and size == SIZES[2]) if fast else name in BLIND
 
 
-def _tell(text: str) -> None:
+def _progress(text: str) -> None:
     print(text, file=sys.stderr)
 
 

@@ -61,7 +61,7 @@ class Setup:
         return speed_tables(self.speed, self.traction, len(self.model.wheelsets), self.duration)
 
 
-class Prior(NamedTuple):
+class ParameterPrior(NamedTuple):
     """What is known of a parameter before anything is measured: normal within the bounds, or uniform (std infinite)."""
 
     mean: float
@@ -81,7 +81,7 @@ class Parameter(NamedTuple):
     default: float
     absent: float | None  # where the effect is not there; None = this number alone does not take it away
     smallest: float | None  # value at the smallest size worth naming
-    prior: Prior
+    prior: ParameterPrior
     role: str = ""  # what it says other than a size, of `railsim.spec.Role`
     trials: tuple[float, ...] = ()  # values that a search tries beside the default
 
@@ -98,7 +98,7 @@ class Effect(Spec, frozen=True):
     """Field values at which it is not there: with them the motion is that of the setup without it."""
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({})
     """Field values of the smallest size worth naming; with them something that can be measured changes."""
-    priors: ClassVar[Mapping[str, Prior]] = MappingProxyType({})
+    priors: ClassVar[Mapping[str, ParameterPrior]] = MappingProxyType({})
     """Where the prior is another than normal about `absent` with half the way to the farther bound (else uniform)."""
     growth: ClassVar[Mapping[str, float]] = MappingProxyType({})
     """Power of a number's distance from `absent` with which what is measured grows; 1 where none is stated."""
@@ -200,13 +200,13 @@ class Effect(Spec, frozen=True):
         return found
 
     @classmethod
-    def _prior(cls, name: str, low: float, high: float) -> Prior:
+    def _prior(cls, name: str, low: float, high: float) -> ParameterPrior:
         if name in cls.priors:
             return cls.priors[name]
         if name in cls.absent:
             absent = cls.absent[name]
-            return Prior(absent, 0.5 * max(high - absent, absent - low))
-        return Prior(0.5 * (low + high), math.inf)
+            return ParameterPrior(absent, 0.5 * max(high - absent, absent - low))
+        return ParameterPrior(0.5 * (low + high), math.inf)
 
 
 def onset_field() -> Any:

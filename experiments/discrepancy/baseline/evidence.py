@@ -21,7 +21,7 @@ from railsim.track.survey import TrackErrors
 from railsim.track.track import UNITS, Track
 
 KINDS = ("accelerometer", "gyro", "displacement")
-"""Sensors whose samples are compared; others serve the alignment only."""
+"""Sensors whose samples are compared; others serve the registration only."""
 
 MOST_AHEAD = 40.0  # m that a run may go beyond the measured track, which is continued there (`forward.continued`)
 SHORTEST = 12.0  # s; six sections of 2 s: less leaves nothing to hold out

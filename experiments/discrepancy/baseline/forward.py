@@ -33,7 +33,7 @@ Prediction = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
-class Alignment:
+class Registration:
     """Where the recording's first sample was taken, and by how much the measured speed is off, both known roughly."""
 
     start: float
@@ -55,12 +55,12 @@ class Meter:
 
 @dataclass(frozen=True)
 class Forward:
-    """Model, nuisances and alignment of a recording; `track` in place of the measured one propagates its errors,
+    """Model, nuisances and registration of a recording; `track` in place of the measured one propagates its errors,
     `law` in place of the vehicle's creep law tells whether what is left is the law's.
     """
 
     evidence: Evidence
-    alignment: Alignment
+    registration: Registration
     track: Track
     engine: str = "verlet"
     law: str = ""
@@ -84,7 +84,7 @@ class Forward:
         return tuple(sensor.but(errors=ideal(sensor.errors)) for sensor in self.evidence.sensors)
 
     def but(self, **changes: Any) -> "Forward":
-        """A copy with other alignment, track or engine."""
+        """A copy with another registration, track or engine."""
         return replace(self, **changes)
 
     def setup(self, z: np.ndarray, effects: Sequence[Effect] = ()) -> Setup:
@@ -104,7 +104,7 @@ class Forward:
         substeps = default_substeps(setup.model, setup.speed_tables, rate)
         usual = substeps
         substeps *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * substeps * setup.longest_step))))
-        start = self.alignment.start + self._value(z, "start.distance", additive=True)
+        start = self.registration.start + self._value(z, "start.distance", additive=True)
         tables = self._tables if setup.track is self.track else build_tables(setup.track)
         run = Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, substeps)
         self.meter.add(substeps / usual * DEARER.get(self.law, 1.0))
@@ -164,7 +164,7 @@ class Forward:
 
     def _speed(self, z: np.ndarray) -> Profile:
         time, speed, _ = self.evidence.speed
-        scale = self.alignment.scale * (1.0 + self._value(z, "speed.scale", additive=True))
+        scale = self.registration.scale * (1.0 + self._value(z, "speed.scale", additive=True))
         pieces = [n for n in self.nuisances if n.kind == "speed" and n.name == "wander"]
         wander = np.array([n.std * z[self._places[n.label]] for n in pieces])
         at = np.linspace(0.0, self.evidence.duration, len(pieces)) if pieces else np.zeros(1)
@@ -181,9 +181,9 @@ class Forward:
         return sensor.but(errors=sensor.errors.but(misalignment=angles))
 
 
-def forward_over(evidence: Evidence, alignment: Alignment, law: str = "") -> Forward:
+def forward_over(evidence: Evidence, registration: Registration, law: str = "") -> Forward:
     """The nominal model over the track that the measured one lets expect."""
-    return Forward(evidence, alignment, continued(evidence.surveyed.expected), law=law)
+    return Forward(evidence, registration, continued(evidence.surveyed.expected), law=law)
 
 
 def ideal(errors: SensorErrors) -> SensorErrors:

@@ -28,10 +28,10 @@ for another friction.
 """
 
 TOLERATED = 3.0  # standard deviations of its prior within which a build parameter stays
-FURTHEST = 5.0  # the same of sensors and of the alignment, which are not sorted out at a limit when they are made
+FURTHEST = 5.0  # the same of sensors and of the registration, which are not sorted out at a limit when they are made
 SURPRISING = 2.7  # standard deviations from which a build parameter lets one look for more
-SURPRISING_SENSOR = 3.3  # the same for sensors and alignment, of which there are many
-START = 0.5  # m, distance of the recording's first sample, after alignment
+SURPRISING_SENSOR = 3.3  # the same for sensors and registration, of which there are many
+START = 0.5  # m, distance of the recording's first sample, after registration
 FASTEST_WANDER = 0.002  # relative standard deviation of the speed's slow errors
 WANDERS = 4  # pieces of the run
 STEP = 0.02  # standard deviations of the prior, by which a number is varied for a derivative: with longer steps a
@@ -45,7 +45,7 @@ class Nuisance:
 
     Attributes
     ----------
-    kind : "vehicle", "pair", "adhesion" (relative, as a factor exp(std z)); "start" [m], "speed" [-] (alignment);
+    kind : "vehicle", "pair", "adhesion" (relative, as a factor exp(std z)); "start" [m], "speed" [-] (registration);
     "bias" [channel], "scale" [-], "mounting" [rad], "latency" [s] (sensors). name : field, channel or sensor.
     std : of the prior. index : component of a vector, or number of a piece. least, most : scores between which it
     stays; what leaves a build's tolerance is no tolerance but an effect, of a sensor the prior alone decides that.
@@ -86,7 +86,7 @@ def nuisances_of(
     """All nuisances of a nominal vehicle, its sensors and the speed (`scale`: relative standard deviation) over a run
     of `way` [m].
     """
-    return [*built(vehicle), *_alignment(scale, way), *_sensors(list(sensors), set(channels))]
+    return [*built(vehicle), *_registration(scale, way), *_sensors(list(sensors), set(channels))]
 
 
 def built(vehicle: Vehicle) -> list[Nuisance]:
@@ -112,7 +112,7 @@ def most_of(settings: Spec, name: str) -> float:
     return math.inf if most is None else most
 
 
-def _alignment(scale: float, way: float) -> list[Nuisance]:
+def _registration(scale: float, way: float) -> list[Nuisance]:
     """Varied so little that no wave moves by more than a part of a turn: the answer to a shift is a phase."""
     slight = SHIFT / max(way, 1.0)
     pieces = [_free("speed", "wander", FASTEST_WANDER, number, slight) for number in range(WANDERS)]

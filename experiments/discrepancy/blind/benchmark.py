@@ -5,7 +5,7 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,7 @@ from experiments.discrepancy.blind import oracle
 from experiments.discrepancy.blind.benchmark_rows import keep, kept
 from experiments.discrepancy.blind.blind_plan import nominal_of, setting_of
 from experiments.discrepancy.blind.oracle import effect_of, evidence_over_named, expected_evidence, true_gap
+from experiments.discrepancy.progress import Progress, silent
 from experiments.discrepancy.result.answer import answer
 from experiments.discrepancy.rule import rule_hash
 from experiments.discrepancy.workflow import Findings, prepare
@@ -52,7 +53,7 @@ def run_benchmark(
     cases: Cases,
     folder: Path,
     numbers: Sequence[int],
-    tell: Callable[[str], None],
+    progress: Progress,
     rows: Path | None = None,
 ) -> None:
     """Those of the numbers that have no result of this rule yet; stop at any time, it goes on from there.
@@ -96,7 +97,7 @@ def run_benchmark(
         _write(row, found)
         if rows:
             keep(rows, found, label(number))
-        tell(f"case {number}: {verdict['status']} {verdict['effect'] or ''} in {spent['seconds']:.0f} s")
+        progress(f"case {number}: {verdict['status']} {verdict['effect'] or ''} in {spent['seconds']:.0f} s")
 
 
 def _make(cases: Cases, folder: Path, number: int) -> None:
@@ -110,7 +111,7 @@ def _make(cases: Cases, folder: Path, number: int) -> None:
         raise InputError(f"case {number} could not be made: {(done.stderr.strip() or 'no reason').splitlines()[-1]}")
 
 
-def renew_expected(cases: Cases, folder: Path, rule: str, tell: Callable[[str], None]) -> None:
+def renew_expected(cases: Cases, folder: Path, rule: str, progress: Progress) -> None:
     """What the true effects of answered cases could bring, by the oracle as it is now; verdicts stay untouched.
 
     Rows say by which oracle they were valued; the first value is kept beside the new one.
@@ -121,13 +122,13 @@ def renew_expected(cases: Cases, folder: Path, rule: str, tell: Callable[[str], 
         label = read_json(folder / "sealed" / path.name, "a label")
         if row.get("rule") != rule or row.get("oracle") == now or not label["effects"] or not row.get("expected"):
             continue
-        problem = prepare(gather(folder / "recordings" / path.stem, cases.nominal(row["case"])), lambda text: None)
+        problem = prepare(gather(folder / "recordings" / path.stem, cases.nominal(row["case"])), silent)
         effects = [effect_of(one) for one in label["effects"]]
         first = row.get("expected_at_first", row["expected"])
         found = expected_evidence(problem, effects, label["law"], label.get("specimen", {}))
         expected = [round(one, 2) for one in found]
         _write(path, row | {"expected": expected, "expected_at_first": first, "oracle": now})
-        tell(f"case {row['case']}: expected {first} -> {expected}")
+        progress(f"case {row['case']}: expected {first} -> {expected}")
 
 
 def _write(path: Path, row: dict[str, Any]) -> None:

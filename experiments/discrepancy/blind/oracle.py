@@ -10,6 +10,7 @@ import numpy as np
 from experiments.discrepancy.fit.fitting import Fit, Problem, improved, linearised, moved_to, starting_fit
 from experiments.discrepancy.fit.hypothesis import DROPPED, Hypothesis, concluded
 from experiments.discrepancy.fit.products import WEIGHT
+from experiments.discrepancy.progress import silent
 from experiments.discrepancy.select.decide import held_out_gap
 from experiments.discrepancy.select.refining import nuisances_alone
 from experiments.discrepancy.workflow import Findings
@@ -83,7 +84,7 @@ def evidence_over_named(
 
 def _expected(problem: Problem, effect: Effect, built: np.ndarray) -> float:
     hidden, least = _hidden(problem, [effect], built)
-    return _short_of(hidden, nuisances_alone(hidden, np.zeros(len(built)), _silent), [effect], least)
+    return _short_of(hidden, nuisances_alone(hidden, np.zeros(len(built)), silent), [effect], least)
 
 
 def _hidden(problem: Problem, effects: Sequence[Effect], built: np.ndarray) -> tuple[Problem, float]:
@@ -117,10 +118,6 @@ def _brought(problem: Problem, one: Hypothesis, effects: Sequence[Effect]) -> fl
 
 def _local(effect: Effect) -> bool:
     return effect.acts_on == "track" or type(effect).local()
-
-
-def _silent(text: str) -> None:
-    del text
 
 
 def true_gap(findings: Findings, effects: Sequence[Effect], law: str, specimen: Mapping[str, float]) -> float:

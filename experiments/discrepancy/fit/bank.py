@@ -17,13 +17,14 @@ from typing import Any
 import numpy as np
 
 from experiments.discrepancy.baseline.evidence import Evidence
-from experiments.discrepancy.baseline.forward import Alignment, Forward, Prediction, forward_over
+from experiments.discrepancy.baseline.forward import Forward, Prediction, Registration, forward_over
 from experiments.discrepancy.baseline.frames import Frames, stack
 from experiments.discrepancy.baseline.noise import PERTURBED, SEED, perturbed_tracks, propagated_track_error
 from experiments.discrepancy.baseline.parallel import in_parallel
 from experiments.discrepancy.baseline.surveyed import as_surveyed
 from experiments.discrepancy.fit.candidates import Candidate, settings_of
 from experiments.discrepancy.fit.stored import Stored, read_arrays, stored_arrays, write_arrays
+from experiments.discrepancy.progress import Progress, silent
 from railsim.cache import cache_folder
 from railsim.errors import InputError
 from railsim.scenario import digest_of
@@ -35,7 +36,6 @@ SPEED_APART = 0.02  # relative
 TRACK_APART = 0.25  # of a quantity's own root mean square
 FOLDER = "signatures"
 KEPT = 30 * 86400.0  # s without use
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Bank:
     _base: np.ndarray
     _kept: dict[str, np.ndarray | Stored | None] = field(default_factory=dict)
 
-    def fill(self, jobs: Sequence[tuple[Candidate, dict[str, float]]], tell: Tell = lambda text: None) -> None:
+    def fill(self, jobs: Sequence[tuple[Candidate, dict[str, float]]], progress: Progress = silent) -> None:
         """Run what is not there yet, effect by effect; what was done is kept if it is stopped."""
         names = sorted({candidate.name for candidate, _ in jobs})
         truth = None
@@ -68,7 +68,7 @@ class Bank:
             known: dict[str, np.ndarray | Stored] = dict(stored_arrays(path))
             missing = [key for key in mine if key not in known]
             if missing:
-                tell(f"signatures of the nominal scenario: {name} ({number + 1} of {len(names)})")
+                progress(f"signatures of the nominal scenario: {name} ({number + 1} of {len(names)})")
                 if truth is None:
                     truth = self.reference.run(np.zeros(len(self.reference.nuisances)))[1]
                 run, later = truth, cache(partial(self._later_base, truth))
@@ -81,7 +81,7 @@ class Bank:
             for key in mine:
                 self._kept[key] = known[key] if known[key].size else None
 
-    def under(self, law: str, tell: Tell = lambda text: None) -> "Bank":
+    def under(self, law: str, progress: Progress = silent) -> "Bank":
         """The same with the derivatives of another creep law; signatures stay those of the scenario's own.
 
         Raises
@@ -91,7 +91,7 @@ class Bank:
         path = self.folder / f"nominal_{law}.arrays"
         known = read_arrays(path)
         if not known:
-            tell(f"derivatives of the nominal scenario under {law}, computed once")
+            progress(f"derivatives of the nominal scenario under {law}, computed once")
             known = {"columns": _derivatives(self.reference.but(law=law), self.frames)[0]}
             _write(path, known)
         with suppress(OSError):
@@ -139,19 +139,19 @@ class Bank:
         return _stacked(forward, self.frames, forward.observe(forward.setup(z), truth.later(rows), z))
 
 
-def open_bank(evidence: Evidence, alignment: Alignment, frames: Frames, tell: Tell = lambda text: None) -> Bank:
+def open_bank(evidence: Evidence, registration: Registration, frames: Frames, progress: Progress = silent) -> Bank:
     """The bank of a recording's nominal scenario, from the disk where it was computed before.
 
     Raises
     ------
     InputError : the nominal model does not run.
     """
-    reference, delay = _reference(evidence, alignment, frames)
+    reference, delay = _reference(evidence, registration, frames)
     folder = cache_folder().parent / FOLDER / _digest(reference, frames)
     path = folder / "nominal.arrays"
     known = read_arrays(path)
     if not known:
-        tell("derivatives of the nominal scenario, computed once")
+        progress("derivatives of the nominal scenario, computed once")
         known = _nominal(reference, frames)
         _write(path, known)
     with suppress(OSError):
@@ -166,13 +166,13 @@ def rows_between(forward: Forward) -> int:
     return max(1, round(forward.evidence.scenario.output_rate / min(forward.evidence.rates.values())))
 
 
-def _reference(evidence: Evidence, alignment: Alignment, frames: Frames) -> tuple[Forward, np.ndarray]:
+def _reference(evidence: Evidence, registration: Registration, frames: Frames) -> tuple[Forward, np.ndarray]:
     """The run whose bank serves: the scenario's own where the recording is like it, else the recording's."""
     scenario = evidence.scenario
     time_, measured, scale = evidence.speed
     nominal = np.interp(time_, *scenario.speed.knots(evidence.duration))
-    measured = alignment.scale * measured
-    here = alignment.start + _way(time_, measured)
+    measured = registration.scale * measured
+    here = registration.start + _way(time_, measured)
     there = scenario.start + _way(time_, nominal)
     late = np.interp(frames.middles, time_, (here - there) / np.maximum(nominal, 0.5))
     alike = np.abs(measured / np.maximum(nominal, 0.1) - 1.0).max() < SPEED_APART and np.abs(late).max() < APART
@@ -181,8 +181,8 @@ def _reference(evidence: Evidence, alignment: Alignment, frames: Frames) -> tupl
         if not _the_file(evidence, track):
             track = as_surveyed(track, evidence.track_errors, SEED)
         plain = replace(evidence, track=track, speed=(time_, nominal, scale))
-        return forward_over(plain, Alignment(scenario.start)), late
-    return forward_over(evidence, alignment), np.zeros_like(late)
+        return forward_over(plain, Registration(scenario.start)), late
+    return forward_over(evidence, registration), np.zeros_like(late)
 
 
 def _the_file(evidence: Evidence, nominal: Track) -> bool:
@@ -267,7 +267,7 @@ def _digest(reference: Forward, frames: Frames) -> str:
             "track_errors": e.track_errors.model_dump(mode="json"),
             "track_estimated": e.track_estimated,
             "speed": [np.round(one, 6).tolist() for one in e.speed[:2]] + [e.speed[2]],
-            "start": [reference.alignment.start, reference.alignment.scale],
+            "start": [reference.registration.start, reference.registration.scale],
             "sensors": [sensor.model_dump(mode="json") for sensor in e.sensors],
             "channels": [[name, e.rates[name]] for name in e.channels],
             "frames": [len(frames.starts), frames.length, len(frames.frequencies)],

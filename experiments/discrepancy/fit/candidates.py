@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 
-from railsim.effects.interface import Effect, Parameter, Prior
+from railsim.effects.interface import Effect, Parameter, ParameterPrior
 from railsim.effects.sensor_changes import FilterEffect
 from railsim.scenario import effect_kinds
 from railsim.spec import Role
@@ -56,7 +56,7 @@ class Context:
         if limits is None:
             return parameter
         low, high = max(limits[0], parameter.low), min(limits[1], parameter.high)
-        return parameter._replace(low=low, high=high, prior=Prior(0.5 * (low + high), math.inf))
+        return parameter._replace(low=low, high=high, prior=ParameterPrior(0.5 * (low + high), math.inf))
 
 
 @dataclass(frozen=True)

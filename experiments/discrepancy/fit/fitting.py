@@ -33,6 +33,7 @@ from experiments.discrepancy.fit.journal import Journal, key_of
 from experiments.discrepancy.fit.products import WEIGHT, added, normal_equations
 from experiments.discrepancy.fit.recent import Recent
 from experiments.discrepancy.fit.scores import Shares, bounded_step
+from experiments.discrepancy.progress import Progress, silent
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
 
@@ -321,13 +322,13 @@ def _linearised(problem: Problem, fit: Fit, alike: float) -> Fit:
     return replace(fit, columns=columns, jacobian=problem.whitened_columns(columns))
 
 
-def improved(
-    problem: Problem, fit: Fit, tell: Callable[[str], None] = lambda text: None, level: float = math.inf
-) -> Fit:
+def improved(problem: Problem, fit: Fit, progress: Progress = silent, level: float = math.inf) -> Fit:
     """The fit's maximum of the posterior on training frames; given up where its cost will not come down to `level`."""
     numbers = () if math.isinf(level) else (np.array(level),)
     fit = _kept(problem, "improved", fit, fit.candidates, numbers, lambda: _improved(problem, fit, level))
-    tell(f"fitted {', '.join(one.label for one in fit.candidates) or 'nuisances'}: cost {fit.cost(problem.train):.0f}")
+    progress(
+        f"fitted {', '.join(one.label for one in fit.candidates) or 'nuisances'}: cost {fit.cost(problem.train):.0f}"
+    )
     return fit
 
 
@@ -379,7 +380,7 @@ def _kept(
         return make()
     forward = problem.forward
     labels = [one.label for one in (*start.candidates, *candidates)]
-    where = repr((what, forward.engine, forward.law, forward.alignment, labels))
+    where = repr((what, forward.engine, forward.law, forward.registration, labels))
     own = (start.z, start.shares, start.residual, start.columns, problem.white.inverse)
 
     def arrays() -> dict[str, np.ndarray]:

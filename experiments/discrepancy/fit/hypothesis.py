@@ -1,7 +1,7 @@
 """Hypothesis: none, one or more effects with free numbers beside all nuisances, fitted together; and its evidence."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,13 +10,13 @@ from experiments.discrepancy.fit.candidates import Candidate, is_threshold
 from experiments.discrepancy.fit.fitting import Fit, Problem, improved, with_candidates
 from experiments.discrepancy.fit.products import WEIGHT, normal_equations
 from experiments.discrepancy.fit.scores import Shares, value_at
+from experiments.discrepancy.progress import Progress
 from railsim.effects.interface import Effect, Parameter
 from railsim.errors import InputError
 
 DROPPED = 3
 WORTH_NAMING = 0.5  # of the smallest size that its kind says is worth naming
 OWN_ERROR = 0.05  # of an effect's size, what the model is wrong by in all sections alike; read from development cases
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def hypothesis(
     null: Fit,
     candidates: tuple[Candidate, ...],
     starts: Sequence[Start],
-    tell: Tell,
+    progress: Progress,
     level: float = math.inf,
 ) -> Hypothesis | None:
     """Fitted from the best of some starts (nuisances, numbers of each effect), given up where its cost will not come
@@ -89,9 +89,9 @@ def hypothesis(
         each = {(z.tobytes(), repr(values)): (z, shares.of(values)) for z, values in starts}
         begun = with_candidates(problem, null, candidates, list(each.values()))
     except InputError as error:
-        tell(f"{' + '.join(one.label for one in candidates)}: {error}")
+        progress(f"{' + '.join(one.label for one in candidates)}: {error}")
         return None
-    return concluded(problem, improved(problem, begun, tell, level))
+    return concluded(problem, improved(problem, begun, progress, level))
 
 
 def concluded(problem: Problem, fit: Fit) -> Hypothesis:
@@ -109,9 +109,9 @@ def concluded(problem: Problem, fit: Fit) -> Hypothesis:
     return Hypothesis(replace(fit, jacobian=None), covariance, log_evidence)
 
 
-def again(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
+def again(problem: Problem, one: Hypothesis, progress: Progress) -> Hypothesis:
     """Fitted on under another statement of the noise."""
-    return concluded(problem, improved(problem, one.fit.rewhitened(problem), tell))
+    return concluded(problem, improved(problem, one.fit.rewhitened(problem), progress))
 
 
 def robust_evidence(problem: Problem, one: Hypothesis, null: Hypothesis) -> float:

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from railsim.cache import cache_folder
 
-STAGES = ("align", "derivatives", "nuisances", "signatures", "fits", "further effects", "last run")
+STAGES = ("registration", "derivatives", "nuisances", "signatures", "fits", "further effects", "last run")
 _BEGINS = (
-    ("derivatives", re.compile(r"derivatives of|aligned")),
+    ("derivatives", re.compile(r"derivatives of|registered")),
     ("nuisances", re.compile(r"fitted nuisances")),
     ("signatures", re.compile(r"\d+ of \d+ cells|signatures of")),
     ("fits", re.compile(r".*: [+-][\d.]+ nats|fitted (?!nuisances)")),

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.baseline.alignment import align
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.forward import Forward, forward_over
 from experiments.discrepancy.baseline.frames import frames_of, held_out, stack
 from experiments.discrepancy.baseline.parallel import in_parallel
+from experiments.discrepancy.baseline.registration import register
 from experiments.discrepancy.fit.fitting import Problem, cost
-from experiments.discrepancy.fit.hypothesis import Tell
 from experiments.discrepancy.fit.products import WEIGHT
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.result.adding import Gaps
 from experiments.discrepancy.select.decide import rms
 from experiments.discrepancy.workflow import Findings
@@ -52,7 +52,7 @@ class Elsewhere:
         }
 
 
-def run_elsewhere(name: str, evidence: Evidence, findings: Findings, tell: Tell) -> Elsewhere:
+def run_elsewhere(name: str, evidence: Evidence, findings: Findings, progress: Progress) -> Elsewhere:
     """Gaps of a further recording.
 
     Raises
@@ -71,13 +71,13 @@ def run_elsewhere(name: str, evidence: Evidence, findings: Findings, tell: Tell)
     gaps = Gaps(*(rms(problem, problem.whitened(problem.measured - one)) for one in states))
     speed = float(np.median(evidence.speed[1]))
     found = f"gap {gaps.before:.2f}, nuisances only {gaps.nuisance_only:.2f}, after {gaps.after:.2f}"
-    tell(f"{name}, {speed:.1f} m/s: {found}")
+    progress(f"{name}, {speed:.1f} m/s: {found}")
     return Elsewhere(name, speed, round(evidence.duration, 2), gaps)
 
 
 def problem_of(evidence: Evidence, findings: Findings) -> Problem:
-    """The recording, aligned, with the noise of the model that was found."""
-    forward = forward_over(evidence, align(evidence), law=findings.problem.forward.law)
+    """The recording, registered, with the noise of the model that was found."""
+    forward = forward_over(evidence, register(evidence), law=findings.problem.forward.law)
     frames = frames_of(evidence.duration, min(evidence.slowest, *evidence.rates.values()))
     train, test = held_out(frames)
     measured = stack(frames, evidence.channels, evidence.samples, evidence.rates)

@@ -5,12 +5,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from experiments.discrepancy.baseline.alignment import align
 from experiments.discrepancy.baseline.estimated_track import given_track
 from experiments.discrepancy.baseline.evidence import NO_TRACK, Evidence, GivenTrack, gather
 from experiments.discrepancy.baseline.parallel import one_thread_each
-from experiments.discrepancy.fit.hypothesis import Tell
+from experiments.discrepancy.baseline.registration import register
 from experiments.discrepancy.fit.journal import Journal, journal_of
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.result.adding import gaps, predicted_after, write_model
 from experiments.discrepancy.result.elsewhere import named, run_elsewhere
 from experiments.discrepancy.result.report import write_report
@@ -31,7 +31,7 @@ def explain(
     recording: Path,
     scenario: Scenario,
     folder: Path,
-    tell: Tell,
+    progress: Progress,
     *,
     track: str | None = None,
     only: Sequence[str] | None = None,
@@ -56,16 +56,18 @@ def explain(
     evidence = gather(recording, scenario, given)
     others = {name: _further(one, scenario, given) for name, one in named(further).items()}
     with _going_on(evidence, sorted(only or [])) as journal, write_folder_atomically(folder) as aside:
-        findings = investigate(evidence, tell, only, journal=journal)
-        tell(f"last run by the {engine} engine")
+        findings = investigate(evidence, progress, only, journal=journal)
+        progress(f"last run by the {engine} engine")
         after = predicted_after(findings, engine)
         whole, channels = gaps(findings, after)
         found = verdict(findings, whole, channels)
-        found["held_out_recordings"] = [run_elsewhere(n, one, findings, tell).plain() for n, one in others.items()]
-        found["separated_by"] = _separated(findings, tell)
+        found["held_out_recordings"] = [run_elsewhere(n, one, findings, progress).plain() for n, one in others.items()]
+        found["separated_by"] = _separated(findings, progress)
         found = rounded(found)
-        alignment = findings.problem.forward.alignment
-        write_model(aside, evidence, alignment.start, alignment.scale, (*scenario.effects, *findings.final.effects))
+        registration = findings.problem.forward.registration
+        write_model(
+            aside, evidence, registration.start, registration.scale, (*scenario.effects, *findings.final.effects)
+        )
         write_json(aside / VERDICT, found)
         write_report(aside, recording.name, findings, found, after)
     return found
@@ -94,12 +96,12 @@ def _further(recording: str, scenario: Scenario, given: GivenTrack) -> Evidence:
     """A recording that takes no part; what is wrong with it is said before anything is fitted."""
     try:
         evidence = gather(recording, scenario, given)
-        align(evidence)
+        register(evidence)
     except InputError as error:
         raise InputError(f"--held-out {recording}: {error}") from None
     return evidence
 
 
-def _separated(findings: Findings, tell: Tell) -> list[dict[str, Any]]:
+def _separated(findings: Findings, progress: Progress) -> list[dict[str, Any]]:
     """What would tell the classes of an ambiguous verdict apart; empty for others."""
-    return [one.plain() for one in separating(findings, tell)] if findings.decision.status == "ambiguous" else []
+    return [one.plain() for one in separating(findings, progress)] if findings.decision.status == "ambiguous" else []

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.discrepancy.baseline.evidence import KINDS, Evidence
-from experiments.discrepancy.baseline.forward import Alignment, forward_over
+from experiments.discrepancy.baseline.forward import Registration, forward_over
 from experiments.discrepancy.baseline.frames import frames_of, held_out
 from experiments.discrepancy.baseline.noise import SEED
 from experiments.discrepancy.baseline.parallel import one_thread_each
@@ -17,8 +17,8 @@ from experiments.discrepancy.baseline.surveyed import as_surveyed
 from experiments.discrepancy.fit.bank import open_bank
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Problem, starting_fit
-from experiments.discrepancy.fit.hypothesis import Tell
 from experiments.discrepancy.fit.products import WEIGHT
+from experiments.discrepancy.progress import Progress, silent
 from experiments.discrepancy.result.verdict import detectable
 from experiments.discrepancy.screen.projection import Projection
 from experiments.discrepancy.screen.screening import screen
@@ -55,24 +55,24 @@ class Plan:
 
 
 @one_thread_each
-def make_plan(scenario: Scenario, tell: Tell, only: Sequence[str] | None = None) -> Plan:
+def make_plan(scenario: Scenario, progress: Progress, only: Sequence[str] | None = None) -> Plan:
     """Signatures of all effects on the nominal scenario, with its sensors, its track and its survey's errors.
 
     Raises
     ------
     InputError : no sensor that is compared.
     """
-    problem = nominal_problem(scenario, tell)
+    problem = nominal_problem(scenario, progress)
     fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
     middle = 0.5 * problem.evidence.duration
     speed = float(np.median(problem.evidence.speed[1]))
-    spot = (problem.forward.alignment.start + speed * middle, middle)
+    spot = (problem.forward.registration.start + speed * middle, middle)
     names = tuple(name.split(" [")[0] for name in problem.evidence.channels)
-    reach = (problem.forward.alignment.start, problem.forward.alignment.start + speed * problem.evidence.duration)
+    reach = (problem.forward.registration.start, problem.forward.registration.start + speed * problem.evidence.duration)
     context = Context(names, reach, (0.0, problem.evidence.duration), (spot,))
     chosen = _one_variant([one for one in candidates(context) if only is None or one.name in only])
-    tell(f"signatures of {len({one.name for one in chosen})} effects")
-    screened = screen(problem, fit, chosen, tell)
+    progress(f"signatures of {len({one.name for one in chosen})} effects")
+    screened = screen(problem, fit, chosen, progress)
     sizes = detectable(tuple(screened))
     projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     found: dict[str, np.ndarray] = {}
@@ -100,7 +100,7 @@ def _one_variant(chosen: Sequence[Candidate]) -> list[Candidate]:
     return list(first.values())
 
 
-def nominal_problem(scenario: Scenario, tell: Tell = lambda text: None) -> Problem:
+def nominal_problem(scenario: Scenario, progress: Progress = silent) -> Problem:
     """A problem whose measurement is the nominal model itself, as its sensors give it without errors.
 
     Raises
@@ -118,12 +118,12 @@ def nominal_problem(scenario: Scenario, tell: Tell = lambda text: None) -> Probl
     errors: TrackErrors = scenario.track_errors
     track = as_surveyed(scenario.geometry, errors, SEED)
     evidence = Evidence(scenario, channels, empty, rates, sensors, track, errors, True, (time, speed, 0.01), ())
-    forward = forward_over(evidence, Alignment(scenario.start))
+    forward = forward_over(evidence, Registration(scenario.start))
     frames = frames_of(evidence.duration, min(rates.values()))
     train, test = held_out(frames)
     z = np.zeros(len(forward.nuisances))
     prediction = forward.predict(z)
-    bank = open_bank(evidence, forward.alignment, frames, tell)
+    bank = open_bank(evidence, forward.registration, frames, progress)
     blank = Problem(forward, frames, np.zeros((*frames.shape, len(channels)), complex), train, test, bank)
     measured = blank.stacked(prediction)
     return replace(blank, measured=measured).with_covariance(measured, bank.propagated)

@@ -119,9 +119,9 @@ def _figures(findings: Findings, after: np.ndarray) -> dict[str, tuple[str, Figu
 def distance(findings: Findings) -> np.ndarray:
     """Distance of the middle of each frame [m]."""
     time, speed, _ = findings.problem.evidence.speed
-    alignment = findings.problem.forward.alignment
+    registration = findings.problem.forward.registration
     way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
-    return alignment.start + alignment.scale * np.interp(findings.problem.frames.middles, time, way)
+    return registration.start + registration.scale * np.interp(findings.problem.frames.middles, time, way)
 
 
 def _picture(folder: Path, name: str, figure: Figure) -> str:

@@ -12,8 +12,8 @@ import numpy as np
 
 from experiments.discrepancy.baseline.evidence import KINDS
 from experiments.discrepancy.fit.fitting import Fit, Problem, starting_fit
-from experiments.discrepancy.fit.hypothesis import Tell
 from experiments.discrepancy.fit.products import WEIGHT
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.result.planning import nominal_problem
 from experiments.discrepancy.screen.projection import Projection
 from experiments.discrepancy.select.decide import ENOUGH, IN_SET
@@ -47,7 +47,7 @@ class Option:
         return {"with": self.label, "nats": round(self.nats, 1), "separates": self.nats >= ENOUGH}
 
 
-def separating(findings: Findings, tell: Tell) -> list[Option]:
+def separating(findings: Findings, progress: Progress) -> list[Option]:
     """The recording's own sensors first, then what would help, the best first; empty where there are no two classes."""
     rivals = rivals_of(findings)
     if len(rivals) < 2:
@@ -55,12 +55,12 @@ def separating(findings: Findings, tell: Tell) -> list[Option]:
     evidence = findings.problem.evidence
     own = evidence.scenario.but(sensors=evidence.sensors, duration=min(LONGEST, evidence.duration))
     extra = further_sensors(own)
-    tell(f"which of {len(extra)} further sensors or {len(SPEEDS)} speeds would tell {len(rivals)} classes apart")
-    found = _with_sensors(own, extra, rivals, tell)
+    progress(f"which of {len(extra)} further sensors or {len(SPEEDS)} speeds would tell {len(rivals)} classes apart")
+    found = _with_sensors(own, extra, rivals, progress)
     base, others = found[0], found[1:]
     for scenario, label in _other_runs(own):
         with suppress(InputError):
-            others.append(Option(label, closest_evidence(nominal_problem(scenario, tell), rivals)))
+            others.append(Option(label, closest_evidence(nominal_problem(scenario, progress), rivals)))
     return [base, *sorted(others, key=lambda one: -one.nats)]
 
 
@@ -89,7 +89,9 @@ def further_sensors(scenario: Scenario) -> list[Sensor]:
     return list(found.values())
 
 
-def _with_sensors(own: Scenario, extra: Sequence[Sensor], rivals: Sequence[tuple[Effect, ...]], tell: Tell) -> list:
+def _with_sensors(
+    own: Scenario, extra: Sequence[Sensor], rivals: Sequence[tuple[Effect, ...]], progress: Progress
+) -> list:
     """Expected evidence with the sensors that there are, and with each further one, from one run of all together."""
     taken: list[Sensor] = []
     names = {name for sensor in own.sensors for name in sensor.channels()}
@@ -97,7 +99,7 @@ def _with_sensors(own: Scenario, extra: Sequence[Sensor], rivals: Sequence[tuple
         if not names & set(sensor.channels()):
             taken.append(sensor)
             names |= set(sensor.channels())
-    problem = nominal_problem(own.but(sensors=(*own.sensors, *taken)), tell)
+    problem = nominal_problem(own.but(sensors=(*own.sensors, *taken)), progress)
     changes = [_change(problem, effects) for effects in rivals]
     base = {name for sensor in own.sensors for name in sensor.channels()}
     found = [Option("the sensors that there are", closest_evidence(with_channels(problem, base), rivals, changes))]

@@ -184,7 +184,7 @@ def _regimes(problem: Problem, strip: np.ndarray) -> dict[str, float]:
     at = problem.frames.middles
     here = np.interp(at, time, speed)
     travelled = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
-    s = problem.forward.alignment.start + np.interp(at, time, travelled)
+    s = problem.forward.registration.start + np.interp(at, time, travelled)
     track = problem.evidence.track
     curvature = np.interp(s, track.s, track.curvature)
     change = np.interp(s, track.s, np.gradient(track.curvature, track.s)) * here

@@ -42,7 +42,7 @@ def distance_at(problem: Problem, times: np.ndarray) -> np.ndarray:
     forward = problem.forward
     knots, speed, _ = forward.evidence.speed
     way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(knots))])
-    return forward.alignment.start + forward.alignment.scale * np.interp(times, knots, way)
+    return forward.registration.start + forward.registration.scale * np.interp(times, knots, way)
 
 
 def distance_of(problem: Problem, count: int) -> np.ndarray:

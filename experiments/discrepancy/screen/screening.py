@@ -6,7 +6,7 @@ with a place or a time of their own are run for this recording.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from experiments.discrepancy.baseline.parallel import in_parallel
 from experiments.discrepancy.fit.candidates import Candidate, in_tune, settings_of
 from experiments.discrepancy.fit.fitting import Fit, Problem
 from experiments.discrepancy.fit.scores import logarithmic
+from experiments.discrepancy.progress import Progress, silent
 from experiments.discrepancy.screen.filters import forms
 from experiments.discrepancy.screen.gusts import put_together
 from experiments.discrepancy.screen.places import distance_at
@@ -58,9 +59,7 @@ class Screened:
     detect: float
 
 
-def screen(
-    problem: Problem, fit: Fit, found: Sequence[Candidate], tell: Callable[[str], None] = lambda text: None
-) -> list[Screened]:
+def screen(problem: Problem, fit: Fit, found: Sequence[Candidate], progress: Progress = silent) -> list[Screened]:
     """All candidates at all of their sizes (of what turns with a wheel at the best phase).
 
     Raises
@@ -72,7 +71,7 @@ def screen(
     projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     found = in_tune(found)
     banked = [(one, values) for one in found if not one.local for values in one.banked()]
-    problem.bank.fill(banked, tell)
+    problem.bank.fill(banked, progress)
     turned = [job for job in banked if _turns(*job)]
     plain = [job for job in banked if not _turns(*job)]
     batches = [plain[first : first + TOGETHER] for first in range(0, len(plain), TOGETHER)]
@@ -128,7 +127,7 @@ def _blows(
     """
     white = np.stack([whitened(problem, part) for part in signature])
     forward = problem.forward
-    speed = forward.alignment.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
+    speed = forward.registration.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
     metres = float(getattr(forward.evidence.scenario.vehicle, "wheel_radius", 0.5))
     rate = forward.evidence.scenario.output_rate
     name = candidate.phases[0]
@@ -164,7 +163,7 @@ def turned_forms(problem: Problem, candidate: Candidate, values: dict[str, float
         return [(values, None), *_detuned(problem, candidate, values)]
     free = candidate.parameters[name]
     forward = problem.forward
-    speed = forward.alignment.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
+    speed = forward.registration.scale * np.interp(problem.frames.middles, *forward.evidence.speed[:2])
     found: list[tuple[dict[str, float], np.ndarray | None]] = []
     for change in aside:
         late = change * metres / speed if metres else np.full(len(speed), change)

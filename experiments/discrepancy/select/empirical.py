@@ -12,13 +12,14 @@ from scipy.interpolate import PchipInterpolator
 
 from experiments.discrepancy.fit.candidates import Candidate, Context
 from experiments.discrepancy.fit.fitting import Fit, Problem, restarted, starting_fit
-from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, hypothesis
+from experiments.discrepancy.fit.hypothesis import Hypothesis, hypothesis
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.screen.latent import LatentForce, latent_forces
 from experiments.discrepancy.select.decide import LARGE, held_out_gap
 from experiments.discrepancy.select.refining import polished, something_left
 from experiments.discrepancy.select.starts import at_home
 from railsim.effects.empirical_force import EmpiricalForce
-from railsim.effects.interface import Effect, Parameter, Prior
+from railsim.effects.interface import Effect, Parameter, ParameterPrior
 from railsim.model import TRACK, Model
 
 STARTS = (0.7, 1.5)  # of the curve, which the smoother shrinks
@@ -60,7 +61,7 @@ class TabledLaw(Candidate):
     @property
     def parameters(self) -> dict[str, Parameter]:
         """Force at each state."""
-        far, prior = REACH * self.size, Prior(0.0, self.size)
+        far, prior = REACH * self.size, ParameterPrior(0.0, self.size)
         one = Parameter("N or N m", -far, far, 0.0, 0.0, 0.1 * self.size, prior)
         return {f"force{number}": one for number in range(len(self.states))}
 
@@ -134,7 +135,7 @@ def _same(one: LatentForce, other: LatentForce) -> bool:
 
 
 def fit_empirical(
-    problem: Problem, null: Hypothesis, named: Hypothesis, context: Context, tell: Tell
+    problem: Problem, null: Hypothesis, named: Hypothesis, context: Context, progress: Progress
 ) -> tuple[Hypothesis, LatentForce] | None:
     """The best of the places' laws, fitted with all nuisances, and where it acts; None where none helps. Where
     nuisances alone have been bent far, forces are looked for beside the nominal build first; before that, beside the
@@ -149,24 +150,24 @@ def fit_empirical(
     best: tuple[Hypothesis, LatentForce] | None = None
     for base, motion in bases:
         for force in likely_forces(problem, base, motion)[:CURVES]:
-            fitted = _fitted(problem, base, context, force, tell)
+            fitted = _fitted(problem, base, context, force, progress)
             if fitted is None or held_out_gap(problem, fitted.fit) >= gap:
                 continue
-            tell(f"{fitted.label}: {fitted.log_evidence - null.log_evidence:+.1f} nats")
+            progress(f"{fitted.label}: {fitted.log_evidence - null.log_evidence:+.1f} nats")
             if best is None or fitted.log_evidence > best[0].log_evidence:
                 best = fitted, force
         if best is not None and not something_left(problem, best[0]):
             break
     if best is not None and something_left(problem, best[0]):
-        return polished(problem, best[0], tell), best[1]
+        return polished(problem, best[0], progress), best[1]
     return best
 
 
-def _fitted(problem: Problem, base: Fit, context: Context, force: LatentForce, tell: Tell) -> Hypothesis | None:
+def _fitted(problem: Problem, base: Fit, context: Context, force: LatentForce, progress: Progress) -> Hypothesis | None:
     """The law of a force, from where it was found."""
     begun = tabled_law(context, force, problem.forward.setup(base.z).model)
     if begun is None:
         return None
     law, values = begun
     starts = [(base.z, [{name: size * value for name, value in values.items()}]) for size in STARTS]
-    return hypothesis(problem, base, (law,), starts, tell)
+    return hypothesis(problem, base, (law,), starts, progress)

@@ -13,8 +13,9 @@ from scipy.optimize import minimize, minimize_scalar
 
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Problem, at_values, restarted, with_candidates
-from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, concluded, hypothesis
+from experiments.discrepancy.fit.hypothesis import Hypothesis, concluded, hypothesis
 from experiments.discrepancy.fit.scores import Shares
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.screen.places import distance_at
 from experiments.discrepancy.screen.placing import matched
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap
@@ -29,24 +30,24 @@ FIRST_STEPS = 4.0  # of what a number is varied by for a derivative, with which 
 MOST_RUNS = 80  # of the model for that
 
 
-def moved(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+def moved(problem: Problem, made: Hypothesis, progress: Progress) -> Hypothesis:
     """One effect with its place found anew, where it leaves something."""
-    return shown_held_out(problem, _other_ends(problem, made, tell), tell)
+    return shown_held_out(problem, _other_ends(problem, made, progress), progress)
 
 
-def _other_ends(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+def _other_ends(problem: Problem, made: Hypothesis, progress: Progress) -> Hypothesis:
     """With the ends of a stretch elsewhere, as long as it leaves something and that brings something."""
     while something_left(problem, made):
         starts = [(made.fit.z, [values]) for values in with_other_ends(made.candidate, made.values[0])]
-        other = hypothesis(problem, made.fit, made.candidates, starts, tell) if starts else None
+        other = hypothesis(problem, made.fit, made.candidates, starts, progress) if starts else None
         if other is None or other.log_evidence < made.log_evidence + ENOUGH:
             break
-        tell(f"{other.label}, ends elsewhere: {other.log_evidence - made.log_evidence:+.1f} nats")
+        progress(f"{other.label}, ends elsewhere: {other.log_evidence - made.log_evidence:+.1f} nats")
         made = other
     return made
 
 
-def everywhere(problem: Problem, made: Hypothesis, found: Sequence[Candidate], tell: Tell) -> Hypothesis:
+def everywhere(problem: Problem, made: Hypothesis, found: Sequence[Candidate], progress: Progress) -> Hypothesis:
     """With a stretch that covers the whole way, but for what its first and its last section see alone, as the effect of
     those `found` that acts everywhere; the same where there is none.
     """
@@ -59,10 +60,10 @@ def everywhere(problem: Problem, made: Hypothesis, found: Sequence[Candidate], t
         now = [*made.values]
         now[number] = {name: values[name] for name in whole.parameters}
         candidates = tuple(whole if other == number else one for other, one in enumerate(made.candidates))
-        other = hypothesis(problem, made.fit, candidates, [(made.fit.z, now)], tell)
+        other = hypothesis(problem, made.fit, candidates, [(made.fit.z, now)], progress)
         if other is not None and other.log_evidence > made.log_evidence - ENOUGH:
-            tell(f"{made.label} covers the whole way: {other.label}")
-            return everywhere(problem, other, found, tell)
+            progress(f"{made.label} covers the whole way: {other.label}")
+            return everywhere(problem, other, found, progress)
     return made
 
 
@@ -72,17 +73,19 @@ def _covers(candidate: Candidate, values: dict[str, float], s: np.ndarray) -> bo
     return bool(begin <= s[1] and end >= s[-2])
 
 
-def shown_held_out(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+def shown_held_out(problem: Problem, made: Hypothesis, progress: Progress) -> Hypothesis:
     """A row of joints or a dip with the numbers that held-out sections show, where it leaves much there: what lies in a
     held-out section is seen there only. Those sections are then no test of these numbers.
     """
     if len(made.candidates) > 1 or not made.candidate.short or held_out_gap(problem, made.fit) < LARGE:
         return made
-    found = _respaced(problem, made, tell) if made.candidate.number("spacing") else _deepened(problem, made, tell)
+    found = (
+        _respaced(problem, made, progress) if made.candidate.number("spacing") else _deepened(problem, made, progress)
+    )
     return found if held_out_gap(problem, found.fit) < held_out_gap(problem, made.fit) else made
 
 
-def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+def _respaced(problem: Problem, made: Hypothesis, progress: Progress) -> Hypothesis:
     """With another first joint and spacing, the joint that training sections hold where it is."""
     values = made.values[0]
     s = distance_at(problem, problem.frames.middles)
@@ -113,11 +116,11 @@ def _respaced(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
         lambda metres: worth(before, metres), bounds=(near - step, near + step), options={"xatol": FINE}
     )
     other = concluded(problem, at_values(problem, made.fit, [at(before, float(found.x))]))
-    tell(f"{other.label}, first joint and spacing by held-out sections: {other.values[0]}")
+    progress(f"{other.label}, first joint and spacing by held-out sections: {other.values[0]}")
     return other
 
 
-def _deepened(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
+def _deepened(problem: Problem, made: Hypothesis, progress: Progress) -> Hypothesis:
     """A dip of which training sections see an end only, with its numbers by all sections."""
     shares = Shares(made.candidates)
     seen = problem.train | problem.test
@@ -142,7 +145,7 @@ def _deepened(problem: Problem, made: Hypothesis, tell: Tell) -> Hypothesis:
     )
     fit = with_candidates(problem, made.fit, made.candidates, [(made.fit.z, found.x)])
     other = concluded(problem, fit)
-    tell(f"{other.label}, by all sections: {other.values[0]}")
+    progress(f"{other.label}, by all sections: {other.values[0]}")
     return replace(other, covariance=concluded(problem.but(train=seen), fit).covariance)
 
 

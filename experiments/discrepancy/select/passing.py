@@ -11,8 +11,9 @@ import numpy as np
 
 from experiments.discrepancy.fit.candidates import Candidate
 from experiments.discrepancy.fit.fitting import Fit, Problem, improved, linearised, starting_fit
-from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again, concluded, hypothesis
+from experiments.discrepancy.fit.hypothesis import Hypothesis, again, concluded, hypothesis
 from experiments.discrepancy.fit.products import WEIGHT
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.screen.screening import Screened, screen
 from experiments.discrepancy.screen.spectra import Sized, by_power
 from experiments.discrepancy.select.decide import ENOUGH, LARGE, held_out_gap
@@ -28,39 +29,41 @@ FEW = 2  # runs over perturbed tracks for each
 RIVALS = 2  # fits so far that are fitted on with the noise of the likeliest
 
 
-def with_passing(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
+def with_passing(stand: Stand, found: Sequence[Candidate], progress: Progress) -> Stand:
     """With the effect that is likeliest with the noise that it passes on itself, where all that was fitted leaves much
     and this one takes it; all is then held against each other with that noise.
     """
     problem, null = stand.problem, stand.null
     if held_out_gap(problem, null.fit) < LARGE or held_out_gap(problem, stand.best.fit) < LARGE:
         return stand
-    if not time_for(problem, "law", "effects with the noise that they pass on", tell):
+    if not time_for(problem, "law", "effects with the noise that they pass on", progress):
         return stand
     meter = problem.forward.meter
     spent = meter.spent
-    stand = _held_against(stand, found, tell)
+    stand = _held_against(stand, found, progress)
     meter.add(spent - meter.spent)  # what is rarely needed takes no time from what always is
     return stand
 
 
-def _held_against(stand: Stand, found: Sequence[Candidate], tell: Tell) -> Stand:
+def _held_against(stand: Stand, found: Sequence[Candidate], progress: Progress) -> Stand:
     problem, null = stand.problem, stand.null
     home = at_home(problem, null.fit)
     try:
-        first = _likeliest(problem, home, found, null, tell)
-        made = None if first is None else _fitted(problem, home, first, tell)
+        first = _likeliest(problem, home, found, null, progress)
+        made = None if first is None else _fitted(problem, home, first, progress)
     except InputError as error:  # on one of the tracks that it may be
-        tell(f"noise of its own: {error}")
+        progress(f"noise of its own: {error}")
         return stand
     if made is None:
         return stand
     problem, one = made
     most = sorted(stand.fitted, key=lambda other: -other.log_evidence)
     others = [other for other in most if other.classes != one.classes][:RIVALS]
-    better = Stand(problem, again(problem, null, tell), [one, *(again(problem, other, tell) for other in others)])
+    better = Stand(
+        problem, again(problem, null, progress), [one, *(again(problem, other, progress) for other in others)]
+    )
     gain = one.log_evidence - better.null.log_evidence
-    tell(f"{one.label}, with the noise that it passes on: {gain:+.1f} nats")
+    progress(f"{one.label}, with the noise that it passes on: {gain:+.1f} nats")
     return better if gain > ENOUGH and better.most is one else stand
 
 
@@ -78,7 +81,7 @@ def likelihood_of_own(problem: Problem, z: np.ndarray, effects: tuple[Effect, ..
 
 
 def _likeliest(
-    problem: Problem, home: np.ndarray, found: Sequence[Candidate], null: Hypothesis, tell: Tell
+    problem: Problem, home: np.ndarray, found: Sequence[Candidate], null: Hypothesis, progress: Progress
 ) -> Sized | None:
     """Of the sizes that give the channels their power, the likeliest; None where nuisances alone are likelier."""
     base = starting_fit(problem, home)
@@ -93,9 +96,9 @@ def _likeliest(
         try:
             here = likelihood_of_own(problem, home, (candidate.build(values),))
         except InputError as error:
-            tell(f"{candidate.label}: {error}")
+            progress(f"{candidate.label}: {error}")
             continue
-        tell(f"{candidate.label} {_shown(values)}, with the noise that it passes on: {here - most:+.0f} nats")
+        progress(f"{candidate.label} {_shown(values)}, with the noise that it passes on: {here - most:+.0f} nats")
         if here > most:
             best, most = (candidate, values), here
     return best
@@ -126,20 +129,20 @@ def _best_seen(problem: Problem, base: Fit, found: Sequence[Candidate]) -> dict[
     return {one.candidate.label: one for one in screened}
 
 
-def _fitted(problem: Problem, home: np.ndarray, first: Sized, tell: Tell) -> tuple[Problem, Hypothesis] | None:
+def _fitted(problem: Problem, home: np.ndarray, first: Sized, progress: Progress) -> tuple[Problem, Hypothesis] | None:
     """The effect fitted from the nominal build with the noise that it passes on, and again with that of the fit."""
     candidate, values = first
     problem = problem.with_noise(home, (candidate.build(values),))
     base = starting_fit(problem, home)
     one = _best_seen(problem, base, [candidate]).get(candidate.label)
     sizes = [values] if one is None else [values, one.values, *all_sizes(one)]
-    made = hypothesis(problem, base, (candidate,), [(home, [each]) for each in sizes], tell)
+    made = hypothesis(problem, base, (candidate,), [(home, [each]) for each in sizes], progress)
     if made is None:
         return None
     for _ in range(ROUNDS):
         problem = problem.with_noise(made.fit.z, made.fit.effects)
-        before = again(problem, made, tell)
-        made = concluded(problem, improved(problem, linearised(problem, before.fit), tell))
+        before = again(problem, made, progress)
+        made = concluded(problem, improved(problem, linearised(problem, before.fit), progress))
         if made.log_evidence < before.log_evidence + WORTH:
             made = max(made, before, key=lambda each: each.log_evidence)
             break

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from experiments.discrepancy.fit.fitting import Problem, improved, linearised, moved_to, starting_fit
-from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, concluded
+from experiments.discrepancy.fit.hypothesis import Hypothesis, concluded
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.screen.locate import locate
 from experiments.discrepancy.select.decide import LARGE, held_out_gap
 from railsim.errors import InputError
@@ -21,25 +22,25 @@ BUDGET = {"fit": 600.0, "linearise": 1000.0, "law": 1150.0, "further": 1500.0, "
 """Runs of the model after which a stage is not begun any more; what was not tried is said in the verdict."""
 
 
-def nuisances_alone(problem: Problem, z: np.ndarray, tell: Tell, level: float = math.inf) -> Hypothesis:
+def nuisances_alone(problem: Problem, z: np.ndarray, progress: Progress, level: float = math.inf) -> Hypothesis:
     """The fit that all others are compared with; given up where its cost will not come down to `level`."""
-    return concluded(problem, improved(problem, starting_fit(problem, z), tell, level))
+    return concluded(problem, improved(problem, starting_fit(problem, z), progress, level))
 
 
-def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linearise") -> Hypothesis:
+def polished(problem: Problem, one: Hypothesis, progress: Progress, stage: str = "linearise") -> Hypothesis:
     """With derivatives made anew at the hypothesis itself, as long as that brings something and the budget of a stage
     lasts.
     """
     if one.fresh:
         return one
     for _ in range(ROUNDS if held_out_gap(problem, one.fit) < LARGE else 1):
-        if not time_for(problem, stage, f"derivatives at {one.label}", tell):
+        if not time_for(problem, stage, f"derivatives at {one.label}", progress):
             break
-        better = _anew(problem, one, tell)
+        better = _anew(problem, one, progress)
         if better is None:
             break
         gain = better.log_evidence - one.log_evidence
-        tell(f"{one.label}, linearised again: {gain:+.1f} nats")
+        progress(f"{one.label}, linearised again: {gain:+.1f} nats")
         one = better if gain > 0.0 else one
         if gain < WORTH:
             return replace(one, fresh=True)
@@ -48,21 +49,21 @@ def polished(problem: Problem, one: Hypothesis, tell: Tell, stage: str = "linear
     return one
 
 
-def with_own_numbers(problem: Problem, one: Hypothesis, tell: Tell) -> Hypothesis:
+def with_own_numbers(problem: Problem, one: Hypothesis, progress: Progress) -> Hypothesis:
     """The numbers of its effects where derivatives by nuisances that do the same are as new as the effects' own: old
     ones make a spring's factor and the same spring's tolerance seem two things, and intervals too narrow.
     """
-    if not time_for(problem, "end", f"the numbers of {one.label}", tell):
+    if not time_for(problem, "end", f"the numbers of {one.label}", progress):
         return one
-    return _anew(problem, one, tell, ALIKE) or one
+    return _anew(problem, one, progress, ALIKE) or one
 
 
-def _anew(problem: Problem, one: Hypothesis, tell: Tell, alike: float = 0.0) -> Hypothesis | None:
+def _anew(problem: Problem, one: Hypothesis, progress: Progress, alike: float = 0.0) -> Hypothesis | None:
     """Fitted on with derivatives made anew at itself; None where the model does not run there."""
     try:
-        return concluded(problem, improved(problem, linearised(problem, one.fit, alike), tell))
+        return concluded(problem, improved(problem, linearised(problem, one.fit, alike), progress))
     except InputError as error:
-        tell(f"{one.label}: {error}")
+        progress(f"{one.label}: {error}")
         return None
 
 
@@ -78,45 +79,45 @@ def other_laws(problem: Problem) -> list[str]:
     return [name for name in LAWS if law in LAWS and name != law]
 
 
-def under(problem: Problem, one: Hypothesis, tell: Tell, level: float = math.inf) -> Hypothesis | None:
+def under(problem: Problem, one: Hypothesis, progress: Progress, level: float = math.inf) -> Hypothesis | None:
     """A hypothesis fitted on under another problem, given up where its cost will not come down to `level`; None where
     the model does not run.
     """
     try:
-        return concluded(problem, improved(problem, moved_to(problem, one.fit), tell, level))
+        return concluded(problem, improved(problem, moved_to(problem, one.fit), progress, level))
     except InputError as error:
-        tell(f"{one.label}: {error}")
+        progress(f"{one.label}: {error}")
         return None
 
 
-def with_noise_of(problem: Problem, one: Hypothesis, tell: Tell) -> Problem | None:
+def with_noise_of(problem: Problem, one: Hypothesis, progress: Progress) -> Problem | None:
     """The problem with the noise as a hypothesis passes the track's errors on; None where the model does not run on one
     of the tracks that it may be.
     """
     try:
         return problem.with_noise(one.fit.z, one.fit.effects)
     except InputError as error:
-        tell(f"{one.label}, on a track that it may be: {error}")
+        progress(f"{one.label}, on a track that it may be: {error}")
         return None
 
 
 NOT_TRIED = "no time for "
 
 
-def noting(tell: Tell, left_out: list[str]) -> Tell:
-    """`tell` that keeps what there was no time for."""
+def noting(progress: Progress, left_out: list[str]) -> Progress:
+    """`progress` that keeps what there was no time for."""
 
     def both(text: str) -> None:
         if text.startswith(NOT_TRIED):
             left_out.append(text.removeprefix(NOT_TRIED))
-        tell(text)
+        progress(text)
 
     return both
 
 
-def time_for(problem: Problem, stage: str, what: str, tell: Tell) -> bool:
+def time_for(problem: Problem, stage: str, what: str, progress: Progress) -> bool:
     """Whether the budget lets a stage begin; else says so."""
     there = problem.forward.meter.spent < BUDGET[stage]
     if not there:
-        tell(NOT_TRIED + what)
+        progress(NOT_TRIED + what)
     return there

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from experiments.discrepancy.fit.hypothesis import Hypothesis, Tell, again
+from experiments.discrepancy.fit.hypothesis import Hypothesis, again
+from experiments.discrepancy.progress import Progress
 from experiments.discrepancy.select.passing import likelihood_of_own
 from experiments.discrepancy.select.refining import polished, time_for, with_noise_of
 from experiments.discrepancy.select.stand import Stand
@@ -20,20 +21,20 @@ WEAK = 60.0  # nats of the best below which the noise stays that of nuisances al
 TURNS = 4  # hypotheses that are refined, the best among them
 
 
-def with_rivals_refined(stand: Stand, tell: Tell, stage: str = "linearise") -> Stand:
+def with_rivals_refined(stand: Stand, progress: Progress, stage: str = "linearise") -> Stand:
     """With derivatives made anew at the best and at those that are close to it, as long as the budget of a stage
     lasts; whichever then is the best is held against the others in turn.
     """
     for _ in range(TURNS):
         one = _next(stand)
-        if one is None or not time_for(stand.problem, stage, f"derivatives at {one.label}", tell):
+        if one is None or not time_for(stand.problem, stage, f"derivatives at {one.label}", progress):
             break
-        better = replace(polished(stand.problem, one, tell, stage), fresh=True)
+        better = replace(polished(stand.problem, one, progress, stage), fresh=True)
         stand = replace(stand, fitted=[better if other is one else other for other in stand.fitted])
     return stand
 
 
-def with_noise_of_likeliest(stand: Stand, tell: Tell, stage: str = "law") -> Stand:
+def with_noise_of_likeliest(stand: Stand, progress: Progress, stage: str = "law") -> Stand:
     """With the noise that the likeliest of the best and its rivals passes on, each by what it passes on itself: under
     that of a healthy vehicle a channel that comes late seems to disagree with what the others say of the track. Of two
     effects each stays in the comparison by itself.
@@ -42,26 +43,26 @@ def with_noise_of_likeliest(stand: Stand, tell: Tell, stage: str = "law") -> Sta
     rivals = _rivals(stand)
     if not rivals or best.log_evidence - stand.null.log_evidence < WEAK:
         return stand
-    if not time_for(problem, stage, "rivals with the noise that they pass on", tell):
+    if not time_for(problem, stage, "rivals with the noise that they pass on", progress):
         return stand
     likeliest, most = best, -np.inf
     for one in (best, *rivals):
         try:
             here = likelihood_of_own(problem, one.fit.z, one.fit.effects) - 0.5 * float(one.fit.z @ one.fit.z)
         except InputError as error:
-            tell(f"{one.label}, on a track that it may be: {error}")
+            progress(f"{one.label}, on a track that it may be: {error}")
             continue
         if here > most:
             likeliest, most = one, here
-    tell(f"track errors propagated through {likeliest.label}")
-    other = with_noise_of(problem, likeliest, tell)
+    progress(f"track errors propagated through {likeliest.label}")
+    other = with_noise_of(problem, likeliest, progress)
     if other is None:
         return stand
     kept = [best, *rivals]
     parts = [one for one in _best_of_classes(stand) if any(one.classes < whole.classes for whole in kept)]
     kept += [one for one in parts if all(one is not other for other in kept)]
-    fitted = [replace(again(other, one, tell), fresh=one.fresh) for one in kept]
-    return Stand(other, again(other, stand.null, tell), fitted)
+    fitted = [replace(again(other, one, progress), fresh=one.fresh) for one in kept]
+    return Stand(other, again(other, stand.null, progress), fitted)
 
 
 def _next(stand: Stand) -> Hypothesis | None:

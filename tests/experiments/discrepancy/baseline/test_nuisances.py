@@ -31,7 +31,7 @@ def test_sensors_reach_further_than_a_builds_tolerance(problem: Problem):
         assert one.least == (-FURTHEST if one.of_sensor or one.kind in ("start", "speed") else -TOLERATED), one.label
 
 
-def test_derivatives_by_the_alignment_foretell_a_shift_of_centimetres(problem: Problem):
+def test_derivatives_by_the_registration_foretell_a_shift_of_centimetres(problem: Problem):
     """A difference over a third of the shortest wave would point anywhere: fits ended far above the minimum."""
     assert problem.bank is not None
     forward = problem.forward

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.discrepancy.baseline.forward import Alignment, Forward, forward_over
+from experiments.discrepancy.baseline.forward import Forward, Registration, forward_over
 from experiments.discrepancy.fit.bank import open_bank, rows_between
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
 from experiments.discrepancy.fit.fitting import Problem
@@ -34,7 +34,7 @@ def _kept(problem: Problem, one: Candidate, values: dict[str, float]) -> np.ndar
 def test_a_signature_moves_to_where_the_recording_began(problem: Problem):
     """1.5 m later at 30 m/s: 50 ms, half a period at 10 Hz; unmoved, the signature would not fit."""
     evidence = problem.evidence
-    there = Alignment(evidence.scenario.start + 1.5)
+    there = Registration(evidence.scenario.start + 1.5)
     forward = forward_over(evidence, there)
     bank = open_bank(evidence, there, problem.frames)
     one = _candidate("weak_yaw_damper")
@@ -97,7 +97,7 @@ def test_a_bank_is_computed_once(problem: Problem, monkeypatch: pytest.MonkeyPat
         raise AssertionError("ran again")
 
     monkeypatch.setattr(Forward, "run", fails)
-    again = open_bank(problem.evidence, problem.forward.alignment, problem.frames)
+    again = open_bank(problem.evidence, problem.forward.registration, problem.frames)
     again.fill([(one, values)])
     assert np.array_equal(again.columns, problem.bank.columns)
     found, known = again.signature(one, values), problem.bank.signature(one, values)
@@ -124,7 +124,7 @@ def test_another_speed_gets_a_bank_of_its_own(problem: Problem):
     evidence = problem.evidence
     time, speed, scale = evidence.speed
     slower = replace(evidence, speed=(time, 0.8 * speed, scale))
-    bank = open_bank(slower, problem.forward.alignment, problem.frames)
+    bank = open_bank(slower, problem.forward.registration, problem.frames)
     assert bank.folder != problem.bank.folder
     assert not bank.delay.any()
 

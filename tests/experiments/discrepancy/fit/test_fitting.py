@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.discrepancy.baseline.evidence import Evidence
-from experiments.discrepancy.baseline.forward import Alignment, Forward
+from experiments.discrepancy.baseline.forward import Forward, Registration
 from experiments.discrepancy.baseline.frames import Frames
 from experiments.discrepancy.baseline.noise import whitener
 from experiments.discrepancy.fit.candidates import Context, candidates
@@ -38,7 +38,7 @@ def _problem() -> Problem:
     measured = np.zeros((K, F, C), complex)
     frames = Frames(np.arange(float(K)), 2.0, np.arange(F) / 2.0)
     nothing: Evidence = None  # type: ignore[assignment]
-    forward = Forward(nothing, Alignment(0.0), None)  # type: ignore[arg-type]
+    forward = Forward(nothing, Registration(0.0), None)  # type: ignore[arg-type]
     train = np.ones(K, bool)
     return Problem(forward, frames, measured, train, ~train, white=whitener(unit, measured))
 

@@ -73,7 +73,7 @@ def test_ctrl_c_says_that_the_same_command_goes_on(
 ):
     kept: list[Path] = []
 
-    def stopped(evidence: Evidence, tell: object, only: object, journal: Journal) -> None:
+    def stopped(evidence: Evidence, progress: object, only: object, journal: Journal) -> None:
         journal.kept("one", lambda: {"x": np.arange(3.0)})
         kept.append(journal.folder)
         raise KeyboardInterrupt

@@ -5,7 +5,7 @@ from pathlib import Path
 from experiments.discrepancy.result.countdown import Countdown
 
 RUN = (
-    (1.0, "aligned: start at 25.00 m, speed scale 1.0000"),
+    (1.0, "registered: start at 25.00 m, speed scale 1.0000"),
     (11.0, "fitted nuisances: cost 900"),
     (13.0, "signatures of the nominal scenario: payload (1 of 4)"),
     (16.0, "signatures of the nominal scenario: soft_track (4 of 4)"),

@@ -13,7 +13,7 @@ def test_start_and_biases_are_found_anew_but_no_effect_is_made_up(problem: Probl
     forward = problem.forward
     labels = [one.label for one in forward.nuisances]
     z = np.zeros(len(labels))
-    z[labels.index("start.distance")] = 0.1  # of 0.5 m; the alignment finds it to centimetres
+    z[labels.index("start.distance")] = 0.1  # of 0.5 m; the registration finds it to centimetres
     z[labels.index("bias.bogie.acceleration_y [m/s2]")] = 1.5
     effect = WeakYawDamper(factor=0.05)
     run = problem.but(measured=problem.stacked(forward.predict(z, (effect,))), test=problem.train)

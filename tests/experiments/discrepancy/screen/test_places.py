@@ -24,7 +24,7 @@ class White:
 def _problem(signal: np.ndarray) -> Any:
     knots = np.arange(0.0, 24.6, 0.5)
     evidence = SimpleNamespace(speed=(knots, np.full(knots.size, SPEED), 0.0))
-    forward = SimpleNamespace(evidence=evidence, alignment=SimpleNamespace(start=25.0, scale=1.0))
+    forward = SimpleNamespace(evidence=evidence, registration=SimpleNamespace(start=25.0, scale=1.0))
     measured = stack(FRAMES, ["a"], {"a": signal}, {"a": 256.0})
     return SimpleNamespace(forward=forward, frames=FRAMES, measured=measured, white=White())
 

@@ -47,7 +47,7 @@ def test_the_best_and_what_is_close_to_it_are_refined_until_none_is_behind_for_t
     brings = {"joint": 10.0, "rod": 150.0, "wind": 500.0}
     refined: list[str] = []
 
-    def polished(problem: Any, one: _One, tell: Any, stage: str) -> _One:
+    def polished(problem: Any, one: _One, progress: Any, stage: str) -> _One:
         refined.append(one.label)
         return replace(one, log_evidence=one.log_evidence + brings[one.label])
 

@@ -49,8 +49,8 @@ def _judged(evidence: float, name: str) -> Any:
 def test_a_weak_effect_is_weighed_with_the_noise_of_the_fitted_vehicle(
     monkeypatch: pytest.MonkeyPatch, evidence: list[float], left: bool, through: list[str]
 ):
-    monkeypatch.setattr(selection, "again", lambda problem, one, tell: one)
-    monkeypatch.setattr(selection, "shown_held_out", lambda problem, one, tell: one)
+    monkeypatch.setattr(selection, "again", lambda problem, one, progress: one)
+    monkeypatch.setattr(selection, "shown_held_out", lambda problem, one, progress: one)
     problem: Any = _Problem()
     judged = [_judged(one, f"damper{number}") for number, one in enumerate(evidence)]
     stand = Stand(problem, _judged(0.0, "nuisances").hypothesis, [one.hypothesis for one in judged])
@@ -99,14 +99,14 @@ def test_what_ends_behind_nuisances_alone_is_begun_from_these_too(
     """
     from_where: list[str] = []
 
-    def fitted(stand: Any, base: Any, one: Any, tell: Any) -> Any:
+    def fitted(stand: Any, base: Any, one: Any, progress: Any) -> Any:
         from_where.append(base.fit)
         fit = SimpleNamespace(cost=lambda frames: 0.0)
         return SimpleNamespace(log_evidence=at_home if base.fit == "home" else 88.0, fit=fit)
 
     monkeypatch.setattr(selection, "_begun", fitted)
     monkeypatch.setattr(selection, "something_left", lambda problem, one: False)
-    monkeypatch.setattr(selection, "moved", lambda problem, one, tell: one)
+    monkeypatch.setattr(selection, "moved", lambda problem, one, progress: one)
     stand = Stand(SimpleNamespace(train=None), _judged(0.0, "nuisances").hypothesis, [])  # type: ignore[arg-type]
     bases: Any = [SimpleNamespace(fit=name, chosen={"springs": SimpleNamespace()}) for name in ("home", "bent")]
     made = fitted_from_bases(stand, "springs", bases, lambda text: None)
@@ -124,7 +124,7 @@ def test_a_stop_is_fitted_from_each_of_its_sizes_and_not_only_from_a_part_of_a_s
     stop = next(one for one in candidates(context) if one.name == "bump_stop_contact")
     begun: list[float] = []
 
-    def fitted(problem: Any, null: Any, which: Any, starts: Any, tell: Any, level: float) -> Any:
+    def fitted(problem: Any, null: Any, which: Any, starts: Any, progress: Any, level: float) -> Any:
         begun.append(starts[0][1][0]["closed"])
         return SimpleNamespace(log_evidence=400.0)
 

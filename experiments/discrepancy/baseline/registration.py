@@ -1,4 +1,4 @@
-"""Alignment: where the recording began and how far off its speed is, from the lag between model and measurement."""
+"""Registration: where the recording began and how far off its speed is, from the lag between model and measurement."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import butter, correlate, sosfiltfilt
 
 from experiments.discrepancy.baseline.evidence import Evidence
-from experiments.discrepancy.baseline.forward import Alignment, forward_over
+from experiments.discrepancy.baseline.forward import Registration, forward_over
 from railsim.errors import InputError
 
 WINDOW = 6.0  # s
@@ -16,18 +16,18 @@ ALIKE = 0.5  # correlation from which a window counts
 PREFERRED = ("acceleration_z", "rate_pitch", "displacement", "rate_roll", "acceleration_y", "rate_yaw")
 
 
-def align(evidence: Evidence, tries: int = 3) -> Alignment:
+def register(evidence: Evidence, tries: int = 3) -> Registration:
     """Start and scale of the speed by which the model's vertical motion fits the measured one in time.
 
     Raises
     ------
     InputError : model and measurement have nothing in common in any window, so the track or the start is wrong.
     """
-    alignment = Alignment(evidence.scenario.start)
-    forward = forward_over(evidence, alignment)
+    registration = Registration(evidence.scenario.start)
+    forward = forward_over(evidence, registration)
     z = np.zeros(len(forward.nuisances))
     for number in range(tries):
-        prediction = forward.but(alignment=alignment).predict(z)
+        prediction = forward.but(registration=registration).predict(z)
         time, lag, weight = _lags(evidence, prediction)
         if not len(time):
             raise InputError(
@@ -37,10 +37,10 @@ def align(evidence: Evidence, tries: int = 3) -> Alignment:
         along = np.interp(time, *evidence.speed[:2]) * lag  # m that the model is behind
         travelled = np.interp(time, evidence.speed[0], _distance(*evidence.speed[:2]))
         offset, slope = robust_line(travelled, along, weight)
-        alignment = Alignment(alignment.start - offset, alignment.scale * (1.0 - slope))
+        registration = Registration(registration.start - offset, registration.scale * (1.0 - slope))
         if number and abs(offset) < 0.02 and abs(slope) < 1e-4:
             break
-    return alignment
+    return registration
 
 
 def _distance(time: np.ndarray, speed: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from experiments.discrepancy.baseline.alignment import robust_line
+from experiments.discrepancy.baseline.registration import robust_line
 
 
 def test_offset_and_slope_despite_wrong_windows():
