@@ -161,6 +161,6 @@ def acting(setup: Setup, effect: Effect) -> list[list[str]]:
 def _joined(model: Model) -> set[tuple[str, ...]]:
     """Bodies that an element or a load acts on, with its law behind them (preloads and places follow from masses)."""
     linear = [(one.upper, one.lower, repr((one.name, one.stiffness, one.damping))) for one in model.elements]
-    other = [(one.upper, one.lower, repr((one.axis, one.law, one.parameters, one.table))) for one in model.nonlinear]
+    other = [(one.upper, one.lower, repr((one.axis, one.law))) for one in model.nonlinear]
     pairs = {(*sorted((upper, lower)), law) for upper, lower, law in [*linear, *other]}
     return pairs | {(one.body, repr(one)) for one in model.loads}
