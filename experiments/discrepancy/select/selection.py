@@ -271,7 +271,7 @@ def _with_mates(stand: Stand, screened: Sequence[Screened], progress: Progress) 
     if stand.best is stand.null or not stand.unexplained:
         return stand
     mates = of_classes(stand.best.classes, screened, _names(stand))
-    return replace(stand, fitted=[*stand.fitted, *_like_best(stand, mates, progress)])
+    return replace(stand, fitted=[*stand.fitted, *_begun_like(stand, stand.best, mates, progress)])
 
 
 def _names(stand: Stand) -> set[str]:
@@ -308,18 +308,13 @@ def _other_places(stand: Stand, screened: Sequence[Screened], progress: Progress
     for one in same:
         if one.candidate.label not in labels and one.gain > HOPELESS * same[0].gain:
             others.setdefault(one.candidate.label, one)
-    made = _like_best(stand, list(others.values())[:VARIANTS], progress)
+    made = _begun_like(stand, stand.best, list(others.values())[:VARIANTS], progress)
     if not refined:
         return replace(stand, fitted=[*stand.fitted, *made])
     reach = OUT_OF_REACH * (stand.best.log_evidence - stand.null.log_evidence)
     near = [one for one in made if one.log_evidence > stand.best.log_evidence - reach]
     made = [polished(stand.problem, one, progress) if any(one is other for other in near) else one for one in made]
     return replace(stand, fitted=[*stand.fitted, *made])
-
-
-def _like_best(stand: Stand, others: Iterable[Screened], progress: Progress) -> list[Hypothesis]:
-    """Screened effects fitted from the best one's nuisances."""
-    return _begun_like(stand, stand.best, others, progress)
 
 
 def _begun_like(stand: Stand, best: Hypothesis, others: Iterable[Screened], progress: Progress) -> list[Hypothesis]:
