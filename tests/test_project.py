@@ -100,6 +100,19 @@ def test_nothing_unfinished():
     assert lines_that_match(UNFINISHED, tracked(".py")) == []
 
 
+def test_every_data_file_is_in_the_wheel():
+    """Setuptools packs what is no Python file by pattern alone."""
+    patterns = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
+    packed = {
+        path.relative_to(ROOT)
+        for package, globs in patterns.items()
+        for pattern in globs
+        for path in ROOT.joinpath(*package.split(".")).glob(pattern)
+    }
+    data = {path for path in tracked() if path.parts[0] in PACKAGES and path.suffix != ".py"}
+    assert data - packed == set()
+
+
 def test_exudyn_is_imported_in_one_place():
     users = {str(path) for path in tracked(".py") if imports_under("exudyn", imports_of(path))}
     assert {user for user in users if not user.startswith("tests/")} <= {"railsim/engines/exudyn.py"}

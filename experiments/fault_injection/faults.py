@@ -4,11 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
 from railsim.measurements import TIME, Measurements
+from railsim.quality.draft import tables_of
 
 _ACCELEROMETERS = [f"{place}.acceleration_{axis} [m/s2]" for place in ("bogie", "bogie_lead") for axis in "xyz"]
 _GYROS = [f"bogie.rate_{axis} [rad/s]" for axis in ("roll", "pitch", "yaw")]
@@ -45,21 +45,18 @@ class Spoiler:
 
     def __init__(self, measured: Measurements, rng: np.random.Generator) -> None:
         self.measured, self.rng = measured, rng
-        self.frames: dict[float, dict[str, np.ndarray]] = {}
-        for name in measured:
-            table = self.frames.setdefault(measured.rate(name), {TIME: measured.time(name).copy()})
-            table[name] = measured[name].copy()
+        self.tables = tables_of(measured)
 
     def choose(self, names: list[str]) -> tuple[str, np.ndarray, float]:
         """One of the names, its samples (to be changed in place) and its rate."""
         name = str(self.rng.choice(names))
         rate = self.measured.rate(name)
-        return name, self.frames[rate][name], rate
+        return name, self.tables[rate][name], rate
 
     def stretch(self, rate: float, shortest: float, longest: float) -> slice:
         """A stretch of random length [s] that leaves 3 s at both ends of the record."""
         length = self.rng.uniform(shortest, longest)
-        total = min(t[TIME].size / r for r, t in self.frames.items())
+        total = min(t[TIME].size / r for r, t in self.tables.items())
         start = self.rng.uniform(3.0, total - length - 3.0)
         return slice(round(start * rate), round((start + length) * rate))
 
@@ -70,14 +67,13 @@ class Spoiler:
     def done(self, kind: str, names: tuple[str, ...], part: slice | np.ndarray, size: str) -> Fault:
         """The fault in the first of the channels at these samples."""
         name = names[0]
-        time = self.measured.time(name) if name in self.measured else next(iter(self.frames.values()))[TIME]
+        time = self.measured.time(name) if name in self.measured else next(iter(self.tables.values()))[TIME]
         inside = time[part]
         return Fault(kind, names, float(inside[0]), float(inside[-1]), size)
 
     def result(self) -> Measurements:
         """The spoilt recording."""
-        frames = {rate: pd.DataFrame(table) for rate, table in self.frames.items()}
-        return Measurements(self.measured.about, frames, self.measured.track)
+        return Measurements(self.measured.about, self.tables, self.measured.track)
 
 
 def _zero(spoiler: Spoiler, name: str) -> float:
@@ -161,7 +157,7 @@ def drop_out(spoiler: Spoiler) -> Fault:
     if spoiler.rng.uniform() < 0.5:
         values[part] = np.nan
         return fault
-    table = spoiler.frames[rate]
+    table = spoiler.tables[rate]
     for column in list(table):
         table[column] = np.delete(table[column], part)
     return Fault("drop-out", (f"{TIME} at {rate:g} Hz",), fault.start, fault.end, "missing rows")
@@ -193,7 +189,7 @@ def saturation(spoiler: Spoiler) -> Fault:
 def clock(spoiler: Spoiler) -> Fault:
     """Time stamps of a table scatter by 8 to 25 % of a step; the samples are where they were."""
     rate = float(spoiler.rng.choice([256.0, 1024.0, 64.0]))
-    table = spoiler.frames[rate]
+    table = spoiler.tables[rate]
     part = spoiler.stretch(rate, 3.0, 12.0)
     size = spoiler.rng.uniform(0.08, 0.25)
     scatter = np.clip(size * spoiler.rng.standard_normal(table[TIME][part].size), -0.48, 0.48)
@@ -207,7 +203,7 @@ def clock(spoiler: Spoiler) -> Fault:
 def clock_shift(spoiler: Spoiler) -> Fault:
     """The axleboxes' logger begins 20 to 300 ms late and stamps from zero on, so that all of it comes too early."""
     rate = spoiler.measured.rate(_BOXES[0])
-    table = spoiler.frames[rate]
+    table = spoiler.tables[rate]
     count = round(spoiler.rng.uniform(0.02, 0.3) * rate)
     for column in list(table):
         table[column] = table[column][:-count] if column == TIME else table[column][count:]
@@ -218,7 +214,7 @@ def clock_shift(spoiler: Spoiler) -> Fault:
 def swapped(spoiler: Spoiler) -> Fault:
     """Two channels exchanged."""
     one, two = SWAPS[int(spoiler.rng.integers(len(SWAPS)))]
-    table = spoiler.frames[spoiler.measured.rate(one)]
+    table = spoiler.tables[spoiler.measured.rate(one)]
     table[one], table[two] = table[two], table[one]
     return spoiler.done("swapped", (one, two), slice(None), "-")
 
@@ -238,7 +234,7 @@ def tachometer(spoiler: Spoiler) -> Fault:
     """Wrong diameter, 9 to 25 % off throughout; or 20 to 60 % of the pulses missing for a while."""
     sensor = str(spoiler.rng.choice(_TACHOMETERS))
     name = f"{sensor}.speed [m/s]"
-    table = spoiler.frames[spoiler.measured.rate(name)]
+    table = spoiler.tables[spoiler.measured.rate(name)]
     part, factor = slice(None), 1 + spoiler.rng.uniform(0.09, 0.25) * float(spoiler.rng.choice([-1.0, 1.0]))
     if spoiler.rng.uniform() < 0.5:
         factor = 1 - spoiler.rng.uniform(0.2, 0.6)

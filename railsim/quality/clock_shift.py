@@ -9,11 +9,12 @@ import numpy as np
 
 from railsim.measurements import Measurements
 from railsim.quality._balance import whitening
+from railsim.quality._grid import times
 from railsim.quality._rigid import Relation, relations, spectra_of
-from railsim.quality.clock import tables
 from railsim.quality.interface import Check, Finding
 from railsim.quality.orientation import alternatives
 from railsim.quality.repair import repaired
+from railsim.quality.repairs import Shift
 from railsim.spec import quantity
 
 _STEP = 5e-4  # s between the shifts that are tried
@@ -67,7 +68,7 @@ class ClockShift(Check, frozen=True):
         if gained < _best_reading(measured, related, spectra):
             return []
         early = float(shifts[best])
-        time = tables(measured)[rates[0]]
+        time = times(measured)[rates[0]]
         word = "early" if early < 0 else "late"
         found = Finding(
             "clock shift",
@@ -77,11 +78,10 @@ class ClockShift(Check, frozen=True):
             f"{1e3 * abs(early):.3g} ms {word} beside the table at {rates[1]:g} Hz"
             f" (likelihood ratio exp({gained:.0f}))",
             "check how the loggers are triggered; the table is moved",
-            repair="shift",
-            amount=-early,
+            repair=Shift(-early),
             other=f"time [s] at {rates[1]:g} Hz",
         )
-        return [replace(found, amount=found.amount - _left(repaired(measured, [found]), rates))]
+        return [replace(found, repair=Shift(-early - _left(repaired(measured, [found]), rates)))]
 
 
 def _between(measured: Measurements, related: list[Relation], rates: tuple[float, float]) -> list[Relation]:

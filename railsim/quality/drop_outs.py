@@ -5,9 +5,10 @@ from typing import ClassVar
 import numpy as np
 
 from railsim.measurements import Measurements
+from railsim.quality._grid import numbers, times
 from railsim.quality._signals import kind_of, runs
-from railsim.quality.clock import numbers, tables
 from railsim.quality.interface import Check, Finding, Severity
+from railsim.quality.repairs import Regrid
 
 _KEEP = "treat the stretch as a gap: estimators mark it as not valid"
 
@@ -19,7 +20,7 @@ class DropOuts(Check, frozen=True):
 
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for a stretch and channel, or for a gap in a table's rows."""
-        found = [one for rate, time in tables(measurements).items() for one in _gaps(time, rate)]
+        found = [one for rate, time in times(measurements).items() for one in _gaps(time, rate)]
         for name in measurements:
             found += _lost(measurements, name)
         return found
@@ -36,7 +37,7 @@ def _gaps(time: np.ndarray, rate: float) -> list[Finding]:
             float(time[row + 1] - 1 / rate),
             f"{int(at[row + 1] - at[row]) - 1} rows are missing",
             _KEEP,
-            repair="regrid",
+            repair=Regrid(),
         )
         for row in wide
     ]

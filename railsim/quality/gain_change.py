@@ -12,9 +12,10 @@ from railsim.quality._change_point import edges, interval
 from railsim.quality._rigid import relations, spectra_of, window_of
 from railsim.quality._signals import filled
 from railsim.quality.agreement import agreement
+from railsim.quality.draft import tables_of
 from railsim.quality.gravity import by_mean, levelled, weighed
 from railsim.quality.interface import Check, Finding
-from railsim.quality.repair import tables_of
+from railsim.quality.repairs import Scale
 from railsim.spec import quantity
 
 _PASSES = 3
@@ -171,6 +172,5 @@ def _finding(measured: Measurements, name: str, first: int, last: int, gain: flo
         float(time[last - 1]),
         f"reads {gain:.3g} times what the other channels of the bogie say ({why})",
         "check supply, amplifier and connector; the stretch is divided by the factor",
-        repair="scale",
-        amount=gain,
+        repair=Scale(gain),
     )

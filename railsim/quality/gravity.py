@@ -8,7 +8,7 @@ from railsim.quality._change_point import own
 from railsim.quality._offsets import axis_of
 from railsim.quality._signals import kind_of, whitened
 from railsim.quality.companions import gain_beside
-from railsim.quality.repair import tables_of
+from railsim.quality.draft import tables_of
 
 JUMP = 1.2  # m/s2 by which gravity's share never changes in service
 ALIKE = 0.15  # by which the quotient of the means may differ from the gain

@@ -34,6 +34,6 @@ def inspect(measured: Measurements) -> Inspection:
     for check in checks():
         new = check.find(measured)
         measured = repaired(measured, new)
-        cleaned = repaired(cleaned, [one for one in new if one.repair != "mask"])
+        cleaned = repaired(cleaned, [one for one in new if one.repair is not None and one.repair.lasting])
         findings += new
     return Inspection(sorted(findings, key=lambda one: (one.severity != "fault", one.start)), cleaned)

@@ -1,19 +1,17 @@
 """What a check of a recording is, and what it finds."""
 
 from abc import abstractmethod
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from railsim.measurements import Measurements
 from railsim.quality._signals import kind_of
+from railsim.quality.repairs import Repair
 from railsim.spec import Spec
 
 Severity = Literal["fault", "note"]
-Repair = Literal[
-    "none", "mask", "blank", "fill", "subtract", "swap", "negate", "scale", "regrid", "shift", "restore", "put"
-]
 
 
 @dataclass(frozen=True)
@@ -29,11 +27,9 @@ class Finding:
     extent : how large it is, in words.
     advice : what to do about it.
     severity : "note" for what belongs to service (a receiver's outage, a sliding wheel): nothing is wrong.
-    repair : what `railsim.quality.repair` does about it; "mask" keeps the samples from later checks only.
-    amount : of `subtract` (unit of the channel), `scale` (factor by which to divide) and `shift` (s, to later times).
-    other : the other channel of a swap, the table beside which one is shifted.
+    repair : what is done about it; None for nothing.
+    other : the other channel of an exchange, the channel from which samples come, the table beside which one is moved.
     samples : numbers of the samples that are changed, where not all from `start` to `end` are; shape (n,).
-    values : of `put`, what takes the place of these samples, shape (n,).
     """
 
     kind: str
@@ -43,17 +39,21 @@ class Finding:
     extent: str
     advice: str
     severity: Severity = "fault"
-    repair: Repair = "none"
-    amount: float = 0.0
+    repair: Repair | None = None
     other: str | None = None
     samples: np.ndarray | None = field(default=None, compare=False, repr=False)
-    values: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     def stated(self) -> dict[str, Any]:
         """For JSON: all but the numbers of the samples, of which only their count."""
-        values = {key: value for key, value in asdict(self).items() if key not in ("samples", "values", "start", "end")}
+        values = {name: getattr(self, name) for name in ("kind", "channel", "extent", "advice", "severity")}
+        values |= {"repair": self.repair.name if self.repair else "none"}
+        values |= {"amount": self.repair.amount if self.repair else 0.0, "other": self.other}
         values |= {"start [s]": self.start, "end [s]": self.end}
         return values | ({} if self.samples is None else {"samples": int(self.samples.size)})
+
+    def done(self) -> str:
+        """The repair in words."""
+        return self.repair.words(self) if self.repair and self.severity == "fault" else "nothing"
 
     def text(self) -> str:
         """One line for people."""

@@ -8,6 +8,7 @@ from scipy.ndimage import median_filter
 from railsim.measurements import Measurements
 from railsim.quality._signals import filled, kind_of, limit, runs, sheet
 from railsim.quality.interface import Check, Finding
+from railsim.quality.repairs import Mask
 from railsim.spec import quantity
 
 _BLOCK = 0.25  # s
@@ -74,7 +75,7 @@ class Noise(Check, frozen=True):
                     float(time[ends[1]]),
                     f"{float(np.median(floor[first:last])):.3g} times the data sheet's noise density",
                     "check screen and supply; the samples stay: give them less weight",
-                    repair="mask",
+                    repair=Mask(),
                 )
             )
         return found

@@ -10,6 +10,7 @@ from railsim.measurements import Measurements
 from railsim.quality._offsets import axis_of, expected, heading_rate, still_mean, tolerance
 from railsim.quality._signals import kind_of, limit, sheet
 from railsim.quality.interface import Check, Finding
+from railsim.quality.repairs import Subtract
 from railsim.spec import quantity
 
 
@@ -88,6 +89,5 @@ def _finding(measured: Measurements, name: str, off: float) -> Finding:
         float(time[-1]),
         f"the zero is {off:+.3g} off{f', {abs(off) / bias:.0f} times the data sheet' if bias else ''}",
         "set the zero anew at standstill; the mean is brought to what is expected",
-        repair="subtract",
-        amount=off,
+        repair=Subtract(off),
     )

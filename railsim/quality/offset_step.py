@@ -12,6 +12,7 @@ from railsim.quality._outliers import fitted, peaks, significance, step_pattern
 from railsim.quality._signals import Whitened, chance, kind_of, whitened
 from railsim.quality.companions import sized_beside
 from railsim.quality.interface import Check, Finding
+from railsim.quality.repairs import Subtract
 from railsim.spec import quantity
 
 _Step = tuple[int, float]
@@ -124,8 +125,7 @@ class OffsetStep(Check, frozen=True):
             float(time[last - 1]),
             f"the zero is {size:+.3g} off",
             "check the supply and temperature of the sensor; the step is taken out",
-            repair="subtract",
-            amount=size,
+            repair=Subtract(size),
             samples=np.arange(first, last),
         )
 

@@ -13,6 +13,7 @@ from railsim.quality._offsets import axis_of, speed_channel
 from railsim.quality._rigid import Relation, relations, spectra_of
 from railsim.quality._signals import filled, kind_of
 from railsim.quality.interface import Check, Finding
+from railsim.quality.repairs import Negate, Swap
 from railsim.spec import quantity
 
 _Reading = Mapping[str, tuple[str, float]]
@@ -141,6 +142,6 @@ def _finding(measured: Measurements, choice: _Reading, gain: float) -> Finding:
     text = f"the bogie is a rigid body only otherwise (likelihood ratio exp({gain:.0f}))"
     if len(names) == 1:
         advice = "check the mounting; the sign is turned round"
-        return Finding("inverted", names[0], float(time[0]), float(time[-1]), text, advice, repair="negate")
+        return Finding("inverted", names[0], float(time[0]), float(time[-1]), text, advice, repair=Negate())
     advice = "check cables and the logger's list of channels; the two are exchanged"
-    return Finding("swapped", names[0], float(time[0]), float(time[-1]), text, advice, repair="swap", other=names[1])
+    return Finding("swapped", names[0], float(time[0]), float(time[-1]), text, advice, repair=Swap(), other=names[1])

@@ -8,6 +8,7 @@ import numpy as np
 from railsim.measurements import Measurements
 from railsim.quality._signals import limit, runs
 from railsim.quality.interface import ChannelCheck, Finding
+from railsim.quality.repairs import Restore
 from railsim.spec import quantity
 
 _STUCK = 0.25  # s; one run that is longer is a sensor that is stuck, or a vehicle at rest
@@ -50,6 +51,6 @@ class Saturation(ChannelCheck, frozen=True):
             float(time[at[-1]]),
             f"{at.size} samples ({100 * ended.mean():.2g} %) at the end of the range, {values[at[0]]:.4g}",
             "use a larger range; what lies beyond is lost, short runs are estimated and long ones left out",
-            repair="restore",
+            repair=Restore(),
             samples=at,
         )

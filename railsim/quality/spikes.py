@@ -8,6 +8,7 @@ from railsim.measurements import Measurements
 from railsim.quality._outliers import fitted, peaks, significance, step_pattern
 from railsim.quality._signals import NORMAL, Whitened, chance, whitened
 from railsim.quality.interface import ChannelCheck, Finding
+from railsim.quality.repairs import Fill
 from railsim.spec import quantity
 
 _MOST = 10  # outliers that are fitted together
@@ -51,7 +52,7 @@ class Spikes(ChannelCheck, frozen=True):
             float(time[places[-1]]),
             f"{places.size} single samples, up to {highest:.3g} off",
             "check the cable and the logger's bus; the samples are interpolated",
-            repair="fill",
+            repair=Fill(),
             samples=places,
         )
 

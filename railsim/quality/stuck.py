@@ -8,6 +8,7 @@ import numpy as np
 from railsim.measurements import Measurements
 from railsim.quality._signals import kind_of, runs, standing
 from railsim.quality.interface import Check, Finding
+from railsim.quality.repairs import Blank
 from railsim.spec import quantity
 
 
@@ -54,7 +55,7 @@ class Stuck(Check, frozen=True):
                     end,
                     f"{last - first} samples of {'zero' if null else f'{values[first]:.6g}'}",
                     "check connection and logger; treat the stretch as a gap",
-                    repair="blank",
+                    repair=Blank(),
                 )
             )
         return found

@@ -8,6 +8,7 @@ from scipy.ndimage import median_filter
 from railsim.measurements import Measurements
 from railsim.quality._signals import filled, kind_of, runs
 from railsim.quality.interface import Check, Finding
+from railsim.quality.repairs import Fill, Put, Scale
 from railsim.spec import quantity
 
 
@@ -56,8 +57,7 @@ class Tachometer(Check, frozen=True):
                     float(time[-1]),
                     text,
                     "check wheel diameter and pulses a revolution; both channels are divided by the factor",
-                    repair="scale",
-                    amount=usual,
+                    repair=Scale(usual),
                 )
             )
         off = np.where(moving, np.abs(smooth / usual - 1), 0.0)
@@ -120,11 +120,11 @@ class Tachometer(Check, frozen=True):
             other = self._by_other(measured, name, reference, hit)
             if other is None:
                 return Finding(
-                    "tachometer", name, start, end, text, f"{advice}interpolated", repair="fill", samples=hit
+                    "tachometer", name, start, end, text, f"{advice}interpolated", repair=Fill(), samples=hit
                 )
             advice += f"by {other[0]}"
-            given = {"repair": "put", "samples": hit, "other": other[0], "values": other[1]}
-            return Finding("tachometer", name, start, end, text, advice, **given)
+            put = Put(other[1])
+            return Finding("tachometer", name, start, end, text, advice, repair=put, other=other[0], samples=hit)
         return Finding("slip", name, start, end, text, "a wheel slides or spins: true, but not running speed", "note")
 
 

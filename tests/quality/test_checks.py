@@ -15,6 +15,7 @@ from railsim.quality.gravity import weighed
 from railsim.quality.inspection import checks, inspect
 from railsim.quality.interface import Finding
 from railsim.quality.repair import repaired
+from railsim.quality.repairs import Shift
 
 RATE, LENGTH, SPEED = 256.0, 20.0, 20.0
 ARM = np.array([1.2, 1.0, 0.0])
@@ -293,7 +294,7 @@ def test_a_table_that_is_moved_loses_nothing_at_its_end():
     whole = _measured(about, frames)
     late = {TIME: frames[RATE][TIME][:-40]} | {n: v[40:] for n, v in frames[RATE].items() if n != TIME}
     start, end = float(late[TIME][0]), float(late[TIME][-1])
-    one = Finding("clock shift", f"{TIME} at 256 Hz", start, end, "", "", repair="shift", amount=40 / RATE)
+    one = Finding("clock shift", f"{TIME} at 256 Hz", start, end, "", "", repair=Shift(40 / RATE))
     moved = repaired(_measured(about, frames | {RATE: late}), [one])
     np.testing.assert_array_equal(moved[PITCH][40:], whole[PITCH][40:])
     assert np.isnan(moved[PITCH][:40]).all()

@@ -30,7 +30,7 @@ BORNE_OUT = 0.2  # of the training frames' evidence, frame for frame, that held-
 HARMLESS = 3.0  # nats that an effect of a place that held-out frames do not see at all may cost there
 SUREST = {"none": 0.99, "named": 0.92, "unknown": 0.86}
 """Confidence that is stated at most: of so many blind verdicts that were as sure as can be (963, 255, 73) so many were
-true (RESULTS.md, seeds 22, 24 and 25)."""
+true (docs/benchmarks, seeds 22, 24 and 25)."""
 CLEARLY = 20.0  # nats by which a tabled law must be ahead of a named effect, and as coarse a share as above
 
 

@@ -1,0 +1,246 @@
+"""Repairs: what is done to a recording about a finding, a class each."""
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from railsim.measurements import TIME
+from railsim.quality._grid import regridded, shifted
+from railsim.quality._restore import restored
+from railsim.quality._signals import filled
+from railsim.quality.companions import predicted
+from railsim.quality.draft import Columns, Draft
+
+if TYPE_CHECKING:
+    from railsim.quality.interface import Finding
+
+
+class Repair(ABC):
+    """What is done about a finding.
+
+    Attributes
+    ----------
+    name : in about.json and in the command's JSON.
+    stage : repairs of samples (0) come before those that move a table (1) and those of its grid of times (2).
+    lasting : False for what only keeps samples from later checks.
+    log : what was done, with {amount} and {other}, the finding's other channel.
+    """
+
+    name: ClassVar[str]
+    log: ClassVar[str]
+    stage: ClassVar[int] = 0
+    lasting: ClassVar[bool] = True
+
+    @property
+    def amount(self) -> float:
+        """Its size, 0 where it has none."""
+        return 0.0
+
+    @abstractmethod
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """Change the draft."""
+
+    def words(self, finding: "Finding") -> str:
+        """What was done, for the log."""
+        return self.log.format(amount=self.amount, other=finding.other)
+
+
+class SampleRepair(Repair):
+    """Repair of samples of a channel, and of its twin: a tachometer's two channels are one measurement."""
+
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """Change the channel's samples that are concerned."""
+        table, at = draft.table(finding), draft.samples(finding)
+        for name in twins(table, finding.channel):
+            self.change(table[name], at)
+
+    @abstractmethod
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Change samples `at` of the values in place."""
+
+
+@dataclass(frozen=True)
+class Mask(SampleRepair):
+    """Samples count as lost in the checks that follow; the cleaned recording keeps them."""
+
+    name: ClassVar[str] = "mask"
+    log: ClassVar[str] = "nothing"
+    lasting: ClassVar[bool] = False
+
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Take the samples out."""
+        values[at] = math.nan
+
+
+@dataclass(frozen=True)
+class Blank(Mask):
+    """Samples are left out."""
+
+    name: ClassVar[str] = "blank"
+    log: ClassVar[str] = "samples left out"
+    lasting: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Fill(SampleRepair):
+    """Samples are interpolated between their neighbours; what was lost before stays lost."""
+
+    name: ClassVar[str] = "fill"
+    log: ClassVar[str] = "samples interpolated"
+
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Interpolate."""
+        lost = np.isnan(values)
+        values[at] = math.nan
+        values[:] = np.where(lost, math.nan, filled(values))
+
+
+@dataclass(frozen=True)
+class Subtract(SampleRepair):
+    """`offset` (unit of the channel) is subtracted."""
+
+    offset: float
+
+    name: ClassVar[str] = "subtract"
+    log: ClassVar[str] = "{amount:.6g} subtracted"
+
+    @property
+    def amount(self) -> float:
+        """The offset."""
+        return self.offset
+
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Subtract."""
+        values[at] -= self.offset
+
+
+@dataclass(frozen=True)
+class Scale(SampleRepair):
+    """The samples are divided by the factor `factor`."""
+
+    factor: float
+
+    name: ClassVar[str] = "scale"
+    log: ClassVar[str] = "divided by {amount:.6g}"
+
+    @property
+    def amount(self) -> float:
+        """The factor."""
+        return self.factor
+
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Divide."""
+        values[at] /= self.factor
+
+
+@dataclass(frozen=True)
+class Negate(SampleRepair):
+    """The sign of the whole channel is turned round."""
+
+    name: ClassVar[str] = "negate"
+    log: ClassVar[str] = "sign turned round"
+
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Turn round, all samples."""
+        del at
+        values *= -1.0
+
+
+@dataclass(frozen=True)
+class Put(Repair):
+    """`values` (unit of the channel, one a sample that is concerned) take the samples' place."""
+
+    values: np.ndarray = field(compare=False, repr=False)
+
+    name: ClassVar[str] = "put"
+    log: ClassVar[str] = "samples put back from {other}"
+
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """Put them in; in the twin in its own unit, by the ratio of the two where the wheel turns."""
+        table, at = draft.table(finding), draft.samples(finding)
+        read = table[finding.channel].copy()
+        moving = np.abs(read) > 0.1 * np.nanmax(np.abs(read))
+        for name in twins(table, finding.channel):
+            unit = 1.0 if name == finding.channel else float(np.nanmedian(table[name][moving] / read[moving]))
+            table[name][at] = unit * self.values
+
+
+@dataclass(frozen=True)
+class Restore(Repair):
+    """Limited samples come back by the channel's own model and by what the other channels say."""
+
+    name: ClassVar[str] = "restore"
+    log: ClassVar[str] = (
+        "samples put back by the channel's autoregressive model and the other channels, long runs left out"
+    )
+
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """See `restored`."""
+        name, at = finding.channel, draft.samples(finding)
+        values = draft.table(finding)[name]
+        sound = np.isfinite(values)
+        sound[at] = False
+        prediction = predicted(draft.measured, name, values, sound)
+        draft.table(finding)[name] = restored(values, at, draft.rate(finding), prediction)
+
+
+@dataclass(frozen=True)
+class Swap(Repair):
+    """The channel and the finding's other one are exchanged."""
+
+    name: ClassVar[str] = "swap"
+    log: ClassVar[str] = "exchanged with {other}"
+
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """Exchange them."""
+        table, name, other = draft.table(finding), finding.channel, str(finding.other)
+        table[name], table[other] = table[other], table[name]
+
+
+@dataclass(frozen=True)
+class Shift(Repair):
+    """The table's values are moved to stamps that are `delay` s later."""
+
+    delay: float
+
+    name: ClassVar[str] = "shift"
+    log: ClassVar[str] = "moved by {amount:+.6g} s"
+    stage: ClassVar[int] = 1
+
+    @property
+    def amount(self) -> float:
+        """The delay."""
+        return self.delay
+
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """Move them; the table reaches no further than the longest one."""
+        latest = max(float(table[TIME][-1]) + 1.0 / rate for rate, table in draft.tables.items())
+        draft.tables[draft.rate(finding)] = shifted(draft.table(finding), self.delay, latest)
+
+
+@dataclass(frozen=True)
+class Regrid(Repair):
+    """The table's rows come to even times, rows that are missing are empty."""
+
+    name: ClassVar[str] = "regrid"
+    log: ClassVar[str] = "even times, missing rows left empty"
+    stage: ClassVar[int] = 2
+
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """Make the times even, once however many findings ask for it."""
+        rate = draft.rate(finding)
+        if rate not in draft.even:
+            draft.tables[rate] = regridded(draft.tables[rate], rate)
+            draft.even.add(rate)
+
+
+def twins(table: Columns, name: str) -> list[str]:
+    """The channel, and a tachometer's other one."""
+    for ending, other in ((".speed [m/s]", ".wheel_speed [rad/s]"), (".wheel_speed [rad/s]", ".speed [m/s]")):
+        twin = name.removesuffix(ending) + other
+        if name.endswith(ending) and twin in table:
+            return [name, twin]
+    return [name]
