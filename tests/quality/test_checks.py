@@ -226,7 +226,7 @@ def test_a_table_that_runs_early_is_found_and_moved():
     assert [(one.kind, one.channel, one.other) for one in done.faults] == [
         ("clock shift", "time [s] at 512 Hz", "time [s] at 256 Hz")
     ]
-    assert done.faults[0].amount == pytest.approx(64 / 512, abs=5e-4)
+    assert done.faults[0].stated()["amount"] == pytest.approx(64 / 512, abs=5e-4)
     np.testing.assert_array_equal(done.cleaned[LEAD_Z][64:], clean[LEAD_Z][64 : done.cleaned[LEAD_Z].size])
     assert np.isnan(done.cleaned[LEAD_Z][:64]).all()
 
@@ -238,7 +238,7 @@ def test_a_sensor_of_another_gain_throughout_is_named_too():
     assert [(one.kind, one.channel, one.start, one.end) for one in found] == [
         ("gain change", PITCH, 0.0, frames[RATE][TIME][-1])
     ]
-    assert found[0].amount == pytest.approx(1.25, rel=0.03)
+    assert found[0].stated()["amount"] == pytest.approx(1.25, rel=0.03)
 
 
 def test_a_step_that_two_sensors_feel_is_real():
