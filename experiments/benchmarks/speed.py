@@ -73,7 +73,7 @@ def engine_rows(
     LSODA). `variants` are runs of the compiled engine that are compared with its run of the scenario itself.
     """
     run = build_run(scenario)
-    ways: dict[str, tuple[Callable[[], object], float]] = {
+    tasks: dict[str, tuple[Callable[[], object], float]] = {
         BASELINE: (lambda: _adaptive(run, "RK45", scenario.duration / 10.0), scenario.duration / 10.0),
         "solve_ivp LSODA, rtol 1e-6": (
             lambda: _adaptive(run, "LSODA", scenario.duration / 10.0),
@@ -84,11 +84,13 @@ def engine_rows(
         "engine verlet": (lambda: deque(load_engine("verlet")(run), maxlen=0), run.duration),
     }
     for name, variant in variants.items():
-        other = build_run(variant)
-        ways[name] = (lambda other=other: deque(load_engine("compiled")(other), maxlen=0), other.duration)
-    found = rates(ways, repeats)
-    against = {name: ANALYTIC if name in variants else BASELINE for name in found if name != BASELINE}
-    return [_row(name, rate, against.get(name), rate / found[against.get(name, name)]) for name, rate in found.items()]
+        varied = build_run(variant)
+        tasks[name] = (lambda varied=varied: deque(load_engine("compiled")(varied), maxlen=0), varied.duration)
+    speeds = rates(tasks, repeats)
+    against = {name: ANALYTIC if name in variants else BASELINE for name in speeds if name != BASELINE}
+    return [
+        _row(name, rate, against.get(name), rate / speeds[against.get(name, name)]) for name, rate in speeds.items()
+    ]
 
 
 def estimator_rows(
@@ -101,44 +103,44 @@ def estimator_rows(
     with tempfile.TemporaryDirectory() as folder:
         truth = simulate(scenario, "compiled", f"{folder}/truth")
         measured = measure(truth, scenario).measurements
-        found = {name: one.build({}) for name, one in discover(estimators, Estimator).items()}
-        ways: dict[str, tuple[Callable[[], object], float]] = {
+        built = {name: estimator.build({}) for name, estimator in discover(estimators, Estimator).items()}
+        tasks: dict[str, tuple[Callable[[], object], float]] = {
             f"estimator {name}": (lambda estimator=estimator: estimator.estimate(measured), scenario.duration)
-            for name, estimator in found.items()
+            for name, estimator in built.items()
             if name.startswith(only) and isinstance(estimator, kind) and estimator.fits(measured)
         }
-        return [_row(name, rate, "real time", rate) for name, rate in rates(ways, repeats).items()]
+        return [_row(name, rate, "real time", rate) for name, rate in rates(tasks, repeats).items()]
 
 
 def joint_rows(repeats: int = REPEATS, duration: float | None = None) -> list[dict[str, Any]]:
     """The detector of joints where there are most of them in a second; 2 km each unless `duration` (s) is given."""
-    ways: dict[str, tuple[Callable[[], object], float]] = {}
+    tasks: dict[str, tuple[Callable[[], object], float]] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name, speed in JOINTED.items():
             changes = {"speed": {"kind": "constant", "speed": speed}, "duration": duration or round(2000.0 / speed, 1)}
             scenario = load_scenario("jointed", changes)
             measured = measure(simulate(scenario, "compiled", f"{folder}/{speed:g}"), scenario).measurements
-            ways[name] = (lambda measured=measured: DippedJoints().estimate(measured), scenario.duration)
-        return [_row(name, rate, "real time", rate) for name, rate in rates(ways, repeats).items()]
+            tasks[name] = (lambda measured=measured: DippedJoints().estimate(measured), scenario.duration)
+        return [_row(name, rate, "real time", rate) for name, rate in rates(tasks, repeats).items()]
 
 
-def rates(ways: dict[str, tuple[Callable[[], object], float]], repeats: int) -> dict[str, float]:
-    """Seconds of each way per second of processor time: medians of runs in turn, after one that compiles what there
+def rates(tasks: dict[str, tuple[Callable[[], object], float]], repeats: int) -> dict[str, float]:
+    """Seconds of each task per second of processor time: medians of runs in turn, after one that compiles what there
     is to. An estimator that refuses the record, as too short for it, is left out.
     """
-    ways = {name: way for name, way in ways.items() if _goes(way[0])}
-    spent: dict[str, list[float]] = {name: [] for name in ways}
+    tasks = {name: task for name, task in tasks.items() if _goes(task[0])}
+    spent: dict[str, list[float]] = {name: [] for name in tasks}
     for _ in range(repeats):
-        for name, (task, _) in ways.items():
+        for name, (call, _) in tasks.items():
             before = time.process_time()
-            task()
+            call()
             spent[name].append(time.process_time() - before)
-    return {name: ways[name][1] / float(np.median(times)) for name, times in spent.items()}
+    return {name: tasks[name][1] / float(np.median(times)) for name, times in spent.items()}
 
 
-def _goes(task: Callable[[], object]) -> bool:
+def _goes(call: Callable[[], object]) -> bool:
     try:
-        task()
+        call()
     except InputError:
         return False
     return True
@@ -148,8 +150,8 @@ def _adaptive(run: Run, method: str, duration: float) -> Iterable[float]:
     """SciPy's integrator over the first `duration` seconds; output at the run's rate, as the engines give it."""
     system, start = right_hand_side(run)
     times = np.arange(int(duration * run.rate) + 1) / run.rate
-    found = solve_ivp(system, (0.0, times[-1]), start, method, t_eval=times, rtol=1e-6, atol=1e-9)
-    return found.t
+    solution = solve_ivp(system, (0.0, times[-1]), start, method, t_eval=times, rtol=1e-6, atol=1e-9)
+    return solution.t
 
 
 def _row(name: str, value: float, against: str | None, ratio: float) -> dict[str, Any]:

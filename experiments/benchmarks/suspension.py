@@ -54,21 +54,21 @@ def objects_speed(problem: Problem) -> float:
     situation = problem.situation(first, last)
     assert situation is not None
     vehicle, speed, unknowns, plan = problem.system(situation)
-    one = discrete(vehicle, problem.nominal, speed, problem.record.rate, unknowns, plan)
+    model = discrete(vehicle, problem.nominal, speed, problem.record.rate, unknowns, plan)
     inputs, later, readings = problem.samples(first, last, situation[1])
     filters = []
     for _ in range(OBJECTS):
-        found = KalmanFilter(dim_x=plan.size, dim_z=len(one.R))
-        found.F, found.H, found.Q, found.R, found.P = one.F, one.C, one.Q, one.R, one.Q.copy()
-        found.x = np.zeros(plan.size)
-        filters.append(found)
+        kalman = KalmanFilter(dim_x=plan.size, dim_z=len(model.R))
+        kalman.F, kalman.H, kalman.Q, kalman.R, kalman.P = model.F, model.C, model.Q, model.R, model.Q.copy()
+        kalman.x = np.zeros(plan.size)
+        filters.append(kalman)
     steps = min(STEPS, last - first)
     began = time.process_time()
-    for found in filters:
+    for kalman in filters:
         for k in range(steps):
-            found.update(readings[k] - one.D @ inputs[k])
-            found.predict()
-            found.x = found.x + one.G @ np.concatenate([inputs[k], later[k]])
+            kalman.update(readings[k] - model.D @ inputs[k])
+            kalman.predict()
+            kalman.x = kalman.x + model.G @ np.concatenate([inputs[k], later[k]])
     spent = (time.process_time() - began) * PARTICLES / OBJECTS
     return steps / problem.record.rate / spent
 

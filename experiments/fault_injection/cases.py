@@ -64,12 +64,12 @@ def spoil(measured: Measurements, kind: str, rng: np.random.Generator) -> tuple[
 def judge(fault: Fault | None, measured: Measurements) -> dict[str, Any]:
     """What the inspection says of a recording, against what was done to it."""
     faults = inspect(measured).faults
-    words = "; ".join(f"{one.kind} {one.channel}" for one in faults)
+    words = "; ".join(f"{finding.kind} {finding.channel}" for finding in faults)
     if fault is None:
         return {"fault": "none", "found": faults[0].kind if faults else "nothing", "alarms": len(faults), "text": words}
-    there = [one for one in faults if one.channel in fault.channels or one.other in fault.channels]
-    named = [one for one in there if one.kind == fault.kind]
-    best = named[0] if named else (there[0] if there else None)
+    concerned = [finding for finding in faults if finding.channel in fault.channels or finding.other in fault.channels]
+    named = [finding for finding in concerned if finding.kind == fault.kind]
+    best = named[0] if named else (concerned[0] if concerned else None)
     return {
         "fault": fault.kind,
         "channel": fault.channels[0],
@@ -77,17 +77,17 @@ def judge(fault: Fault | None, measured: Measurements) -> dict[str, Any]:
         "start [s]": fault.start,
         "end [s]": fault.end,
         "found": best.kind if best else "nothing",
-        "detected": float(bool(there)),
+        "detected": float(bool(concerned)),
         "named": float(bool(named)),
-        "placed": float(any(_placed(one, fault) for one in named)),
+        "placed": float(any(_placed(finding, fault) for finding in named)),
         "alarms": len(faults) - len(named),
         "text": words,
     }
 
 
-def _placed(one: Finding, fault: Fault) -> bool:
+def _placed(finding: Finding, fault: Fault) -> bool:
     """Whether begin and end are right."""
-    return abs(one.start - fault.start) <= NEAR and abs(one.end - fault.end) <= NEAR
+    return abs(finding.start - fault.start) <= NEAR and abs(finding.end - fault.end) <= NEAR
 
 
 def restored(clean: Measurements, spoilt: Measurements, truth: Truth) -> dict[str, Any]:
@@ -130,7 +130,7 @@ def _worst(errors: dict[str, float], reference: dict[str, float]) -> float:
 
 def _errors(measured: Measurements, truth: Truth) -> dict[str, float]:
     """Root-mean-square errors of all estimators, not below a floor, by "estimator: score"."""
-    found = {}
+    errors = {}
     try:
         estimates = estimate_all(measured).given
     except (ValueError, ArithmeticError, IndexError):
@@ -139,8 +139,8 @@ def _errors(measured: Measurements, truth: Truth) -> dict[str, float]:
         for key, value in _scores(estimate, truth).items():
             unit = key.rpartition("[")[2].rstrip("]")
             if _ERRORS in key and unit in _FLOOR and np.isfinite(value):
-                found[f"{name}: {key}"] = max(value, _FLOOR[unit])
-    return found
+                errors[f"{name}: {key}"] = max(value, _FLOOR[unit])
+    return errors
 
 
 def _scores(estimate: Estimate, truth: Truth) -> dict[str, float]:

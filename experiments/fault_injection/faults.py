@@ -213,10 +213,10 @@ def clock_shift(spoiler: Spoiler) -> Fault:
 
 def swapped(spoiler: Spoiler) -> Fault:
     """Two channels exchanged."""
-    one, two = SWAPS[int(spoiler.rng.integers(len(SWAPS)))]
-    table = spoiler.tables[spoiler.measured.rate(one)]
-    table[one], table[two] = table[two], table[one]
-    return spoiler.done("swapped", (one, two), slice(None), "-")
+    first, second = SWAPS[int(spoiler.rng.integers(len(SWAPS)))]
+    table = spoiler.tables[spoiler.measured.rate(first)]
+    table[first], table[second] = table[second], table[first]
+    return spoiler.done("swapped", (first, second), slice(None), "-")
 
 
 def inverted(spoiler: Spoiler) -> Fault:

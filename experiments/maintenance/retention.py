@@ -47,27 +47,27 @@ def prune(folder: Path, after: float, really: bool) -> Outcome:
     """
     if after < 0 or not np.isfinite(after):
         raise InputError(f"--after {after:g}: give an age in days, 0 or more")
-    left = folder / _LEAVING
-    if left.is_dir() and not (folder / _RAW).exists() and really:
-        shutil.rmtree(left)  # an interrupted run had written the features and not yet removed everything
+    leaving = folder / _LEAVING
+    if leaving.is_dir() and not (folder / _RAW).exists() and really:
+        shutil.rmtree(leaving)  # an interrupted run had written the features and not yet removed everything
         return Outcome({"pruned": True, "folder": str(folder)}, f"{folder}: the rest of the raw data was removed")
     recording = Recording.open(folder)
-    age, how = _age(recording)
+    age, by = _age(recording)
     size = sum(path.stat().st_size for path in (folder / _RAW).rglob("*") if path.is_file())
-    facts: dict[str, Any] = {"folder": str(folder), "age [days]": round(age, 3), "age from": how, "raw [bytes]": size}
+    facts: dict[str, Any] = {"folder": str(folder), "age [days]": round(age, 3), "age from": by, "raw [bytes]": size}
     if age < after:
-        text = f"{folder}: {age:.1f} days old ({how}), raw data stay until {after:g} days"
+        text = f"{folder}: {age:.1f} days old ({by}), raw data stay until {after:g} days"
         return Outcome({**facts, "pruned": False, "due": False}, text)
-    found = inspect(recording.measurements)
-    estimates = estimate_all(found.cleaned)
-    facts |= {"due": True, "pruned": really, "estimates": sorted(estimates.given), "findings": len(found.findings)}
+    inspection = inspect(recording.measurements)
+    estimates = estimate_all(inspection.cleaned)
+    facts |= {"due": True, "pruned": really, "estimates": sorted(estimates.given), "findings": len(inspection.findings)}
     kept = f"{', '.join(sorted(estimates.given)) or 'no estimates'}, events, a row a second of each channel"
     if not really:
-        text = f"{folder}: {age:.1f} days old ({how}); {size / 1e6:.2f} MB of raw data would be reduced to: {kept}"
+        text = f"{folder}: {age:.1f} days old ({by}); {size / 1e6:.2f} MB of raw data would be reduced to: {kept}"
         return Outcome(facts, f"{text}\nnothing was changed; --yes does it")
-    _write(recording, found, estimates, folder / FEATURES)
-    os.rename(folder / _RAW, left)
-    shutil.rmtree(left)
+    _write(recording, inspection, estimates, folder / FEATURES)
+    os.rename(folder / _RAW, leaving)
+    shutil.rmtree(leaving)
     facts["features [bytes]"] = sum(p.stat().st_size for p in (folder / FEATURES).rglob("*") if p.is_file())
     text = f"{folder}: {size / 1e6:.2f} MB of raw data reduced to {facts['features [bytes]'] / 1e6:.2f} MB: {kept}"
     return Outcome(facts, text)
@@ -100,10 +100,10 @@ def _age(recording: Recording) -> tuple[float, str]:
     return (time.time() - (recording.folder / "about.json").stat().st_mtime) / DAY, "by its file"
 
 
-def _write(recording: Recording, found: Inspection, estimates: Estimates, folder: Path) -> None:
+def _write(recording: Recording, inspection: Inspection, estimates: Estimates, folder: Path) -> None:
     """Write the features, force them to the disk and read them back."""
-    table = seconds(found.cleaned)
-    codes = {name: number for number, name in enumerate(found.cleaned.channels)}
+    table = seconds(inspection.cleaned)
+    codes = {name: number for number, name in enumerate(inspection.cleaned.channels)}
     numeric = table.assign(channel=[float(codes[name]) for name in table["channel"]]).rename(
         columns={"channel": "channel [-]"}
     )
@@ -111,19 +111,21 @@ def _write(recording: Recording, found: Inspection, estimates: Estimates, folder
         write_frame(aside / "seconds.parquet", numeric)
         for name, estimate in estimates.given.items():
             estimate.save(aside / name, tables(estimate))
-        write_json(aside / "events.json", _events(recording, found, estimates, codes))
+        write_json(aside / "events.json", _events(recording, inspection, estimates, codes))
         for path in (one for one in aside.rglob("*") if one.is_file()):
             with path.open("rb") as handle:
                 os.fsync(handle.fileno())
     _check(folder, numeric, estimates.given)
 
 
-def _events(recording: Recording, found: Inspection, estimates: Estimates, codes: Mapping[str, int]) -> dict[str, Any]:
+def _events(
+    recording: Recording, inspection: Inspection, estimates: Estimates, codes: Mapping[str, int]
+) -> dict[str, Any]:
     return {
         "of": recording.folder.name,
         "reduced": datetime.now(UTC).isoformat(timespec="seconds"),
         "channels": list(codes),
-        "inspection": [one.stated() for one in found.findings],
+        "inspection": [one.stated() for one in inspection.findings],
         "estimators": {name: one.about.get("events", []) for name, one in estimates.given.items()},
         "refused": estimates.refused,
     }

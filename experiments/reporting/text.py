@@ -30,8 +30,8 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Any]], decimals: int = 
 
 
 def _wrapped(row: list[str], width: int) -> list[list[str]]:
-    first, *others = textwrap.wrap(row[-1], width) or [""]
-    return [[*row[:-1], first], *([""] * (len(row) - 1) + [other] for other in others)]
+    first, *lines = textwrap.wrap(row[-1], width) or [""]
+    return [[*row[:-1], first], *([""] * (len(row) - 1) + [line] for line in lines)]
 
 
 def cell(value: Any, decimals: int = 3) -> str:

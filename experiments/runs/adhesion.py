@@ -21,16 +21,16 @@ CLEAR = 20.0  # m, start of runs with vehicles off their nominal parameters: all
 
 def sensors(grade: str = "mems", wheelsets: bool = True) -> list[dict[str, Any]]:
     """Lateral accelerometers, yaw and roll gyros on wheelsets, bogie and body; tachometer, its wheel worn by 0.5 %."""
-    found: list[dict[str, Any]] = []
+    suite: list[dict[str, Any]] = []
     for body in ("wheelset1", "wheelset2", "bogie", "body") if wheelsets else ("bogie", "body"):
         shared = {"name": body, "body": body, "rate": 256}
         errors = AXLEBOX if body.startswith("wheelset") else grade
-        found.append({"kind": "accelerometer", "axes": ["y"], "errors": errors, **shared})
-        found.append(
+        suite.append({"kind": "accelerometer", "axes": ["y"], "errors": errors, **shared})
+        suite.append(
             {"kind": "gyro", "axes": ["roll"] if body == "body" else ["roll", "yaw"], "errors": grade, **shared}
         )
-    found.append({"kind": "tachometer", "name": "wheelset1", "body": "wheelset1", "rate": 64, "radius_error": 0.005})
-    return found
+    suite.append({"kind": "tachometer", "name": "wheelset1", "body": "wheelset1", "rate": 64, "radius_error": 0.005})
+    return suite
 
 
 def scenario(
@@ -76,8 +76,8 @@ def recording(
 
 def between(first: str, second: str) -> dict[str, float]:
     """Adhesion settings half way between two presets: geometric means of friction and of the reduction factors."""
-    one, other = CONDITIONS[first].parameters(), CONDITIONS[second].parameters()
-    return {name: float(np.sqrt(one[name] * other[name])) for name in one}
+    lower, upper = CONDITIONS[first].parameters(), CONDITIONS[second].parameters()
+    return {name: float(np.sqrt(lower[name] * upper[name])) for name in lower}
 
 
 def spliced(before: Measurements, after: Measurements, time: float) -> Measurements:

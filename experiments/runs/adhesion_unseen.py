@@ -54,10 +54,10 @@ class Case(NamedTuple):
         known = {"name": VEHICLE, "adhesion": self.settings}
         real = {**known, **OTHERS.get(self.vehicle, {})}
         shared = {"track": path, "start": START if self.vehicle == NOMINAL else CLEAR}
-        one, stated = (
+        true, stated = (
             scenario({**shared, "vehicle": vehicle}, self.speed, DURATION, suite) for vehicle in (real, known)
         )
-        return one, stated
+        return true, stated
 
 
 def cases(fast: bool) -> Iterator[Case]:
@@ -99,8 +99,8 @@ def judged(fast: bool) -> pd.DataFrame:
         for number, case in enumerate(cases(fast)):
             path = str(files.get(case.track, case.track))
             for kind in SETS:
-                one, stated = case.scenarios(path, sensors("mems", kind == "wheelsets"))
-                measured = run(one, 1000 + number, engine, stated)[1]
+                true, stated = case.scenarios(path, sensors("mems", kind == "wheelsets"))
+                measured = run(true, 1000 + number, engine, stated)[1]
                 rows += _windows(case, kind, measured)
                 if case.condition in LEVELS and case.vehicle == NOMINAL:
                     recordings.setdefault((case.track, case.speed), {})[case.condition, kind] = measured
@@ -120,26 +120,28 @@ def _friction_changes(file: Path, speeds: Sequence[float], engine: str) -> pd.Da
             write_track(Track(track.s, {**track.columns(), "friction": column}, path.stem, track.comments), path)
             settings = {"track": str(path), "vehicle": {"name": VEHICLE, "adhesion": "dry"}}
             for kind in SETS:
-                one = scenario(settings, speed, DURATION, sensors("mems", kind == "wheelsets"))
-                named = AdhesionLevel().estimate(run(one, 7, engine)[1]).about["changes"]
+                slippery = scenario(settings, speed, DURATION, sensors("mems", kind == "wheelsets"))
+                named = AdhesionLevel().estimate(run(slippery, 7, engine)[1]).about["changes"]
                 row: dict[str, Any] = {"kind": "friction", "track": file.stem, "speed [m/s]": speed, "sensors": kind}
                 row |= {"condition": "dry", "after": f"friction {friction:g}", "changes named": len(named)}
-                found = min((float(change["time"]) for change in named), key=lambda t: abs(t - SPLICE), default=np.nan)
-                rows.append(row | {"true time [s]": SPLICE, "time [s]": found})
+                nearest = min(
+                    (float(change["time"]) for change in named), key=lambda t: abs(t - SPLICE), default=np.nan
+                )
+                rows.append(row | {"true time [s]": SPLICE, "time [s]": nearest})
     return pd.DataFrame(rows)
 
 
 def _windows(case: Case, kind: str, measured: Measurements) -> list[pd.DataFrame]:
     estimator = AdhesionLevel()
     forces = estimator.forces(measured, estimator.health(measured), SETS[kind])
-    found = []
+    tables = []
     for window, hop in HOP.items():
         table = judge(forces, kind, window, hop, classifier(VEHICLE, kind, window))
         about = {"kind": "window", "track": case.track, "speed [m/s]": case.speed, "condition": case.condition}
         about["vehicle"] = case.vehicle
         about |= {"sensors": kind, "window [s]": window, "true slope [-]": initial_share(case.condition)}
-        found.append(table[["time [s]", *COLUMNS, "creep_slope [-]"]].assign(**about))
-    return found
+        tables.append(table[["time [s]", *COLUMNS, "creep_slope [-]"]].assign(**about))
+    return tables
 
 
 def _changes(track: str, speed: float, recordings: dict[tuple[str, str], Measurements]) -> pd.DataFrame:

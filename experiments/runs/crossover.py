@@ -67,26 +67,26 @@ def symmetry(x: np.ndarray, values: np.ndarray, sign: float, centre: float = 0.0
 
 def _one(truth: Truth, scenario: Scenario, seed: int) -> pd.DataFrame:
     measured = measure(truth, scenario, seed=seed).measurements
-    found = Switches().estimate(measured)
-    scale, middle = (found.about["crossovers"][0][key] for key in ("odometer_scale [-]", "middle [m]"))
+    estimate = Switches().estimate(measured)
+    scale, middle = (estimate.about["crossovers"][0][key] for key in ("odometer_scale [-]", "middle [m]"))
     plain, sharp = (AlignmentLateral(compensation=x, cut=CUT).estimate(measured).series for x in (False, True))
-    s, time = (np.asarray(found.series[name]) for name in ("s [m]", "time [s]"))
+    s, time = (np.asarray(estimate.series[name]) for name in ("s [m]", "time [s]"))
     rows: dict[str, Any] = {"label": "", SEED: seed, X: (s - middle) / (1 + scale)}
     rows["s [m]"] = np.interp(time, truth.time, truth["s [m]"])
     for name in ("yaw [rad]", "lateral_curvature [1/m]", "vertical_curvature [1/m]"):
-        rows[name] = np.asarray(found.series[name])
-    for name, one in (("alignment", plain), ("compensated", sharp)):
-        rows[f"{name} [m]"] = np.interp(time, np.asarray(one["time [s]"]), np.asarray(one["lateral [m]"]))
+        rows[name] = np.asarray(estimate.series[name])
+    for name, alignment in (("alignment", plain), ("compensated", sharp)):
+        rows[f"{name} [m]"] = np.interp(time, np.asarray(alignment["time [s]"]), np.asarray(alignment["lateral [m]"]))
     rows["true alignment [m]"] = _true_alignment(truth, time)
     wheel = "wheelset1.speed [m/s]"
     rows["speed [m/s]"] = np.interp(time, measured.time(wheel), measured[wheel])
-    return pd.concat([pd.DataFrame(rows), _features(found, truth, seed, middle)], ignore_index=True)
+    return pd.concat([pd.DataFrame(rows), _features(estimate, truth, seed, middle)], ignore_index=True)
 
 
-def _features(found: Estimate, truth: Truth, seed: int, middle: float) -> pd.DataFrame:
+def _features(estimate: Estimate, truth: Truth, seed: int, middle: float) -> pd.DataFrame:
     real = {one["label"]: one["s [m]"] for one in truth.about["features"]}
     rows = []
-    for event in found.about["events"]:
+    for event in estimate.about["events"]:
         at = float(np.interp(event["time [s]"], truth.time, truth["s [m]"]))
         rows.append(
             {

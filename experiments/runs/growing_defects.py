@@ -48,7 +48,7 @@ def growing_defects(fast: bool) -> pd.DataFrame:
     "away [m]" (of the nearest report; NaN: none within `NEAR`), "change [mm]" (what the report says), "quantity".
     """
     before = {speed: _truth(speed, TRACK) for speed in SPEEDS}
-    found = []
+    tables = []
     for seed in range(1, 3 if fast else SEEDS + 1):
         rng = np.random.default_rng([seed, 713])
         earlier = [_ride(before[speed], speed, seed, rng) for speed in SPEEDS]
@@ -57,8 +57,8 @@ def growing_defects(fast: bool) -> pd.DataFrame:
             with tempfile.TemporaryDirectory() as folder:
                 truth = _truth(LATER, str(_grown(Path(folder), places, size * 1e-3)))
                 later = _ride(truth, LATER, seed, rng)
-                found.append(_reported(earlier, later, places, before).assign(**{"seed [-]": seed, "size [mm]": size}))
-    return pd.concat(found, ignore_index=True)
+                tables.append(_reported(earlier, later, places, before).assign(**{"seed [-]": seed, "size [mm]": size}))
+    return pd.concat(tables, ignore_index=True)
 
 
 def _reported(
@@ -95,8 +95,8 @@ def _reported(
     return pd.DataFrame(rows).drop(columns="place", errors="ignore")
 
 
-def _found(reference: pd.DataFrame, other: pd.DataFrame) -> Match:
-    return match(reference[VERTICAL].to_numpy(), other[VERTICAL].to_numpy(), SPACING)
+def _found(reference: pd.DataFrame, later: pd.DataFrame) -> Match:
+    return match(reference[VERTICAL].to_numpy(), later[VERTICAL].to_numpy(), SPACING)
 
 
 def _truth(speed: float, track: str) -> Truth:

@@ -46,8 +46,10 @@ def with_track_errors(measurements: Measurements, share: float, seed: int) -> Me
 def write_other(folder: Path, seed: int, length: float = LENGTH) -> Path:
     """A straight track with irregularities of ERRI B176 low of its own."""
     s = synthesis.distances(length, SPACING)
-    found = synthesis.irregularities(spectra.spectra("erri_low"), s.size, SPACING, np.random.default_rng(seed), BAND)
-    columns = {key: column * synthesis.fade_in(s, 25.0, 20.0) for key, column in found.items()}
+    irregularities = synthesis.irregularities(
+        spectra.spectra("erri_low"), s.size, SPACING, np.random.default_rng(seed), BAND
+    )
+    columns = {key: column * synthesis.fade_in(s, 25.0, 20.0) for key, column in irregularities.items()}
     path = folder / f"other_{seed}.csv"
     write_track(Track(s, columns, path.stem, [f"Irregularities of seed {seed}."]), path)
     return path

@@ -30,12 +30,12 @@ def scored(frame: Frame) -> Frame:
     return found
 
 
-def responses(found: Frame, wanted: Sequence[str]) -> list[str]:
+def responses(scores: Frame, wanted: Sequence[str]) -> list[str]:
     """Scores to show: those asked for that there are, else the first error of each estimator."""
-    there = list(dict.fromkeys(found[RESPONSE]))
+    there = list(dict.fromkeys(scores[RESPONSE]))
     if wanted:
         return [name for name in wanted if name in there]
-    return list(dict.fromkeys(main_responses(found).values()))[:MOST_RESPONSES]
+    return list(dict.fromkeys(main_responses(scores).values()))[:MOST_RESPONSES]
 
 
 def smaller_is_better(response: str) -> bool:
@@ -43,17 +43,17 @@ def smaller_is_better(response: str) -> bool:
     return any(word in response for word in _SMALLER) and not response.startswith("within")
 
 
-def per_point(found: Frame, response: str, factors: Sequence[str]) -> Frame:
+def per_point(scores: Frame, response: str, factors: Sequence[str]) -> Frame:
     """Mean over the noise seeds: a row a point, sensor set and estimator, with the design values."""
-    chosen = found[found[RESPONSE] == response]
+    chosen = scores[scores[RESPONSE] == response]
     keys = ["point", *factors, "sensors", "estimator"]
     return chosen.groupby(keys, sort=False, dropna=False, as_index=False)["value"].mean()
 
 
-def extremes(found: Frame, response: str, factors: Sequence[str]) -> Frame:
+def extremes(scores: Frame, response: str, factors: Sequence[str]) -> Frame:
     """The `FEW` best and worst points of each estimator."""
     parts = []
-    for _, group in per_point(found, response, factors).groupby("estimator", sort=False):
+    for _, group in per_point(scores, response, factors).groupby("estimator", sort=False):
         size = group["value"].abs() if smaller_is_better(response) else -group["value"]
         ordered = group.assign(size=size).sort_values(["size", "point"], kind="stable").drop(columns="size")
         few = min(FEW, len(ordered) // 2)
@@ -72,7 +72,7 @@ def messages(frame: Frame) -> Frame:
     return found.sort_values(["status", "rows"], ascending=[True, False], kind="stable")
 
 
-def indices(found: Frame, response: str, factors: Sequence[str], design: Mapping[str, Any]) -> tuple[Frame, list[str]]:
+def indices(scores: Frame, response: str, factors: Sequence[str], design: Mapping[str, Any]) -> tuple[Frame, list[str]]:
     """First and total order Sobol' indices of a response, with 95 % bootstrap intervals, by estimator.
 
     `scipy.stats.sobol_indices` (Saltelli et al., 2010) on the mean over the seeds.
@@ -86,7 +86,7 @@ def indices(found: Frame, response: str, factors: Sequence[str], design: Mapping
     if design.get("kind") != INDICES:
         return pd.DataFrame(), notes
     base, total = int(design["base"]), int(design["points"])
-    for (label, sensors), group in per_point(found, response, factors).groupby(["estimator", "sensors"], sort=False):
+    for (label, sensors), group in per_point(scores, response, factors).groupby(["estimator", "sensors"], sort=False):
         values = group.set_index("point")["value"].reindex(range(total)).to_numpy(float)
         missing = int(np.isnan(values).sum())
         if missing or np.ptp(values) == 0.0:
@@ -115,12 +115,12 @@ def indices(found: Frame, response: str, factors: Sequence[str], design: Mapping
     return pd.DataFrame(rows), notes
 
 
-def by_set(found: Frame, response: str, costs: Mapping[str, float]) -> Frame:
+def by_set(scores: Frame, response: str, costs: Mapping[str, float]) -> Frame:
     """Cost and mean score of every estimator that a set of sensors serves; "front": no cheaper set is as good.
 
     Scores are averaged over points and seeds, errors by their size; sets without a cost are left out.
     """
-    chosen = found[(found[RESPONSE] == response) & found["sensors"].isin(list(costs))]
+    chosen = scores[(scores[RESPONSE] == response) & scores["sensors"].isin(list(costs))]
     if smaller_is_better(response):
         chosen = chosen.assign(value=chosen["value"].abs())
     mean = chosen.groupby(["estimator", "sensors"], sort=False, as_index=False)["value"].mean()
@@ -137,7 +137,7 @@ def _front(cost: np.ndarray, value: np.ndarray, smaller: bool) -> np.ndarray:
     return ~np.array(beaten, dtype=bool)
 
 
-def smallest_sets(frame: Frame, found: Frame, costs: Mapping[str, float], panels: Mapping[str, Any]) -> Frame:
+def smallest_sets(frame: Frame, scores: Frame, costs: Mapping[str, float], panels: Mapping[str, Any]) -> Frame:
     """For every panel and estimator the cheapest set that serves it, and the cheapest within 10 % of its best.
 
     Parameters
@@ -147,14 +147,14 @@ def smallest_sets(frame: Frame, found: Frame, costs: Mapping[str, float], panels
     """
     rows, shown = [], set()
     for title, panel in panels.items():
-        mine = chosen_points(found, panel["at"])
+        mine = chosen_points(scores, panel["at"])
         for label, part in mine[mine[RESPONSE] == panel["score"]].groupby("estimator", sort=False):
             row = _smallest(part, panel["score"], costs)
             if row:
                 shown.add(label)
                 rows.append({"quantity": title, "estimator": label} | row)
     for label in dict.fromkeys(frame["estimator"]):
-        mine = found[found["estimator"] == label]
+        mine = scores[scores["estimator"] == label]
         if label in shown:
             continue
         if mine.empty:
@@ -201,9 +201,9 @@ def _main_response(mine: Frame) -> str:
     return next((name for name in names if smaller_is_better(name)), names[0])
 
 
-def main_responses(found: Frame) -> dict[str, str]:
+def main_responses(scores: Frame) -> dict[str, str]:
     """By estimator the score that stands for it where sets of sensors are compared."""
-    return {str(label): _main_response(mine) for label, mine in found.groupby("estimator", sort=False)}
+    return {str(label): _main_response(mine) for label, mine in scores.groupby("estimator", sort=False)}
 
 
 def memory(facts: Sequence[Mapping[str, Any]]) -> tuple[dict[str, np.ndarray], float | None]:

@@ -31,15 +31,15 @@ def write_report(folder: Path) -> Path:
     frame = read_table(folder / TABLE)
     page = _Page(folder)
     _head(page, settings, frame)
-    found = analysis.scored(frame)
+    scored = analysis.scored(frame)
     factors = list(settings["factors"])
-    names = analysis.responses(found, settings["responses"])
-    means = {name: analysis.per_point(found, name, factors) for name in names}
-    _sensor_sets(page, settings, frame, found)
+    names = analysis.responses(scored, settings["responses"])
+    means = {name: analysis.per_point(scored, name, factors) for name in names}
+    _sensor_sets(page, settings, frame, scored)
     if names:
         _responses(page, means, factors)
-        _indices(page, settings, found, factors, names)
-        _extremes(page, found, factors, names)
+        _indices(page, settings, scored, factors, names)
+        _extremes(page, scored, factors, names)
     _messages(page, frame)
     _speed(page, folder)
     replace_file(folder / REPORT, page.text(settings["name"]).encode())
@@ -113,9 +113,9 @@ def _responses(page: _Page, means: Mapping[str, Frame], factors: Sequence[str]) 
 
 
 def _indices(
-    page: _Page, settings: Mapping[str, Any], found: Frame, factors: Sequence[str], names: Sequence[str]
+    page: _Page, settings: Mapping[str, Any], scored: Frame, factors: Sequence[str], names: Sequence[str]
 ) -> None:
-    parts = [(name, *analysis.indices(found, name, factors, settings["design"])) for name in names]
+    parts = [(name, *analysis.indices(scored, name, factors, settings["design"])) for name in names]
     if not any(len(table) or notes for _, table, notes in parts):
         return
     page.heading("Sensitivity: Sobol' indices")
@@ -131,36 +131,37 @@ def _indices(
             page.line(note)
 
 
-def _extremes(page: _Page, found: Frame, factors: Sequence[str], names: Sequence[str]) -> None:
+def _extremes(page: _Page, scored: Frame, factors: Sequence[str], names: Sequence[str]) -> None:
     page.heading("Best and worst points")
     for name in names:
         page.line(name)
-        page.table(analysis.extremes(found, name, factors))
+        page.table(analysis.extremes(scored, name, factors))
 
 
-def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, found: Frame) -> None:
-    costs = {name: one["cost"] for name, one in settings["sensors"].items() if one["cost"] is not None}
+def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, scored: Frame) -> None:
+    costs = {name: chosen["cost"] for name, chosen in settings["sensors"].items() if chosen["cost"] is not None}
     if not costs:
         return
     page.heading("Sets of sensors")
     sets = [
-        {"set": name, "cost class": one["cost"], "channels": ", ".join(one["channels"])} | _places(one.get("at", {}))
-        for name, one in settings["sensors"].items()
+        {"set": name, "cost class": chosen["cost"], "channels": ", ".join(chosen["channels"])}
+        | _places(chosen.get("at", {}))
+        for name, chosen in settings["sensors"].items()
     ]
     page.table(pd.DataFrame(sets))
-    panels = settings.get("panels") or _own_panels(found)
+    panels = settings.get("panels") or _own_panels(scored)
     tables = {
-        title: (one["score"], analysis.by_set(analysis.chosen_points(found, one["at"]), one["score"], costs))
-        for title, one in panels.items()
+        title: (panel["score"], analysis.by_set(analysis.chosen_points(scored, panel["at"]), panel["score"], costs))
+        for title, panel in panels.items()
     }
-    tables = {title: one for title, one in tables.items() if len(one[1])}
+    tables = {title: (score, table) for title, (score, table) in tables.items() if len(table)}
     if tables:
         page.picture("pareto", pictures.pareto(tables))
     page.line(
         "By quantity and estimator: the cheapest set that serves it, and the cheapest with a score within 10 % of its "
         "best. Values are means over points and seeds, of errors the mean size."
     )
-    page.table(analysis.smallest_sets(frame, found, costs, panels))
+    page.table(analysis.smallest_sets(frame, scored, costs, panels))
     for title, (score, table) in tables.items():
         places = "; ".join(_places(panels[title]["at"]).values())
         page.line(f"{title}: {score}{f' ({places})' if places else ''}")
@@ -168,9 +169,9 @@ def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, found: 
         page.table(wide.reindex([name for name in costs if name in wide.index]).reset_index())
 
 
-def _own_panels(found: Frame) -> dict[str, dict[str, Any]]:
+def _own_panels(scored: Frame) -> dict[str, dict[str, Any]]:
     """A panel a score that stands for an estimator."""
-    return {name: {"score": name, "at": {}} for name in dict.fromkeys(analysis.main_responses(found).values())}
+    return {name: {"score": name, "at": {}} for name in dict.fromkeys(analysis.main_responses(scored).values())}
 
 
 def _places(at: Mapping[str, Any]) -> dict[str, str]:

@@ -17,7 +17,7 @@ class Selection:
 
     def has(self, values: Mapping[str, Any]) -> bool:
         """Whether a point with these design values is chosen."""
-        return all(any(_same(values[name], one) for one in chosen) for name, chosen in self.wanted)
+        return all(any(_same(values[name], level) for level in chosen) for name, chosen in self.wanted)
 
     def plain(self) -> dict[str, list[Any]]:
         """As JSON."""
@@ -45,7 +45,7 @@ def read_selection(given: Any, where: str, design: Design) -> Selection:
         return Selection()
     if not isinstance(given, Mapping) or not given:
         raise InputError(f"{where}: give a factor of the design with its values, for example {{speed.speed: [20]}}")
-    return Selection(tuple((str(name), _levels(name, one, where, design)) for name, one in given.items()))
+    return Selection(tuple((str(name), _levels(name, chosen, where, design)) for name, chosen in given.items()))
 
 
 def _levels(name: Any, given: Any, where: str, design: Design) -> tuple[Any, ...]:
@@ -55,10 +55,10 @@ def _levels(name: Any, given: Any, where: str, design: Design) -> tuple[Any, ...
         raise InputError(f"{where}.{name}: no factor of the design with values one by one; there are: {there}")
     labels = [label for label, _ in known[name].given]
     chosen = given if isinstance(given, list) else [given]
-    for one in chosen:
-        if one not in labels:
+    for level in chosen:
+        if level not in labels:
             there = ", ".join(str(label) for label in labels)
-            raise InputError(f"{where}.{name}: the factor does not take {one!r}; it takes {there}")
+            raise InputError(f"{where}.{name}: the factor does not take {level!r}; it takes {there}")
     if not chosen:
         raise InputError(f"{where}.{name}: has no values; give at least one")
     return tuple(chosen)

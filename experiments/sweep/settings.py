@@ -93,8 +93,8 @@ class Sweep:
 
 def shipped_studies() -> dict[str, str]:
     """Studies that come with the program: description by name."""
-    found = sorted(STUDIES.glob("*.yaml"))
-    return {path.stem: str(_parse(path.name, path.read_text("utf-8")).get("description", "")) for path in found}
+    files = sorted(STUDIES.glob("*.yaml"))
+    return {path.stem: str(_parse(path.name, path.read_text("utf-8")).get("description", "")) for path in files}
 
 
 def read_sweep(source: str | Path) -> Sweep:

@@ -89,10 +89,10 @@ def read_settings(folder: Path) -> dict[str, Any]:
     ------
     InputError : the folder is not one of a sweep.
     """
-    found = read_json(folder / SETTINGS, "the folder of a sweep")
-    if (found.get("format"), found.get("format_version")) != (FORMAT, FORMAT_VERSION):
+    settings = read_json(folder / SETTINGS, "the folder of a sweep")
+    if (settings.get("format"), settings.get("format_version")) != (FORMAT, FORMAT_VERSION):
         raise InputError(f"'{folder}' is not the folder of a sweep of format version {FORMAT_VERSION}")
-    return found
+    return settings
 
 
 def task_facts(folder: Path) -> list[dict[str, Any]]:
@@ -105,9 +105,9 @@ def task_facts(folder: Path) -> list[dict[str, Any]]:
     return sorted(facts, key=lambda one: one["ended"])
 
 
-def write_throughput(folder: Path, found: dict[str, Any]) -> None:
+def write_throughput(folder: Path, throughput: dict[str, Any]) -> None:
     """Keep what was measured of a session's speed beside the table."""
-    write_json(folder / "throughput.json", found)
+    write_json(folder / "throughput.json", throughput)
 
 
 def _about(plan: Plan) -> dict[str, Any]:
