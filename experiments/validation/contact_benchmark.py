@@ -24,7 +24,7 @@ from railsim.profiles.creepage import creepages
 from railsim.profiles.files import read_profile
 from railsim.profiles.layout import Layout
 from railsim.profiles.profile import Profile
-from railsim.profiles.search import Contact, Side
+from railsim.profiles.search import ProfileContact, Side
 
 BENCHMARK = "contact/mbench_a22_left.csv"
 PROFILES = ("profiles/MBench_S1002_v3.prw", "profiles/MBench_UIC60_v3.prr")
@@ -194,7 +194,7 @@ def _position(side: Side, row: Mapping[Any, Any]) -> dict[str, float]:
     return columns | _forces("chain", creep, along, contact.curvature, row)
 
 
-def _found(side: Side, row: Mapping[Any, Any]) -> tuple[Contact, dict[str, float]]:
+def _found(side: Side, row: Mapping[Any, Any]) -> tuple[ProfileContact, dict[str, float]]:
     """Our contact, and its numbers in the units and with the signs of the table."""
     roll, yaw = row["roll_ws_rad"], -row["yaw_ws_rad"]
     contact = side.at(-1e-3 * row["y_ws_mm"], roll, yaw)

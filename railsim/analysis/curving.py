@@ -38,7 +38,10 @@ UNKNOWNS = (
 SCALES = {"y": 1e-3, "z": 1e-4, "roll": 1e-3, "pitch": 1e-3, "yaw": 1e-3, "spin": 1e-3}  # m, rad, part of V / r0
 STEPS = 6  # from straight track to the curve
 ITERATIONS = 20  # of Newton's method for a contact, at most
-LEAST_BEND, USED = 0.5, 0.009  # 1/m, m: profiles bend more everywhere within, or wheel and rail cannot be told apart
+LEAST_CURVATURE, USED = (
+    0.5,
+    0.009,
+)  # 1/m, m: more curved everywhere within, or wheel and rail cannot be told apart
 LARGEST = 5e-4  # m; such a step at most
 SETTINGS = {"xtol": 1e-13, "eps": 1e-8, "factor": 1.0}  # of `scipy.optimize.root`, method hybr
 ACCURACY = 1e-9  # of the weight of the vehicle
@@ -110,7 +113,7 @@ class Stiffness(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Touch:
+class DeepestPoint:
     """Where the tilted wheel is deepest in its rail: depth along the normal [m], contact angle [rad] and place across
     the track [m] (both outwards +), and the contact functions at the place on the wheel.
     """
@@ -131,11 +134,11 @@ class Side:
     def __init__(self, functions: ContactFunctions, sign: float) -> None:
         self.sign = sign
         self.splines = CubicSpline(functions.shift, functions.channels())
-        self.slopes, self.bends = self.splines.derivative(), self.splines.derivative(2)
+        self.slopes, self.second_derivatives = self.splines.derivative(), self.splines.derivative(2)
         self.stiffness, self.reach = functions.stiffness(), float(functions.shift[-1])
         self.radius = float(self.splines(0.0)[RADIUS])
         used = functions.shift[np.abs(functions.shift) < USED]
-        self.separable = bool(self.bends(used)[:, LIFT].min() > LEAST_BEND)
+        self.separable = bool(self.second_derivatives(used)[:, LIFT].min() > LEAST_CURVATURE)
 
     def wheel_point(self, u: float, roll: float, yaw: float) -> tuple[np.ndarray, float]:
         """Outline of the wheel as seen along the track, from its centre [m], and the angle of the profile [rad].
@@ -150,7 +153,7 @@ class Side:
         cosine, sine = np.cos(roll), np.sin(roll)
         return np.array([cosine * across - sine * up, sine * across + cosine * up]), float(np.arctan(tangent))
 
-    def touch(self, y: float, height: float, roll: float, yaw: float) -> Touch:
+    def deepest_point(self, y: float, height: float, roll: float, yaw: float) -> DeepestPoint:
         """Deepest place of the wheel in the rail: both normals lie in the line that joins the two points there.
 
         Parameters
@@ -159,7 +162,7 @@ class Side:
         this side [rad]; yaw : [rad].
         """
         if not self.separable:
-            return self.upright_touch(y, height, roll, yaw)
+            return self.upright_deepest_point(y, height, roll, yaw)
         radius = self.radius
         wheel = rail = float(np.clip(y + radius * roll, -self.reach, self.reach))
         count = 0
@@ -170,19 +173,19 @@ class Side:
             angle = float(np.arctan(slope[LIFT]))
             seen = point + np.array([y, height]) - [value[HALF_DISTANCE], value[LIFT] - value[RADIUS] + radius]
             along, normal = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-            bend_wheel = float(self.bends(wheel)[LIFT]) * np.cos(own) ** 2
-            bend_rail = float(self.bends(rail)[LIFT]) * np.cos(angle) ** 2
+            wheel_curvature = float(self.second_derivatives(wheel)[LIFT]) * np.cos(own) ** 2
+            rail_curvature = float(self.second_derivatives(rail)[LIFT]) * np.cos(angle) ** 2
             gain = 1.0 - float(self.slopes(wheel)[HALF_DISTANCE])
-            by_rail = -float(slope[HALF_DISTANCE]) / np.cos(angle) + float(seen @ normal) * bend_rail
-            jacobian = [[-gain / np.cos(own), by_rail], [-bend_wheel, bend_rail]]
+            by_rail = -float(slope[HALF_DISTANCE]) / np.cos(angle) + float(seen @ normal) * rail_curvature
+            jacobian = [[-gain / np.cos(own), by_rail], [-wheel_curvature, rail_curvature]]
             step = np.clip(np.linalg.solve(jacobian, [seen @ along, angle - own - roll]), -LARGEST, LARGEST)
             wheel, rail = np.clip((wheel - step[0], rail - step[1]), -self.reach, self.reach)
             if np.abs(step).max() < 1e-13 or count == ITERATIONS:
                 break
-        return Touch(-float(seen @ normal), angle, float(value[HALF_DISTANCE]), self.splines(wheel))
+        return DeepestPoint(-float(seen @ normal), angle, float(value[HALF_DISTANCE]), self.splines(wheel))
 
-    def upright_touch(self, y: float, height: float, roll: float, yaw: float) -> Touch:
-        """As `touch`, for profiles with straight parts: the wheel's place is that of a wheelset that is not tilted.
+    def upright_deepest_point(self, y: float, height: float, roll: float, yaw: float) -> DeepestPoint:
+        """As `deepest_point`, for profiles with straight parts: the wheel's place is that of an upright wheelset.
 
         Then the lift over the shift is the curve on which the wheelset slides, and the depth is the distance from it.
         """
@@ -197,13 +200,13 @@ class Side:
             angle = float(np.arctan(rise))
             away = np.array([shift - u, low - float(value[LIFT])])
             normal, along = np.array([-np.sin(angle), np.cos(angle)]), np.array([np.cos(angle), np.sin(angle)])
-            bend = float(self.bends(u)[LIFT]) * np.cos(angle) ** 2
-            step = float(away @ along) / (1.0 / np.cos(angle) - float(away @ normal) * bend)
+            profile_curvature = float(self.second_derivatives(u)[LIFT]) * np.cos(angle) ** 2
+            step = float(away @ along) / (1.0 / np.cos(angle) - float(away @ normal) * profile_curvature)
             u = float(np.clip(u + np.clip(step, -LARGEST, LARGEST), -self.reach, self.reach))
             if abs(step) < 1e-13 or count == ITERATIONS:
                 break
         gain = 1.0 - float(slope[HALF_DISTANCE])
-        return Touch(-float(away @ normal), float(np.arctan(rise + gain * roll)), half, value)
+        return DeepestPoint(-float(away @ normal), float(np.arctan(rise + gain * roll)), half, value)
 
 
 class Balance:
@@ -211,7 +214,7 @@ class Balance:
 
     def __init__(self, vehicle: HalfVehicle, curve: Curve, sides: tuple[Side, Side]) -> None:
         self.vehicle, self.curve, self.sides = vehicle, curve, sides
-        self.pace = curve.speed * curve.curvature * UP  # Omega
+        self.angular_velocity = curve.speed * curve.curvature * UP  # Omega
         self.lean = -float(np.arcsin(curve.cant / CANT_BASE))
 
     def scales(self) -> np.ndarray:
@@ -222,11 +225,11 @@ class Balance:
 
     def acceleration(self, place: np.ndarray) -> np.ndarray:
         """Centripetal acceleration [m/s2] of a place [m] that turns with the vehicle."""
-        return np.cross(self.pace, self.velocity(place))
+        return np.cross(self.angular_velocity, self.velocity(place))
 
     def velocity(self, place: np.ndarray) -> np.ndarray:
         """Omega x (place - the circle's axis) [m/s]: V along the centre line."""
-        return self.curve.speed * np.array([1.0, 0.0, 0.0]) + np.cross(self.pace, place)
+        return self.curve.speed * np.array([1.0, 0.0, 0.0]) + np.cross(self.angular_velocity, place)
 
     def placed(self, along: float, y: float, height: float, roll: float, pitch: float, yaw: float) -> Placed:
         """A body `along` metres ahead of the bogie's centre, its coordinates in the track frame there."""
@@ -264,9 +267,9 @@ class Balance:
         """Contact of one wheel: Hertz pressure on the penetration, creep force by the velocity there."""
         y, z, roll, yaw, spin = coordinates
         sign = side.sign
-        touch = side.touch(sign * y, self.vehicle.wheel_radius + z, sign * roll, sign * yaw)
-        value, angle, arm = touch.value, sign * touch.angle, sign * touch.lateral - y
-        normal = side.stiffness * max(touch.depth, 0.0) ** 1.5
+        deepest_point = side.deepest_point(sign * y, self.vehicle.wheel_radius + z, sign * roll, sign * yaw)
+        value, angle, arm = deepest_point.value, sign * deepest_point.angle, sign * deepest_point.lateral - y
+        normal = side.stiffness * max(deepest_point.depth, 0.0) ** 1.5
         upright = wheelset.track.apply([0.0, -np.sin(angle), np.cos(angle)])
         axle = wheelset.turn.apply(ACROSS)
         place = wheelset.centre + contact_arm(wheelset, axle, upright, arm, value[RADIUS])
@@ -274,7 +277,7 @@ class Balance:
         along /= np.linalg.norm(along)
         across = np.cross(upright, along)
         slip = self.velocity(place) + spin * np.cross(axle, place - wheelset.centre)
-        turning = (self.pace + spin * axle) @ upright
+        turning = (self.angular_velocity + spin * axle) @ upright
         creep = np.array([slip @ along, slip @ across, turning]) / self.curve.speed
         force = self.creep_force(creep, value, normal)
         total = normal * upright + force[0] * along + force[1] * across
@@ -309,53 +312,53 @@ class Balance:
     def loads(self, values: dict[str, float]) -> tuple[dict[str, Placed], dict[str, np.ndarray], dict[str, Wheel]]:
         """Bodies, what is left over on each (force and moment about its centre, 6), and the wheels."""
         bodies = self.bodies(values)
-        left_over = {name: self.inertia(name, body, values) for name, body in bodies.items()}
+        residual_forces = {name: self.inertia(name, body, values) for name, body in bodies.items()}
         for upper, lower, arms, stiffness in suspension(self.vehicle):
             force, moment, middle = self.spring((bodies[upper], bodies[lower]), arms, stiffness)
             for name, sign in ((upper, 1.0), (lower, -1.0)):
                 lever = middle - bodies[name].centre
-                left_over[name][:3] += sign * force
-                left_over[name][3:] += sign * (moment + np.cross(lever, force))
+                residual_forces[name][:3] += sign * force
+                residual_forces[name][3:] += sign * (moment + np.cross(lever, force))
         wheels = {}
         for i in (1, 2):
             name = f"wheelset{i}"
             coordinates = [values[f"{name}.{axis}"] for axis in ("y", "z", "roll", "yaw", "spin")]
             for side, word in zip(self.sides, ("left", "right"), strict=True):
                 wheel = wheels[f"wheel{i}_{word}"] = self.wheel(bodies[name], coordinates, side)
-                left_over[name][:3] += wheel.force
-                left_over[name][3:] += np.cross(wheel.place - bodies[name].centre, wheel.force)
-            self.pass_on(bodies, left_over, name, "bogie", bodies[name].centre)
+                residual_forces[name][:3] += wheel.force
+                residual_forces[name][3:] += np.cross(wheel.place - bodies[name].centre, wheel.force)
+            self.pass_on(bodies, residual_forces, name, "bogie", bodies[name].centre)
         rod = bodies["bogie"].centre + (self.vehicle.secondary_height - self.vehicle.bogie_height) * UP
-        self.pass_on(bodies, left_over, "bogie", "body", rod)
-        return bodies, left_over, wheels
+        self.pass_on(bodies, residual_forces, "bogie", "body", rod)
+        return bodies, residual_forces, wheels
 
     @staticmethod
     def pass_on(
-        bodies: dict[str, Placed], left_over: dict[str, np.ndarray], giver: str, taker: str, place: np.ndarray
+        bodies: dict[str, Placed], residual_forces: dict[str, np.ndarray], giver: str, taker: str, place: np.ndarray
     ) -> None:
         """What is left over along the track (the curve's resistance) goes on to the next body at `place` [m]."""
         along = bodies[giver].track.apply([1.0, 0.0, 0.0])
-        force = (left_over[giver][:3] @ along) * along
+        force = (residual_forces[giver][:3] @ along) * along
         for name, sign in ((giver, -1.0), (taker, 1.0)):
-            left_over[name][:3] += sign * force
-            left_over[name][3:] += sign * np.cross(place - bodies[name].centre, force)
+            residual_forces[name][:3] += sign * force
+            residual_forces[name][3:] += sign * np.cross(place - bodies[name].centre, force)
 
     def inertia(self, name: str, body: Placed, values: dict[str, float]) -> np.ndarray:
         """Weight less mass times acceleration [N], and less the change of angular momentum [N m]; (6,)."""
         mass, moments = masses(self.vehicle)[name]
-        momentum = body.turn.apply(np.array(moments) * body.turn.inv().apply(self.pace))
+        momentum = body.turn.apply(np.array(moments) * body.turn.inv().apply(self.angular_velocity))
         if f"{name}.spin" in values:
             momentum += self.vehicle.wheelset_spin_inertia * values[f"{name}.spin"] * body.turn.apply(ACROSS)
         force = -mass * (GRAVITY * UP + self.acceleration(body.centre))
-        return np.concatenate((force, -np.cross(self.pace, momentum)))
+        return np.concatenate((force, -np.cross(self.angular_velocity, momentum)))
 
     def residual(self, unknown: np.ndarray) -> np.ndarray:
         """Eighteen forces and moments [N, N m] by the eighteen unknowns in natural steps."""
-        bodies, left_over, _ = self.loads(self.named(unknown))
+        bodies, residual_forces, _ = self.loads(self.named(unknown))
         rows = []
         for name in ("wheelset1", "wheelset2", "bogie", "body"):
-            force = bodies[name].track.inv().apply(left_over[name][:3])
-            moment = bodies[name].turn.inv().apply(left_over[name][3:])
+            force = bodies[name].track.inv().apply(residual_forces[name][:3])
+            moment = bodies[name].turn.inv().apply(residual_forces[name][3:])
             rows += [*force[1:], *(moment[:1] if name == "body" else moment)]
         return np.array(rows)
 

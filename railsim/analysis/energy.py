@@ -60,17 +60,17 @@ def energies(plant, x, scratch, out):
 @kernel
 def _finite_energy(plant, e, s, velocity, q, rate, work):
     """Energy of an element that is evaluated to second order, over the same elongations as its forces."""
-    place_u, place_l, pace = work[0:6], work[6:12], work[12:18]
+    position_u, position_l, rates = work[0:6], work[6:12], work[12:18]
     moved_u, moved_l, spare, stretch = work[18:21], work[21:24], work[24:27], work[27:33]
-    body_coordinates(plant, plant.core.finite_bodies[e, 0], s, velocity, q, rate, work[60:72], place_u, pace)
-    body_coordinates(plant, plant.core.finite_bodies[e, 1], s, velocity, q, rate, work[60:72], place_l, pace)
-    turned_arm(place_u[3:], plant.core.finite_arms[e, 0], spare, moved_u)
-    turned_arm(place_l[3:], plant.core.finite_arms[e, 1], spare, moved_l)
+    body_coordinates(plant, plant.core.finite_bodies[e, 0], s, velocity, q, rate, work[60:72], position_u, rates)
+    body_coordinates(plant, plant.core.finite_bodies[e, 1], s, velocity, q, rate, work[60:72], position_l, rates)
+    turned_arm(position_u[3:], plant.core.finite_arms[e, 0], spare, moved_u)
+    turned_arm(position_l[3:], plant.core.finite_arms[e, 1], spare, moved_l)
     middle = work[33:36]
     for k in range(3):
-        middle[k] = 0.5 * (place_u[3 + k] + place_l[3 + k])
-        stretch[k] = place_u[k] + moved_u[k] - place_l[k] - moved_l[k]
-        stretch[3 + k] = place_u[3 + k] - place_l[3 + k]
+        middle[k] = 0.5 * (position_u[3 + k] + position_l[3 + k])
+        stretch[k] = position_u[k] + moved_u[k] - position_l[k] - moved_l[k]
+        stretch[3 + k] = position_u[3 + k] - position_l[3 + k]
     cross(middle, stretch, spare)
     total = 0.0
     for k in range(3):

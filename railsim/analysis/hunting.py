@@ -118,9 +118,9 @@ def decreasing_speed(
     moment, y = _lateral(replace(run, initial=state), engine)
     per = round(WINDOW * RATE)
     windows = len(y) // per
-    pace = np.interp(moment, time, speed)[: windows * per].reshape(windows, per).mean(axis=1)
+    mean_speed = np.interp(moment, time, speed)[: windows * per].reshape(windows, per).mean(axis=1)
     amplitude = 0.5 * np.ptp(y[: windows * per].reshape(windows, per), axis=1)
-    return Ramp(pace, amplitude, _end(pace, amplitude))
+    return Ramp(mean_speed, amplitude, _end(mean_speed, amplitude))
 
 
 def growth_rate(model: Model, speed: float, amplitude: float = SMALL, duration: float = 3.0) -> float:

@@ -50,15 +50,15 @@ def polach_force(creep_x, creep_y, spin, a, b, c11, c22, c23, normal, friction, 
     gradient = 0.25 * math.pi * SHEAR * a * b * stiffness * slip_c / ((1.0 if straight else slip) * limit)
     adhesion = k_adhesion * gradient
     force = 2.0 / math.pi * limit * (adhesion / (1.0 + adhesion * adhesion) + arc_tangent(k_slip * gradient))
-    pull = 0.0 if straight else force * over
+    secant = 0.0 if straight else force * over
     form = 1.0 + 6.3 * (1.0 - falling_exponential(a / b))
     twist = 8.0 / 3.0 * b * math.sqrt(a * b) * SHEAR * c23 * abs(creep_yc) / (limit * form)
     square = twist * twist
     delta = (square - 1.0) / (square + 1.0)
     rest = 1.0 - delta * delta
     factor = twist * (delta * delta * (delta / 3.0 - 0.5) + 1.0 / 6.0) - rest * math.sqrt(rest) / 3.0
-    force_x = -pull * creep_x
-    force_y = 9.0 / 16.0 * a * limit * factor * form * spin * over - pull * creep_y
+    force_x = -secant * creep_x
+    force_y = 9.0 / 16.0 * a * limit * factor * form * spin * over - secant * creep_y
     total = math.sqrt(force_x * force_x + force_y * force_y)
     share = limit / total if total > limit else 1.0
     return 0.0 if held else share * force_x, 0.0 if held else share * force_y

@@ -99,10 +99,10 @@ def project(plant, guess, x, y, z, f):
 
 
 @kernel
-def seen_from(f, q, v, turn, out):
+def seen_from(f, q, v, matrix, out):
     """Fill out[:13]: x, y, z; roll, pitch, yaw; their rates; the frame's own speed, for a body with coordinates q, v.
 
-    `turn` (9,) is the body's rotation matrix. The frame moves along the track so that the body stays in its cross
+    `matrix` (9,) is the body's rotation matrix. The frame moves along the track so that the body stays in its cross
     plane (out[12] = ds/dt).
     """
     dx, dy, dz = q[0] - f[9], q[1] - f[10], q[2] - f[11]
@@ -112,25 +112,25 @@ def seen_from(f, q, v, turn, out):
     v_x = f[0] * v[0] + f[3] * v[1] + f[6] * v[2]
     v_y = f[1] * v[0] + f[4] * v[1] + f[7] * v[2]
     v_z = f[2] * v[0] + f[5] * v[1] + f[8] * v[2]
-    pace = v_x / (1.0 + f[13] * p_z - f[14] * p_y)
-    out[12] = pace
-    relative_motion(f, pace, p_x, p_y, p_z, v_x, v_y, v_z, q, v, turn, out)
+    frame_speed = v_x / (1.0 + f[13] * p_z - f[14] * p_y)
+    out[12] = frame_speed
+    relative_motion(f, frame_speed, p_x, p_y, p_z, v_x, v_y, v_z, q, v, matrix, out)
 
 
 @kernel
-def relative_motion(f, pace, p_x, p_y, p_z, v_x, v_y, v_z, q, v, turn, out):
-    """Positions, angles and rates relative to a frame that moves along the track with ds/dt = pace."""
-    o_x, o_y, o_z = pace * f[12], pace * f[13], pace * f[14]
+def relative_motion(f, frame_speed, p_x, p_y, p_z, v_x, v_y, v_z, q, v, matrix, out):
+    """Positions, angles and rates relative to a frame that moves along the track with ds/dt = frame_speed."""
+    o_x, o_y, o_z = frame_speed * f[12], frame_speed * f[13], frame_speed * f[14]
     out[0], out[1], out[2] = p_x, p_y, p_z
-    out[6] = v_x - pace - (o_y * p_z - o_z * p_y)
+    out[6] = v_x - frame_speed - (o_y * p_z - o_z * p_y)
     out[7] = v_y - (o_z * p_x - o_x * p_z)
     out[8] = v_z - (o_x * p_y - o_y * p_x)
     # relative rotation B = T^T A, angles in the order yaw, pitch, roll
-    b00 = f[0] * turn[0] + f[3] * turn[3] + f[6] * turn[6]
-    b10 = f[1] * turn[0] + f[4] * turn[3] + f[7] * turn[6]
-    b20 = f[2] * turn[0] + f[5] * turn[3] + f[8] * turn[6]
-    b21 = f[2] * turn[1] + f[5] * turn[4] + f[8] * turn[7]
-    b22 = f[2] * turn[2] + f[5] * turn[5] + f[8] * turn[8]
+    b00 = f[0] * matrix[0] + f[3] * matrix[3] + f[6] * matrix[6]
+    b10 = f[1] * matrix[0] + f[4] * matrix[3] + f[7] * matrix[6]
+    b20 = f[2] * matrix[0] + f[5] * matrix[3] + f[8] * matrix[6]
+    b21 = f[2] * matrix[1] + f[5] * matrix[4] + f[8] * matrix[7]
+    b22 = f[2] * matrix[2] + f[5] * matrix[5] + f[8] * matrix[8]
     out[3], out[4], out[5] = math.atan2(b21, b22), -math.asin(b20), math.atan2(b10, b00)
     w_x, w_y, w_z = angular_velocity(q, v)
     # in body axes, relative to the frame
@@ -138,9 +138,9 @@ def relative_motion(f, pace, p_x, p_y, p_z, v_x, v_y, v_z, q, v, turn, out):
     g_y = f[3] * o_x + f[4] * o_y + f[5] * o_z
     g_z = f[6] * o_x + f[7] * o_y + f[8] * o_z
     w_x, w_y, w_z = w_x - g_x, w_y - g_y, w_z - g_z
-    r_x = turn[0] * w_x + turn[3] * w_y + turn[6] * w_z
-    r_y = turn[1] * w_x + turn[4] * w_y + turn[7] * w_z
-    r_z = turn[2] * w_x + turn[5] * w_y + turn[8] * w_z
+    r_x = matrix[0] * w_x + matrix[3] * w_y + matrix[6] * w_z
+    r_y = matrix[1] * w_x + matrix[4] * w_y + matrix[7] * w_z
+    r_z = matrix[2] * w_x + matrix[5] * w_y + matrix[8] * w_z
     cos_b = math.sqrt(1.0 - b20 * b20)
     sin_r, cos_r = b21 / cos_b, b22 / cos_b
     turning = (sin_r * r_y + cos_r * r_z) / cos_b
@@ -189,7 +189,7 @@ def forces(plant, t, start, q, v, memory, work, out):
     reference = plant.core.reference_body
     out[:] = 0.0
     for b in range(bodies):
-        place(plant, b, q, v, memory, work)
+        locate_body(plant, b, q, v, memory, work)
     velocity, acceleration = prescribed_speed(plant.knots, t)
     target = start + travelled(plant.knots, t)
     frame = plant.core.path_frame
@@ -203,9 +203,9 @@ def forces(plant, t, start, q, v, memory, work, out):
         _hold(plant, b, target, velocity, acceleration, q, work, out)
     along, torque = 0.0, 0.0
     for i in range(w):
-        pull, turning = _wheelset(plant, i, t, q, v, work, out)
-        along += pull
-        torque += turning
+        force, moment = _wheelset(plant, i, t, q, v, work, out)
+        along += force
+        torque += moment
     if frame >= 0:
         _path(plant, acceleration, along, torque, q, work, out)
     if plant.core.elements > 0:
@@ -235,25 +235,25 @@ def _path(plant, acceleration, along, torque, q, work, out):
     frame = plant.core.path_frame
     f = work[frame, BODY_FRAME]
     own, mine = q[6 * frame : 6 * frame + 6], out[6 * frame : 6 * frame + 6]
-    felt = acceleration + GRAVITY * f[6]
+    apparent = acceleration + GRAVITY * f[6]
     if plant.core.driven:
         total = 0.0
         for mass in plant.core.body_mass:
             total += mass
-        felt = (along - drag(plant, work[frame, SPEED])) / total
-    add_wrench(f, own, 0.0, 0.0, 0.0, 0.0, path_moment(plant, felt, along, torque), 0.0, mine)
+        apparent = (along - drag(plant, work[frame, SPEED])) / total
+    add_wrench(f, own, 0.0, 0.0, 0.0, 0.0, path_moment(plant, apparent, along, torque), 0.0, mine)
 
 
 @kernel
 def mean_motion(plant, work):
     """Distance and speed of the vehicle as means over the masses: holding forces towards them add up to nothing."""
-    total, distance, pace = 0.0, 0.0, 0.0
+    total, distance, speed = 0.0, 0.0, 0.0
     for b in range(plant.core.body_mass.shape[0]):
         mass = plant.core.body_mass[b]
         total += mass
         distance += mass * (work[b, DISTANCE] - plant.core.position[b, 0])
-        pace += mass * work[b, SPEED]
-    return distance / total, pace / total
+        speed += mass * work[b, SPEED]
+    return distance / total, speed / total
 
 
 @kernel
@@ -271,14 +271,14 @@ def travelled(knots, t):
 
 
 @kernel
-def place(plant, b, q, v, memory, work):
+def locate_body(plant, b, q, v, memory, work):
     """Fill row b of work."""
     own, rate = q[6 * b : 6 * b + 6], v[6 * b : 6 * b + 6]
-    turn = work[b, BODY_ROTATION]
-    rotation(own[3], own[4], own[5], turn)
+    matrix = work[b, BODY_ROTATION]
+    rotation(own[3], own[4], own[5], matrix)
     project(plant, memory[b], own[0], own[1], own[2], work[b, BODY_FRAME])
     memory[b] = work[b, DISTANCE]
-    seen_from(work[b, BODY_FRAME], own, rate, turn, work[b, BODY_MOTION])
+    seen_from(work[b, BODY_FRAME], own, rate, matrix, work[b, BODY_MOTION])
 
 
 @kernel
@@ -289,7 +289,7 @@ def _hold(plant, b, target, velocity, acceleration, q, work, out):
     mass, inertia = plant.core.body_mass[b], plant.core.inertia[b]
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
     lag = target + plant.core.position[b, 0] - f[15]
-    pull = mass * (acceleration + HOLD * (HOLD * lag + 2.0 * (velocity - motion[12])))
+    along = mass * (acceleration + HOLD * (HOLD * lag + 2.0 * (velocity - motion[12])))
     m_x, m_y, m_z = 0.0, 0.0, 0.0
     f_z = -plant.core.vertical_load[b]
     if index[2] < 0:
@@ -305,7 +305,7 @@ def _hold(plant, b, target, velocity, acceleration, q, work, out):
             pose(plant, 0, f[15], here)
             wanted, wanted_rate = here[5], motion[12] * here[11]
         m_z = inertia[2] * HOLD * (HOLD * (wanted - motion[5]) + 2.0 * (wanted_rate - motion[11]))
-    add_wrench(f, own, pull, 0.0, f_z, m_x, m_y, m_z, mine)
+    add_wrench(f, own, along, 0.0, f_z, m_x, m_y, m_z, mine)
 
 
 @kernel
@@ -324,11 +324,11 @@ def _wheelset(plant, i, t, q, v, work, out):
     bodies = plant.core.body_mass.shape[0]
     b = plant.core.wheelset_body[i]
     f, local = work[b, BODY_FRAME], work[work.shape[0] - 1, WHEELSET]
-    pace = work[b, SPEED]
+    speed = work[b, SPEED]
     angle, spin = q[6 * bodies + i], v[6 * bodies + i]
     wheelset_motion(plant, i, work, local)
-    left = forces_of_wheel(plant, i, 0, f[15], pace, spin, angle, local)
-    right = forces_of_wheel(plant, i, 1, f[15], pace, spin, angle, local)
+    left = forces_of_wheel(plant, i, 0, f[15], speed, spin, angle, local)
+    right = forces_of_wheel(plant, i, 1, f[15], speed, spin, angle, local)
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
     along = left.force_x + right.force_x
     add_wrench(
@@ -342,12 +342,12 @@ def _wheelset(plant, i, t, q, v, work, out):
         wheel_extras(plant, i, angle, spin, upward(left), upward(right), extra)
         add_wrench(f, own, extra[0], 0.0, extra[1], extra[2], 0.0, extra[3], mine)
         along, added = along + extra[0], extra[4]
-    torque = wheelset_torque(plant, i, t, spin, pace)
+    torque = wheelset_torque(plant, i, t, spin, speed)
     out[6 * bodies + i] = left.moment_spin + right.moment_spin + torque + added
     momentum = plant.core.spin_inertia[i] * spin
     w_x, w_y, w_z = angular_velocity(own, v[6 * b : 6 * b + 6])
-    turn = work[b, BODY_ROTATION]
-    h_x, h_y, h_z = momentum * turn[1], momentum * turn[4], momentum * turn[7]
+    matrix = work[b, BODY_ROTATION]
+    h_x, h_y, h_z = momentum * matrix[1], momentum * matrix[4], momentum * matrix[7]
     add_moment(own, h_y * w_z - h_z * w_y, h_z * w_x - h_x * w_z, h_x * w_y - h_y * w_x, mine)
     return along, torque
 
@@ -358,13 +358,13 @@ def vehicle_coordinates(plant, q, v, work, q_free, v_free):
     distance); yaw and yaw rate of the body that keeps the chord's direction go to `CHORD` of the last row of work.
     """
     r = plant.core.reference_body
-    f, pace = work[r, BODY_FRAME], work[r, SPEED]
+    f, speed = work[r, BODY_FRAME], work[r, SPEED]
     out, chord = work[work.shape[0] - 1, RELATIVE], work[work.shape[0] - 1, CHORD]
     for b in range(plant.core.body_mass.shape[0]):
         own, rate = q[6 * b : 6 * b + 6], v[6 * b : 6 * b + 6]
         dx, dy, dz = own[0] - f[9], own[1] - f[10], own[2] - f[11]
         relative_motion(
-            f, pace,
+            f, speed,
             f[0] * dx + f[3] * dy + f[6] * dz, f[1] * dx + f[4] * dy + f[7] * dz, f[2] * dx + f[5] * dy + f[8] * dz,
             f[0] * rate[0] + f[3] * rate[1] + f[6] * rate[2], f[1] * rate[0] + f[4] * rate[1] + f[7] * rate[2],
             f[2] * rate[0] + f[5] * rate[1] + f[8] * rate[2], own, rate, work[b, BODY_ROTATION], out,
@@ -395,16 +395,16 @@ def _elements(plant, t, q, v, work, out):
             stretching += plant.core.direction[e, j] * v_free[j]
         own = plant.core.element_state[e]
         at = 6 * plant.core.body_mass.shape[0] + plant.core.radius.shape[0] + own
-        pull, change = law_force(
+        resisting, change = law_force(
             plant.core.law_code[e], plant.core.parameters[e], plant.tables, t, elongation, stretching,
             v[at] if own >= 0 else 0.0,
         )  # fmt: skip
         if own >= 0:
             out[at] = change
-        if pull == 0.0:
+        if resisting == 0.0:
             continue
         for b in range(plant.core.body_mass.shape[0]):
             for k in range(6):
                 j = plant.core.coordinate[b, k]
-                d[k] = -pull * plant.core.direction[e, j] if j >= 0 else 0.0
+                d[k] = -resisting * plant.core.direction[e, j] if j >= 0 else 0.0
             add_wrench(f, q[6 * b : 6 * b + 6], d[0], d[1], d[2], d[3], d[4], d[5], out[6 * b : 6 * b + 6])

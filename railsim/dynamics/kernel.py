@@ -106,12 +106,12 @@ def _change(plant, t, x, out, scratch, wheels, seen):
             elongation += plant.core.chord_direction[e] * here[5]
             stretching += plant.core.chord_direction[e] * velocity * here[11]
         if plant.core.law_code[e] == BUMP_STOP:
-            pull = bump_stop(plant.core.parameters[e], elongation)
+            resisting = bump_stop(plant.core.parameters[e], elongation)
         else:
-            pull = _other_law(plant, e, t, elongation, stretching, x, out)
-        if pull != 0.0:
+            resisting = _other_law(plant, e, t, elongation, stretching, x, out)
+        if resisting != 0.0:
             for i in range(n):
-                force[i] -= plant.core.direction[e, i] * pull
+                force[i] -= plant.core.direction[e, i] * resisting
     if plant.core.loads > 0:
         _loads(plant, t, s, force)
     along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, seen)
@@ -144,26 +144,24 @@ def _other_law(plant, e, t, elongation, stretching, x, out):
     own = plant.core.element_state[e]
     at = 2 * plant.core.mass.shape[0] + 2 * plant.core.radius.shape[0] + 2 + own
     state = x[at] if own >= 0 else 0.0
-    pull, change = law_force(
+    resisting, change = law_force(
         plant.core.law_code[e], plant.core.parameters[e], plant.tables, t, elongation, stretching, state
     )
     if own >= 0:
         out[at] = change
-    return pull
+    return resisting
 
 
 @inlined
-def body_coordinates(plant, b, s, velocity, q, rate, here, place, pace):
-    """Fill place (6,) and pace (6,) with a body's displacements and rates; held ones are zero but for the chord's
-    yaw.
-    """
+def body_coordinates(plant, b, s, velocity, q, rate, here, coordinates, rates):
+    """Fill coordinates (6,) and rates (6,) of a body; held ones are zero but for the chord's yaw."""
     for k in range(6):
         j = plant.core.coordinate[b, k]
-        place[k] = q[j] if j >= 0 else 0.0
-        pace[k] = rate[j] if j >= 0 else 0.0
+        coordinates[k] = q[j] if j >= 0 else 0.0
+        rates[k] = rate[j] if j >= 0 else 0.0
     if plant.core.curved and b == plant.core.chord_body:
         pose(plant, 0, s, here)
-        place[5], pace[5] = here[5], velocity * here[11]
+        coordinates[5], rates[5] = here[5], velocity * here[11]
 
 
 @inlined
@@ -182,14 +180,14 @@ def turned_arm(rotation, arm, spare, out):
 
 
 @inlined
-def lever_moment(rotation, arm, pull, work, out):
+def lever_moment(rotation, arm, applied, work, out):
     """out = generalised moment of a force at a body's point: the gradient of `turned_arm` times the force."""
     first, second, spare = work[0:3], work[3:6], work[6:9]
     cross(rotation, arm, spare)
-    cross(spare, pull, first)
-    cross(pull, rotation, spare)
+    cross(spare, applied, first)
+    cross(applied, rotation, spare)
     cross(arm, spare, second)
-    cross(arm, pull, out)
+    cross(arm, applied, out)
     for k in range(3):
         out[k] += 0.5 * (first[k] + second[k])
 
@@ -202,21 +200,21 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
     """
     upper, lower = plant.core.finite_bodies[e, 0], plant.core.finite_bodies[e, 1]
     arms = plant.core.finite_arms[e]
-    place_u, pace_u, place_l, pace_l = work[0:6], work[6:12], work[12:18], work[18:24]
+    position_u, rate_u, position_l, rate_l = work[0:6], work[6:12], work[12:18], work[18:24]
     moved_u, moved_l, stretch, speed = work[24:27], work[27:30], work[30:36], work[36:42]
-    middle, spare, turned, pull = work[42:45], work[45:48], work[48:51], work[51:54]
-    body_coordinates(plant, upper, s, velocity, q, rate, work[60:72], place_u, pace_u)
-    body_coordinates(plant, lower, s, velocity, q, rate, work[60:72], place_l, pace_l)
-    turned_arm(place_u[3:], arms[0], spare, moved_u)
-    turned_arm(place_l[3:], arms[1], spare, moved_l)
-    cross(pace_u[3:], arms[0], spare)
-    cross(pace_l[3:], arms[1], turned)
+    middle, spare, turned, joint_force = work[42:45], work[45:48], work[48:51], work[51:54]
+    body_coordinates(plant, upper, s, velocity, q, rate, work[60:72], position_u, rate_u)
+    body_coordinates(plant, lower, s, velocity, q, rate, work[60:72], position_l, rate_l)
+    turned_arm(position_u[3:], arms[0], spare, moved_u)
+    turned_arm(position_l[3:], arms[1], spare, moved_l)
+    cross(rate_u[3:], arms[0], spare)
+    cross(rate_l[3:], arms[1], turned)
     for k in range(3):
-        middle[k] = 0.5 * (place_u[3 + k] + place_l[3 + k])
-        stretch[k] = place_u[k] + moved_u[k] - place_l[k] - moved_l[k]
-        stretch[3 + k] = place_u[3 + k] - place_l[3 + k]
-        speed[k] = pace_u[k] + spare[k] - pace_l[k] - turned[k]
-        speed[3 + k] = pace_u[3 + k] - pace_l[3 + k]
+        middle[k] = 0.5 * (position_u[3 + k] + position_l[3 + k])
+        stretch[k] = position_u[k] + moved_u[k] - position_l[k] - moved_l[k]
+        stretch[3 + k] = position_u[3 + k] - position_l[3 + k]
+        speed[k] = rate_u[k] + spare[k] - rate_l[k] - turned[k]
+        speed[3 + k] = rate_u[3 + k] - rate_l[3 + k]
     cross(middle, stretch, spare)
     cross(middle, speed, turned)
     for k in range(3):
@@ -233,16 +231,16 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
         work[84 + k] += plant.core.finite_preload[e, k]
     cross(middle, work[84:87], spare)
     for k in range(3):
-        pull[k] = work[84 + k] + spare[k]
+        joint_force[k] = work[84 + k] + spare[k]
     cross(stretch, work[84:87], turned)  # the axes turn with both bodies
-    lever_moment(place_u[3:], arms[0], pull, work[60:72], moved_u)
-    lever_moment(place_l[3:], arms[1], pull, work[60:72], moved_l)
+    lever_moment(position_u[3:], arms[0], joint_force, work[60:72], moved_u)
+    lever_moment(position_l[3:], arms[1], joint_force, work[60:72], moved_l)
     for k in range(3):
         i, j = plant.core.coordinate[upper, k], plant.core.coordinate[lower, k]
         if i >= 0:
-            force[i] += pull[k]
+            force[i] += joint_force[k]
         if j >= 0:
-            force[j] -= pull[k]
+            force[j] -= joint_force[k]
         i, j = plant.core.coordinate[upper, 3 + k], plant.core.coordinate[lower, 3 + k]
         if i >= 0:
             force[i] += moved_u[k] - 0.5 * turned[k] + work[87 + k]

@@ -16,19 +16,19 @@ ROLL_ROW, PITCH_ROW, YAW_ROW = 2, 3, 4
 
 
 @inlined
-def turn_of(roll, pitch, yaw):
+def cosines_and_sines(roll, pitch, yaw):
     """Cosines and sines of roll, pitch and yaw."""
     return math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch), math.cos(yaw), math.sin(yaw)
 
 
 @inlined
-def body_axes(turn, x, y, z):
+def body_axes(angles, x, y, z):
     """Components of a vector in body axes, from those in the frame in which the body is turned by yaw, pitch and roll
     (in this order).
     """
-    x, y = turn[4] * x + turn[5] * y, turn[4] * y - turn[5] * x
-    x, z = turn[2] * x - turn[3] * z, turn[2] * z + turn[3] * x
-    return x, turn[0] * y + turn[1] * z, turn[0] * z - turn[1] * y
+    x, y = angles[4] * x + angles[5] * y, angles[4] * y - angles[5] * x
+    x, z = angles[2] * x - angles[3] * z, angles[2] * z + angles[3] * x
+    return x, angles[0] * y + angles[1] * z, angles[0] * z - angles[1] * y
 
 
 @kernel
@@ -71,9 +71,9 @@ def observe(plant, t, x, x_dot, wheels, scratch, row):
         distance = s + plant.core.position[body, 0]
         wheelset_local(plant, i, s, velocity, q, rate, here, local)
         start = 1 + RUN_COUNT + body * BODY_COUNT
-        for k, place in enumerate((0, 1, ROLL_ROW, YAW_ROW)):  # wheelsets: relative to the track at their own distance
-            row[start + place] = local[k]
-            row[start + 5 + place] = local[4 + k]
+        for k, axis in enumerate((0, 1, ROLL_ROW, YAW_ROW)):  # wheelsets: relative to the track at their own distance
+            row[start + axis] = local[k]
+            row[start + 5 + axis] = local[4 + k]
         row[at], row[at + 1] = x[2 * n + i], x[2 * n + w + i]
         track_row(plant, distance, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
         at += SPIN_COUNT + TRACK_COUNT
@@ -108,11 +108,11 @@ def _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, 
     f_x = acceleration + a_y * p_z - a_z * p_y + o_y * c_z - o_z * c_y + GRAVITY * frame[6]
     f_y = second[0] + a_z * p_x - a_x * p_z + o_z * c_x - o_x * c_z + GRAVITY * frame[7]
     f_z = second[1] + a_x * p_y - a_y * p_x + o_x * c_y - o_y * c_x + GRAVITY * frame[8]
-    turn = turn_of(row[ROLL_ROW], row[PITCH_ROW], row[YAW_ROW])
-    row[10], row[11], row[12] = body_axes(turn, f_x, f_y, f_z)
-    t_x, t_y, t_z = body_axes(turn, o_x, o_y, o_z)
+    angles = cosines_and_sines(row[ROLL_ROW], row[PITCH_ROW], row[YAW_ROW])
+    row[10], row[11], row[12] = body_axes(angles, f_x, f_y, f_z)
+    t_x, t_y, t_z = body_axes(angles, o_x, o_y, o_z)
     row[13], row[14], row[15] = t_x + row[7], t_y + row[8], t_z + row[9]
-    t_x, t_y, t_z = body_axes(turn, a_x, a_y, a_z)
+    t_x, t_y, t_z = body_axes(angles, a_x, a_y, a_z)
     row[16], row[17], row[18] = t_x + second[2], t_y + second[3], t_z + second[4]
 
 

@@ -4,7 +4,7 @@ import math
 
 from railsim.compiled import kernel
 from railsim.constants import GRAVITY
-from railsim.dynamics.absolute import angular_velocity, place, vehicle_coordinates, wheelset_motion
+from railsim.dynamics.absolute import angular_velocity, locate_body, vehicle_coordinates, wheelset_motion
 from railsim.dynamics.observe import (
     BODY_COUNT,
     RUN_COUNT,
@@ -32,7 +32,7 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
     """Fill a row from coordinates, velocities and accelerations of Exudyn (6 per body, then spins)."""
     bodies, w = plant.core.body_mass.shape[0], plant.core.radius.shape[0]
     for b in range(bodies):
-        place(plant, b, q, v, memory, work)
+        locate_body(plant, b, q, v, memory, work)
     r = plant.core.reference_body
     f = work[r, BODY_FRAME]
     own = a[6 * r : 6 * r + 3]
@@ -46,13 +46,13 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
     local = work[bodies, WHEELSET]
     for i in range(w):
         b = plant.core.wheelset_body[i]
-        s, pace = work[b, DISTANCE], work[b, SPEED]
+        s, speed = work[b, DISTANCE], work[b, SPEED]
         wheelset_motion(plant, i, work, local)
         row[at], row[at + 1] = q[6 * bodies + i], v[6 * bodies + i]
         track_row(plant, s, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
         at += SPIN_COUNT + TRACK_COUNT
         for side in range(2):
-            forces = forces_of_wheel(plant, i, side, s, pace, v[6 * bodies + i], q[6 * bodies + i], local)
+            forces = forces_of_wheel(plant, i, side, s, speed, v[6 * bodies + i], q[6 * bodies + i], local)
             wheel_row(forces, row[at : at + WHEEL_COUNT])
             at += WHEEL_COUNT
     if at < row.shape[0]:
@@ -65,7 +65,7 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
 
 @kernel
 def _body(plant, b, q, v, a, work, row):
-    motion, turn = work[b, BODY_MOTION], work[b, BODY_ROTATION]
+    motion, matrix = work[b, BODY_MOTION], work[b, BODY_ROTATION]
     own, rate, second = q[6 * b : 6 * b + 6], v[6 * b : 6 * b + 6], a[6 * b : 6 * b + 6]
     row[0], row[1] = motion[1], motion[2] - plant.core.position[b, 2]
     row[5], row[6] = motion[7], motion[8]
@@ -79,9 +79,9 @@ def _body(plant, b, q, v, a, work, row):
     a_y += -sa * rate[3] * rate[4] + (-ca * cb * rate[3] + sa * sb * rate[4]) * rate[5]
     a_z += ca * rate[3] * rate[4] + (-sa * cb * rate[3] - ca * sb * rate[4]) * rate[5]
     for k in range(3):
-        row[10 + k] = turn[k] * f_x + turn[3 + k] * f_y + turn[6 + k] * f_z
-        row[13 + k] = turn[k] * w_x + turn[3 + k] * w_y + turn[6 + k] * w_z
-        row[16 + k] = turn[k] * a_x + turn[3 + k] * a_y + turn[6 + k] * a_z
+        row[10 + k] = matrix[k] * f_x + matrix[3 + k] * f_y + matrix[6 + k] * f_z
+        row[13 + k] = matrix[k] * w_x + matrix[3 + k] * w_y + matrix[6 + k] * w_z
+        row[16 + k] = matrix[k] * a_x + matrix[3 + k] * a_y + matrix[6 + k] * a_z
 
 
 @kernel

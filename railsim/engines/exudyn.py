@@ -70,12 +70,14 @@ class System:
 
     def _assemble(self) -> None:
         model, mbs = self.run.model, self.mbs
-        place, pace = absolute_state(self.plant, model, initial_state(self.plant, self.run))
+        positions, velocities = absolute_state(self.plant, model, initial_state(self.plant, self.run))
         nodes, numbers = [], []
         for b, body in enumerate(model.bodies):
             own = slice(6 * b, 6 * b + 6)
             nodes.append(
-                mbs.AddNode(items.NodeRigidBodyRxyz(initialCoordinates=place[own], initialVelocities=pace[own]))
+                mbs.AddNode(
+                    items.NodeRigidBodyRxyz(initialCoordinates=positions[own], initialVelocities=velocities[own])
+                )
             )
             inertia = [*body.inertia, 0.0, 0.0, 0.0]
             numbers.append(mbs.AddObject(items.ObjectRigidBody(mass=body.mass, inertia=inertia, nodeNumber=nodes[-1])))
@@ -88,8 +90,8 @@ class System:
             node = items.NodeGenericODE2(
                 numberOfODE2Coordinates=1,
                 referenceCoordinates=[0.0],
-                initialCoordinates=[place[at]],
-                initialCoordinates_t=[pace[at]],
+                initialCoordinates=[positions[at]],
+                initialCoordinates_t=[velocities[at]],
             )
             nodes.append(mbs.AddNode(node))
             mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes[-1:], massMatrix=[[mass]]))
@@ -165,18 +167,19 @@ class System:
             place = f"between t = {first / self.run.rate:.3f} and {last / self.run.rate:.3f} s near s = {reached:.2f} m"
             raise Diverged(f"{self._restless()}: Exudyn's solver stopped {place}: {reason}") from None
         wanted = np.arange(first, last) / self.run.rate
-        place, pace, change = self._stores(np.arange(first, last + 1) / self.run.rate)
-        change[0] = self._acceleration  # Exudyn stores none at the start of a solution
-        self._acceleration = change[-1].copy()
+        positions, velocities, accelerations = self._stores(np.arange(first, last + 1) / self.run.rate)
+        accelerations[0] = self._acceleration  # Exudyn stores none at the start of a solution
+        self._acceleration = accelerations[-1].copy()
         rows = np.zeros((last - first, columns))
-        observe_all(self.plant, wanted, place[:-1], pace[:-1], change[:-1], memory, self._work, rows)
+        motion = positions[:-1], velocities[:-1], accelerations[:-1]
+        observe_all(self.plant, wanted, *motion, memory, self._work, rows)
         return rows
 
     def _restless(self) -> str:
         """Name of the body that moves most against its speed of travel."""
         bodies = self.run.model.bodies
-        pace = np.array(self.mbs.systemData.GetODE2Coordinates_t())[: 6 * len(bodies)].reshape(-1, 6)
-        return bodies[int(np.nan_to_num(np.abs(pace[:, 1:]), nan=np.inf).max(axis=1).argmax())].name
+        velocities = np.array(self.mbs.systemData.GetODE2Coordinates_t())[: 6 * len(bodies)].reshape(-1, 6)
+        return bodies[int(np.nan_to_num(np.abs(velocities[:, 1:]), nan=np.inf).max(axis=1).argmax())].name
 
     def _first_acceleration(self) -> np.ndarray:
         """Accelerations at time 0: those at the end of a step so short that nothing moves; the state stays as it is."""
@@ -222,7 +225,7 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
     s, speed, states = x[2 * n + 2 * w], x[2 * n + 2 * w + 1], x[2 * n + 2 * w + 2 :]
     track_frame(plant, s, frame)
     turn, origin, turning = frame[:9].reshape(3, 3), frame[9:12], speed * frame[12:15]
-    place, pace = np.zeros((2, 6 * len(model.bodies) + w + m))
+    positions, velocities = np.zeros((2, 6 * len(model.bodies) + w + m))
     for b, body in enumerate(model.bodies):
         small = np.array([x[j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
         rates_small = np.array([x[n + j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
@@ -234,12 +237,12 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
         rates = np.array(
             [[1.0, 0.0, np.sin(c)], [0.0, np.cos(a), -np.sin(a) * np.cos(c)], [0.0, np.sin(a), np.cos(a) * np.cos(c)]]
         )
-        place[own] = [*(origin + turn @ arm), *angles]
+        positions[own] = [*(origin + turn @ arm), *angles]
         yaw, pitch = Rotation.from_euler("ZYX", [small[5], 0.0, 0.0]), Rotation.from_euler("ZYX", [*small[:3:-1], 0.0])
         roll_rate, pitch_rate, yaw_rate = rates_small[3:]
         relative = pitch.apply([roll_rate, 0.0, 0.0]) + yaw.apply([0.0, pitch_rate, 0.0]) + [0.0, 0.0, yaw_rate]
         velocity = np.array([speed, 0.0, 0.0]) + np.cross(turning, arm) + rates_small[:3]
-        pace[own] = [*(turn @ velocity), *np.linalg.solve(rates, turn @ (turning + relative))]
-    place[6 * len(model.bodies) :] = [*x[2 * n : 2 * n + w], *np.zeros(m)]
-    pace[6 * len(model.bodies) :] = [*x[2 * n + w : 2 * n + 2 * w], *states]
-    return place, pace
+        velocities[own] = [*(turn @ velocity), *np.linalg.solve(rates, turn @ (turning + relative))]
+    positions[6 * len(model.bodies) :] = [*x[2 * n : 2 * n + w], *np.zeros(m)]
+    velocities[6 * len(model.bodies) :] = [*x[2 * n + w : 2 * n + 2 * w], *states]
+    return positions, velocities

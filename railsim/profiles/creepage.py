@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from railsim.profiles.search import Contact
+from railsim.profiles.search import ProfileContact
 
 
-def creepages(contact: Contact, roll: float, yaw: float, speed: float, spin: float) -> tuple[float, float, float]:
+def creepages(
+    contact: ProfileContact, roll: float, yaw: float, speed: float, spin: float
+) -> tuple[float, float, float]:
     """Longitudinal [-], lateral [-] and spin creepage [1/m] of the wheel over the rail on straight track.
 
     Slip velocity of the rigid wheel at the contact, resolved along the rail and in the contact plane across it, over

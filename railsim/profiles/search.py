@@ -37,7 +37,7 @@ _STEP = 2e-5  # m; spacing of the wheel's points
 
 
 @dataclass(frozen=True)
-class Contact:
+class ProfileContact:
     """Contact of one wheel, in the frame of its own side (y towards the field, z up).
 
     Attributes
@@ -126,7 +126,7 @@ class Side:
         )
         return Outline(along, across, up, np.gradient(up, across))
 
-    def touch(self, outline: Outline, shift: float) -> Contact:
+    def touch(self, outline: Outline, shift: float) -> ProfileContact:
         """Contact with the wheelset's centre at `shift` towards the field side [m].
 
         Raises
@@ -154,7 +154,7 @@ class Side:
         wheel_place = float(weight @ self._place[points])
         rail_curvature = -_normal_curvature(rail_slope, self._rail.height(across, 2))
         level = self.layout.wheel_radius + self._rail_top
-        return Contact(
+        return ProfileContact(
             height=float(-bottom - depth - level),
             rigid_height=float(-bottom - level),
             depth=float(depth),
@@ -174,7 +174,7 @@ class Side:
             rail_curvature=float(weight @ rail_curvature),
         )
 
-    def at(self, shift: float, roll: float = 0.0, yaw: float = 0.0) -> Contact:
+    def at(self, shift: float, roll: float = 0.0, yaw: float = 0.0) -> ProfileContact:
         """Contact for one position, all in the side's own frame [m, rad]."""
         return self.touch(self.outline(roll, yaw), shift)
 
@@ -205,6 +205,6 @@ def _depth_for(content: float, gap: np.ndarray, step: np.ndarray) -> float:
     return depth
 
 
-def _normal_curvature(slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
+def _normal_curvature(slope: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Curvature of z(y), positive where hollow upwards [1/m]."""
-    return bend / (1.0 + slope**2) ** 1.5
+    return second / (1.0 + slope**2) ** 1.5

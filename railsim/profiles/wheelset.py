@@ -8,7 +8,7 @@ from scipy.optimize import root_scalar
 
 from railsim.profiles.layout import Layout
 from railsim.profiles.profile import Profile
-from railsim.profiles.search import Contact, Side
+from railsim.profiles.search import ProfileContact, Side
 
 _LARGEST_ROLL = 0.04  # rad
 
@@ -27,8 +27,8 @@ class Placement:
     roll: float
     yaw: float
     height: float
-    left: Contact
-    right: Contact
+    left: ProfileContact
+    right: ProfileContact
 
 
 class WheelsetOnTrack:
@@ -72,7 +72,7 @@ class WheelsetOnTrack:
         placements = [self.at(float(shift)) for shift in shifts]
         return np.array([placement.left.radius - placement.right.radius for placement in placements])
 
-    def _sides(self, shift: float, yaw: float, roll: float) -> tuple[Contact, Contact]:
+    def _sides(self, shift: float, yaw: float, roll: float) -> tuple[ProfileContact, ProfileContact]:
         return self.left.at(shift, roll, yaw), self.right.at(-shift, -roll, -yaw)
 
     def _roll(self, shift: float, yaw: float) -> float:
