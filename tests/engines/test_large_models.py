@@ -49,7 +49,7 @@ def test_chord_is_known_by_name_and_a_wheelset_far_behind_keeps_the_direction_of
 
 OFFSETS = (0.0, 0.0, -13.0, -21.0)  # m; on straight track vehicles may stand anywhere
 START = 60.0
-TOLERANCE = {"compiled": 1e-11, "verlet": 1e-11, "exudyn": 1e-8}
+TOLERANCE = {"compiled": 1e-9, "verlet": 1e-9, "exudyn": 1e-6}  # a process that compiles sums in another order
 
 
 def loaded(factor: float) -> Model:
