@@ -20,7 +20,7 @@ from estimators.adhesion.creep_model import (
 )
 from estimators.filters.dropout_filter import run_filter, shifted
 from estimators.speed.odometry import SpeedSource
-from estimators.vehicle.plan_view import BODY, BOGIE, BOGIE_YAW
+from estimators.vehicle.plan_view import COORDINATES
 from railsim.measurements import Measurements
 
 FORCE_NAMES = tuple(
@@ -38,6 +38,7 @@ MOTIONS = (
     "body.acceleration_y [m/s2]",
 )
 SIGNALS = FORCE_NAMES + MOTIONS
+BOGIE, BOGIE_YAW, BODY = (COORDINATES.index(name) for name in ("bogie.y", "bogie.yaw", "body.y"))
 
 
 @dataclass(frozen=True)

@@ -12,24 +12,38 @@ States: q (7), v (7), errors of F1, M1, F2, M2 and of the secondary suspension (
 wheelset (4).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from estimators.adhesion.creep_model import BODIES, COUNT, ROLL_BODIES, Floating, roll_forces, shape_row
+from estimators.adhesion.creep_model import (
+    BODIES,
+    COUNT,
+    ON_WHEELSETS,
+    ROLL_BODIES,
+    SECONDARY_FORCE,
+    Floating,
+    roll_forces,
+    suspended,
+)
 from estimators.filters.discretisation import held_inputs, van_loan
 from estimators.filters.track_spectrum import CORNERS, Prior
-from estimators.vehicle.plan_view import BODY, BOGIE, Y1, Y2, YAW1, YAW2, matrices
+from estimators.vehicle.contact import cones, creep_forces, relations, weight, wheelsets
+from estimators.vehicle.creep import kalker_slopes
+from estimators.vehicle.linear_model import Element, Kinematics, reduce
+from estimators.vehicle.plan_view import COORDINATES
+from estimators.vehicle.plan_view import RAILS as RAIL_MOTIONS
+from estimators.vehicle.suspension import half_vehicle_bogies, masses
 from railsim.constants import GRAVITY
-from railsim.contact.linear import creep_coefficients
 
 ERRORS = slice(2 * COUNT, 2 * COUNT + 4)
 SECONDARY = 2 * COUNT + 4
 RAILS = (2 * COUNT + 5, 2 * COUNT + 7)
 STATES = 2 * COUNT + 9
 LEVEL = 2.119e-7 * CORNERS[1] ** 2  # ERRI low, lateral, over the product of the corners' factors
-WHEELS = ((Y1, YAW1), (Y2, YAW2))
+LATERAL = ON_WHEELSETS[::2]
 
 
 @dataclass(frozen=True)
@@ -66,58 +80,47 @@ def with_law(
     ----------
     corner : of the high-pass that the channels went through, Hz: the rails' place is known above it only.
     """
-    mass, damping, stiffness, rail, roll, roll_rate = matrices(p, speed, share)
-    spin = _spin_stiffness(p, share)
-    for number, (y, _) in enumerate(WHEELS):
-        stiffness[y, y] -= spin
-        rail[y, number] -= spin
-        roll[y, number] += spin * p["wheel_radius"]
-    free = {**p, "design_conicity": 0.0, "design_contact_angle_rate": 0.0}
-    _, bare_damping, bare_stiffness, *_ = matrices(free, speed, 0.0)
-    inverse = np.linalg.inv(mass)
-    for number, (y, _) in enumerate(WHEELS):
-        roll[y, number] += 2.0 * p["design_wheel_load"]  # a load that leans is no force
-    contact = np.zeros((COUNT, STATES))
-    contact[:, :COUNT], contact[:, COUNT : 2 * COUNT] = bare_stiffness - stiffness, bare_damping - damping
-    for number, place in enumerate(RAILS):
-        contact[:, place] = rail[:, number]
-    contact[[Y1, YAW1, Y2, YAW2], ERRORS] = np.eye(4)
-    inputs = np.zeros((COUNT, 2 * len(ROLL_BODIES)))
-    inputs[:, :2], inputs[:, len(ROLL_BODIES) : len(ROLL_BODIES) + 2] = roll, roll_rate
-    forces = contact.copy()
-    forces[:, :COUNT] -= bare_stiffness
-    forces[:, COUNT : 2 * COUNT] -= bare_damping
-    forces[:, SECONDARY] = shape_row({BOGIE: 1.0, BODY: -1.0})
-    acceleration = inverse @ forces
-    seen = inverse @ (inputs + roll_forces(p))
-    model = _discretised(acceleration, seen, rate, speed, level, corner, shaping)
-    return model, _contact(p, contact, inputs)
+    creep, weights, geometry, slopes = [], [], cones(p), kalker_slopes(p, share)
+    for wheelset in wheelsets(p, half_vehicle_bogies(p)):
+        creep += creep_forces(wheelset, slopes, speed)
+        weights += weight(wheelset, geometry, along_axle=True)
+    by_creep, by_weight = _by_states(p, creep), _by_states(p, weights)
+    by_creep.rows[ON_WHEELSETS, ERRORS] = np.eye(4)
+    free = suspended(p)
+    forces = by_creep.rows + by_weight.rows
+    forces[:, :COUNT] -= free.stiffness
+    forces[:, COUNT : 2 * COUNT] -= free.damping
+    forces[:, SECONDARY] = SECONDARY_FORCE
+    inverse = np.linalg.inv(free.mass)
+    by_roll = inverse @ (by_creep.inputs + by_weight.inputs + roll_forces(free))
+    model = _discretised(inverse @ forces, by_roll, rate, speed, level, corner, shaping)
+    shown = [np.vstack([one[ON_WHEELSETS], other[LATERAL]]) for one, other in zip(by_creep, by_weight, strict=True)]
+    return model, Contact(*shown)
 
 
-def _spin_stiffness(p: Mapping[str, float], share: float) -> float:
-    """Lateral force by spin over the shift, N/m: a wheelset aside rolls on contacts turned by e u (Wickens 2003)."""
-    across, load = p["design_contact_curvature"], p["design_wheel_load"]
-    f23 = creep_coefficients(1.0 / p["wheel_radius"], across, load, share).f23
-    return 2.0 * f23 * p["design_contact_angle_rate"] / p["wheel_radius"]
+class _ByStates(NamedTuple):
+    """Forces (7,) on the coordinates by the states (7, states) and by the rolls and their rates (7, 8)."""
+
+    rows: np.ndarray
+    inputs: np.ndarray
 
 
-def _contact(p: Mapping[str, float], contact: np.ndarray, inputs: np.ndarray) -> Contact:
-    """Creep alone: the contact's forces less gravity's, 2 N e u."""
-    lateral = 2.0 * p["design_wheel_load"] * p["design_contact_angle_rate"]
-    turning = 2.0 * p["design_wheel_load"] * p["half_gauge"] * p["design_conicity"]
-    rows, direct = np.zeros((6, STATES)), np.zeros((6, inputs.shape[1]))
-    for number, (y, yaw) in enumerate(WHEELS):
-        gravity, leaning = rows[4 + number], direct[4 + number]
-        gravity[y], gravity[RAILS[number]], leaning[number] = -lateral, lateral, -lateral * p["wheel_radius"]
-        rows[2 * number], direct[2 * number] = contact[y] - gravity, inputs[y] - leaning
-        rows[2 * number + 1], direct[2 * number + 1] = contact[yaw], inputs[yaw]
-        rows[2 * number + 1, yaw] -= turning
-    return Contact(rows, direct)
+def _by_states(p: Mapping[str, float], elements: Sequence[Element]) -> _ByStates:
+    """Forces of some elements of the contacts."""
+    bogies = half_vehicle_bogies(p)
+    moving = Kinematics(COORDINATES, RAIL_MOTIONS, relations(cones(p), wheelsets(p, bogies)))
+    reduced = reduce(elements, masses(p, bogies, COORDINATES), moving, reactions=False)
+    rows, inputs = np.zeros((COUNT, STATES)), np.zeros((COUNT, 2 * len(ROLL_BODIES)))
+    rows[:, :COUNT], rows[:, COUNT : 2 * COUNT] = -reduced.stiffness, -reduced.damping
+    rows[:, RAILS] = -reduced.input_stiffness[:, :2]
+    for column, part in ((0, reduced.input_stiffness), (len(ROLL_BODIES), reduced.input_damping)):
+        inputs[:, column : column + 2] = -part[:, 2:]
+    return _ByStates(rows, inputs)
 
 
 def _discretised(
     acceleration: np.ndarray,
-    seen: np.ndarray,
+    by_roll: np.ndarray,
     rate: float,
     speed: float,
     level: float,
@@ -146,9 +149,9 @@ def _discretised(
         continuous[both, both] = rails.matrix * speed
         drive[both, both] = rails.intensity * speed
         start[both, both] = rails.stationary()
-    inputs = np.zeros((STATES, seen.shape[1]))
-    inputs[COUNT : 2 * COUNT] = seen
+    inputs = np.zeros((STATES, by_roll.shape[1]))
+    inputs[COUNT : 2 * COUNT] = by_roll
     for column, name in enumerate(ROLL_BODIES):
         inputs[COUNT + BODIES[name][0], column] -= GRAVITY
     A, Q = van_loan(continuous, drive, 1.0 / rate)
-    return Floating(A, Q, held_inputs(continuous, inputs, 1.0 / rate), acceleration, seen, start)
+    return Floating(A, Q, held_inputs(continuous, inputs, 1.0 / rate), acceleration, by_roll, start)

@@ -19,23 +19,27 @@ from typing import Any
 import numpy as np
 
 from estimators.filters.discretisation import held_inputs, van_loan
-from estimators.vehicle.plan_view import BODY, BOGIE, BOGIE_YAW, NEEDED, Y1, Y2, YAW1, YAW2, matrices
+from estimators.vehicle.linear_model import Kinematics, Reduced, reduce
+from estimators.vehicle.parameters import numbers
+from estimators.vehicle.plan_view import COORDINATES, NEEDED, suspension
+from estimators.vehicle.suspension import half_vehicle_bogies, heights, masses
 from railsim.constants import GRAVITY
-from railsim.errors import InputError
 
-COUNT = 7
+COUNT = len(COORDINATES)
 FORCES = slice(2 * COUNT, 2 * COUNT + 4)
 SECONDARY = 2 * COUNT + 4
 STATES = 2 * COUNT + 5
 HEIGHTS = ("bogie_height", "body_height", "secondary_height")
 ROLL_BODIES = ("wheelset1", "wheelset2", "bogie", "body")
 BODIES: Mapping[str, tuple[int, int | None]] = {
-    "wheelset1": (Y1, YAW1),
-    "wheelset2": (Y2, YAW2),
-    "bogie": (BOGIE, BOGIE_YAW),
-    "body": (BODY, None),
+    name: (COORDINATES.index(f"{name}.y"), None if name == "body" else COORDINATES.index(f"{name}.yaw"))
+    for name in ROLL_BODIES
 }
-"""Coordinates of each body: lateral place, yaw."""
+"""Coordinates of each body: lateral position, yaw."""
+ON_WHEELSETS = [COORDINATES.index(f"wheelset{number}.{axis}") for number in (1, 2) for axis in ("y", "yaw")]
+"""Coordinates on which F1, M1, F2, M2 act."""
+SECONDARY_FORCE = Kinematics(COORDINATES).row({"bogie.y": 1.0, "body.y": -1.0})[0]
+"""Generalised forces (7,) of the error S."""
 
 
 @dataclass(frozen=True)
@@ -78,25 +82,19 @@ def parameters(vehicle: Mapping[str, Any]) -> dict[str, float]:
     ------
     InputError : one is missing.
     """
-    for name in (*NEEDED, *HEIGHTS):
-        if not isinstance(vehicle.get(name), int | float):
-            raise InputError(
-                f"vehicle parameter '{name}' is {vehicle.get(name)!r}; about.json must give a number in SI"
-            )
-    return {name: float(value) for name, value in vehicle.items() if isinstance(value, int | float)}
+    return numbers(vehicle, (*NEEDED, *HEIGHTS))
 
 
 def floating(p: Mapping[str, float], rate: float, shaping: Shaping) -> Floating:
     """The model for samples at `rate` Hz."""
-    free = {**p, "design_conicity": 0.0, "design_contact_angle_rate": 0.0}
-    mass, damping, stiffness, *_ = matrices(free, 1.0, 0.0)
-    inverse = np.linalg.inv(mass)
+    free = suspended(p)
+    inverse = np.linalg.inv(free.mass)
     acceleration = np.zeros((COUNT, STATES))
-    acceleration[:, :COUNT] = -inverse @ stiffness
-    acceleration[:, COUNT : 2 * COUNT] = -inverse @ damping
-    acceleration[:, FORCES] = inverse[:, [Y1, YAW1, Y2, YAW2]]
-    acceleration[:, SECONDARY] = inverse @ shape_row({BOGIE: 1.0, BODY: -1.0})
-    seen = inverse @ roll_forces(p)
+    acceleration[:, :COUNT] = -inverse @ free.stiffness
+    acceleration[:, COUNT : 2 * COUNT] = -inverse @ free.damping
+    acceleration[:, FORCES] = inverse[:, ON_WHEELSETS]
+    acceleration[:, SECONDARY] = inverse @ SECONDARY_FORCE
+    by_roll = inverse @ roll_forces(free)
     continuous = np.zeros((STATES, STATES))
     continuous[:COUNT, COUNT : 2 * COUNT] = np.eye(COUNT)
     continuous[:COUNT, :COUNT] = -np.eye(COUNT) / shaping.leak
@@ -105,34 +103,23 @@ def floating(p: Mapping[str, float], rate: float, shaping: Shaping) -> Floating:
     continuous[FORCES, FORCES] = -np.eye(4) / shaping.time
     continuous[SECONDARY, SECONDARY] = -1.0 / shaping.secondary_time
     inputs = np.zeros((STATES, 2 * len(ROLL_BODIES)))
-    inputs[COUNT : 2 * COUNT] = seen
+    inputs[COUNT : 2 * COUNT] = by_roll
     for column, name in enumerate(ROLL_BODIES):
         inputs[COUNT + BODIES[name][0], column] -= GRAVITY
     A, Q = van_loan(continuous, np.diag(_intensity(shaping)), 1.0 / rate)
-    return Floating(A, Q, held_inputs(continuous, inputs, 1.0 / rate), acceleration, seen, _start(shaping))
+    return Floating(A, Q, held_inputs(continuous, inputs, 1.0 / rate), acceleration, by_roll, _start(shaping))
 
 
-def shape_row(places: Mapping[int, float]) -> np.ndarray:
-    """A row over the coordinates from its entries."""
-    row = np.zeros(COUNT)
-    for place, value in places.items():
-        row[place] = value
-    return row
+def suspended(p: Mapping[str, float]) -> Reduced:
+    """Plan view without contacts, springs at their heights; the rolls of `ROLL_BODIES` are given."""
+    elements, bogies = suspension(p, heights(p)), half_vehicle_bogies(p)
+    moving = Kinematics(COORDINATES, [f"{name}.roll" for name in ROLL_BODIES])
+    return reduce(elements, masses(p, bogies, COORDINATES), moving)
 
 
-def roll_forces(p: Mapping[str, float]) -> np.ndarray:
+def roll_forces(free: Reduced) -> np.ndarray:
     """Generalised forces (7, 8) by the rolls and roll rates of `ROLL_BODIES`: springs that do not stand at centres."""
-    below = p["bogie_height"] - p["wheel_radius"]
-    above = p["secondary_height"] - p["bogie_height"]
-    under = p["body_height"] - p["secondary_height"]
-    forces = np.zeros((COUNT, 2 * len(ROLL_BODIES)))
-    for kind, offset in (("stiffness", 0), ("damping", len(ROLL_BODIES))):
-        bogie, body = ROLL_BODIES.index("bogie") + offset, ROLL_BODIES.index("body") + offset
-        primary, secondary = 2.0 * p[f"primary_lateral_{kind}"], 2.0 * p[f"secondary_lateral_{kind}"]
-        forces[:, bogie] += primary * below * shape_row({Y1: 1.0, Y2: 1.0, BOGIE: -2.0})
-        forces[:, bogie] += secondary * above * shape_row({BOGIE: 1.0, BODY: -1.0})
-        forces[:, body] += secondary * under * shape_row({BOGIE: 1.0, BODY: -1.0})
-    return forces
+    return -np.hstack([free.input_stiffness, free.input_damping])
 
 
 def _intensity(shaping: Shaping) -> np.ndarray:

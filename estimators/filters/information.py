@@ -17,7 +17,7 @@ from scipy.ndimage import uniform_filter1d
 
 from estimators.filters.track_spectrum import Noise, Prior
 from estimators.signals.bands import Band, response
-from estimators.vehicle.planes import System
+from estimators.vehicle.state_space import System
 
 SHORTEST, LONGEST, POINTS = 0.5, 1e4, 600  # m, m, -: wavelengths of the integrals
 BEYOND = 3.0  # of its edges: what a band's filter leaves farther out (1e-4) is not looked at

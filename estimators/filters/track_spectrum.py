@@ -10,7 +10,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 
 from estimators.filters.delay_line_smoother import Steps
 from estimators.filters.discretisation import mean_outputs, van_loan
-from estimators.vehicle.planes import System
+from estimators.vehicle.state_space import System
 
 SPEED_STEP = 0.01  # relative distance of the speeds in the tables; between them transitions are interpolated
 EXACT_STEP = 0.06  # the same of those whose matrix exponential is computed; splines in between

@@ -17,18 +17,3 @@ def filter_time(values: np.ndarray, rate: float, gain: Callable[[np.ndarray], np
     whole = np.concatenate([whole, np.linspace(whole[-1], whole[0], size - len(whole) + 2)[1:-1]])
     omega = 2.0 * np.pi * fft.rfftfreq(size, 1.0 / rate)
     return np.asarray(fft.irfft(fft.rfft(whole) * gain(omega), size))[pad : pad + len(values)]
-
-
-def pitch_inverse(vehicle: dict[str, float]) -> Callable[[np.ndarray], np.ndarray]:
-    """Slope of the line through both wheelsets over the bogie's, at angular frequencies.
-
-    I pitch'' = 4 Lb^2 (kp + cp s) (chord - pitch): the inverse of the primary suspension's low pass.
-    """
-    stiffness = 4.0 * vehicle["primary_vertical_stiffness"] * vehicle["semi_wheelbase"] ** 2
-    damping = 4.0 * vehicle["primary_vertical_damping"] * vehicle["semi_wheelbase"] ** 2
-    inertia = vehicle["bogie_pitch_inertia"]
-
-    def gain(omega: np.ndarray) -> np.ndarray:
-        return 1.0 - inertia * omega**2 / (stiffness + 1j * omega * damping)
-
-    return gain

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from estimators.vehicle.bogie_pitch import ACCELERATION, FORWARD, PITCH_RATE
+from estimators.speed.wheelset_filters import ACCELERATION, FORWARD, PITCH_RATE
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements

@@ -4,7 +4,7 @@ Unknowns x = (V, a, alpha, beta, gamma, epsilon, delta, eta): speed, acceleratio
 let one wheelset's movement leak into the other's: bogie mass over stiffness, pitch inertia over stiffness, gain of the
 pitch rate against the acceleration (all relative), lead of the pitch rate before the acceleration (s), primary damping
 over stiffness (s), secondary damping over primary stiffness (s; R = S - P is the acceleration itself in the band).
-With halved sum S and difference D of the wheelsets' signals and their inertial shares P, Q (see `vehicle.bogie_pitch`):
+With halved sum S and difference D of the wheelsets' signals, their inertial shares P, Q (see `speed.wheelset_filters`):
 
     S_x = S + alpha P - delta P' + eta R',   D_x = (1 + gamma) D + beta Q + epsilon D' - delta Q'
     w_1'' = S_x + D_x,   w_2'' = S_x - D_x

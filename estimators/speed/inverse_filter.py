@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from estimators.vehicle.bogie_pitch import Chain
+from estimators.speed.wheelset_filters import Chain
 from railsim.compiled import kernel
 
 

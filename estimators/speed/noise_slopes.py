@@ -8,7 +8,7 @@ two sensors' noise densities; it is tabulated here and taken out of every correc
 import numpy as np
 from scipy import signal
 
-from estimators.vehicle.bogie_pitch import Chain
+from estimators.speed.wheelset_filters import Chain
 
 
 def pull(filters: Chain, rate: float, longest: float, densities: tuple[float, float]) -> np.ndarray:

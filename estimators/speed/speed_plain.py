@@ -10,7 +10,8 @@ from estimators.interface import Estimate, Estimator
 from estimators.signals.correlation import recompute, runner_up, slide
 from estimators.speed.bogie_channels import Stepper, accelerometer_offset, read
 from estimators.speed.inverse_filter import Front, advance, front
-from estimators.vehicle.bogie_pitch import ACCELERATION, PITCH_RATE, chain, pitch_frequency
+from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, chain
+from estimators.vehicle.vertical import pitch_frequency
 from railsim.compiled import as_written
 from railsim.errors import InputError
 from railsim.measurements import Measurements

@@ -12,7 +12,8 @@ from estimators.speed.inverse_filter import front
 from estimators.speed.motion_models import Motion, bank
 from estimators.speed.noise_slopes import power, pull
 from estimators.speed.travel_time import COLUMNS, Limits, Lock, run
-from estimators.vehicle.bogie_pitch import ACCELERATION, PITCH_RATE, Chain, chain, pitch_frequency
+from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, Chain, chain
+from estimators.vehicle.vertical import pitch_frequency
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements

@@ -17,7 +17,7 @@ from estimators.suspension.discrete_model import discrete
 from estimators.suspension.filter_bank import chebyshev, lagrange
 from estimators.suspension.suspension_rbpf import COLUMNS, report
 from estimators.suspension.verdicts import std_name
-from estimators.vehicle.lateral import INPUTS, PARAMETERS
+from estimators.vehicle.affine import INPUTS, PARAMETERS
 from railsim.spec import quantity
 
 POINTS = 4

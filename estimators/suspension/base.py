@@ -11,7 +11,7 @@ from estimators.interface import Estimator
 from estimators.suspension.discrete_model import Layout, Unknowns, layout, shaped
 from estimators.suspension.filter_bank import Gains, exact, gains, run_bank, sizes, unpacked
 from estimators.suspension.observations import Record, can_place, can_read, read
-from estimators.vehicle.lateral import (
+from estimators.vehicle.affine import (
     FULL,
     STATES,
     WITHOUT_WHEELSETS,
@@ -20,6 +20,8 @@ from estimators.vehicle.lateral import (
     half_vehicle,
     nominal,
 )
+from estimators.vehicle.creep import DRY_ROLLING
+from estimators.vehicle.lateral_roll import COORDINATES
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -195,7 +197,7 @@ class SuspensionEstimator(Estimator, frozen=True):
     )
     wheelset_sensors: bool = quantity(True, unit="-", source="Ward et al. 2011, section 4.1: with and without")
     creep: tuple[float, float, float] = quantity(
-        (0.64, 0.79, 1.0),
+        DRY_ROLLING,
         unit="- of Kalker's f11, f22, f23",
         source="Polach's law (2005), dry, rolling on a contact angle of 0.06 rad with creepages of 2e-4 to 8e-4: "
         "statistical linearisation (docs/suspension.md); spin is not reduced by kA and kS",
@@ -256,8 +258,11 @@ class SuspensionEstimator(Estimator, frozen=True):
     def unknowns(self, vehicle: dict[str, float], channels: Sequence[str], noise: np.ndarray, rate: float) -> Unknowns:
         """What drives and spoils, for the readings `channels` of the given noise at `rate` Hz."""
         arm, semi = vehicle["half_gauge"], vehicle["semi_wheelbase"]
-        w, turn, b, c = self.wheelset_force, self.wheelset_moment, self.bogie_force, self.body_force
-        force = np.array([w, turn, w, turn, b, b * semi, c, b * arm, c * arm])
+        b, c = self.bogie_force, self.body_force
+        forces = {"bogie.y": b, "bogie.roll": b * arm, "bogie.yaw": b * semi, "body.y": c, "body.roll": c * arm}
+        for name in ("wheelset1", "wheelset2"):
+            forces |= {f"{name}.y": self.wheelset_force, f"{name}.yaw": self.wheelset_moment}
+        force = np.array([forces[name] for name in COORDINATES])
         error = {"wheelset": self.wheelset_error, "bogie": self.bogie_error, "body": self.body_error}
         model = [self.rate_error if "rate" in name else error[name.split(".")[0].rstrip("12")] for name in channels]
         tracks: dict[Track, tuple[Prior, ...]] = {

@@ -1,6 +1,6 @@
 """The half vehicle in steps of time, with what nobody measures: forces that the model lacks, errors of the track.
 
-State z = [x of `vehicle.lateral`; shaped noise of the track; one line of past values for each track quantity]. What the
+State z = [x of `vehicle.affine`; shaped noise of the track; one line of past values for each track quantity]. What the
 leading wheelset meets, the trailing one meets a wheelbase later: the line holds it until then. Between two samples
 
     z' = F z + G [u; u'] + noise(Q),   y = C z + D u + noise(R),
@@ -22,9 +22,10 @@ from scipy.linalg import expm
 
 from estimators.filters.discretisation import ramped_inputs, van_loan
 from estimators.filters.track_spectrum import Prior
-from estimators.vehicle.lateral import INPUTS, STATES, HalfVehicle
+from estimators.vehicle.affine import INPUTS, STATES, HalfVehicle
+from estimators.vehicle.lateral_roll import COORDINATES
 
-COLOURED = (0, 1, 2, 3)
+COLOURED = tuple(number for number, name in enumerate(COORDINATES) if name.startswith("wheelset"))
 DOUBLINGS = 24
 CONVERGED = 1e-9
 
@@ -35,7 +36,7 @@ class Unknowns:
 
     Attributes
     ----------
-    force : intensity of the white forces and moments, N^2 s and (N m)^2 s, on the nine degrees of freedom, shape (9,).
+    force : intensity of the white forces and moments, N^2 s and (N m)^2 s, on the nine coordinates, shape (9,).
     reading : variance of each reading, sensor noise and what the model leaves, shape (m,).
     track : shaped noise of the rails' position (m) and roll (rad), in this order; none where the track is exact.
     low_pass : corner of the readings' low-pass (Butterworth, second order), Hz. What track and wheelset forces do has
@@ -156,7 +157,7 @@ def discrete(
         outputs[:, :head] += rows[n:]
     for degree, first in zip(unknowns.coloured, plan.forces(unknowns), strict=True):
         full[:n, first] = vehicle.force[:, degree]
-        outputs[:, first] = vehicle.felt[:, degree]
+        outputs[:, first] = vehicle.feedthrough[:, degree]
     F, Q = np.zeros((plan.size, plan.size)), np.zeros((plan.size, plan.size))
     F[:head, :head], Q[:head, :head] = van_loan(full, noise, step)
     G = ramped_inputs(A, B, step)

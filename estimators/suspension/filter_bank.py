@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimators.suspension.discrete_model import Layout, Unknowns, discrete, steady
-from estimators.vehicle.lateral import STATES, HalfVehicle
+from estimators.vehicle.affine import STATES, HalfVehicle
 from railsim.compiled import kernel
 
 UNROLLED = 8  # columns that the kernel takes at once; its matrices are filled up to a multiple

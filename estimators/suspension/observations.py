@@ -15,7 +15,7 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from estimators.signals.channel_health import Health, channel_health, runs
 from estimators.speed.odometry import Way, find_way, has_speed
-from estimators.vehicle.lateral import INPUTS
+from estimators.vehicle.affine import INPUTS
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -38,7 +38,7 @@ class Record:
     readings : after the band-pass, shape (n, m). good : which of them may be used, shape (n, m).
     noise : standard deviation of a sample by its data sheet, shape (m,).
     speed : m/s, NaN where it is not known, shape (n,).
-    inputs : known track as `_half_vehicle.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 8).
+    inputs : known track as `vehicle.affine.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 8).
     later : the same, a sample later, shape (n, 8).
     health : what was left out, and why.
     """

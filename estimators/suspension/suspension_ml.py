@@ -8,7 +8,7 @@ from estimators.interface import Estimate
 from estimators.suspension.base import Problem, SuspensionEstimator
 from estimators.suspension.suspension_rbpf import COLUMNS, report
 from estimators.suspension.verdicts import std_name
-from estimators.vehicle.lateral import PARAMETERS
+from estimators.vehicle.affine import PARAMETERS
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 

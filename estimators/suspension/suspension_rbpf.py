@@ -14,7 +14,7 @@ import pandas as pd
 from estimators.interface import Estimate
 from estimators.suspension.base import Bank, Problem, Situation, SuspensionEstimator
 from estimators.suspension.verdicts import std_name, verdicts
-from estimators.vehicle.lateral import PARAMETERS
+from estimators.vehicle.affine import PARAMETERS
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from estimators.vehicle.lateral import PARAMETERS
+from estimators.vehicle.affine import PARAMETERS
 
 SURE = 2.0  # standard deviations that a verdict keeps from its limit
 WORN, FAILED = 0.75, 0.25  # of the nominal damping (illustrative)

@@ -8,7 +8,8 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.speed.odometry import Way
 from estimators.track.geometry import Gain, TrackEstimator, by_speed, geometry, turning
-from estimators.vehicle.lateral_roll import CREEP, followed
+from estimators.vehicle.creep import CREEP_FACTOR
+from estimators.vehicle.lateral_roll import followed
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -71,7 +72,7 @@ class AlignmentLateral(TrackEstimator, frozen=True):
     def _filters(self, vehicle: Mapping[str, Any], speed: float, rolled: bool) -> list[Gain]:
         """Filters by wave number that make the rails' curvature of yaw rate over speed and of roll rate over speed."""
         k = np.linspace(0.0, SHORTEST, NODES)
-        position, height, roll = followed({**vehicle, CREEP: self.creep}, speed, k)
+        position, height, roll = followed({**vehicle, CREEP_FACTOR: self.creep}, speed, k)
         seen = np.abs(position) ** 2 + np.abs(height) ** 2 * self.cross_level + self.yaw_error
         if not rolled:
             return [_between(k, np.conj(position) / seen)]

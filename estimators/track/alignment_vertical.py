@@ -6,10 +6,9 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.signals.bands import transform
-from estimators.signals.frequency_response import pitch_inverse
 from estimators.speed.odometry import Way
 from estimators.track.geometry import TrackEstimator, geometry, turning
-from estimators.vehicle.bogie_pitch import parameters
+from estimators.vehicle.vertical import pitch_inverse
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -49,9 +48,8 @@ class AlignmentVertical(TrackEstimator, frozen=True):
         if not self.compensate:
             rate, good = turning(measurements, RATE, way)
             return -rate, good
-        vehicle = parameters(measurements.vehicle)
-        rate, good = turning(measurements, RATE, way, pitch_inverse(vehicle))
-        arm = vehicle["semi_wheelbase"]
+        rate, good = turning(measurements, RATE, way, pitch_inverse(measurements.vehicle).whole)
+        arm = float(measurements.vehicle["semi_wheelbase"])
 
         def inverse(k: np.ndarray) -> np.ndarray:
             chord = np.sinc(k * arm / np.pi)

@@ -10,7 +10,7 @@ from estimators.signals.bands import transform
 from estimators.signals.frequency_response import filter_time
 from estimators.speed.odometry import Way
 from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, filled, geometry, turning, without_bias
-from estimators.vehicle.roll import over_track
+from estimators.vehicle.roll_plane import over_track
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements

@@ -1,13 +1,8 @@
 """Curvature and roll of the track as a bogie's gyros and accelerometer give them, with the primary suspension undone.
 
-Pitch of the bogie (Ward et al. 2011, section 5.1; `vehicle.bogie_pitch`) and, the car body taken as at rest, roll:
-
-    I_y theta'' + 4 b^2 (c s + k) theta = 4 b^2 (c s + k) theta_w
-    I_x phi'' + [4 d^2 (c s + k) + K2] phi = 4 d^2 (c s + k) phi_w
-
-and its bounce as in `vehicle.bogie_pitch`, with the wheelsets' line theta_w, mean roll phi_w, primary stiffness k and
-damping c of an axlebox, half spacings b along and d across, and the secondary suspension's roll stiffness K2. The
-inverses act on the rates over time, so they hold at any speed; a Gaussian low-pass keeps the noise down.
+Pitch and bounce of the bogie give the motion of the line through the wheelsets and of their mean height (Ward et al.
+2011, section 5.1; `vehicle.vertical`), roll of the bogie their mean roll (`vehicle.roll_plane`). The inverses act on
+the rates over time, so they hold at any speed; a Gaussian low-pass keeps the noise down.
 
 Over distance, wave number k, the rails' mean vertical u shows in the line through the wheelsets, 2 b apart, and in
 their mean: curvature sin(kb) / (kb) u'' from the pitch rate and cos(kb) u'' from the acceleration over speed squared.
@@ -24,9 +19,9 @@ from estimators.signals.bands import transform
 from estimators.speed.bogie_channels import accelerometer_offset
 from estimators.speed.odometry import Way
 from estimators.track.dips import welch
-from estimators.vehicle.roll import parameters, roll_response
+from estimators.vehicle.roll_plane import parameters, roll_response
+from estimators.vehicle.vertical import bounce_inverse, pitch_inverse
 from railsim.data_sheet import data_sheet
-from railsim.errors import InputError
 from railsim.measurements import Measurements
 
 BOUNCE = "bogie.acceleration_z [m/s2]"
@@ -38,7 +33,7 @@ MEMORY = 1.0
 MISMATCH = 0.05
 """Relative error of the inverses, added to the sensors' noise when pitch and bounce are weighed (illustrative)."""
 ROLL_ERROR = 0.1
-"""Error of the bogie's roll over the wheelsets' (compiled engine against `vehicle.roll`: to 0.2 around 14 Hz)."""
+"""Error of the bogie's roll over the wheelsets' (compiled engine against `vehicle.roll_plane`: to 0.2 around 14 Hz)."""
 FAINT = 0.05
 """Least response that is divided by."""
 ROLL_GRID = np.concatenate([np.linspace(0, 40, 401), np.geomspace(40.5, 4000, 40)])
@@ -46,18 +41,6 @@ ROLL_GRID = np.concatenate([np.linspace(0, 40, 401), np.geomspace(40.5, 4000, 40
 _SEGMENT = 512
 
 Gain = Callable[[np.ndarray], np.ndarray]
-
-
-def pitch_inverse(vehicle: Mapping[str, Any]) -> Gain:
-    """Response from the bogie's pitch rate to that of the line through both wheelsets, over rad/s."""
-    inertia, stiffness, damping, base = _positive(
-        vehicle, "bogie_pitch_inertia", "primary_vertical_stiffness", "primary_vertical_damping", "semi_wheelbase"
-    )
-
-    def gain(omega: np.ndarray) -> np.ndarray:
-        return 1 - inertia * omega**2 / (4 * base**2 * (stiffness + 1j * omega * damping))
-
-    return gain
 
 
 def roll_inverse(vehicle: Mapping[str, Any]) -> tuple[Gain, Gain]:
@@ -79,27 +62,6 @@ def roll_inverse(vehicle: Mapping[str, Any]) -> tuple[Gain, Gain]:
         return np.sqrt(seen / (seen + ROLL_ERROR**2))
 
     return gain, trust
-
-
-def bounce_inverse(vehicle: Mapping[str, Any]) -> Gain:
-    """Response from the bogie's vertical acceleration to the wheelsets' mean one, over rad/s."""
-    mass, body, stiffness, damping, soft, slow = _positive(
-        vehicle,
-        "bogie_mass",
-        "body_mass",
-        "primary_vertical_stiffness",
-        "primary_vertical_damping",
-        "secondary_vertical_stiffness",
-        "secondary_vertical_damping",
-    )
-
-    def gain(omega: np.ndarray) -> np.ndarray:
-        s = 1j * omega
-        secondary = 2 * (soft + slow * s)
-        carried = secondary * body * s**2 / (body * s**2 + secondary)
-        return 1 + (mass * s**2 + carried) / (4 * (stiffness + damping * s))
-
-    return gain
 
 
 def over_distance(
@@ -134,7 +96,7 @@ def vertical(
     "rail": of the rails' mean under the bogie's centre, from pitch rate and vertical acceleration; "chord": of the line
     through both wheelsets, where there is no accelerometer.
     """
-    gain = pitch_inverse(measurements.vehicle)
+    gain = pitch_inverse(measurements.vehicle).whole
     pitch, valid = over_distance(measurements, way, PITCH, gain, cut_off)
     chord = -pitch
     if BOUNCE not in measurements:
@@ -146,7 +108,7 @@ def vertical(
     k = 2 * np.pi * np.fft.rfftfreq(size, way.spacing)
     arm = float(measurements.vehicle["semi_wheelbase"]) * k
     spread = _noise(measurements, PITCH, gain, k, speed, 1) + MISMATCH**2 * _power(chord, way.spacing, k)
-    inverse = bounce_inverse(measurements.vehicle)
+    inverse = bounce_inverse(measurements.vehicle).whole
     other = _noise(measurements, BOUNCE, inverse, k, speed, 2) + MISMATCH**2 * _power(bounce, way.spacing, k)
     first, second = np.sinc(arm / np.pi), np.cos(arm)
     joined = first * np.fft.rfft(chord, size) / spread + second * np.fft.rfft(bounce, size) / other
@@ -156,7 +118,7 @@ def vertical(
 
 def _bounce(measurements: Measurements, way: Way, cut_off: float) -> tuple[np.ndarray, np.ndarray]:
     """Mean of the wheelsets' vertical acceleration over speed squared, 1/m, and where it is valid."""
-    inverse = bounce_inverse(measurements.vehicle)
+    inverse = bounce_inverse(measurements.vehicle).whole
     values, valid = over_distance(measurements, way, BOUNCE, inverse, cut_off, 0)
     ahead = accelerometer_offset(measurements.about)
     if ahead:
@@ -180,13 +142,3 @@ def _power(values: np.ndarray, spacing: float, k: np.ndarray) -> np.ndarray:
 def blur(speed: float, cut_off: float) -> float:
     """Standard deviation in m of the Gaussian that the low-pass is in space at `speed` m/s."""
     return speed / (2 * np.pi * cut_off)
-
-
-def _positive(vehicle: Mapping[str, Any], *names: str) -> list[float]:
-    for name in names:
-        value = vehicle.get(name)
-        if not isinstance(value, int | float) or not value > 0:
-            raise InputError(
-                f"vehicle parameter '{name}' is {value!r}; about.json must give a positive number in SI units"
-            )
-    return [float(vehicle[name]) for name in names]

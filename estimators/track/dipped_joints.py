@@ -14,13 +14,13 @@ from estimators.track.curvature import (
     Gain,
     blur,
     over_distance,
-    pitch_inverse,
     roll_inverse,
     vertical,
 )
 from estimators.track.dip_fit import SIDES, Dips, find, none_found, synthesise, without_echoes
 from estimators.track.dips import Bank, Channel, Kind, channel, clipped
 from estimators.track.events import EventEstimator
+from estimators.vehicle.vertical import pitch_inverse
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -65,7 +65,7 @@ class DippedJoints(EventEstimator, frozen=True):
         dips, channels, valid = find_dips(measurements, way, self.cut_off, floor)
         length = np.count_nonzero(valid) * way.spacing
         dips = dips.take(dips.snr > credible(dips.snr, length, self.threshold, self.false_share))
-        chord, _ = over_distance(measurements, way, PITCH, pitch_inverse(measurements.vehicle), self.cut_off)
+        chord, _ = over_distance(measurements, way, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
         series = pd.DataFrame(
             {
                 "s [m]": way.s,

@@ -16,7 +16,7 @@ from estimators.signals.bands import Band, response, settled
 from estimators.speed.odometry import Way
 from estimators.track.observations import Reading
 from estimators.track.whittle import fit
-from estimators.vehicle.planes import System
+from estimators.vehicle.state_space import System
 
 FLOOR = 0.007  # of what a sensor typically shows: the least that the linear model is taken to leave as noise
 STRUCTURE = 0.015  # of what a sensor shows: standard deviation of what the model leaves out; tuned on straight_erri_low

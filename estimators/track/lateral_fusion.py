@@ -17,9 +17,12 @@ from estimators.speed.odometry import Way
 from estimators.track.fusion import Kind, Plane
 from estimators.track.observations import Attitude, Reading, reading
 from estimators.track.sensor_pairs import WHEELSETS, axleboxes, displacements, singles
-from estimators.vehicle import lateral_roll as plane_of
-from estimators.vehicle.bump_stop import STIFFNESS, slope, steps
-from estimators.vehicle.planes import CANT_BASE, Output
+from estimators.vehicle import lateral_roll
+from estimators.vehicle.bump_stop import slope, steps
+from estimators.vehicle.lateral_roll import COORDINATES
+from estimators.vehicle.parameters import given
+from estimators.vehicle.state_space import CANT_BASE, Output
+from estimators.vehicle.suspension import BUMP_STOP
 from railsim.data_sheet import channels_on, data_sheet
 from railsim.measurements import Measurements
 
@@ -32,13 +35,13 @@ LEVEL = 4.032e-7 * 0.8246**2  # m rad; lateral irregularity of ERRI B176 (1989) 
 CANT_CORNERS = (0.001, 0.8246)  # rad/m; ERRI's upper corner, and freedom for the design cant below
 
 
-DISTURBED = ((plane_of.Y1, plane_of.Y2), (plane_of.YAW1, plane_of.YAW2))
+DISTURBED = (("wheelset1.y", "wheelset2.y"), ("wheelset1.yaw", "wheelset2.yaw"))
 """Wheelsets are pushed sideways and turned by forces that are not in the model: flange, creep beyond its slope."""
 
 
 def fits(measurements: Measurements) -> bool:
     """Whether the bogie's three lateral channels and all parameters are there."""
-    return all(name in measurements for name in (YAW, ROLL, SIDE)) and plane_of.fits(measurements.vehicle)
+    return all(name in measurements for name in (YAW, ROLL, SIDE)) and given(measurements.vehicle, lateral_roll.NEEDED)
 
 
 def high_passed(one: Reading, way: Way) -> Reading:
@@ -103,13 +106,13 @@ def across(
     readings += singles(measurements, way, lift)
     outputs = [one.output for one in readings]
     return Plane(
-        lambda p, speed: plane_of.lateral(p, outputs, speed),
+        lambda p, speed: lateral_roll.lateral(p, outputs, speed),
         dict(measurements.vehicle),
         unknown,
         [high_passed(one, way) for one in readings],
         (Prior(LEVEL), Prior(4 * LEVEL, CANT_CORNERS)),
-        2 * plane_of.MOVES,
-        tuple(tuple(plane_of.MOVES + one for one in group) for group in DISTURBED),
+        2 * lateral_roll.COUNT,
+        tuple(tuple(lateral_roll.COUNT + COORDINATES.index(name) for name in group) for group in DISTURBED),
         start,
         kinds,
         kind,
@@ -137,12 +140,14 @@ def places(
             found.append(Kind(sized_as=sized_as))
         else:
             stiff = float(mean[here].mean())
-            found.append(Kind({STIFFNESS: stiff}, {STIFFNESS: float(spread[here].mean()) / stiff}, sized_as))
+            found.append(Kind({BUMP_STOP: stiff}, {BUMP_STOP: float(spread[here].mean()) / stiff}, sized_as))
     return tuple(found), np.searchsorted(numbers, step)
 
 
 def start(height: np.ndarray, slope: np.ndarray, speed: float) -> np.ndarray:
     """Standard deviations of the states at the start."""
-    shift, turn, lean = height[0] + height[1], slope[0] + slope[1], height[1] / CANT_BASE
-    places = np.array([shift, turn, shift, turn, shift, lean, turn, 3 * shift, 2 * lean])
-    return np.concatenate([places, speed * np.array([turn, turn, turn, turn, turn, turn, turn, 3 * turn, 2 * turn])])
+    shift, rotation, roll = height[0] + height[1], slope[0] + slope[1], height[1] / CANT_BASE
+    of_axis = {"y": shift, "roll": roll, "yaw": rotation}
+    share = [{"body.y": 3, "body.roll": 2}.get(name, 1) for name in COORDINATES]
+    positions = np.array([of_axis[name.partition(".")[2]] for name in COORDINATES])
+    return np.concatenate([share * positions, speed * (np.array(share) * rotation)])

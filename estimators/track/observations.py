@@ -7,7 +7,7 @@ from scipy.ndimage import maximum_filter1d
 
 from estimators.signals.bands import stretches, transform
 from estimators.speed.odometry import Way
-from estimators.vehicle.planes import Output
+from estimators.vehicle.state_space import Output
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements

@@ -15,11 +15,12 @@ from scipy import signal
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Way, find_way
-from estimators.track.curvature import PITCH, over_distance, pitch_inverse
+from estimators.track.curvature import PITCH, over_distance
 from estimators.track.dip_fit import Dips, refine
 from estimators.track.dipped_joints import events, find_dips
 from estimators.track.dips import Channel, channel
 from estimators.track.events import EventEstimator
+from estimators.vehicle.vertical import pitch_inverse
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -63,7 +64,7 @@ class Switches(EventEstimator, frozen=True):
         turning, valid = heading_rate(measurements, way)
         heading = np.cumsum(turning) * way.spacing
         dips, channels, good = find_dips(measurements, way, self.cut_off, self.threshold)
-        chord, _ = over_distance(measurements, way, PITCH, pitch_inverse(measurements.vehicle), self.cut_off)
+        chord, _ = over_distance(measurements, way, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
         found: list[dict[str, Any]] = []
         crossovers = []
         for turn in turns(heading, valid, way.spacing, self.smallest):

@@ -20,8 +20,10 @@ from estimators.track.fusion import Fused, Plane, fuse
 from estimators.track.geometry import by_speed
 from estimators.track.observations import Attitude, attitude, reading
 from estimators.track.sensor_pairs import axleboxes, displacements, without_roll
-from estimators.vehicle import lateral_roll
-from estimators.vehicle.planes import Output, check_vehicle, vertical
+from estimators.vehicle.creep import CREEP_FACTOR, SPIN_FACTOR
+from estimators.vehicle.parameters import numbers
+from estimators.vehicle.state_space import Output
+from estimators.vehicle.vertical import vertical
 from railsim.constants import GRAVITY
 from railsim.data_sheet import channels_on, data_sheet
 from railsim.measurements import Measurements
@@ -33,6 +35,12 @@ CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the er
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
 CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
+NEEDED = (
+    "body_mass", "bogie_mass", "bogie_pitch_inertia", "wheel_radius", "secondary_height", "wheelset_mass",
+    "semi_wheelbase", "primary_vertical_stiffness", "primary_vertical_damping", "secondary_vertical_stiffness",
+    "secondary_vertical_damping",
+)  # fmt: skip
+"""Nominal parameters without which nothing is estimated, SI units."""
 STIFF_AND_HEAVY: tuple[str, ...] = (
     "primary_vertical_stiffness",
     "secondary_vertical_stiffness",
@@ -95,7 +103,7 @@ class TrackSmoother(Estimator, frozen=True):
         """
         self.need(measurements)
         vehicle = measurements.vehicle
-        check_vehicle(vehicle)
+        numbers(vehicle, NEEDED)
         wheelbase = 2.0 * vehicle["semi_wheelbase"]
         out = find_way(measurements, self.speed_source, self.slowest)
         way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / out.spacing))
@@ -205,7 +213,7 @@ class TrackSmoother(Estimator, frozen=True):
         one = self.parameter_error
         known = dict.fromkeys(LATERAL_STIFF_AND_HEAVY, one) | dict.fromkeys(LATERAL_DAMPED, 2 * one)
         profile = dict.fromkeys(("design_conicity", "design_contact_angle_rate"), self.profile_error)
-        return known | profile | {lateral_roll.CREEP: self.creep_error, lateral_roll.SPIN: self.spin_error}
+        return known | profile | {CREEP_FACTOR: self.creep_error, SPIN_FACTOR: self.spin_error}
 
 
 @dataclass(frozen=True)

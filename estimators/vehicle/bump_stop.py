@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from railsim.constants import GRAVITY
+from estimators.vehicle.linear_model import Kinematics, reduce
+from estimators.vehicle.suspension import body_above_springs, half_vehicle_bogies, heights, masses, roll_springs
 
-STIFFNESS = "bump_stop_slope"
-"""Key among the parameters: slope of the stop's force in N/m, 0 where not given."""
 SWAY = 0.0025  # m; standard deviation of the sway; tuned on curve_r400 and unseen_curve_r700 (2 to 3 mm)
 LEFT_OUT = 1.4  # of the slope's deviation: what a spring of one slope leaves out; tuned likewise
 FARTHEST = 0.1  # m
@@ -32,10 +31,7 @@ def slope(vehicle: Mapping[str, Any], unbalanced: np.ndarray) -> tuple[np.ndarra
     gap, linear, cubic = (float(p.get(f"bump_stop_{name}", 0.0)) for name in ("gap", "stiffness", "cubic"))
     if not gap > 0.0:
         return np.zeros(len(unbalanced)), np.zeros(len(unbalanced))
-    above = p["body_height"] - p["secondary_height"]
-    upright = 2.0 * p["secondary_vertical_stiffness"] * p["secondary_half_spacing"] ** 2 + p["roll_bar_stiffness"]
-    tips = p["body_mass"] * GRAVITY * above
-    force = p["body_mass"] * np.abs(unbalanced) * upright / (upright - tips)  # the body leans further by its own weight
+    force = p["body_mass"] * np.abs(unbalanced) * leaning(p)
     x = np.linspace(0.0, FARTHEST, 2001)
     beyond = np.maximum(x - gap, 0.0)
     rest = np.interp(force, 2.0 * p["secondary_lateral_stiffness"] * x + linear * beyond + cubic * beyond**3, x)
@@ -44,6 +40,17 @@ def slope(vehicle: Mapping[str, Any], unbalanced: np.ndarray) -> tuple[np.ndarra
     slopes = np.where(pressed > 0.0, linear + 3.0 * cubic * pressed**2, 0.0)
     mean = slopes @ (weights / weights.sum())
     return mean, LEFT_OUT * np.sqrt(np.maximum((slopes - mean[:, None]) ** 2 @ (weights / weights.sum()), 0.0))
+
+
+def leaning(p: Mapping[str, float]) -> float:
+    """How many times further a body leans quasi-statically because its own weight tips it, the bogie held."""
+    roll, bogies = ("body.roll",), half_vehicle_bogies(p)
+    springs, weight = roll_springs(p, bogies), body_above_springs(p, bogies, heights(p))
+    upright, tipped = (
+        float(reduce(elements, masses(p, bogies, roll), Kinematics(roll)).stiffness[0, 0])
+        for elements in (springs, springs + weight)
+    )
+    return upright / tipped
 
 
 def steps(vehicle: Mapping[str, Any], unbalanced: np.ndarray) -> np.ndarray:

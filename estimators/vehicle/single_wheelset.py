@@ -7,26 +7,29 @@ D = (r_L - r_R) / 2 the half difference of the rolling radii, D = lambda x for a
     I psi'' = M_s - I_wy V/r0 phi' - 2 l f11/r0 D + 2 f23/V (y' + r0 phi' - V psi) - 2 l^2 f11/V psi' + l W s psi
     phi = s x / l,   F_s = k_y (y_m - y) + c_y (y_m' - y'),   m_m y_m'' = -F_s,   M_s = -k_psi psi - c_psi psi'
 
-The article's cone has one number for three: the conicity is slope of the radii, contact angle s that makes the roll,
-and e is zero. On real profiles they are three: the contact moves along wheel and rail, so that the radii change by
-several times the contact angle. Here s, e and lambda0 are those of the new profiles, and only D is sought: the contact
-angles' difference is taken to grow as the radii's does, since both come from the same travel of the contact. Were it
-taken as e x with the new profiles' e, a filter would read x from the lateral force, and take a wrong conicity from it.
+They are the elements of `vehicle.contact` with x and D as inputs. The article's cone has one number for three: the
+conicity is slope of the radii, contact angle s that makes the roll, and e is zero. On real profiles they are three: the
+contact moves along wheel and rail, so that the radii change by several times the contact angle. Here s, e and lambda0
+are those of the new profiles, and only D is sought: the contact angles' difference is taken to grow as the radii's
+does, since both come from the same travel of the contact. Were it taken as e x with the new profiles' e, a filter would
+read x from the lateral force, and take a wrong conicity from it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from railsim.contact.linear import creep_coefficients
-from railsim.errors import InputError
+from estimators.vehicle.contact import ContactGeometry, Wheelset, creep_forces, gyroscopic, weight
+from estimators.vehicle.creep import DRY, kalker_slopes
+from estimators.vehicle.linear_model import Kinematics, reduce, spring
+from estimators.vehicle.parameters import given, numbers
+from railsim.contact.linear import CreepCoefficients
 from railsim.wheelset.parameters import Coefficients
 
 Y, Y_RATE, YAW, YAW_RATE, MASS_Y, MASS_Y_RATE = range(6)
 STATES = 6
-DRY = 0.7
-"""Share of Kalker's slope on a dry rail, (kA + kS) / 2 of Polach (2005)."""
+COORDINATES = ("wheelset.y", "wheelset.yaw", "mass.y")
 
 
 class WheelsetModel(NamedTuple):
@@ -42,7 +45,7 @@ class WheelsetModel(NamedTuple):
     conicity: float
 
 
-_NEEDED = (
+NEEDED = (
     "wheelset_mass",
     "wheelset_yaw_inertia",
     "wheelset_spin_inertia",
@@ -63,7 +66,7 @@ _NEEDED = (
 
 def fits(vehicle: Mapping[str, Any]) -> bool:
     """Whether about.json gives all parameters of the single wheelset."""
-    return all(isinstance(vehicle.get(name), int | float) for name in _NEEDED)
+    return given(vehicle, NEEDED)
 
 
 def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetModel:
@@ -78,24 +81,18 @@ def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetMo
     ------
     InputError : one is missing; the line names it.
     """
-    for name in _NEEDED:
-        if not isinstance(vehicle.get(name), int | float):
-            raise InputError(
-                f"vehicle parameter '{name}' is {vehicle.get(name)!r}; about.json must give a number in SI units, as "
-                "the vehicle 'wheelset' does"
-            )
-    v = {name: float(vehicle[name]) for name in _NEEDED}
-    kalker = creep_coefficients(1.0 / v["wheel_radius"], v["design_contact_curvature"], v["design_wheel_load"])
-    numbers = Coefficients(
+    v = numbers(vehicle, NEEDED)
+    slopes = kalker_slopes(v, (creep, creep, 1.0))
+    symbols = Coefficients(
         m=v["wheelset_mass"],
         I=v["wheelset_yaw_inertia"],
         I_wy=v["wheelset_spin_inertia"],
         r0=v["wheel_radius"],
         l=v["half_gauge"],
         W=2.0 * v["design_wheel_load"],
-        f11=creep * kalker.f11,
-        f22=creep * kalker.f22,
-        f23=kalker.f23,
+        f11=slopes.f11,
+        f22=slopes.f22,
+        f23=slopes.f23,
         f33=0.0,
         k_y=v["lateral_stiffness"],
         f_y=v["lateral_damping"],
@@ -103,7 +100,7 @@ def wheelset_model(vehicle: Mapping[str, Any], creep: float = DRY) -> WheelsetMo
         f_psi=v["yaw_damping"],
         m_m=v["suspended_mass"],
     )
-    return WheelsetModel(numbers, v["design_contact_angle"], v["design_contact_angle_rate"], v["design_conicity"])
+    return WheelsetModel(symbols, v["design_contact_angle"], v["design_contact_angle_rate"], v["design_conicity"])
 
 
 def linear(p: WheelsetModel, conicity: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
@@ -115,8 +112,8 @@ def linear(p: WheelsetModel, conicity: float, speed: float) -> tuple[np.ndarray,
     """
     a, b = np.zeros((STATES, STATES)), np.zeros((STATES, 2))
     shift, shift_rate, of_radii, state = coefficients(p, speed)
-    for place, rate in ((Y, Y_RATE), (YAW, YAW_RATE), (MASS_Y, MASS_Y_RATE)):
-        a[place, rate] = 1.0
+    for position, rate in ((Y, Y_RATE), (YAW, YAW_RATE), (MASS_Y, MASS_Y_RATE)):
+        a[position, rate] = 1.0
     a[[Y_RATE, YAW_RATE, MASS_Y_RATE]] += state
     by_shift = shift + of_radii * conicity
     a[[Y_RATE, YAW_RATE], Y] += by_shift
@@ -131,39 +128,23 @@ def coefficients(p: WheelsetModel, speed: float) -> tuple[np.ndarray, np.ndarray
     state, rows y'', psi'', y_m'', (3, 6).
     """
     c = p.numbers
-    slip = 2.0 * c.f22 / speed
-    spin = 2.0 * c.f23 / speed
-    turn = c.r0 * p.s / c.l  # r0 phi' by x'
-    shift = np.array([-c.W * p.s / c.l, 0.0])
-    shift_rate = np.array([-slip * turn, -c.I_wy * speed / c.r0 * p.s / c.l + spin * turn])
-    of_radii = np.array([-(c.W - 2.0 * c.f23 / c.r0) * p.e / p.conicity, -2.0 * c.l * c.f11 / c.r0])
-    state = np.zeros((3, STATES))
-    state[0] = [-c.k_y, -c.f_y - slip, slip * speed, -spin, c.k_y, c.f_y]
-    state[1] = [
-        0.0, spin, -c.k_psi - spin * speed + c.l * c.W * p.s, -c.f_psi - 2.0 * c.l**2 * c.f11 / speed, 0.0, 0.0,
-    ]  # fmt: skip
-    state[2] = [c.k_y, c.f_y, 0.0, 0.0, -c.k_y, -c.f_y]
-    inertia = np.array([c.m, c.I])
-    return shift / inertia, shift_rate / inertia, of_radii / inertia, state / np.array([[c.m], [c.I], [c.m_m]])
-
-
-def rates(
-    p: WheelsetModel,
-    half_difference: Callable[[float], float],
-    speed: float,
-    state: np.ndarray,
-    rail: tuple[float, float],
-) -> np.ndarray:
-    """Time derivative of the state with any function D of the shift (table-based).
-
-    Parameters
-    ----------
-    half_difference : D(x), m. state : (6,). rail : d in m and dd/dt in m/s.
-    """
-    shift, shift_rate, of_radii, by_state = coefficients(p, speed)
-    x, x_rate = state[Y] - rail[0], state[Y_RATE] - rail[1]
-    out = np.empty(STATES)
-    out[[Y, YAW, MASS_Y]] = state[[Y_RATE, YAW_RATE, MASS_Y_RATE]]
-    out[[Y_RATE, YAW_RATE, MASS_Y_RATE]] = by_state @ state
-    out[[Y_RATE, YAW_RATE]] += shift * x + shift_rate * x_rate + of_radii * half_difference(x)
-    return out
+    wheelset = Wheelset("wheelset", c.r0, c.l, c.W, c.I_wy)
+    moving = Kinematics(
+        COORDINATES,
+        ("wheelset.shift", "wheelset.radius_difference"),
+        {
+            "wheelset.roll": {"wheelset.shift": p.s / c.l},
+            "wheelset.angle_difference": {"wheelset.radius_difference": p.e / p.conicity},
+        },
+    )
+    elements = [
+        spring({"mass.y": 1.0, "wheelset.y": -1.0}, c.k_y, c.f_y),
+        spring({"wheelset.yaw": 1.0}, c.k_psi, c.f_psi),
+        *creep_forces(wheelset, CreepCoefficients(c.f11, c.f22, c.f23), speed),
+        *weight(wheelset, ContactGeometry(p.conicity, p.s, p.e)),
+        *gyroscopic(wheelset, speed),
+    ]
+    A, B, E = (part[3:] for part in reduce(elements, (c.m, c.I, c.m_m), moving, reactions=False).first_order())
+    by_state = np.empty((3, STATES))
+    by_state[:, [Y, YAW, MASS_Y]], by_state[:, [Y_RATE, YAW_RATE, MASS_Y_RATE]] = A[:, :3], A[:, 3:]
+    return B[:2, 0], E[:2, 0], B[:2, 1], by_state

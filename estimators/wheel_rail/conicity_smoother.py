@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from estimators.interface import Estimate, Estimator
+from estimators.vehicle.creep import DRY_WORKING
 from estimators.vehicle.single_wheelset import fits, wheelset_model
 from estimators.wheel_rail.conicity_kernel import Numbers, Record
 from estimators.wheel_rail.conicity_likelihood import Likelihood, Prior
@@ -44,7 +45,10 @@ class ConicitySmoother(Estimator, frozen=True):
     )  # fmt: skip
     rail: float = quantity(7e-4, unit="m, level of the rails' noise (guess)", source="2 mm by ERRI's shape", gt=0.0)
     creep: float = quantity(
-        0.6, unit="share of Kalker's slope", source="Polach (2005): 0.7 at none, less at working creepages", gt=0.0
+        DRY_WORKING,
+        unit="share of Kalker's slope",
+        source="Polach (2005): 0.7 at none, less at working creepages",
+        gt=0.0,
     )
     creep_spread: float = quantity(0.03, unit="- of f11", source="illustrative", gt=0.0)
     slip: float = quantity(1.2e-3, unit="m/s (guess)", source="runs of wheelset_new", gt=0.0)

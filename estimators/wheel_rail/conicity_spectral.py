@@ -13,6 +13,8 @@ from scipy.optimize import least_squares
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import Band, band_pass
 from estimators.vehicle import plan_view, single_wheelset
+from estimators.vehicle.creep import DRY, DRY_WORKING
+from estimators.vehicle.parameters import given
 from estimators.wheel_rail.contact_run import SPEED, held
 from estimators.wheel_rail.known_rails import Survey, refine
 from railsim.errors import InputError
@@ -24,7 +26,7 @@ SPACING = 0.2  # m
 SMOOTH = 9  # Fourier coefficients over which the residual's variance is averaged
 MOST, LEAST = 1.0, 0.005  # conicities that are looked for
 CREEP = (0.2, 1.2)  # shares of Kalker's slope that are looked for
-TYPICAL = (0.15, 0.6)  # conicity and creep share of the response with which the place is sought (-)
+TYPICAL = (0.15, DRY_WORKING)  # conicity and creep share of the response with which the place is sought (-)
 CANDIDATES = 13  # places of which the one with the most coherent response is taken
 SCALES = 1.0 + np.linspace(-0.012, 0.012, 13)
 """Real over measured way that are tried: the wheel's radius (-)."""
@@ -152,7 +154,7 @@ class ConicitySpectral(Estimator, frozen=True):
             return np.concatenate([wrong.real.ravel(), wrong.imag.ravel()])
 
         bounds = [[np.log(LEAST), np.log(CREEP[0]), -ASIDE], [np.log(MOST), np.log(CREEP[1]), ASIDE]]
-        begin = np.log(single_wheelset.DRY)
+        begin = np.log(DRY)
         ends = [
             least_squares(residual, [np.log(one), begin, place], bounds=bounds, x_scale=[0.1, 0.1, 0.5])
             for one in COARSE
@@ -241,7 +243,7 @@ def _channel(measurements: Measurements) -> str | None:
     """The yaw gyro whose response is known."""
     if WHEELSET in measurements and single_wheelset.fits(measurements.vehicle):
         return WHEELSET
-    return BOGIE if BOGIE in measurements and plan_view.fits(measurements.vehicle) else None
+    return BOGIE if BOGIE in measurements and given(measurements.vehicle, plan_view.NEEDED) else None
 
 
 def _foretold(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:

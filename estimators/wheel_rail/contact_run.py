@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate, Estimator
-from estimators.vehicle.single_wheelset import DRY, WheelsetModel, coefficients, fits, wheelset_model
+from estimators.vehicle.creep import DRY
+from estimators.vehicle.single_wheelset import WheelsetModel, coefficients, fits, wheelset_model
 from estimators.wheel_rail import contact_filter as kernels
 from estimators.wheel_rail.contact_filter import BIASES, CHANNELS, DYNAMIC, WIDTH, Memory, Settings
 from railsim.data_sheet import data_sheet

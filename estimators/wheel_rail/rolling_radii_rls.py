@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate, Estimator
-from estimators.vehicle.single_wheelset import DRY, fits, wheelset_model
+from estimators.vehicle.creep import DRY
+from estimators.vehicle.single_wheelset import fits, wheelset_model
 from estimators.wheel_rail.known_rails import Survey, centre_fit
 from estimators.wheel_rail.section_rls import (
     Geometry,

@@ -9,7 +9,7 @@ from filterpy.kalman import KalmanFilter
 from estimators.suspension.base import Bank, Problem
 from estimators.suspension.discrete_model import discrete
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
-from estimators.vehicle.lateral import FULL
+from estimators.vehicle.affine import FULL
 from railsim import load_scenario, measure, simulate
 
 PARTICLES = 1000

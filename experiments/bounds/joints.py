@@ -16,10 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from estimators.track.curvature import BOUNCE, PITCH, ROLL, bounce_inverse, pitch_inverse
+from estimators.track.curvature import BOUNCE, PITCH, ROLL
 from estimators.track.dip_fit import SPREAD
 from estimators.track.dips import ROUNDING, TRACK_WIDTH, dip_transform, lowest, rounding_gain
-from estimators.vehicle.roll import roll_response
+from estimators.vehicle.roll_plane import roll_response
+from estimators.vehicle.vertical import bounce_inverse, pitch_inverse
 from experiments.scoring.joints import true_groups
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
@@ -111,11 +112,13 @@ def _noise(vehicle: Mapping[str, Any], speed: float, noise: Noise, band: Band | 
             _K**4
             * np.sinc(arm / np.pi) ** 2
             * speed
-            / (noise.pitch**2 / 2 * np.abs(pitch_inverse(vehicle)(omega)) ** 2)
+            / (noise.pitch**2 / 2 * np.abs(pitch_inverse(vehicle).whole(omega)) ** 2)
         )
     if noise.bounce is not None:
         told += (
-            omega**4 * np.cos(arm) ** 2 / (noise.bounce**2 / 2 * np.abs(bounce_inverse(vehicle)(omega)) ** 2 * speed)
+            omega**4
+            * np.cos(arm) ** 2
+            / (noise.bounce**2 / 2 * np.abs(bounce_inverse(vehicle).whole(omega)) ** 2 * speed)
         )
     mean = np.pi * laws["vertical"].density(_K) * weight + 1 / np.maximum(told, 1e-30)
     if noise.roll is None:

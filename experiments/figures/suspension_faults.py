@@ -15,7 +15,7 @@ from matplotlib.figure import Figure as Picture
 
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.verdicts import damper, std_name
-from estimators.vehicle.lateral import PARAMETERS, nominal
+from estimators.vehicle.affine import PARAMETERS, nominal
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_most, exactly

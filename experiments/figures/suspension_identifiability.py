@@ -20,7 +20,7 @@ from estimators.suspension.discrete_model import Discrete, discrete, layout
 from estimators.suspension.fisher_information import fisher
 from estimators.suspension.suspension_ml import STEP, SuspensionMl, gradient
 from estimators.suspension.verdicts import std_name
-from estimators.vehicle.lateral import PARAMETERS, WITHOUT_WHEELSETS, half_vehicle
+from estimators.vehicle.affine import PARAMETERS, WITHOUT_WHEELSETS, half_vehicle
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_most, between
 from experiments.runs.suspension import JUDGED, write_other

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure as Picture
 
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.verdicts import std_name
-from estimators.vehicle.lateral import PARAMETERS
+from estimators.vehicle.affine import PARAMETERS
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most

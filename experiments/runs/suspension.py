@@ -10,7 +10,7 @@ from joblib import Parallel, delayed
 
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.verdicts import std_name
-from estimators.vehicle.lateral import PARAMETERS
+from estimators.vehicle.affine import PARAMETERS
 from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements

@@ -4,7 +4,7 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.suspension.verdicts import damper, std_name
-from estimators.vehicle.lateral import PARAMETERS, nominal
+from estimators.vehicle.affine import PARAMETERS, nominal
 from railsim.scenario import effect_kinds
 from railsim.truth import Truth
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.suspension.verdicts import std_name
-from estimators.vehicle.lateral import PARAMETERS
+from estimators.vehicle.affine import PARAMETERS
 from experiments.scoring.detection import damping_left, score_detection
 from experiments.scoring.interface import Scorer
 from railsim.errors import InputError

@@ -9,7 +9,8 @@ from estimators.filters.information import information
 from estimators.filters.track_spectrum import Noise, Passage, Prior, passage, step_transition, step_transitions
 from estimators.signals.bands import BANDS, response
 from estimators.vehicle.lateral_roll import lateral
-from estimators.vehicle.planes import Output, vertical
+from estimators.vehicle.state_space import Output
+from estimators.vehicle.vertical import vertical
 from railsim.vehicles.manchester import Manchester
 
 VEHICLE = Manchester().nominal()

@@ -11,7 +11,8 @@ from estimators.suspension.discrete_model import Discrete, Unknowns, discrete, l
 from estimators.suspension.filter_bank import exact, gains, run_bank, unpacked
 from estimators.suspension.fisher_information import fisher
 from estimators.suspension.suspension_ml import SuspensionMl
-from estimators.vehicle.lateral import DEGREES, FULL, INPUTS, WITHOUT_WHEELSETS, half_vehicle, nominal
+from estimators.vehicle.affine import DEGREES, FULL, INPUTS, WITHOUT_WHEELSETS, half_vehicle, nominal
+from estimators.vehicle.lateral_roll import COORDINATES
 from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import creep_coefficients
@@ -21,7 +22,6 @@ from railsim.vehicles.manchester import Manchester
 
 RATE, SPEED = 256.0, 30.0
 TRACK = Prior(1.4e-7), Prior(4.9e-7, (0.438, 0.8246))
-ORDER = ("bogie.y", "bogie.yaw", "body.y", "bogie.roll", "body.roll")
 
 
 def unknowns(channels: tuple[str, ...], track: tuple[Prior, ...] = ()) -> Unknowns:
@@ -38,8 +38,8 @@ def test_suspension_is_that_of_the_vehicle(vehicle: Class175, kind: str):
     model = vehicle.model()
     assembled = model.stiffness if kind == "stiffness" else model.damping
     names = [f"{body.name}.{axis}" for body in model.bodies for axis in ("x", "y", "z", "roll", "pitch", "yaw")]
-    own = ["wheelset1.y", "wheelset1.yaw", "wheelset2.y", "wheelset2.yaw", *ORDER]
-    rows, columns = [names.index(name) for name in ORDER], [names.index(name) for name in own]
+    above = [name for name in COORDINATES if not name.startswith("wheelset")]
+    rows, columns = [names.index(name) for name in above], [names.index(name) for name in COORDINATES]
     mass = model.mass[rows][:, None]
     first = 0 if kind == "stiffness" else DEGREES
     ours = -A[DEGREES + 4 :, first : first + DEGREES] * mass

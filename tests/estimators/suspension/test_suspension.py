@@ -8,7 +8,7 @@ from estimators.suspension.suspension_ml import SuspensionMl
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.suspension_ukf import SuspensionUkf
 from estimators.suspension.verdicts import damper, profiles
-from estimators.vehicle.lateral import FULL, PARAMETERS
+from estimators.vehicle.affine import FULL, PARAMETERS
 from experiments.scoring.suspension import true_parameters
 from railsim.errors import InputError
 from tests.estimators.suspension_rig import changed, recording

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from estimators.vehicle.lateral_roll import BODY, MOVES, YAW, Contact, Y, creep_slopes, lateral
-from estimators.vehicle.planes import Output
+from estimators.vehicle.contact import arcs
+from estimators.vehicle.creep import slopes_about_spin
+from estimators.vehicle.lateral_roll import COORDINATES, COUNT, lateral
+from estimators.vehicle.state_space import Output
 from railsim.analysis.linear import linearise
 from railsim.contact.linear import creep_coefficients
 from railsim.vehicles.class175 import Class175
@@ -40,15 +42,16 @@ def test_vehicle_follows_long_waves():
     late = np.exp(-1j * k * 2.0 * p["semi_wheelbase"])
     path = system.states(np.array([k * speed]))[0] @ np.array([1.0, 0.0, late, 0.0])
     centre = np.exp(-1j * k * p["semi_wheelbase"])
-    assert path[Y] / centre == pytest.approx(1.0, abs=0.01)
-    assert path[BODY] / centre == pytest.approx(1.0, abs=0.01)
-    assert path[YAW] / (1j * k * centre) == pytest.approx(1.0, abs=0.02)
-    assert system.A.shape == (2 * MOVES, 2 * MOVES)
+    bogie, yaw, body = (COORDINATES.index(name) for name in ("bogie.y", "bogie.yaw", "body.y"))
+    assert path[bogie] / centre == pytest.approx(1.0, abs=0.01)
+    assert path[body] / centre == pytest.approx(1.0, abs=0.01)
+    assert path[yaw] / (1j * k * centre) == pytest.approx(1.0, abs=0.02)
+    assert system.A.shape == (2 * COUNT, 2 * COUNT)
 
 
 def test_heads_of_wheel_and_rail_are_found_from_rate_and_curvature():
     """Radii 0.5 and 0.3 m of the analytic pair: gain 0.5 / 0.2, angle 0.125 / 2.5 (Wickens 2003, section 2.5)."""
-    contact = Contact(Manchester().nominal())
+    contact = arcs(Manchester().nominal())
     assert contact.gain == pytest.approx(2.5, rel=0.01)
     assert contact.angle == pytest.approx(0.05, rel=0.01)
 
@@ -57,6 +60,6 @@ def test_spin_at_rest_takes_some_of_the_slope_along_the_track():
     """Across, and by spin, Polach's slopes are Kalker's times (kA + kS) / 2; along it is nearer to that across."""
     load = Manchester().nominal()["design_wheel_load"]
     kalker = creep_coefficients(1 / 0.46, 4 / 3, load, 0.7)
-    spinning = creep_slopes(1 / 0.46, 4 / 3, load, 0.05 / 0.46)
+    spinning = slopes_about_spin(1 / 0.46, 4 / 3, load, 0.05 / 0.46)
     assert spinning.f22 == pytest.approx(kalker.f22, rel=0.06)
     assert kalker.f22 < spinning.f11 < 0.94 * kalker.f11

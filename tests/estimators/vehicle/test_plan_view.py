@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimators.vehicle.plan_view import roll_response, yaw_response
+from estimators.vehicle.plan_view import yaw_response
 from railsim import InputError
 from railsim.contact.linear import creep_coefficients
 from railsim.vehicles.manchester import Manchester
@@ -28,13 +28,6 @@ def test_resonance_is_the_kinematic_wavelength_of_a_stiff_bogie():
     waves = np.linspace(12.0, 35.0, 2000)
     position, _ = yaw_response(p, 1.0, 2 * np.pi / waves)
     assert waves[np.argmax(np.abs(position))] == pytest.approx(length, rel=0.03)
-
-
-def test_bogie_rolls_by_the_mean_of_its_wheelsets():
-    k = 2 * np.pi / np.array([300.0, 4 * 1.28])
-    roll = roll_response(VEHICLE, 2.0, k)
-    assert roll[0] == pytest.approx(1.0, abs=0.03)
-    assert abs(roll[1]) < 1e-9
 
 
 def test_missing_parameter_is_named():

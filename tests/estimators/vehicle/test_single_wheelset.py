@@ -24,14 +24,6 @@ def test_cone_gives_the_matrices_of_the_full_linear_equations(conicity: float) -
     np.testing.assert_allclose(b, expected.track_matrix, rtol=1e-12, atol=1e-9)
 
 
-def test_any_function_of_the_shift_agrees_with_its_cone() -> None:
-    model, _ = paper(0.15)
-    a, b = wheelset.linear(model, 0.15, 25.0)
-    state, rail = np.array([1e-3, 0.02, 5e-4, 0.01, 2e-3, -0.01]), (4e-4, 0.03)
-    found = wheelset.rates(model, lambda x: 0.15 * x, 25.0, state, rail)
-    np.testing.assert_allclose(found, a @ state + b @ np.array(rail), rtol=1e-12)
-
-
 def test_nominal_parameters_are_those_of_the_new_wheel() -> None:
     new = WheelsetVehicle.build({"pair": {"kind": "profiles"}})
     worn = WheelsetVehicle.build({"pair": {"kind": "profiles", "wear": 0.3}})

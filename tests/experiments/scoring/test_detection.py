@@ -9,7 +9,7 @@ import pytest
 
 from estimators.interface import Estimate
 from estimators.suspension.verdicts import std_name
-from estimators.vehicle.lateral import PARAMETERS
+from estimators.vehicle.affine import PARAMETERS
 from experiments.scoring.detection import damping_left, score_detection
 from railsim.truth import Truth
 

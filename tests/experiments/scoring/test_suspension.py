@@ -6,7 +6,7 @@ import pytest
 
 from estimators.interface import Estimate
 from estimators.suspension.verdicts import std_name
-from estimators.vehicle.lateral import PARAMETERS
+from estimators.vehicle.affine import PARAMETERS
 from experiments.figures.fig07 import FULL, OTHER, REDUCED, UNCERTAIN, Fig07
 from experiments.figures.fig07 import NOMINAL as TRUE
 from experiments.figures.suspension_identifiability import SuspensionIdentifiability

@@ -1,13 +1,7 @@
-"""Vertical movement of the two wheelsets from the bogie's vertical acceleration and pitch rate.
+"""Vertical movement of the two wheelsets from the bogie's vertical acceleration and pitch rate, as discrete filters.
 
-Equations of motion of the bogie on its four axleboxes (bounce z up, pitch theta nose down, leading wheelset at +Lb,
-body of mass M on the secondary suspension), w_1, w_2 the vertical displacements of the leading and trailing wheelset:
-
-    m z'' + (4 cp s + 4 kp) z + Z(s) z = (2 kp + 2 cp s) (w_1 + w_2)
-    Z(s) = 2 (ks + cs s) M s^2 / (M s^2 + 2 cs s + 2 ks)
-    I theta'' + 4 Lb^2 (cp s + kp) theta = -Lb (2 kp + 2 cp s) (w_1 - w_2)
-
-Solved for the wheelsets, twice differentiated and band limited by H(s), with measured acceleration a and pitch rate q:
+The equations of motion are those of `vehicle.vertical`. Solved for the wheelsets' displacements w_1 and w_2, twice
+differentiated and band limited by H(s), with measured acceleration a and pitch rate q:
 
     (w_1'' + w_2'') / 2 = H [1 + (m s^2 + Z) / (4 (kp + cp s))] a
     (w_1'' - w_2'') / 2 = -H Lb s [1 + I s^2 / (4 Lb^2 (kp + cp s))] q
@@ -23,18 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import signal
 
+from estimators.vehicle.vertical import Ratio, bounce_inverse, pitch_inverse
 from railsim.errors import InputError
 
-NEEDED = (
-    "bogie_mass",
-    "bogie_pitch_inertia",
-    "body_mass",
-    "primary_vertical_stiffness",
-    "primary_vertical_damping",
-    "secondary_vertical_stiffness",
-    "secondary_vertical_damping",
-    "semi_wheelbase",
-)
 ACCELERATION = "bogie.acceleration_z [m/s2]"
 PITCH_RATE = "bogie.rate_pitch [rad/s]"
 FORWARD = "bogie.acceleration_x [m/s2]"
@@ -74,52 +59,24 @@ def chain(
     rate : sample rate in Hz.
     low, high : pass band in Hz (Butterworth: second order below, fourth order above).
     inverse : False leaves the bogie's dynamics in and takes plain sums z -+ Lb theta.
-    offset : longitudinal place of the accelerometer before the centre of gravity in m.
+    offset : longitudinal position of the accelerometer before the centre of gravity in m.
 
     Raises
     ------
     InputError : a vehicle parameter is missing or not positive, or the sample rate is too low for the band.
     """
-    p = parameters(vehicle)
     if high < 2 * low:
         raise InputError(f"band of {low:g} to {high:.3g} Hz is too narrow; lower 'low' or raise 'reach'")
     if rate < 4 * high:
         raise InputError(
             f"sample rate {rate:g} Hz is too low for a band up to {high:g} Hz; give at least {4 * high:g} Hz"
         )
-    bounce, pitch, bounce_share, pitch_share = _inverse(p, inverse)
-    differentiate = (np.array([-p["semi_wheelbase"], 0.0]), np.array([1.0]))
-    filters = [bounce, _product(differentiate, pitch), bounce_share, _product(differentiate, pitch_share)]
-    if offset:
-        lever = (np.array([offset, 0.0]), np.array([1.0]))
-        filters += [_product(lever, bounce), _product(lever, bounce_share)]
     band = _band(low, high)
-    sos = [_discrete(one, band, rate, np.sqrt(low * high)) for one in filters]
+    sos = [_discrete(one, band, rate, np.sqrt(low * high)) for one in _ratios(vehicle, inverse, offset)]
     size = max(len(one) for one in sos)
     sections = np.stack([_padded(one, size) for one in sos])
     steady = np.stack([signal.sosfilt_zi(one) for one in sections])
-    return Chain(sections, steady, *_timing(band, low, high), 2 * p["semi_wheelbase"])
-
-
-def pitch_frequency(vehicle: Mapping[str, Any]) -> float:
-    """Natural frequency of the bogie's pitch on its primary suspension in Hz; above it the inverse amplifies noise."""
-    p = parameters(vehicle)
-    stiffness = 4 * p["primary_vertical_stiffness"] * p["semi_wheelbase"] ** 2
-    return float(np.sqrt(stiffness / p["bogie_pitch_inertia"]) / (2 * np.pi))
-
-
-def parameters(vehicle: Mapping[str, Any]) -> dict[str, float]:
-    """The vehicle parameters that the inverse needs; raise `InputError` for one that is missing or not positive."""
-    for name in NEEDED:
-        value = vehicle.get(name)
-        if not isinstance(value, int | float) or not value > 0:
-            raise InputError(
-                f"vehicle parameter '{name}' is {value!r}; about.json must give a positive number in SI units"
-            )
-    return {name: float(vehicle[name]) for name in NEEDED}
-
-
-Ratio = tuple[np.ndarray, np.ndarray]
+    return Chain(sections, steady, *_timing(band, low, high), 2.0 * float(vehicle["semi_wheelbase"]))
 
 
 class _Band(NamedTuple):
@@ -128,28 +85,19 @@ class _Band(NamedTuple):
     gain: float
 
 
-def _inverse(p: dict[str, float], inverse: bool) -> tuple[Ratio, Ratio, Ratio, Ratio]:
-    """Polynomials in s: bounce, pitch and their inertial shares."""
-    if not inverse:
-        one, none = (np.array([1.0]), np.array([1.0])), (np.array([0.0]), np.array([1.0]))
-        return one, one, none, none
-    primary = 4 * np.array([p["primary_vertical_damping"], p["primary_vertical_stiffness"]])
-    secondary = 2 * np.array([p["secondary_vertical_damping"], p["secondary_vertical_stiffness"]])
-    body = np.array([p["body_mass"], 0.0, 0.0])
-    carried = np.polyadd(body, secondary)
-    load = np.polyadd(np.polymul([p["bogie_mass"], 0.0, 0.0], carried), np.polymul(secondary, body))
-    below = np.polymul(primary, carried)
-    rotary = np.array([p["bogie_pitch_inertia"] / p["semi_wheelbase"] ** 2, 0.0, 0.0])
-    return (
-        (np.polyadd(below, load), below),
-        (np.polyadd(primary, rotary), primary),
-        (load, below),
-        (rotary, primary),
-    )
-
-
-def _product(a: Ratio, b: Ratio) -> Ratio:
-    return np.polymul(a[0], b[0]), np.polymul(a[1], b[1])
+def _ratios(vehicle: Mapping[str, Any], inverse: bool, offset: float) -> list[Ratio]:
+    """What makes the rows of `Chain` of the signals, over s."""
+    arm = float(vehicle["semi_wheelbase"])
+    unit, none = Ratio(np.array([1.0]), np.array([1.0])), Ratio(np.array([0.0]), np.array([1.0]))
+    bounce, bounce_share, pitch, pitch_share = unit, none, unit, none
+    if inverse:
+        (bounce, bounce_share), (pitch, pitch_share) = bounce_inverse(vehicle), pitch_inverse(vehicle)
+    differentiate = Ratio(np.array([-arm, 0.0]), np.array([1.0]))
+    ratios = [bounce, differentiate.times(pitch), bounce_share, differentiate.times(pitch_share)]
+    if offset:
+        lever = Ratio(np.array([offset, 0.0]), np.array([1.0]))
+        ratios += [lever.times(bounce), lever.times(bounce_share)]
+    return ratios
 
 
 def _band(low: float, high: float) -> _Band:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimators.track.dipped_joints import credible
-from estimators.vehicle.roll import over_track, parameters, roll_response
+from estimators.vehicle.roll_plane import over_track, parameters, roll_response
 from railsim.errors import InputError
 from railsim.vehicles.class175 import Class175
 
