@@ -12,6 +12,7 @@ from estimators.suspension.discrete_model import Layout, Unknowns, layout, shape
 from estimators.suspension.filter_bank import Gains, exact, gains, run_bank, sizes, unpacked
 from estimators.suspension.observations import Record, can_place, can_read, read
 from estimators.vehicle.affine import (
+    COORDINATES,
     FULL,
     STATES,
     WITHOUT_WHEELSETS,
@@ -21,7 +22,6 @@ from estimators.vehicle.affine import (
     nominal,
 )
 from estimators.vehicle.creep import DRY_ROLLING
-from estimators.vehicle.lateral_roll import COORDINATES
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 

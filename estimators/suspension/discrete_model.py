@@ -22,8 +22,7 @@ from scipy.linalg import expm
 
 from estimators.filters.discretisation import ramped_inputs, van_loan
 from estimators.filters.track_spectrum import Prior
-from estimators.vehicle.affine import INPUTS, STATES, HalfVehicle
-from estimators.vehicle.lateral_roll import COORDINATES
+from estimators.vehicle.affine import COORDINATES, INPUTS, STATES, HalfVehicle
 
 COLOURED = tuple(number for number, name in enumerate(COORDINATES) if name.startswith("wheelset"))
 DOUBLINGS = 24

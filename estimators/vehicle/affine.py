@@ -16,11 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from estimators.vehicle import plan_view
 from estimators.vehicle.contact import ContactGeometry, cones, creep_forces, gyroscopic, relations, weight, wheelsets
 from estimators.vehicle.creep import Shares, kalker_slopes
-from estimators.vehicle.lateral_roll import COORDINATES, NEEDED
+from estimators.vehicle.lateral_roll import NEEDED
 from estimators.vehicle.linear_model import Kinematics, Reduced, reduce
 from estimators.vehicle.parameters import Parameters, given, numbers
+from estimators.vehicle.plan_view import RAILS
 from estimators.vehicle.suspension import (
     carried_weight,
     half_vehicle_bogies,
@@ -32,9 +34,10 @@ from estimators.vehicle.suspension import (
 )
 from railsim.constants import GRAVITY
 
+COORDINATES = (*plan_view.COORDINATES, "bogie.roll", "body.roll")
+"""Sigma points follow the order of the states: another order moves the results of `suspension_ukf` by up to 1 %."""
 DEGREES = len(COORDINATES)
 STATES = 2 * DEGREES
-RAILS = ("wheelset1.rail_y", "wheelset2.rail_y", "wheelset1.rail_roll", "wheelset2.rail_roll")
 PARAMETERS = ("secondary_lateral_damping [N s/m]", "secondary_yaw_damping [N m s/rad]", "conicity [-]")
 INPUTS = ("lateral 1", "lateral 2", "roll 1", "roll 2", "roll rate 1", "roll rate 2", "side rate 1", "side rate 2")
 """Rails under the leading (1) and trailing wheelset: position to the left, m; roll to the left side up, rad, rad/s;

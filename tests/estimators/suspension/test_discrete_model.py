@@ -11,8 +11,7 @@ from estimators.suspension.discrete_model import Discrete, Unknowns, discrete, l
 from estimators.suspension.filter_bank import exact, gains, run_bank, unpacked
 from estimators.suspension.fisher_information import fisher
 from estimators.suspension.suspension_ml import SuspensionMl
-from estimators.vehicle.affine import DEGREES, FULL, INPUTS, WITHOUT_WHEELSETS, half_vehicle, nominal
-from estimators.vehicle.lateral_roll import COORDINATES
+from estimators.vehicle.affine import COORDINATES, DEGREES, FULL, INPUTS, WITHOUT_WHEELSETS, half_vehicle, nominal
 from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import creep_coefficients
