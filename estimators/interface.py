@@ -13,6 +13,7 @@ from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.parquet import read_column, read_names, write_frame
+from railsim.registry import Kind
 from railsim.spec import Spec
 
 
@@ -93,6 +94,9 @@ class Estimator(Spec, frozen=True):
     @abstractmethod
     def estimate(self, measurements: Measurements) -> Estimate:
         """Estimate from a whole record."""
+
+
+ESTIMATORS = Kind("estimators", "estimators", Estimator)
 
 
 class Online(Protocol):

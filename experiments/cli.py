@@ -20,6 +20,7 @@ from experiments import commands
 from experiments.reporting.outcome import Outcome
 from railsim.distribution import check_packages
 from railsim.errors import InputError
+from railsim.plugins import more_plugins
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -116,6 +117,9 @@ def build_parser() -> argparse.ArgumentParser:
         )
         command.module = f"{commands.__name__}.{path.stem}"
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
+        command.add_argument(
+            "--plugins", metavar="DIR", action="append", default=[], help="look for plug-ins there too: CONTRIBUTING.md"
+        )
     return parser
 
 
@@ -127,7 +131,7 @@ def _summary(path: Path) -> str:
 
 def _execute(given: argparse.Namespace) -> Outcome:
     """Execute the command; what it prints goes to stderr."""
-    with redirect_stdout(sys.stderr):
+    with redirect_stdout(sys.stderr), more_plugins(given.plugins):
         return given.execute(given)
 
 

@@ -2,23 +2,23 @@
 
 import hashlib
 import os
-import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config
 
+from railsim.imports import imported_files
+
 F = TypeVar("F", bound=Callable[..., Any])
 
-_IMPORTED = re.compile(rb"^from ((?:railsim|estimators)\b[.\w]*) import", re.MULTILINE)
 _KERNELS = b"from railsim.compiled import"
+_imported = cache(imported_files)
 KEPT = 30 * 86400.0  # s; machine code of other versions of the source is removed after that
 
 # Contraction and reassociation are allowed; NaN and infinity keep their meaning, so that a run that diverges is seen.
@@ -109,19 +109,7 @@ def sources(file: Path) -> set[Path]:
     """
     files, ahead = {file}, [file]
     while ahead:
-        found = {path for name in _IMPORTED.findall(ahead.pop().read_bytes()) if (path := _path(name.decode()))}
+        found = _imported(ahead.pop())
         ahead += [path for path in found - files if path.name == "__init__.py" or _KERNELS in path.read_bytes()]
         files |= found
     return files
-
-
-@cache
-def _path(module: str) -> Path | None:
-    """File of a module that need not be imported yet."""
-    top, *rest = module.split(".")
-    spec = find_spec(top)
-    for root in (spec.submodule_search_locations or []) if spec else []:
-        for path in (Path(root, *rest).with_suffix(".py"), Path(root, *rest, "__init__.py")):
-            if path.is_file():
-                return path
-    return None

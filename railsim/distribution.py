@@ -6,13 +6,18 @@ from pathlib import Path
 from railsim.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
-CODE = ("estimators", "experiments")
-"""Packages of code beside `railsim`, which Python finds by the path alone."""
+CODE = ("railsim", "estimators", "experiments")
+"""Our packages of code; Python finds them by the path alone."""
 
 
 def shipped_folder(*parts: str) -> Path:
     """A folder of shipped data, for example "scenarios"."""
     return ROOT.joinpath(*parts)
+
+
+def is_ours(file: Path) -> bool:
+    """Whether a file of code came with the program."""
+    return any(file.is_relative_to(ROOT / package) for package in CODE)
 
 
 def check_packages() -> None:

@@ -1,59 +1,219 @@
-"""Plug-ins are found, not listed: one file is one plug-in, and its module name is its name."""
+"""Plug-ins are found, not listed: one file is one plug-in, and its file's name is its name.
 
-import importlib
+They are looked for where the program keeps its own, and outside of it (`railsim.plugins`).
+"""
+
+import hashlib
 import inspect
+import os
 import pkgutil
+import traceback
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
 from types import ModuleType
-from typing import TypeVar
+from typing import Generic, TypeVar
 
-from railsim.errors import InputError
+from railsim.distribution import CODE, ROOT, is_ours
+from railsim.errors import InputError, nearest
+from railsim.imports import followed
+from railsim.plugins import data_outside, files_outside, load, modules_outside
 
 T = TypeVar("T")
+Place = str | Path
+"""Full name of a module, or the file of one outside all packages."""
 
 
-def modules(package: ModuleType) -> dict[str, ModuleType]:
-    """Every public module of `package` and of the packages in it, by full name, in the order of the modules' own names.
+@dataclass(frozen=True)
+class Kind(Generic[T]):
+    """A kind of plug-in that is code: classes that derive from one base.
 
-    Names with a leading underscore are private helpers.
+    Attributes
+    ----------
+    name : plural; the folder in a plug-in folder and, after "railsim.", the group of entry points.
+    package : home of those that ship. base : what all of them derive from.
     """
-    walked = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-    names = [found.name for found in walked if not found.ispkg and "._" not in found.name]
-    return {name: importlib.import_module(name) for name in sorted(names, key=lambda name: name.rpartition(".")[2])}
+
+    name: str
+    package: str
+    base: type[T]
+
+    @property
+    def word(self) -> str:
+        """Singular, for messages."""
+        return self.base.__name__.lower()
+
+    def classes(self) -> dict[str, type[T]]:
+        """The one subclass of `base` that each module defines, by the module's own name, in the order of the names.
+
+        Modules that define none (the interface itself, for example) are passed over.
+
+        Raises
+        ------
+        InputError : a plug-in from outside cannot be imported or lacks a method, a module defines two, or two have the
+            same name.
+        """
+        return self._found(self._places())
+
+    def pick(self, name: str) -> type[T]:
+        """The class of that name.
+
+        Raises
+        ------
+        InputError : there is none; the line lists those that there are. Or as `classes`.
+        """
+        found = self._found(place for place in self._places() if _name(place) == name)
+        return found[name] if found else pick(self.classes(), name, self.word)
+
+    def resolve(self, name: str) -> type[T]:
+        """As `pick`, of a name that a user gives, which may also be the path of a file: its code is run."""
+        return self.in_file(Path(name)) if name.endswith(".py") else self.pick(name)
+
+    def in_file(self, file: Path) -> type[T]:
+        """The class that a file defines; raises `InputError` where that is not one."""
+        file = file.absolute()
+        ours = ".".join(file.with_suffix("").relative_to(ROOT).parts) if is_ours(file) else None
+        own = self._defined(_module(ours or file))
+        if len(own) != 1:
+            base = f"{self.base.__module__}.{self.base.__name__}"
+            raise InputError(f"'{file}' defines {len(own)} subclasses of {base}; one file holds one")
+        return own[0]
+
+    def _places(self) -> Iterator[Place]:
+        home = import_module(self.package)
+        walked = pkgutil.walk_packages(home.__path__, f"{self.package}.")
+        yield from (found.name for found in walked if not found.ispkg and "._" not in found.name)
+        yield from modules_outside(self.name)
+        yield from files_outside(self.name, self.package.replace(".", "/"), "**/*.py")
+
+    def _found(self, places: Iterable[Place]) -> dict[str, type[T]]:
+        found: dict[str, type[T]] = {}
+        origin: dict[str, Place] = {}
+        for place in sorted(places, key=_name):
+            name, own = _name(place), self._defined(_module(place))
+            if len(own) > 1:
+                raise InputError(f"'{place}' defines {len(own)} plug-ins; one file holds one")
+            if own and name in found:
+                both = f"'{origin[name]}' and in '{place}'"
+                raise InputError(f"{self.word} '{name}' stands in {both}; rename one of them")
+            if own:
+                found[name], origin[name] = own[0], place
+        return found
+
+    def _defined(self, module: ModuleType) -> list[type[T]]:
+        """Public subclasses of the base that the module itself defines, without those of ours that are not complete."""
+        classes = [value for value in vars(module).values() if inspect.isclass(value)]
+        own = [one for one in classes if one.__module__ == module.__name__ and not one.__name__.startswith("_")]
+        own = [one for one in own if issubclass(one, self.base) and one is not self.base]
+        for one in own:
+            if inspect.isabstract(one) and not _is_ours(module.__name__):
+                lacking = ", ".join(sorted(getattr(one, "__abstractmethods__", ())))
+                place = f"{one.__name__} in '{module.__file__}'"
+                raise InputError(f"{place} lacks {lacking}; add that, or begin the name of a mere base with '_'")
+        return [one for one in own if not inspect.isabstract(one)]
 
 
-def discover(package: ModuleType, base: type[T]) -> dict[str, type[T]]:
-    """The one subclass of `base` that each module of `package` defines, by module name.
+@dataclass(frozen=True)
+class Files:
+    """A kind of plug-in that is data: one file is one.
 
-    Modules that define none (the interface itself, for example) are passed over.
-
-    Raises
-    ------
-    TypeError : a module defines more than one public concrete subclass, or two modules have the same name.
+    Attributes
+    ----------
+    name : as of `Kind`. home : folder of those that ship, from the top. suffix : of the files. word : singular.
     """
-    found = {}
-    for full_name, module in modules(package).items():
-        own = [
-            value
-            for value in vars(module).values()
-            if inspect.isclass(value)
-            and issubclass(value, base)
-            and value is not base
-            and value.__module__ == module.__name__
-            and not value.__name__.startswith("_")
-            and not inspect.isabstract(value)
-        ]
-        if len(own) > 1:
-            raise TypeError(f"{module.__name__} defines {len(own)} plug-ins; one file holds one")
-        if own:
-            name = full_name.rpartition(".")[2]
-            if name in found:
-                raise TypeError(f"{full_name} and {found[name].__module__} have the same name; rename one of the files")
-            found[name] = own[0]
-    return found
+
+    name: str
+    home: str
+    suffix: str
+    word: str
+
+    def shipped(self) -> dict[str, Path]:
+        """Files that come with the program, by name."""
+        return {path.stem: path for path in sorted((ROOT / self.home).glob(f"*{self.suffix}"))}
+
+    def paths(self) -> dict[str, Path]:
+        """All files by name, in the order of the names.
+
+        Raises
+        ------
+        InputError : two have the same name.
+        """
+        found, pattern = self.shipped(), f"*{self.suffix}"
+        for path in (*data_outside(self.name, pattern), *files_outside(self.name, self.home, pattern)):
+            if path.stem in found:
+                both = f"'{found[path.stem]}' and in '{path}'"
+                raise InputError(f"{self.word} '{path.stem}' stands in {both}; rename one of them")
+            found[path.stem] = path
+        return dict(sorted(found.items()))
+
+    def read(self, source: str | os.PathLike[str]) -> tuple[Path, str]:
+        """Path and text of a file, by its name or its path.
+
+        Raises
+        ------
+        InputError : no such file, or one that cannot be read as text.
+        """
+        path = Path(source)
+        bare = path.name == str(source) and not path.suffix
+        known = self.paths() if bare else {}
+        path = known.get(str(source), path)
+        try:
+            return path, path.read_bytes().decode("utf-8-sig")
+        except FileNotFoundError:
+            hint = f"{nearest(str(source), known)}there are: {', '.join(known)}" if bare else "check the path"
+            raise InputError(f"no {self.word} '{source}'; {hint}") from None
+        except OSError as error:
+            text = f"cannot read {self.word} '{source}': {error.strerror}; give a {self.suffix} file"
+            raise InputError(text) from None
+        except UnicodeDecodeError as error:
+            text = f"{self.word} '{source}': byte {error.start} is not UTF-8 text; save the file as UTF-8"
+            raise InputError(text) from None
 
 
-def pick(found: dict[str, T], name: str, what: str) -> T:
+def pick(found: Mapping[str, T], name: str, what: str) -> T:
     """Entry `name`; raise `InputError` that lists what there is otherwise."""
     if name not in found:
-        raise InputError(f"unknown {what} '{name}'; there are: {', '.join(sorted(found)) or 'none'}")
+        known = ", ".join(sorted(found)) or "none"
+        raise InputError(f"unknown {what} '{name}'; {nearest(name, found)}there are: {known}")
     return found[name]
+
+
+def source_digest(classes: Iterable[type]) -> str:
+    """SHA-256 over the source of those classes that come from outside the program; empty where none does."""
+    outside = {one for one in classes if not _is_ours(one.__module__)}
+    files = {path for one in outside for path in followed(Path(inspect.getfile(one)))}
+    total = hashlib.sha256()
+    for path in sorted(files, key=lambda path: (path.name, path)):
+        total.update(path.name.encode() + b"\0" + path.read_bytes())
+    return total.hexdigest() if files else ""
+
+
+def _is_ours(module: str) -> bool:
+    return module.partition(".")[0] in CODE
+
+
+def _name(place: Place) -> str:
+    return place.stem if isinstance(place, Path) else place.rpartition(".")[2]
+
+
+def _module(place: Place) -> ModuleType:
+    """The module; what goes wrong in one of ours is an error of the program, in another a user's."""
+    if not isinstance(place, Path) and _is_ours(place):
+        return import_module(place)
+    try:
+        return load(place) if isinstance(place, Path) else import_module(place)
+    except InputError:
+        raise
+    except Exception as error:
+        reason = _reason(error, _name(place))
+        raise InputError(f"plug-in '{place}' cannot be imported: {reason}; mend it or take it away") from error
+
+
+def _reason(error: Exception, name: str) -> str:
+    """What was raised, and in which line of the module `name`, or of what it calls where it is not there."""
+    if isinstance(error, SyntaxError):
+        return f"{error.msg} ({Path(error.filename or '').name}, line {error.lineno})"
+    frames = traceback.extract_tb(error.__traceback__)
+    *_, last = [frame for frame in frames if Path(frame.filename).stem == name] or frames
+    return f"{type(error).__name__}: {error} ({Path(last.filename).name}, line {last.lineno})"

@@ -12,24 +12,23 @@ import numpy as np
 import pydantic
 import yaml
 
-from railsim import effects as effect_modules
-from railsim import registry, vehicles
 from railsim.contact.wheel import SLOWEST
-from railsim.distribution import shipped_folder
-from railsim.effects.interface import Effect, Setup
+from railsim.effects.interface import EFFECTS, Effect, Setup
 from railsim.engines.interface import LONGEST_STEP, creep_rate, default_substeps
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.overrides import override
+from railsim.registry import Files, pick
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensors
 from railsim.settings import load_yaml
 from railsim.spec import Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction
-from railsim.track.files import read_track, shipped_tracks
+from railsim.track.files import TRACKS, read_track
 from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
 from railsim.vehicles.interface import Vehicle
+from railsim.vehicles.lookup import build_vehicle
 
 CHOSEN = "scenario"
 UNSTABLE = 2.7  # product of step and creep rate; the Runge-Kutta limit on the negative axis is 2.78
@@ -79,8 +78,8 @@ class Scenario(Spec, frozen=True):
 
     @property
     def vehicle_name(self) -> str:
-        """Name of the vehicle: that of its module."""
-        return _plugin_name(self.vehicle)
+        """Name of the vehicle: that of its module, or of the file that holds its parameters."""
+        return self.vehicle.name
 
     @cached_property
     def geometry(self) -> Track:
@@ -164,7 +163,7 @@ class Scenario(Spec, frozen=True):
     def values(self) -> dict[str, Any]:
         """All fields as plain values that `build` reads."""
         plain = self.model_dump(mode="json")
-        plain["vehicle"] = {"name": self.vehicle_name, **plain["vehicle"]}
+        plain["vehicle"] = self.vehicle.settings()
         plain["sensors"] = [sensor.settings() for sensor in self.sensors]
         plain["effects"] = [effect.settings() for effect in self.effects]
         return plain
@@ -234,7 +233,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
 
     Parameters
     ----------
-    source : name of a shipped scenario, or path of a YAML file.
+    source : name of a scenario that ships or is plugged in, or path of a YAML file.
     overrides : values by dotted key (`{"vehicle.body_mass": 18000}`), or texts as `--set` takes them
         (`["vehicle.body_mass=18000", "sensors.0.rate=512"]`); a number is a place in a list, from 0.
 
@@ -242,7 +241,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
     ------
     InputError : no such file, not YAML, an unknown key, a value out of bounds, parts that do not fit together.
     """
-    path, text = _read(source)
+    path, text = SCENARIOS.read(source)
     values = load_yaml(text, f"'{path}'")
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
         raise InputError(f"'{path}' is not a scenario: it must hold keys and values, for example 'track: smooth'")
@@ -251,34 +250,22 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
     values.setdefault("name", path.stem)
     if isinstance(values.get("track"), str):
         values["track"] = _locate_track(values["track"], path.parent)
+    if "vehicle" in values:
+        values["vehicle"] = build_vehicle(values["vehicle"], path.parent)
     return Scenario.build(values)
+
+
+SCENARIOS = Files("scenarios", "scenarios", ".yaml", "scenario")
 
 
 def shipped_scenarios() -> list[str]:
     """Names of the scenarios that come with the program."""
-    return sorted(path.stem for path in shipped_folder("scenarios").glob("*.yaml"))
+    return list(SCENARIOS.shipped())
 
 
 def digest_of(values: Any) -> str:
     """SHA-256 over the canonical JSON of plain values."""
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
-
-
-def _read(source: str | Path) -> tuple[Path, str]:
-    bare = Path(source).name == str(source) and not Path(source).suffix
-    if bare and str(source) in shipped_scenarios():
-        shipped = shipped_folder("scenarios") / f"{source}.yaml"
-        return shipped, shipped.read_text(encoding="utf-8")
-    path = Path(source)
-    try:
-        return path, path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        hint = f"shipped ones are: {', '.join(shipped_scenarios())}" if bare else "check the path"
-        raise InputError(f"no scenario '{source}'; {hint}") from None
-    except OSError as error:
-        raise InputError(f"cannot read scenario '{source}': {error.strerror}; give a YAML file") from None
-    except UnicodeDecodeError:
-        raise InputError(f"'{source}' is not text; give a scenario as YAML") from None
 
 
 def _pairs(overrides: Mapping[str, Any] | Sequence[str]) -> Iterable[tuple[str, Any]]:
@@ -294,8 +281,8 @@ def _pairs(overrides: Mapping[str, Any] | Sequence[str]) -> Iterable[tuple[str, 
 
 
 def _locate_track(given: str, folder: Path) -> str:
-    """A shipped name as it is; a path taken from the scenario's folder, or else from the working folder."""
-    if given in shipped_tracks():
+    """A name as it is; a path taken from the scenario's folder, or else from the working folder."""
+    if given in TRACKS.paths():
         return given
     found = [path for path in (folder / given, Path(given)) if path.is_file()]
     return str(found[0].resolve()) if found else given
@@ -309,27 +296,13 @@ def _nearest_rate(output_rate: float, wanted: float) -> float:
     return float(candidates[np.argmin(np.abs(candidates - wanted))])
 
 
-def _plugin_name(value: object) -> str:
-    return type(value).__module__.rpartition(".")[2]
-
-
-def _vehicle(given: Any) -> Vehicle:
-    if isinstance(given, Vehicle):
-        return given
-    values = {"name": given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping) else {}
-    found = registry.discover(vehicles, Vehicle)
-    if not isinstance(values.get("name"), str):
-        raise InputError(f"vehicle: give a name, or a name and parameters; there are: {', '.join(sorted(found))}")
-    return registry.pick(found, values.pop("name"), "vehicle").build(values, "vehicle")
-
-
 def _speed(given: Any) -> Any:
     kinds = {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in (Constant, Profile, Driven)}
     if isinstance(given, tuple(kinds.values())):
         return given
     if not isinstance(given, Mapping):
         raise InputError("speed: give for example {kind: constant, speed: 20}")
-    return registry.pick(kinds, str(given.get("kind", "constant")), "kind of speed").build(given, "speed")
+    return pick(kinds, str(given.get("kind", "constant")), "kind of speed").build(given, "speed")
 
 
 def _traction(given: Any) -> Any:
@@ -347,11 +320,6 @@ def _sensors(given: Any) -> tuple[Sensor, ...]:
     return build_sensors(given)
 
 
-def effect_kinds() -> dict[str, type[Effect]]:
-    """Every effect by name."""
-    return registry.discover(effect_modules, Effect)
-
-
 def _effects(given: Any) -> tuple[Effect, ...]:
     if not isinstance(given, list | tuple):
         raise InputError("effects: give a list, for example [{kind: weak_lateral_damper, factor: 0.5}]")
@@ -363,8 +331,14 @@ def _effect(given: Any, where: str) -> Effect:
         return given
     values = {"kind": given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping) else {}
     if not isinstance(values.get("kind"), str):
-        raise InputError(f"{where}: an effect needs a kind; give one of: {', '.join(sorted(effect_kinds()))}")
-    return registry.pick(effect_kinds(), values.pop("kind"), "effect").build(values, where)
+        raise InputError(f"{where}: an effect needs a kind; give one of: {', '.join(EFFECTS.classes())}")
+    return EFFECTS.pick(values.pop("kind")).build(values, where)
 
 
-_RESOLVERS = {"vehicle": _vehicle, "speed": _speed, "traction": _traction, "sensors": _sensors, "effects": _effects}
+_RESOLVERS = {
+    "vehicle": build_vehicle,
+    "speed": _speed,
+    "traction": _traction,
+    "sensors": _sensors,
+    "effects": _effects,
+}

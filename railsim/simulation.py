@@ -18,7 +18,7 @@ from railsim.engines.interface import Engine, Run
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.recording import Recording, software_versions, write_recording
-from railsim.registry import pick
+from railsim.registry import pick, source_digest
 from railsim.scenario import Scenario, digest_of
 from railsim.sensors.suite import data_sheets, measure_all
 from railsim.track.features import features
@@ -113,7 +113,7 @@ def run_digest(scenario: Scenario, engine: str) -> str:
     run["effects"] = [effect.settings() for effect in scenario.effects if effect.acts_on != "sensor"]
     run |= {"track": scenario.geometry.digest(), "features": _features(scenario), "substeps": scenario.steps_a_row}
     versions = {name: version for name, version in software_versions().items() if name in _NUMERICS}
-    return digest_of([engine, run, versions, code_digest()])
+    return digest_of([engine, run, versions, code_digest(scenario)])
 
 
 def measure(truth: Truth, scenario: Scenario, seed: int | None = None, folder: Path | str | None = None) -> Recording:
@@ -155,6 +155,8 @@ def about_recording(scenario: Scenario) -> dict[str, Any]:
         "vehicle": {"name": scenario.vehicle_name, **scenario.vehicle.nominal()},
         "sensors": data_sheets(scenario.sensors),
     }
+    if assumptions := scenario.vehicle.assumptions():
+        about["assumptions"] = assumptions
     if scenario.track_measured:
         about["track"] = {"errors": scenario.track_errors.model_dump(mode="json")}
     return about
@@ -219,10 +221,11 @@ def _measured_track(scenario: Scenario, seed: int) -> pd.DataFrame | None:
     return survey(scenario.geometry, scenario.track_errors, rng)
 
 
-def code_digest() -> str:
-    """SHA-256 over the source of everything that shapes a run."""
+def code_digest(scenario: Scenario) -> str:
+    """SHA-256 over the source of everything that shapes a run, with the scenario's own plug-ins from outside."""
     root = Path(str(engines.__file__)).parents[1]
     wanted = [
         path for name in _SHAPING for path in ([root / name] if name.endswith(".py") else (root / name).rglob("*.py"))
     ]
-    return digest_of([[path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")] for path in sorted(wanted)])
+    ours = [[path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")] for path in sorted(wanted)]
+    return digest_of([*ours, source_digest([type(scenario.vehicle), *map(type, scenario.effects)])])

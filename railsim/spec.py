@@ -7,7 +7,7 @@ from typing import Any, Literal, Self, get_args
 
 import pydantic
 
-from railsim.errors import InputError
+from railsim.errors import InputError, nearest
 
 Role = Literal[
     "", "onset", "ramp", "distance", "time", "length", "duration", "spacing", "wavelength", "frequency", "period",
@@ -94,7 +94,9 @@ def _one_line(cls: type[Spec], error: pydantic.ValidationError, where: str) -> s
     key = ".".join([where] * bool(where) + [str(part) for part in first["loc"]])
     if first["type"] == "extra_forbidden":
         known = _owner(cls, first["loc"][:-1])
-        return f"{key}: unknown key; {known.__name__} knows {', '.join(sorted(known.model_fields))}"
+        names = sorted(known.model_fields)
+        hint = nearest(str(first["loc"][-1]), names)
+        return f"{key}: unknown key; {hint}{known.__name__} knows {', '.join(names)}"
     if first["type"] == "missing":
         return f"{key}: missing; add it"
     if isinstance(inner := first.get("ctx", {}).get("error"), InputError):

@@ -7,24 +7,23 @@ from typing import get_args
 import pydantic
 import pytest
 
-import estimators
-from estimators.interface import Estimator
-from railsim import load_scenario, sensors, vehicles
+from estimators import interface as estimators
+from railsim import load_scenario
+from railsim.effects import interface as effects
 from railsim.effects.interface import PLACES
 from railsim.effects.sensor_changes import FilterEffect
-from railsim.registry import discover
-from railsim.scenario import Scenario, effect_kinds, shipped_scenarios
+from railsim.scenario import Scenario, shipped_scenarios
+from railsim.sensors import interface as sensors
 from railsim.sensors.errors import SensorErrors
-from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensor
 from railsim.spec import Role, Spec
 from railsim.track.survey import TrackErrors
-from railsim.vehicles.interface import Vehicle
+from railsim.vehicles import interface as vehicles
 
-VEHICLES = discover(vehicles, Vehicle)
-SENSORS = discover(sensors, Sensor)
-ESTIMATORS = discover(estimators, Estimator)
-EFFECTS = effect_kinds()
+VEHICLES = vehicles.VEHICLES.classes()
+SENSORS = sensors.SENSORS.classes()
+ESTIMATORS = estimators.ESTIMATORS.classes()
+EFFECTS = effects.EFFECTS.classes()
 PLUGINS = [*VEHICLES.values(), *SENSORS.values(), *ESTIMATORS.values(), *EFFECTS.values()]
 SPECS = [*PLUGINS, Scenario, SensorErrors, TrackErrors]
 

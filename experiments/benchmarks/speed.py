@@ -12,14 +12,12 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-import estimators
-from estimators.interface import Estimator, OnlineEstimator
+from estimators.interface import ESTIMATORS, Estimator, OnlineEstimator
 from estimators.track.dipped_joints import DippedJoints
 from experiments.benchmarks.suspension import suspension_rows
 from railsim.engines.compiled import right_hand_side
 from railsim.engines.interface import Run
 from railsim.errors import InputError
-from railsim.registry import discover
 from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import build_run, load_engine, measure, simulate
 
@@ -103,7 +101,7 @@ def estimator_rows(
     with tempfile.TemporaryDirectory() as folder:
         truth = simulate(scenario, "compiled", f"{folder}/truth")
         measured = measure(truth, scenario).measurements
-        built = {name: estimator.build({}) for name, estimator in discover(estimators, Estimator).items()}
+        built = {name: estimator.build({}) for name, estimator in ESTIMATORS.classes().items()}
         tasks: dict[str, tuple[Callable[[], object], float]] = {
             f"estimator {name}": (lambda estimator=estimator: estimator.estimate(measured), scenario.duration)
             for name, estimator in built.items()

@@ -7,20 +7,18 @@ from experiments.reporting.outcome import Outcome
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Estimator, recording and folder."""
-    parser.add_argument("name", metavar="NAME", help="see 'railsim list estimators'")
+    parser.add_argument("name", metavar="NAME", help="see 'railsim list estimators'; or the path of a file with one")
     parser.add_argument("recording", metavar="RECORDING", help="folder of a recording")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of the estimate")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write the estimate; of track geometry also standard deviations a section and isolated defects."""
-    import estimators
-    from estimators.interface import Estimator
+    from estimators.interface import ESTIMATORS
     from experiments.maintenance.condition import tables
     from railsim.recording import Recording
-    from railsim.registry import discover, pick
 
-    estimator = pick(discover(estimators, Estimator), given.name, "estimator").build({})
+    estimator = ESTIMATORS.resolve(given.name).build({})
     measurements = Recording.open(given.recording).measurements
     estimate = estimator.estimate(measurements)
     more = tables(estimate)

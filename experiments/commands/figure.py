@@ -1,7 +1,6 @@
 """`railsim figure`: draw figures of the paper and check its claims."""
 
 import argparse
-from collections.abc import Callable, Mapping
 from typing import Any
 
 from experiments.reporting.outcome import Outcome
@@ -17,14 +16,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held."""
-    from experiments import figures
-    from experiments.figures.interface import Figure, publish
+    from experiments.figures.interface import FIGURES, publish
     from experiments.reporting.claims import Claim
-    from railsim.registry import discover, pick
 
-    found: Mapping[str, Callable[[], Figure]] = dict(discover(figures, Figure))
-    chosen = found if given.name == "all" else {given.name: pick(dict(found), given.name, "figure")}
-    asked = {name: kind() for name, kind in chosen.items()}
+    chosen = FIGURES.classes().values() if given.name == "all" else [FIGURES.resolve(given.name)]
+    asked = {figure.name: figure for figure in (kind() for kind in chosen)}
     results: dict[str, Any] = {name: publish(figure, given.out, given.fast) for name, figure in asked.items()}
     claims = [(name, Claim(**claim)) for name, result in results.items() for claim in result["claims"]]
     rows = [[name, c.claim, c.value, c.target, c.outcome, c.interval] for name, c in claims]

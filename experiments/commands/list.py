@@ -4,14 +4,14 @@ import argparse
 import shutil
 import sys
 from collections.abc import Callable
-from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
 
 if TYPE_CHECKING:
     from railsim.effects.interface import Effect
+    from railsim.registry import Kind
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -38,23 +38,22 @@ def _text(kind: str, descriptions: dict[str, str], alone: bool) -> str:
 
 
 def _scenarios() -> dict[str, str]:
-    from railsim.scenario import load_scenario, shipped_scenarios
+    from railsim.scenario import SCENARIOS, load_scenario
 
-    return {name: load_scenario(name).description for name in shipped_scenarios()}
+    return {name: load_scenario(name).description for name in SCENARIOS.paths()}
 
 
 def _estimators() -> dict[str, str]:
-    import estimators
-    from estimators.interface import Estimator
+    from estimators.interface import ESTIMATORS
 
-    return _first_lines(estimators, Estimator)
+    return _first_lines(ESTIMATORS)
 
 
 def _effects() -> dict[str, str]:
     """Each effect's parameters with their bounds, what it looks like, and its class where that holds others too."""
-    from railsim.scenario import effect_kinds
+    from railsim.effects.interface import EFFECTS
 
-    return {name: f"{_parameters(kind)}: {kind.signature}{_class(kind)}" for name, kind in effect_kinds().items()}
+    return {name: f"{_parameters(kind)}: {kind.signature}{_class(kind)}" for name, kind in EFFECTS.classes().items()}
 
 
 def _parameters(kind: "type[Effect]") -> str:
@@ -72,43 +71,46 @@ def _unit(unit: str) -> str:
 
 
 def _sensors() -> dict[str, str]:
-    from railsim import sensors
-    from railsim.sensors.interface import Sensor
+    from railsim.sensors.interface import SENSORS
 
-    return _first_lines(sensors, Sensor)
+    return _first_lines(SENSORS)
 
 
 def _vehicles() -> dict[str, str]:
-    from railsim import vehicles
-    from railsim.vehicles.interface import Vehicle
+    from railsim.vehicles.interface import PARAMETER_SETS, VEHICLES
+    from railsim.vehicles.lookup import build_vehicle
 
-    return _first_lines(vehicles, Vehicle)
+    sets = {name: f"Parameters that change '{build_vehicle(name).kind}'." for name in PARAMETER_SETS.paths()}
+    return dict(sorted((_first_lines(VEHICLES) | sets).items()))
 
 
 def _tracks() -> dict[str, str]:
-    from railsim.track.files import read_track, shipped_tracks
+    from railsim.track.files import TRACKS, read_track
 
-    return {name: next(iter(read_track(name).comments), "").rstrip(",") for name in shipped_tracks()}
+    return {name: next(iter(read_track(name).comments), "").rstrip(",") for name in TRACKS.paths()}
 
 
 def _figures() -> dict[str, str]:
-    from experiments import figures
-    from experiments.figures.interface import Figure
+    from experiments.figures.interface import FIGURES
 
-    return _first_lines(figures, Figure)
+    return _first_lines(FIGURES)
+
+
+def _scorers() -> dict[str, str]:
+    from experiments.scoring.interface import SCORERS
+
+    return _first_lines(SCORERS)
 
 
 def _studies() -> dict[str, str]:
-    from experiments.sweep.settings import shipped_studies
+    from experiments.sweep.settings import studies
 
-    return shipped_studies()
+    return studies()
 
 
-def _first_lines(package: ModuleType, base: type) -> dict[str, str]:
+def _first_lines(kind: "Kind[Any]") -> dict[str, str]:
     """First line of each plug-in's docstring, by its name."""
-    from railsim.registry import discover
-
-    return {name: (kind.__doc__ or "").strip().partition("\n")[0] for name, kind in discover(package, base).items()}
+    return {name: (found.__doc__ or "").strip().partition("\n")[0] for name, found in kind.classes().items()}
 
 
 LISTERS: dict[str, Callable[[], dict[str, str]]] = {
@@ -119,6 +121,7 @@ LISTERS: dict[str, Callable[[], dict[str, str]]] = {
     "vehicles": _vehicles,
     "tracks": _tracks,
     "figures": _figures,
+    "scorers": _scorers,
     "studies": _studies,
 }
 """By kind: what there is, as name and description. Each imports only its own kind."""

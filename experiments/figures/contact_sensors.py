@@ -6,15 +6,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-import estimators
-from estimators.interface import Estimator
+from estimators.interface import ESTIMATORS, Estimator
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_most
 from experiments.runs.contact import ensemble, run
 from experiments.scoring.score import score
 from railsim.errors import InputError
 from railsim.measurements import TIME, Measurements
-from railsim.registry import discover
 from railsim.truth import Truth
 
 SIDE, YAW, ROLL = "wheelset1.acceleration_y [m/s2]", "wheelset1.rate_yaw [rad/s]", "wheelset1.rate_roll [rad/s]"
@@ -100,7 +98,7 @@ class ContactSensors(Figure):
 
 def contact_estimators(measurements: Measurements) -> dict[str, Estimator]:
     """Those that fit all sensors of the single wheelset and give something that `contact_score` knows."""
-    found = {name: kind.build({}) for name, kind in discover(estimators, Estimator).items()}
+    found = {name: kind.build({}) for name, kind in ESTIMATORS.classes().items()}
     contact = {name: one for name, one in found.items() if name.startswith(("conicity", "rolling_radii"))}
     return {name: one for name, one in contact.items() if one.fits(measurements)}
 

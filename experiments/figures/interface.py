@@ -13,6 +13,7 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.reporting.claims import Claim
 from railsim.errors import InputError
+from railsim.registry import Kind
 
 DPI = 130
 
@@ -45,6 +46,9 @@ class Figure(ABC):
     def notes(self) -> list[str]:
         """What a reader of the claims must know, in lines: for example what could not be checked, and why."""
         return []
+
+
+FIGURES = Kind("figures", "experiments.figures", Figure)
 
 
 def publish(figure: Figure, folder: Path | str, fast: bool) -> dict[str, Any]:

@@ -2,11 +2,9 @@
 
 from dataclasses import dataclass
 
-import estimators
-from estimators.interface import Estimate, Estimator
+from estimators.interface import ESTIMATORS, Estimate
 from railsim.errors import InputError
 from railsim.measurements import Measurements
-from railsim.registry import discover
 
 
 @dataclass(frozen=True)
@@ -20,7 +18,7 @@ class Estimates:
 def estimate_all(measured: Measurements) -> Estimates:
     """Every estimator whose channels the recording has."""
     given, refused = {}, {}
-    for name, kind in discover(estimators, Estimator).items():
+    for name, kind in ESTIMATORS.classes().items():
         estimator = kind.build({})
         if estimator.fits(measured):
             try:

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-import estimators
 from estimators.filters.information import wavenumbers
-from estimators.interface import Estimate, Estimator
+from estimators.interface import ESTIMATORS, Estimate, Estimator
 from estimators.signals.bands import BANDS, response
 from estimators.speed.odometry import find_way
 from estimators.track import lateral_fusion
@@ -27,7 +26,6 @@ from experiments.scoring.track import band_errors, true_track
 from railsim import measure, simulate
 from railsim.contact.pairs import WheelRailPair
 from railsim.measurements import Measurements
-from railsim.registry import discover
 from railsim.scenario import Scenario
 from railsim.sensors.accelerometer import AXLEBOX
 from railsim.truth import Truth
@@ -79,7 +77,7 @@ def coverage_tasks(fast: bool, files: Mapping[str, str]) -> list[Task]:
 
 def _tried() -> list[tuple[str, Estimator, str]]:
     """Label, estimator and suite of sensors."""
-    kinds = [kind for kind in discover(estimators, Estimator).values() if issubclass(kind, TrackEstimator)]
+    kinds = [kind for kind in ESTIMATORS.classes().values() if issubclass(kind, TrackEstimator)]
     built = [kind.build({}) for kind in (*kinds, TrackSmoother)]
     tried: list[tuple[str, Estimator, str]] = [(one.name, one, "") for one in built]
     tried.append((PLAIN, AlignmentLateral(compensation=False), ""))

@@ -5,7 +5,7 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.suspension.verdicts import damper, std_name
 from estimators.vehicle.affine import PARAMETERS, nominal
-from railsim.scenario import effect_kinds
+from railsim.effects.interface import EFFECTS
 from railsim.truth import Truth
 
 ASKED = 15.0  # s from which on a verdict is asked for; the filters start from nothing
@@ -13,7 +13,7 @@ ASKED = 15.0  # s from which on a verdict is asked for; the filters start from n
 
 def damping_left(truth: Truth) -> tuple[np.ndarray, np.ndarray]:
     """Share of the lateral and yaw damping that the run had at its end, and since when (s), shapes (2,)."""
-    share, onset, kinds = np.ones(2), np.zeros(2), effect_kinds()
+    share, onset, kinds = np.ones(2), np.zeros(2), EFFECTS.classes()
     dampers = [name.partition(" [")[0] for name in PARAMETERS[:2]]
     for one in truth.about.get("effects", []):
         damping = kinds[one["kind"]].weakens if one.get("kind") in kinds else ""

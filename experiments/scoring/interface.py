@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from estimators.interface import Estimate
 from railsim.errors import InputError
+from railsim.registry import Kind
 from railsim.truth import Truth
 
 
@@ -41,6 +42,9 @@ class Scorer(ABC):
     def lacking(self, estimate: Estimate) -> list[str]:
         """What the estimate has not of what is needed."""
         return [name for name in self.needs if name not in estimate.series.columns]
+
+
+SCORERS = Kind("scorers", "experiments.scoring", Scorer)
 
 
 def stated(estimate: Estimate, *keys: str) -> float:

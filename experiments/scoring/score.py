@@ -1,13 +1,11 @@
 """Scores of an estimate against the truth, by every scorer that knows one of its columns."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from estimators.interface import Estimate
-from experiments import scoring
-from experiments.scoring.interface import Scorer
-from railsim.registry import discover
+from experiments.scoring.interface import SCORERS, Scorer
 from railsim.truth import TIME, Truth
 
 _KEY = re.compile(r"(?P<score>.+) \[(?P<unit>[^\]]*)\]")
@@ -17,8 +15,7 @@ _EXPLAINS = (TIME, "s [m]", "valid [-]")
 
 def scorers() -> dict[str, Scorer]:
     """Every scorer by the name of its module."""
-    kinds: Mapping[str, Callable[[], Scorer]] = dict(discover(scoring, Scorer))
-    return {name: kind() for name, kind in kinds.items()}
+    return {name: kind() for name, kind in SCORERS.classes().items()}
 
 
 def score(estimate: Estimate, truth: Truth) -> dict[str, float]:

@@ -7,19 +7,24 @@ from typing import Any
 
 import numpy as np
 
+from estimators.interface import ESTIMATORS
+from experiments.scoring.interface import SCORERS
 from experiments.sweep.design import column_values
 from experiments.sweep.settings import SensorSet, Sweep, Variant
 from experiments.sweep.task import FAILED, PointTask, Row, Task, restrict, track_text, why_unfit
 from railsim.distribution import ROOT
 from railsim.errors import InputError
 from railsim.measurements import Measurements
+from railsim.plugins import plugin_folders
 from railsim.recording import software_versions
+from railsim.registry import source_digest
 from railsim.scenario import Scenario, digest_of, load_scenario
+from railsim.sensors.interface import SENSORS
 from railsim.simulation import about_recording, load_engine, run_digest
 from railsim.track.survey import TrackErrors, survey
 from railsim.truth import TIME
 
-ESTIMATORS = "estimators."
+SETTINGS = "estimators."
 _SHAPING = ("railsim", "estimators", "experiments")
 _APART = (
     "benchmarks", "bounds", "calibration", "commands", "discrepancy", "fault_injection", "figures", "maintenance",
@@ -102,7 +107,7 @@ def make_plan(sweep: Sweep, tick: Callable[[int, int], None] = lambda done, tota
         changes = sweep.fixed | {key: value for _, level in levels for key, value in level.items()}
         settings = _estimator_settings(sweep, changes, checked)
         try:
-            values = {key: value for key, value in changes.items() if not key.startswith(ESTIMATORS)}
+            values = {key: value for key, value in changes.items() if not key.startswith(SETTINGS)}
             scenario = load_scenario(sweep.source, values)
             run = run_digest(scenario, sweep.engine)
             silent = _silent(scenario)
@@ -119,8 +124,9 @@ def make_plan(sweep: Sweep, tick: Callable[[int, int], None] = lambda done, tota
     if not runs:
         raise InputError(f"no point of the design can be simulated; the first says: {bad[0]}")
     unserved = _check_fit(sweep, list(seen.values()))
+    plugins = tuple(map(str, plugin_folders()))
     tasks = tuple(
-        Task(number, run, sweep.engine, tuple(of_run), sweep.variants, sweep.sets, sweep.seeds, tracks[run])
+        Task(number, run, sweep.engine, tuple(of_run), sweep.variants, sweep.sets, sweep.seeds, tracks[run], plugins)
         for number, (run, of_run) in enumerate(points.items())
     )
     names = [factor.name for factor in sweep.design.factors]
@@ -129,13 +135,17 @@ def make_plan(sweep: Sweep, tick: Callable[[int, int], None] = lambda done, tota
 
 
 def program_digest() -> str:
-    """SHA-256 over the program and the versions of its libraries: results of different ones are not mixed."""
+    """SHA-256 over the program, its plug-ins and the versions of its libraries: results of different ones are not
+    mixed; plug-ins that shape the run itself count to the run.
+    """
     total = hashlib.sha256(digest_of(software_versions()).encode())
     for package in _SHAPING:
         for path in sorted((ROOT / package).rglob("*.py")):
             inner = path.relative_to(ROOT / package)
             if package != "experiments" or inner.parts[0] not in _APART or inner.name == "task.py":
                 total.update(f"{package}/{inner.as_posix()}\0".encode() + path.read_bytes())
+    plugins = [cls for kind in (ESTIMATORS, SENSORS, SCORERS) for cls in kind.classes().values()]
+    total.update(source_digest(plugins).encode())
     return total.hexdigest()
 
 
@@ -143,8 +153,8 @@ def _estimator_settings(sweep: Sweep, changes: dict[str, Any], checked: set[str]
     """Settings that a point changes, by label; each combination is tried once."""
     found: dict[str, dict[str, Any]] = {}
     for key, value in changes.items():
-        if key.startswith(ESTIMATORS):
-            label, _, field = key.removeprefix(ESTIMATORS).partition(".")
+        if key.startswith(SETTINGS):
+            label, _, field = key.removeprefix(SETTINGS).partition(".")
             if label not in [variant.label for variant in sweep.variants] or not field:
                 known = ", ".join(variant.label for variant in sweep.variants)
                 where = f"set.{key}" if key in sweep.fixed else f"design.keys.{key}"

@@ -8,19 +8,17 @@ from typing import Any
 
 import yaml
 
-import estimators
-from estimators.interface import Estimator
+from estimators.interface import ESTIMATORS, Estimator
 from experiments.sweep.design import Design, read_design
 from experiments.sweep.selection import Selection, read_selection
-from railsim.distribution import shipped_folder
 from railsim.errors import InputError
-from railsim.registry import discover, pick
+from railsim.registry import Files
 from railsim.simulation import engine_names
 
 KEYS = ("description", "scenario", "engine", "set", "design", "estimators", "seeds", "sensors", "report")
 FIXED = ("point", "run", "sensors", "estimator", "seed", "recording", "score", "unit", "value", "status", "message")
 """Columns of the table that are not design values."""
-STUDIES = shipped_folder("experiments", "studies")
+STUDIES = Files("studies", "experiments/studies", ".yaml", "sweep")
 EVERYTHING = "all"
 
 
@@ -51,7 +49,7 @@ class Variant:
 
     def build(self, changes: Mapping[str, Any]) -> Estimator:
         """The estimator; `changes` go over its settings."""
-        kind = pick(discover(estimators, Estimator), self.name, "estimator")
+        kind = ESTIMATORS.pick(self.name)
         return kind.build({**self.settings, **changes}, f"estimators.{self.label}")
 
 
@@ -91,10 +89,9 @@ class Sweep:
     panels: tuple[Panel, ...] = ()
 
 
-def shipped_studies() -> dict[str, str]:
-    """Studies that come with the program: description by name."""
-    files = sorted(STUDIES.glob("*.yaml"))
-    return {path.stem: str(_parse(path.name, path.read_text("utf-8")).get("description", "")) for path in files}
+def studies() -> dict[str, str]:
+    """Description of each study by its name."""
+    return {name: str(_parse(name, STUDIES.read(name)[1]).get("description", "")) for name in STUDIES.paths()}
 
 
 def read_sweep(source: str | Path) -> Sweep:
@@ -104,7 +101,7 @@ def read_sweep(source: str | Path) -> Sweep:
     ------
     InputError : one line that names the dotted key that is wrong.
     """
-    path, text = _read(source)
+    path, text = STUDIES.read(source)
     values = _parse(str(source), text)
     unknown = sorted(str(key) for key in values if key not in KEYS)
     if unknown:
@@ -133,22 +130,6 @@ def read_sweep(source: str | Path) -> Sweep:
         responses=_responses(report),
         panels=_panels(report.get("panels", {}), design),
     )
-
-
-def _read(source: str | Path) -> tuple[Path, str]:
-    bare = Path(source).name == str(source) and not Path(source).suffix
-    shipped = STUDIES / f"{source}.yaml"
-    if bare and shipped.is_file():
-        return Path(shipped.name), shipped.read_text(encoding="utf-8")
-    try:
-        return Path(source), Path(source).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        hint = f"shipped ones are: {', '.join(shipped_studies())}" if bare else "check the path"
-        raise InputError(f"no sweep '{source}'; {hint}") from None
-    except OSError as error:
-        raise InputError(f"cannot read sweep '{source}': {error.strerror}; give a YAML file") from None
-    except UnicodeDecodeError:
-        raise InputError(f"'{source}' is not text; give a sweep as YAML") from None
 
 
 def _parse(source: str, text: str) -> dict[str, Any]:
@@ -188,7 +169,7 @@ def _check_names(design: Design) -> None:
 
 
 def _variants(given: Any) -> tuple[Variant, ...]:
-    found = discover(estimators, Estimator)
+    found = ESTIMATORS.classes()
     if given == EVERYTHING:
         return tuple(Variant(name, name, {}) for name in found)
     if not isinstance(given, list) or not given:

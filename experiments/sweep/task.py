@@ -17,9 +17,10 @@ from experiments.sweep.settings import SensorSet, Variant
 from railsim.cache import cache_folder
 from railsim.errors import InputError
 from railsim.measurements import Measurements
+from railsim.plugins import more_plugins
 from railsim.scenario import Scenario, digest_of
 from railsim.simulation import measure, run_digest, simulate
-from railsim.track.files import read_track, shipped_tracks
+from railsim.track.files import TRACKS, read_track
 from railsim.truth import TIME, Truth
 
 FAILURES = (ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RuntimeError, AssertionError)
@@ -49,7 +50,7 @@ class Task:
     Attributes
     ----------
     number : place in the sweep. run : digest of the simulated run. track : name and text of a track that is not
-    shipped, so that a worker need not have the file.
+    found by its name, so that a worker need not have the file. plugins : folders of plug-ins, which it must have.
     """
 
     number: int
@@ -60,6 +61,7 @@ class Task:
     sets: tuple[SensorSet, ...]
     seeds: tuple[int, ...]
     track: tuple[str, str] | None = None
+    plugins: tuple[str, ...] = ()
 
     def digest(self) -> str:
         """SHA-256 over everything that shapes the result."""
@@ -74,6 +76,12 @@ class VersionError(RuntimeError):
 
 
 def perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any]:
+    """Do a task with its plug-ins: see `_perform`."""
+    with more_plugins(task.plugins):
+        return _perform(task, scratch, keep_truth)
+
+
+def _perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any]:
     """Simulate, measure, estimate, score; what fails becomes a row.
 
     Returns
@@ -258,8 +266,8 @@ def _truth(scenario: Scenario, task: Task, aside: Path, keep_truth: bool) -> Tru
 
 
 def track_text(scenario: Scenario) -> tuple[str, str] | None:
-    """Name and text of the scenario's track file; None for a shipped one."""
-    if scenario.track in shipped_tracks():
+    """Name and text of the scenario's track file; None for one that is found by its name."""
+    if scenario.track in TRACKS.paths():
         return None
     read_track(scenario.track)
     path = Path(scenario.track)

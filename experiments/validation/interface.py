@@ -2,7 +2,6 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,10 +9,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import FigureBase
 
-import experiments.validation as package
 from experiments.reporting.claims import Claim, Target
 from experiments.validation.reference import lacking
-from railsim.registry import discover
+from railsim.registry import Kind
 
 
 @dataclass(frozen=True)
@@ -152,6 +150,9 @@ class Section(ABC):
         return Row(self.number, what, float(ours), reference, difference, unit, None, self.source)
 
 
+SECTIONS = Kind("validation", "experiments.validation", Section)
+
+
 def _share(value: float, target: Target) -> float | None:
     """Share of the room in a target that is used: distance from its middle, or the ratio to a single end."""
     low, high = target.low, target.high
@@ -170,5 +171,6 @@ def worst(ours: np.ndarray, reference: np.ndarray, relative: bool = False) -> in
 
 def sections() -> list[Section]:
     """Every section in the order of the report."""
-    found: Mapping[str, Callable[[], Section]] = dict(discover(package, Section))
-    return sorted((kind() for kind in found.values()), key=lambda section: (section.item, section.part, section.name))
+    return sorted(
+        (kind() for kind in SECTIONS.classes().values()), key=lambda section: (section.item, section.part, section.name)
+    )

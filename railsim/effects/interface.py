@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from railsim.errors import InputError
 from railsim.model import Model
+from railsim.registry import Kind
 from railsim.sensors.interface import Sensor
 from railsim.spec import Role, Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction, speed_tables
@@ -207,6 +208,9 @@ class Effect(Spec, frozen=True):
             absent = cls.absent[name]
             return ParameterPrior(absent, 0.5 * max(high - absent, absent - low))
         return ParameterPrior(0.5 * (low + high), math.inf)
+
+
+EFFECTS = Kind("effects", "railsim.effects", Effect)
 
 
 def onset_field() -> Any:

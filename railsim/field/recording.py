@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from railsim import registry, vehicles
-from railsim.errors import InputError
+from railsim.errors import InputError, nearest
 from railsim.field.channels import convert, from_pulses, numbers, wanted_unit
 from railsim.field.clock import Clock, columns_of, read_clock
 from railsim.field.guard import Guard
@@ -22,8 +21,9 @@ from railsim.field.source import about_file, find_format, read_tables
 from railsim.field.tables import Notes, Table
 from railsim.measurements import TIME
 from railsim.recording import write_recording
-from railsim.track.files import format_track, read_track, shipped_tracks
-from railsim.vehicles.interface import Vehicle
+from railsim.track.files import TRACKS, format_track, read_track
+from railsim.vehicles.interface import PARAMETER_SETS
+from railsim.vehicles.lookup import build_vehicle, vehicle_names
 
 _SLOWEST = 1e-3  # Hz
 
@@ -47,7 +47,7 @@ def import_recording(
     InputError : map and file do not fit together, or the file is damaged; one line.
     """
     kind = find_format(path, mapped.format, notes)
-    vehicle = _vehicle(mapped.vehicle, notes)
+    vehicle = _vehicle(mapped.vehicle, folder, notes)
     _check_names(mapped)
     tables = read_tables(path, kind, mapped.csv, [_wanted(one) for one in mapped.tables], _lost(mapped), notes, guard)
     clocks = [_clock(one, table, notes) for one, table in zip(mapped.tables, tables, strict=True)]
@@ -190,18 +190,22 @@ def _frames(series: list[Series]) -> dict[float, pd.DataFrame]:
     return frames
 
 
-def _vehicle(given: str | dict[str, Any], notes: Notes) -> dict[str, Any]:
-    """Nominal parameters of a shipped vehicle, with changes, or those that the map gives."""
-    found = registry.discover(vehicles, Vehicle)
+def _vehicle(given: str | dict[str, Any], folder: Path, notes: Notes) -> dict[str, Any]:
+    """Nominal parameters of a vehicle by name or file, with changes, or those that the map gives."""
     values = {"name": given} if isinstance(given, str) else dict(given)
     name = values.pop("name", None)
     if not isinstance(name, str) or not name:
         raise InputError("vehicle: give a name, with or without nominal parameters")
-    if name in found:
-        return {"name": name, **found[name].build(values, "vehicle").nominal()}
+    known = vehicle_names()
+    if name in known or name.endswith(PARAMETER_SETS.suffix):
+        vehicle = build_vehicle(given, folder)
+        for text in vehicle.assumptions():
+            notes.assume(text)
+        return {"name": vehicle.name, **vehicle.nominal()}
     if isinstance(given, str):
         raise InputError(
-            f"vehicle: none is called '{given}'; there are: {', '.join(sorted(found))}; or give parameters"
+            f"vehicle: none is called '{given}'; {nearest(given, known)}there are: {', '.join(known)}; or give "
+            "parameters"
         )
     for key, value in values.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
@@ -221,5 +225,5 @@ def _speed_source(mapped: RecordingMap, channels: list[str], notes: Notes) -> di
 
 def _track(name: str, folder: Path) -> pd.DataFrame:
     """The stated track as columns."""
-    source = name if name in shipped_tracks() else folder / name
+    source = name if name in TRACKS.paths() else folder / name
     return pd.read_csv(io.StringIO(format_track(read_track(source))), comment="#")

@@ -6,8 +6,8 @@ from typing import Any
 from railsim.errors import InputError
 from railsim.field.tables import Notes
 from railsim.sensors.inertial import InertialSensor
-from railsim.sensors.interface import Sensor
-from railsim.sensors.suite import build_sensor, kinds
+from railsim.sensors.interface import SENSORS, Sensor
+from railsim.sensors.suite import build_sensor
 
 
 def data_sheets(
@@ -60,7 +60,7 @@ def _sheet(given: dict[str, Any], rates: Mapping[str, float], where: str) -> dic
 
 def _sensor(given: dict[str, Any], rates: Mapping[str, float], where: str) -> Sensor:
     """The sensor; axes that are not given are those that are mapped."""
-    kind = kinds().get(str(given.get("kind")))
+    kind = SENSORS.classes().get(str(given.get("kind")))
     given.setdefault("rate", 1.0)
     if kind is not None and issubclass(kind, InertialSensor) and "axes" not in given:
         head = f"{given.get('name')}.{kind.quantity_name}_"

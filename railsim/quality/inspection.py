@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from railsim import quality, registry
 from railsim.measurements import Measurements
-from railsim.quality.interface import Check, Finding
+from railsim.quality.interface import CHECKS, Check, Finding
 from railsim.quality.repair import repaired
 
 
@@ -23,7 +22,7 @@ class Inspection:
 
 def checks() -> list[Check]:
     """Every check with its default limits, in the order of their stages."""
-    found = registry.discover(quality, Check)
+    found = CHECKS.classes()
     return [found[name].build({}) for name in sorted(found, key=lambda name: (found[name].stage, name))]
 
 

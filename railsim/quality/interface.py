@@ -9,6 +9,7 @@ import numpy as np
 from railsim.measurements import Measurements
 from railsim.quality._signals import kind_of
 from railsim.quality.repairs import Repair
+from railsim.registry import Kind
 from railsim.spec import Spec
 
 Severity = Literal["fault", "note"]
@@ -71,6 +72,9 @@ class Check(Spec, frozen=True):
     @abstractmethod
     def find(self, measurements: Measurements) -> list[Finding]:
         """Everything of its kinds that is wrong with a recording."""
+
+
+CHECKS = Kind("checks", "railsim.quality", Check)
 
 
 class ChannelCheck(Check, frozen=True):

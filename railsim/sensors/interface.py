@@ -10,6 +10,7 @@ import pandas as pd
 import pydantic
 
 from railsim.errors import InputError
+from railsim.registry import Kind
 from railsim.sensors.errors import SensorErrors
 from railsim.spec import Spec, quantity
 from railsim.truth import TIME, Truth
@@ -120,6 +121,9 @@ class Sensor(Spec, frozen=True):
     def table(self, truth: Truth, columns: list[np.ndarray]) -> pd.DataFrame:
         """Times and measured `columns` in the order of `channels()`."""
         return pd.DataFrame({TIME: truth.time[:: self.step(truth)], **dict(zip(self.channels(), columns, strict=True))})
+
+
+SENSORS = Kind("sensors", "railsim.sensors", Sensor)
 
 
 def _usable(rate: float, wanted: float, count: int = 6) -> list[float]:

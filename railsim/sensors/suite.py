@@ -7,15 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from railsim import registry, sensors
 from railsim.errors import InputError
-from railsim.sensors.interface import Sensor
+from railsim.sensors.interface import SENSORS, Sensor
 from railsim.truth import TIME, Truth
-
-
-def kinds() -> dict[str, type[Sensor]]:
-    """Every kind of sensor by name."""
-    return registry.discover(sensors, Sensor)
 
 
 def build_sensor(settings: Any, where: str = "sensors") -> Sensor:
@@ -28,8 +22,8 @@ def build_sensor(settings: Any, where: str = "sensors") -> Sensor:
     if isinstance(settings, Sensor):
         return settings
     if not isinstance(settings, Mapping) or not isinstance(settings.get("kind"), str):
-        raise InputError(f"{where}: a sensor needs a kind; give one of: {', '.join(sorted(kinds()))}")
-    kind = registry.pick(kinds(), settings["kind"], "kind of sensor")
+        raise InputError(f"{where}: a sensor needs a kind; give one of: {', '.join(SENSORS.classes())}")
+    kind = SENSORS.pick(settings["kind"])
     given = {name: value for name, value in settings.items() if name != "kind"}
     return kind.build(given, f"{where}.{given['name']}" if isinstance(given.get("name"), str) else where)
 

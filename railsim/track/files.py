@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from railsim.distribution import shipped_folder
 from railsim.errors import InputError
 from railsim.files import replace_file
+from railsim.registry import Files
 from railsim.track.track import UNITS, Track, fault
 
 DISTANCE = "s [m]"
@@ -17,9 +17,12 @@ DISTANCE = "s [m]"
 _TITLES = {f"{key} [{unit}]": key for key, unit in UNITS.items()}
 
 
+TRACKS = Files("tracks", "track_data", ".csv", "track")
+
+
 def shipped_tracks() -> list[str]:
     """Names of the tracks that come with the program."""
-    return sorted(path.stem for path in shipped_folder("track_data").glob("*.csv"))
+    return list(TRACKS.shipped())
 
 
 def read_track(source: str | os.PathLike[str]) -> Track:
@@ -27,7 +30,7 @@ def read_track(source: str | os.PathLike[str]) -> Track:
 
     Parameters
     ----------
-    source : path of a file, or the bare name of a shipped track.
+    source : path of a file, or the bare name of a track that ships or is plugged in.
 
     Returns
     -------
@@ -37,22 +40,7 @@ def read_track(source: str | os.PathLike[str]) -> Track:
     ------
     InputError : no such file, not text, or contents that are not a track; the message names file, line and cure.
     """
-    path = Path(source)
-    bare = path.name == str(source) and not path.suffix
-    try:
-        if bare and str(source) in shipped_tracks():
-            data = (shipped_folder("track_data") / f"{source}.csv").read_bytes()
-        else:
-            data = path.read_bytes()
-    except FileNotFoundError:
-        hint = f"; shipped tracks are: {', '.join(shipped_tracks())}" if bare else "; check the path"
-        raise InputError(f"no track '{source}'{hint}") from None
-    except OSError as error:
-        raise InputError(f"cannot read track '{source}': {error.strerror}; give a CSV file") from None
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{source}: byte {error.start} is not UTF-8 text; save the file as UTF-8 CSV") from None
+    path, text = TRACKS.read(source)
     return parse_track(text, path.stem, str(source))
 
 

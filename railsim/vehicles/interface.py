@@ -6,14 +6,41 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from railsim.model import Model
-from railsim.spec import Spec
+from railsim.registry import Files, Kind
+from railsim.spec import Spec, quantity
 
 
 class Vehicle(Spec, frozen=True):
     """A vehicle or parameter set; its fields are the nominal parameters that a field engineer knows."""
 
+    label: str = quantity("", unit="-", source="file that holds the parameters, where there is one")
+    assumed: tuple[str, ...] = quantity((), unit="-", source="names of what it leaves to its base")
+
     derived: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType({})
     """Unit and source of what `design` gives."""
+
+    @property
+    def kind(self) -> str:
+        """Name of the module that defines the vehicle's class."""
+        return type(self).__module__.rpartition(".")[2]
+
+    @property
+    def name(self) -> str:
+        """Name of the file that holds the parameters, or else of the class's module."""
+        return self.label or self.kind
+
+    def settings(self) -> dict[str, Any]:
+        """All fields with the name, as `lookup.build_vehicle` reads them."""
+        plain = self.model_dump(mode="json")
+        label, assumed = plain.pop("label"), plain.pop("assumed")
+        if not label:
+            return {"name": self.name, **plain}
+        return {"name": label, "base": self.kind, "assumed": assumed, **plain}
+
+    def assumptions(self) -> list[str]:
+        """What the file of a vehicle does not say, in a line."""
+        names = ", ".join(self.assumed)
+        return [f"vehicle '{self.label}': as of '{self.kind}': {names}"] if names else []
 
     @abstractmethod
     def model(self) -> Model:
@@ -32,3 +59,8 @@ class Vehicle(Spec, frozen=True):
     def about(cls, name: str) -> tuple[str, str]:
         """(unit, source) of a field, or of a design value."""
         return cls.derived[name] if name in cls.derived else super().about(name)
+
+
+VEHICLES = Kind("vehicles", "railsim.vehicles", Vehicle)
+PARAMETER_SETS = Files("vehicles", "railsim/vehicles", ".yaml", "vehicle")
+"""Vehicles that are the change of another one."""

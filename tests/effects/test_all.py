@@ -7,13 +7,14 @@ import re
 import numpy as np
 import pytest
 
-from railsim.scenario import Scenario, effect_kinds
+from railsim.effects.interface import EFFECTS
+from railsim.scenario import Scenario
 from railsim.simulation import measure, simulate
 from railsim.truth import Truth
 from tests.effects.rig import largest_difference, rows, scenario
 from tests.engines.rig import Rows, ratio
 
-EFFECTS = effect_kinds()
+BY_NAME = EFFECTS.classes()
 MOTION = [f"{body}.{q}" for body in ("wheelset1", "wheelset2", "bogie") for q in ("y [m]", "z [m]", "yaw [rad]")]
 
 
@@ -27,9 +28,9 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> Truth:
     return simulate(scenario([]), "compiled", tmp_path_factory.mktemp("run") / "truth")
 
 
-@pytest.mark.parametrize("name", list(EFFECTS))
+@pytest.mark.parametrize("name", list(BY_NAME))
 def test_parameters_are_within_their_bounds(name: str):
-    kind = EFFECTS[name]
+    kind = BY_NAME[name]
     fields = {n: one for n, one in kind.parameters().items() if n not in kind.held()}
     assert fields, "give at least one number both bounds"
     for one in fields.values():
@@ -38,31 +39,31 @@ def test_parameters_are_within_their_bounds(name: str):
     assert kind.at_smallest() != kind.at_absent()
 
 
-@pytest.mark.parametrize("name", list(EFFECTS))
+@pytest.mark.parametrize("name", list(BY_NAME))
 def test_rebuilt_from_its_settings(name: str):
-    effect = EFFECTS[name].build({})
+    effect = BY_NAME[name].build({})
     again = scenario([effect.settings()]).effects[0]
     assert again == effect
     assert re.fullmatch(r"[a-z_]+", effect.kind)
 
 
-@pytest.mark.parametrize("name", [name for name, kind in EFFECTS.items() if kind.acts_on == "sensor"])
+@pytest.mark.parametrize("name", [name for name, kind in BY_NAME.items() if kind.acts_on == "sensor"])
 def test_changes_no_channel_at_its_absent_values(name: str, truth: Truth):
-    assert not _measured_differently(scenario([EFFECTS[name].at_absent().settings()]), truth)
+    assert not _measured_differently(scenario([BY_NAME[name].at_absent().settings()]), truth)
 
 
-@pytest.mark.parametrize("name", list(EFFECTS))
+@pytest.mark.parametrize("name", list(BY_NAME))
 def test_shows_at_its_smallest_size(name: str, without: Rows, truth: Truth):
-    there = scenario([EFFECTS[name].at_smallest().settings()])
+    there = scenario([BY_NAME[name].at_smallest().settings()])
     if there.effects[0].acts_on == "sensor":
         assert _measured_differently(there, truth)
     else:
         assert largest_difference(rows(there.effects), without) > 1e-4
 
 
-@pytest.mark.parametrize("name", [name for name, kind in EFFECTS.items() if kind.acts_on != "sensor"])
+@pytest.mark.parametrize("name", [name for name, kind in BY_NAME.items() if kind.acts_on != "sensor"])
 def test_both_engines_feel_the_same(name: str):
-    effect = EFFECTS[name].build({})
+    effect = BY_NAME[name].build({})
     fast, reference = (rows([effect], engine) for engine in ("compiled", "exudyn"))
     for channel in MOTION:
         assert ratio(reference[channel], fast[channel]) < 5e-3, channel

@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 
 from railsim import effects
-from railsim.effects.interface import Effect, Parameter
-from railsim.scenario import effect_kinds
+from railsim.effects.interface import EFFECTS, Effect, Parameter
 
 TEXT = (Path(__file__).parents[2] / "docs" / "effects.md").read_text()
 LIBRARY = Path(str(effects.__file__)).parent
-SHIPPED = {name: kind for name, kind in effect_kinds().items() if Path(inspect.getfile(kind)).parent == LIBRARY}
+SHIPPED = {name: kind for name, kind in EFFECTS.classes().items() if Path(inspect.getfile(kind)).parent == LIBRARY}
 
 
 def row(name: str, kind: type[Effect]) -> str:

@@ -10,8 +10,7 @@ import pytest
 
 import experiments
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates, fitted_names
-from railsim.effects.interface import Effect, Setup
-from railsim.scenario import effect_kinds
+from railsim.effects.interface import EFFECTS, Effect, Setup
 from railsim.spec import quantity
 
 ROOT = Path(str(experiments.__file__)).parent
@@ -22,7 +21,7 @@ CONTEXT = Context(("bogie.rate_yaw",), (50.0, 900.0), (1.0, 30.0), ((300.0, 10.0
 @pytest.mark.parametrize("path", SEEKERS, ids=lambda path: path.stem)
 def test_no_effect_is_known_by_name(path: Path):
     texts = {node.value for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Constant)}
-    assert texts & set(effect_kinds()) == set()
+    assert texts & set(EFFECTS.classes()) == set()
 
 
 class Knock(Effect, frozen=True):
@@ -54,5 +53,5 @@ def test_an_effect_from_outside_is_a_candidate_by_what_it_says_of_itself():
 
 
 def test_a_fit_looks_for_all_that_have_a_name_and_that_the_registration_does_not_find():
-    assert set(effect_kinds()) - set(fitted_names()) == {"empirical_force", "odometer_scale", "speed_scale"}
+    assert set(EFFECTS.classes()) - set(fitted_names()) == {"empirical_force", "odometer_scale", "speed_scale"}
     assert {one.name for one in candidates(CONTEXT)} == set(fitted_names())

@@ -12,8 +12,8 @@ from railsim.analysis.energy import energy_over
 from railsim.constants import GRAVITY
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.plant import build_plant
+from railsim.effects.interface import EFFECTS
 from railsim.effects.wheel_changes import POINTS, flat_depth
-from railsim.scenario import effect_kinds
 from railsim.simulation import build_run
 from tests.effects.rig import largest_difference, rows, scenario
 from tests.engines.rig import Rows, go, ratio
@@ -202,15 +202,15 @@ def test_an_exposed_stretch_blows_where_it_is():
 def test_effects_stand_beside_each_other():
     """All but those that change the same damper twice and those that make the track long to compute."""
     left_out = ("lateral_damper_series_stiffness", "yaw_damper_series_stiffness", "rail_corrugation")
-    one = scenario([kind.build({}).settings() for name, kind in effect_kinds().items() if name not in left_out])
+    one = scenario([kind.build({}).settings() for name, kind in EFFECTS.classes().items() if name not in left_out])
     run = build_run(one)
     assert build_plant(run.model, run.track, run.speed).core.elements > 8
 
 
-@pytest.mark.parametrize("name", list(effect_kinds()))
+@pytest.mark.parametrize("name", list(EFFECTS.classes()))
 def test_a_vehicle_without_what_fails_is_refused_in_one_line(name: str):
     """The single wheelset has no bogie: an effect either works or says why not."""
-    kind = effect_kinds()[name]
+    kind = EFFECTS.classes()[name]
     one = scenario([kind.build({}).settings()], vehicle="manchester") if kind.acts_on == "sensor" else None
     try:
         one = one or load_scenario("smooth", {"vehicle": "wheelset", "sensors": [], "effects": [kind.build({})]})

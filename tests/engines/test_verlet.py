@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from railsim.effects.interface import EFFECTS
 from railsim.engines.interface import CHUNK
-from railsim.scenario import effect_kinds
 from railsim.simulation import build_run
 from railsim.speed import Constant
 from railsim.track import read_track
@@ -21,7 +21,7 @@ from tests.engines.rig import RATE, flat, go, make_run, ratio
 PARTS = ("wheelset1", "wheelset2", "bogie")
 MOTION = [f"{body}.{q}" for body in PARTS for q in ("y [m]", "z [m]", "yaw [rad]")]
 FORCES = [f"{body}.specific_force_{axis} [m/s2]" for body in PARTS for axis in "yz"]
-EFFECTS = [name for name, kind in effect_kinds().items() if kind.acts_on != "sensor"]
+NAMES = [name for name, kind in EFFECTS.classes().items() if kind.acts_on != "sensor"]
 FINE = 8  # times finer than usual is the converged motion
 
 
@@ -45,9 +45,9 @@ def test_its_motion_is_that_of_the_converged_one(vehicle: Vehicle, track: str, s
             assert ratio(quick[name], converged[name]) < 5e-4, name
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_feels_every_effect(name: str) -> None:
-    run = build_run(scenario([effect_kinds()[name].build({})], duration=1.0))
+    run = build_run(scenario([EFFECTS.pick(name).build({})], duration=1.0))
     fast, quick = go("compiled", run), go("verlet", run)
     for channel in MOTION:
         assert ratio(quick[channel], fast[channel]) < 5e-4, channel

@@ -74,7 +74,7 @@ def test_track_that_is_no_track(railsim: Command, scenario: Path, rows: str, par
     ("arguments", "part"),
     [
         (("run", "nix.yaml"), "no scenario 'nix.yaml'; check the path"),
-        (("simulate", "nix", "--out", "out"), "no scenario 'nix'; shipped ones are: braking_dry,"),
+        (("simulate", "nix", "--out", "out"), "no scenario 'nix'; there are: braking_dry,"),
         (("estimate", "speed_plain", "nix", "--out", "out"), "'nix' is not a recording"),
         (("score", "nix", "nix"), "'nix' is not an estimate"),
         (("inspect", "nix"), "'nix' does not exist"),

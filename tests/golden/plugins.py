@@ -2,20 +2,17 @@
 
 from collections.abc import Callable, Mapping
 
-import estimators
-from estimators.interface import Estimator
-from experiments import figures
-from experiments.figures.interface import Figure
-from railsim.registry import discover
+from estimators.interface import ESTIMATORS, Estimator
+from experiments.figures.interface import FIGURES, Figure
 
 __all__ = ["Estimator", "Figure", "estimator_kinds", "figure_kinds"]
 
 
 def estimator_kinds() -> Mapping[str, type[Estimator]]:
     """Every estimator by its name."""
-    return discover(estimators, Estimator)
+    return ESTIMATORS.classes()
 
 
 def figure_kinds() -> Mapping[str, Callable[[], Figure]]:
     """Every figure by its name."""
-    return dict(discover(figures, Figure))
+    return dict(FIGURES.classes())

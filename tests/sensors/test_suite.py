@@ -12,8 +12,8 @@ import pytest
 from railsim.errors import InputError
 from railsim.recording import Recording, write_recording
 from railsim.sensors.errors import SensorErrors
-from railsim.sensors.interface import Sensor
-from railsim.sensors.suite import build_sensor, build_sensors, data_sheets, kinds, measure_all
+from railsim.sensors.interface import SENSORS, Sensor
+from railsim.sensors.suite import build_sensor, build_sensors, data_sheets, measure_all
 from railsim.truth import Truth
 from tests.sensors.synthetic import write_truth
 
@@ -64,7 +64,7 @@ def test_same_seed_same_bytes(truth: Truth, tmp_path: Path) -> None:
     ("settings", "line"),
     [
         ([BOGIE, BOGIE], r"an? accelerometer and an? accelerometer both give 'bogie.acceleration_z \[m/s2\]'; rename"),
-        ([{"kind": "sonar", "name": "a"}], "unknown kind of sensor 'sonar'; there are: accelerometer, displacement"),
+        ([{"kind": "sonar", "name": "a"}], "unknown sensor 'sonar'; there are: accelerometer, displacement"),
         ([{"name": "a"}], "a sensor needs a kind; give one of: accelerometer"),
         ([BOGIE | {"rate": 300}], "300 Hz does not divide the run's 1024 Hz; use 32, 64, 128, 256, 512, 1024 Hz"),
         ([BOGIE | {"rate": 2048}], "use 32, 64, 128, 256, 512, 1024 Hz"),
@@ -104,7 +104,7 @@ def test_preset_can_be_changed_field_by_field() -> None:
     assert changed.errors == whole.errors.but(bandwidth=50.0)
 
 
-@pytest.fixture(params=sorted(kinds()))
+@pytest.fixture(params=sorted(SENSORS.classes()))
 def sensor(request: pytest.FixtureRequest) -> Sensor:
     """Every kind with as little said as possible, at a place where each finds something to measure."""
     return build_sensor({"kind": request.param, "name": "primary1_left", "body": "wheelset1", "rate": 256})

@@ -112,7 +112,7 @@ def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:
 
 
 def test_missing_files_name_what_there_is(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="shipped tracks are: .*curve_r400.*smooth"):
+    with pytest.raises(InputError, match="there are: .*curve_r400.*smooth"):
         read_track("no_such_track")
     with pytest.raises(InputError, match="check the path"):
         read_track(tmp_path / "none.csv")

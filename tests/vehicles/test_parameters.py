@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from railsim import vehicles
 from railsim.errors import InputError
-from railsim.registry import discover
-from railsim.vehicles.interface import Vehicle
+from railsim.vehicles.interface import VEHICLES
 from railsim.vehicles.manchester import Manchester
 
-FOUND = discover(vehicles, Vehicle)
+FOUND = VEHICLES.classes()
 
 
 @pytest.mark.parametrize("name", FOUND)

@@ -12,8 +12,8 @@ from scipy.stats import binomtest
 from experiments.discrepancy.blind.benchmark import OUTSIDE, ROW
 from experiments.discrepancy.blind.benchmark_rows import Row
 from experiments.discrepancy.rule import rule_hash
+from railsim.effects.interface import EFFECTS
 from railsim.files import read_json
-from railsim.scenario import effect_kinds
 
 COVERED = 1.96  # standard deviations of a 95 % interval
 ANY = "any verdict"
@@ -323,7 +323,7 @@ def _words(name: str) -> str:
 
 def _effect(one: dict[str, Any]) -> str:
     """Name and first number of an effect of a label."""
-    kinds = effect_kinds()
+    kinds = EFFECTS.classes()
     held = kinds[one["kind"]].held() if one["kind"] in kinds else ()
     numbers = [value for key, value in one.items() if isinstance(value, float) and key not in held]
     return f"`{one['kind']}`" + (f" {numbers[0]:.3g}" if numbers else "")

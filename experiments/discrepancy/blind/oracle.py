@@ -14,10 +14,9 @@ from experiments.discrepancy.progress import silent
 from experiments.discrepancy.select.decide import held_out_gap
 from experiments.discrepancy.select.refining import nuisances_alone
 from experiments.discrepancy.workflow import Findings
-from railsim.effects.interface import Effect, Setup
+from railsim.effects.interface import EFFECTS, Effect, Setup
 from railsim.errors import InputError
 from railsim.model import Model
-from railsim.scenario import effect_kinds
 
 ROUNDS, SETTLED = 5, 1.0  # linearisations at most, and nats that one must bring for another
 SURELY = 1000.0  # nats beyond which it does not matter how much exactly: derivatives made anew take a sixth at most
@@ -25,7 +24,7 @@ SURELY = 1000.0  # nats beyond which it does not matter how much exactly: deriva
 
 def effect_of(settings: Mapping[str, Any]) -> Effect:
     """The effect of a label."""
-    return effect_kinds()[settings["kind"]].build({name: value for name, value in settings.items() if name != "kind"})
+    return EFFECTS.pick(settings["kind"]).build({name: value for name, value in settings.items() if name != "kind"})
 
 
 def expected_evidence(

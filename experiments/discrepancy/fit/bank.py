@@ -258,7 +258,7 @@ def _digest(reference: Forward, frames: Frames) -> str:
     e = reference.evidence
     return digest_of(
         {
-            "code": code_digest(),
+            "code": code_digest(e.scenario),
             "vehicle": e.scenario.vehicle.model_dump(mode="json"),
             "effects": [effect.settings() for effect in e.scenario.effects],
             "traction": [one.model_dump(mode="json") for one in e.scenario.traction],

@@ -9,9 +9,8 @@ from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 
-from railsim.effects.interface import Effect, Parameter, ParameterPrior
+from railsim.effects.interface import EFFECTS, Effect, Parameter, ParameterPrior
 from railsim.effects.sensor_changes import FilterEffect
-from railsim.scenario import effect_kinds
 from railsim.spec import Role
 
 MOST_VARIANTS = 8
@@ -285,17 +284,18 @@ def in_tune(found: Sequence[Candidate]) -> list[Candidate]:
 
 def candidates(context: Context) -> list[Candidate]:
     """All effects of the library that a fit looks for, with their variants."""
-    return [one for name in fitted_names() for one in _variants(effect_kinds()[name], context)]
+    kinds = EFFECTS.classes()
+    return [one for name in fitted_names() for one in _variants(kinds[name], context)]
 
 
 def effect_names() -> list[str]:
     """Names of all effects that can be asked for."""
-    return sorted(name for name, kind in effect_kinds().items() if kind.named)
+    return sorted(name for name, kind in EFFECTS.classes().items() if kind.named)
 
 
 def fitted_names() -> list[str]:
     """Names of those of them that a fit looks for."""
-    return sorted(name for name, kind in effect_kinds().items() if kind.named and not kind.by_registration)
+    return sorted(name for name, kind in EFFECTS.classes().items() if kind.named and not kind.by_registration)
 
 
 def _variants(kind: type[Effect], context: Context) -> Iterator[Candidate]:

@@ -72,7 +72,7 @@ def key_of(*parts: str | np.ndarray | None) -> str:
 
 def _digest(evidence: Evidence, options: Sequence[str]) -> str:
     plain = {
-        "code": [code_digest(), rule_hash()],
+        "code": [code_digest(evidence.scenario), rule_hash()],
         "options": list(options),
         "scenario": evidence.scenario.to_yaml(),
         "track": evidence.track.digest(),

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-import estimators
-from estimators.interface import Estimator
+from estimators.interface import ESTIMATORS
 from estimators.speed.odometry import SpeedSource
 from estimators.speed.speed_refined import SpeedRefined
 from estimators.track.dipped_joints import DippedJoints
@@ -15,13 +14,12 @@ from experiments.runs.track import sensors
 from experiments.scoring.score import score
 from railsim import measure, simulate
 from railsim.measurements import Measurements
-from railsim.registry import discover
 from railsim.scenario import Scenario
 from railsim.truth import Truth
 
 KINDS = {
     name: kind
-    for name, kind in discover(estimators, Estimator).items()
+    for name, kind in ESTIMATORS.classes().items()
     if issubclass(kind, TrackEstimator | DippedJoints | Switches) and name != "track_smoother"
 }
 STOP = 7.0  # m around it

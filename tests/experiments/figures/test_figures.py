@@ -1,8 +1,6 @@
 """Figures: the plug-ins conform, and what `publish` and the command make of one that fails its claims."""
 
 import json
-import sys
-import types
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -11,14 +9,12 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure as Picture
 
-from experiments import figures
 from experiments.cli import main
-from experiments.figures.interface import Figure
+from experiments.figures.interface import FIGURES, Figure
 from experiments.reporting.claims import Claim, at_least, exactly
 from experiments.reporting.intervals import of_share
-from railsim.registry import discover
 
-FIGURES: Mapping[str, Callable[[], Figure]] = dict(discover(figures, Figure))
+FOUND: Mapping[str, Callable[[], Figure]] = dict(FIGURES.classes())
 
 
 class Parabola(Figure):
@@ -48,13 +44,13 @@ class Parabola(Figure):
 @pytest.fixture
 def parabola(monkeypatch: pytest.MonkeyPatch) -> str:
     """Stand in for the package of figures by one that holds `Parabola` only."""
-    monkeypatch.setattr("railsim.registry.discover", lambda *_: {"test_figures": Parabola})
+    monkeypatch.setattr("railsim.registry.Kind.classes", lambda _: {"test_figures": Parabola})
     return "test_figures"
 
 
-@pytest.mark.parametrize("name", list(FIGURES))
+@pytest.mark.parametrize("name", list(FOUND))
 def test_figure_conforms(name: str):
-    figure = FIGURES[name]()
+    figure = FOUND[name]()
     assert figure.name == name
     assert (type(figure).__doc__ or "").strip()
 
@@ -97,11 +93,9 @@ def test_only_a_claim_that_is_not_held_gives_exit_code_1(
 
 def test_a_figure_in_a_new_file_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """One new file is one new figure."""
-    package = types.ModuleType("new_figures")
-    package.__path__ = [str(tmp_path)]
-    monkeypatch.setitem(sys.modules, "new_figures", package)
-    (tmp_path / "fig99.py").write_text(
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "fig99.py").write_text(
         "from tests.experiments.figures.test_figures import Parabola\n\n\nclass New(Parabola):\n    '''New.'''\n"
     )
-    found: Mapping[str, Callable[[], Figure]] = dict(discover(package, Figure))
-    assert found["fig99"]().name == "fig99"
+    monkeypatch.setenv("RAILSIM_PLUGINS", str(tmp_path))
+    assert FIGURES.pick("fig99")().name == "fig99"
