@@ -11,8 +11,8 @@ from railsim.errors import InputError
 from railsim.quality.inspection import Inspection, inspect
 from railsim.quality.repair import write_repaired
 from railsim.recording import Recording
-from railsim.scenario import load_scenario, shipped_scenarios
-from railsim.track.files import read_track, shipped_tracks
+from railsim.scenario import SCENARIOS, load_scenario
+from railsim.track.files import TRACKS, read_track
 from railsim.track.inspection import problems
 from railsim.track.track import UNITS
 
@@ -58,7 +58,7 @@ def kinds_of(what: str) -> list[str]:
         return ["scenario"]
     if path.suffix.lower() == ".csv":
         return ["track"]
-    named = [kind for kind, names in (("scenario", shipped_scenarios()), ("track", shipped_tracks())) if what in names]
+    named = [kind for kind, names in (("scenario", SCENARIOS.paths()), ("track", TRACKS.paths())) if what in names]
     if not named:
         reason = "is neither a folder nor a .yaml nor a .csv file" if path.exists() else "does not exist"
         raise InputError(f"'{what}' {reason}; give the folder of a recording, a scenario or a track")
