@@ -18,8 +18,7 @@ def bending(
     setup: Setup, effect: Effect, share: float, frequency: float, lateral_ratio: float, damping: float
 ) -> Setup:
     """The body's mass split: 1 - share stays, `share` hangs on springs of the mode's `frequency` [Hz] with the
-    `damping`
-    ratio, vertically and laterally.
+    `damping` ratio, vertically and laterally.
 
     Raises
     ------
@@ -36,15 +35,15 @@ def bending(
 def _split(model: Model, share: float, frequency: float, lateral_ratio: float, damping: float) -> Model:
     whole = model.bodies[model.index("body")]
     mass = share * whole.mass
-    pace = 2.0 * math.pi * frequency * np.array([0.0, lateral_ratio, 1.0, 0.0, 0.0, 0.0])
+    angular_frequency = 2.0 * math.pi * frequency * np.array([0.0, lateral_ratio, 1.0, 0.0, 0.0, 0.0])
     mode = Body(NAME, mass, (HELD, HELD, HELD), whole.position, ("y", "z"))
     spring = LinearElement(
         NAME,
         NAME,
         "body",
         whole.position,
-        np.diag(mass * pace**2),
-        np.diag(2.0 * damping * mass * pace),
+        np.diag(mass * angular_frequency**2),
+        np.diag(2.0 * damping * mass * angular_frequency),
         (0.0, 0.0, mass * GRAVITY),
     )
     rest = tuple(replace(body, mass=body.mass - mass) if body is whole else body for body in model.bodies)

@@ -34,8 +34,8 @@ class Weakened(Effect, frozen=True):
         """The setup with stiffness and damping multiplied by these factors; `extra`: stiffness that is not touched, by
         axis.
         """
-        found = [e for e in setup.model.elements if e.name.startswith(self.elements)]
-        lost = {e.name: _lost(e, self.axes, stiffness, damping, extra) for e in found}
+        weakened = [e for e in setup.model.elements if e.name.startswith(self.elements)]
+        lost = {e.name: _lost(e, self.axes, stiffness, damping, extra) for e in weakened}
         acted = any(np.any(k) or np.any(c) for k, c in lost.values())
         if not acted and (stiffness != 1.0 or damping != 1.0):
             raise InputError(f"effect '{self.kind}': this vehicle has nothing there that could fail; leave it out")
@@ -156,8 +156,8 @@ def primary_friction(setup: Setup, effect: Effect, force: float, slip: float) ->
         element = joint(setup, effect, wheelset.body.replace("wheelset", "primary"))
         x, _, z = element.position
         for side, y in (("left", wheelset.axlebox_half_spacing), ("right", -wheelset.axlebox_half_spacing)):
-            one = beside_joint(element, f"friction_{side}", "z", DryFriction(force, slip))
-            added.append(replace(one, position=(x, y, z)))
+            slider = beside_joint(element, f"friction_{side}", "z", DryFriction(force, slip))
+            added.append(replace(slider, position=(x, y, z)))
     return setup.modelled(lambda model: replace(model, nonlinear=(*model.nonlinear, *added)))
 
 

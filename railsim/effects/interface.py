@@ -182,12 +182,12 @@ class Effect(Spec, frozen=True):
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
         """Numbers that a fit may vary, by field name."""
-        found = {}
+        parameters = {}
         for name, field in cls.model_fields.items():
             low, high = cls.limits(name)
             if low is None or high is None or field.annotation is not float:
                 continue
-            found[name] = Parameter(
+            parameters[name] = Parameter(
                 cls.about(name)[0],
                 low,
                 high,
@@ -198,7 +198,7 @@ class Effect(Spec, frozen=True):
                 cls.role(name),
                 cls.trials(name),
             )
-        return found
+        return parameters
 
     @classmethod
     def _prior(cls, name: str, low: float, high: float) -> ParameterPrior:

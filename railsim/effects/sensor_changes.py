@@ -38,9 +38,9 @@ class ChannelEffect(Effect, frozen=True):
             if self.channel not in own:
                 sensors.append(sensor)
                 continue
-            rest, one = _apart(sensor, own.index(self.channel))
-            fields = {name: change(getattr(one.errors, name)) for name, change in changes.items()}
-            sensors += [*rest, one.but(errors=one.errors.but(**fields))]
+            others, faulty = _split(sensor, own.index(self.channel))
+            fields = {name: change(getattr(faulty.errors, name)) for name, change in changes.items()}
+            sensors += [*others, faulty.but(errors=faulty.errors.but(**fields))]
         if len(sensors) == len(setup.sensors) and all(a is b for a, b in zip(sensors, setup.sensors, strict=True)):
             known = ", ".join(name.partition(" [")[0] for sensor in setup.sensors for name in sensor.channels())
             raise InputError(f"effect '{self.kind}': no channel '{self.channel}'; there are: {known or 'none'}")
@@ -64,9 +64,9 @@ class FilterEffect(ChannelEffect, frozen=True):
         """(f,) the channel over what it would be without it, complex, at frequencies [Hz]."""
 
 
-def _apart(sensor: Sensor, place: int) -> tuple[list[Sensor], Sensor]:
-    """The sensor's other axes, and the one of channel `place` on its own; one of another kind stays whole."""
+def _split(sensor: Sensor, number: int) -> tuple[list[Sensor], Sensor]:
+    """The sensor's other axes, and the one of channel `number` on its own; one of another kind stays whole."""
     if not isinstance(sensor, InertialSensor) or len(sensor.axes) == 1:
         return [], sensor
-    axis = sensor.axes[place]
+    axis = sensor.axes[number]
     return [sensor.but(axes=tuple(a for a in sensor.axes if a != axis))], sensor.but(axes=(axis,))

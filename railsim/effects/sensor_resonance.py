@@ -40,8 +40,8 @@ class SensorResonance(FilterEffect, frozen=True):
 
     def response(self, frequency: np.ndarray) -> np.ndarray:
         """(f,) of what it is over what it would be without it, at frequencies [Hz]."""
-        turn = frequency * self.period
-        return 1.0 / (1.0 - turn**2 + 2.0j * self.damping * turn)
+        ratio = frequency * self.period
+        return 1.0 / (1.0 - ratio**2 + 2.0j * self.damping * ratio)
 
     def install(self, setup: Setup) -> Setup:
         """A resonator before the sensor."""

@@ -69,9 +69,9 @@ def joints(setup: Setup, depth: float, spacing: float, first: float) -> Setup:
     if depth == 0.0:
         return setup
     track = resampled(setup.track, JOINT_ROWS)
-    place = track.s - first
-    nearest = np.maximum(np.round(place / spacing), 0.0) * spacing
-    return _added(setup, track, vertical=dip(place - nearest, depth, JOINT_HALF_LENGTH))
+    distance = track.s - first
+    nearest_joint = np.maximum(np.round(distance / spacing), 0.0) * spacing
+    return _added(setup, track, vertical=dip(distance - nearest_joint, depth, JOINT_HALF_LENGTH))
 
 
 def corrugated(setup: Setup, amplitude: float, wavelength: float, stretch: tuple[float, float]) -> Setup:

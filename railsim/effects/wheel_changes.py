@@ -61,8 +61,8 @@ def flat(setup: Setup, effect: Effect, wheelset: int, side: str, length: float, 
     if length == 0.0:
         return setup
     radius = setup.model.wheelsets[number].radius
-    turned = 2.0 * np.pi * np.arange(POINTS) / POINTS - angle
-    along = radius * ((turned + np.pi) % (2.0 * np.pi) - np.pi)
+    rotation = 2.0 * np.pi * np.arange(POINTS) / POINTS - angle
+    along = radius * ((rotation + np.pi) % (2.0 * np.pi) - np.pi)
     depth = flat_depth(length, radius)
     shape = np.where(np.abs(along) < length / 2, -0.5 * depth * (1.0 + np.cos(2.0 * np.pi * along / length)), 0.0)
     fine = _fine(setup, max(length, SHORTEST_FLAT), STEPS_A_FLAT)
@@ -87,9 +87,9 @@ def unbalanced(setup: Setup, effect: Effect, wheelset: int, side: str, size: tup
     if size[0] == 0.0:
         return setup
 
-    def change(one: Wheelset) -> Wheelset:
-        left, right = (size if there else old for old, there in zip(one.unbalance, _on_sides(side), strict=True))
-        return replace(one, unbalance=(left, right))
+    def change(nominal: Wheelset) -> Wheelset:
+        left, right = (size if there else old for old, there in zip(nominal.unbalance, _on_sides(side), strict=True))
+        return replace(nominal, unbalance=(left, right))
 
     return setup.modelled(lambda model: _changed(model, number, change))
 
@@ -106,9 +106,9 @@ def conicity(setup: Setup, factor: float) -> Setup:
 
 def _constant(cells: np.ndarray) -> np.ndarray:
     """Coefficients (cells, 4) of the constant 1."""
-    one = np.zeros_like(cells)
-    one[:, 0] = 1.0
-    return one
+    coefficients = np.zeros_like(cells)
+    coefficients[:, 0] = 1.0
+    return coefficients
 
 
 def _radii(setup: Setup, change: Callable[[np.ndarray, int, np.ndarray], np.ndarray]) -> Setup:

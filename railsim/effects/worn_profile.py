@@ -36,8 +36,8 @@ class WornProfile(Effect, frozen=True):
         def worn(pair: WheelRailPair | ProfilePair) -> WheelRailPair | ProfilePair:
             if isinstance(pair, ProfilePair):
                 return pair.but(wear=min(1.0, pair.wear + severity))
-            apart = pair.wheel_profile_radius - pair.rail_head_radius
-            radius = pair.rail_head_radius + apart * (1.0 - 0.5 * severity)
+            radii_apart = pair.wheel_profile_radius - pair.rail_head_radius
+            radius = pair.rail_head_radius + radii_apart * (1.0 - 0.5 * severity)
             steeper = min(0.6, pair.conicity * (1.0 + 1.5 * severity))
             return pair.but(conicity=steeper, wheel_profile_radius=radius)
 
