@@ -74,8 +74,8 @@ def simulate(
 
 def engine_names() -> list[str]:
     """Names of the engines: the public modules of `railsim.engines`; none of them is imported."""
-    found = (module.name for module in pkgutil.iter_modules(engines.__path__))
-    return sorted(name for name in found if not name.startswith("_") and name != "interface")
+    modules = (module.name for module in pkgutil.iter_modules(engines.__path__))
+    return sorted(name for name in modules if not name.startswith("_") and name != "interface")
 
 
 def load_engine(name: str) -> Engine:

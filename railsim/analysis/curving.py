@@ -75,7 +75,7 @@ class Wheel:
     angle: float
     radius: float
     force: np.ndarray  # (3,) N, in the frame of the circle
-    place: np.ndarray  # (3,) m
+    position: np.ndarray  # (3,) m
 
 
 @dataclass(frozen=True)
@@ -223,13 +223,13 @@ class Balance:
         kinds = [name.partition(".")[2] for name in UNKNOWNS]
         return np.array([SCALES[kind] * (rolling if kind == "spin" else 1.0) for kind in kinds])
 
-    def acceleration(self, place: np.ndarray) -> np.ndarray:
+    def acceleration(self, position: np.ndarray) -> np.ndarray:
         """Centripetal acceleration [m/s2] of a place [m] that turns with the vehicle."""
-        return np.cross(self.angular_velocity, self.velocity(place))
+        return np.cross(self.angular_velocity, self.velocity(position))
 
-    def velocity(self, place: np.ndarray) -> np.ndarray:
+    def velocity(self, position: np.ndarray) -> np.ndarray:
         """Omega x (place - the circle's axis) [m/s]: V along the centre line."""
-        return self.curve.speed * np.array([1.0, 0.0, 0.0]) + np.cross(self.angular_velocity, place)
+        return self.curve.speed * np.array([1.0, 0.0, 0.0]) + np.cross(self.angular_velocity, position)
 
     def placed(self, along: float, y: float, height: float, roll: float, pitch: float, yaw: float) -> Placed:
         """A body `along` metres ahead of the bogie's centre, its coordinates in the track frame there."""
@@ -272,17 +272,17 @@ class Balance:
         normal = side.stiffness * max(deepest_point.depth, 0.0) ** 1.5
         upright = wheelset.track.apply([0.0, -np.sin(angle), np.cos(angle)])
         axle = wheelset.turn.apply(ACROSS)
-        place = wheelset.centre + contact_arm(wheelset, axle, upright, arm, value[RADIUS])
+        position = wheelset.centre + contact_arm(wheelset, axle, upright, arm, value[RADIUS])
         along = np.cross(axle, upright)
         along /= np.linalg.norm(along)
         across = np.cross(upright, along)
-        slip = self.velocity(place) + spin * np.cross(axle, place - wheelset.centre)
+        slip = self.velocity(position) + spin * np.cross(axle, position - wheelset.centre)
         turning = (self.angular_velocity + spin * axle) @ upright
         creep = np.array([slip @ along, slip @ across, turning]) / self.curve.speed
         force = self.creep_force(creep, value, normal)
         total = normal * upright + force[0] * along + force[1] * across
         x, y, turn = creep
-        return Wheel(normal, force[0], force[1], x, y, turn, float(angle), float(value[RADIUS]), total, place)
+        return Wheel(normal, force[0], force[1], x, y, turn, float(angle), float(value[RADIUS]), total, position)
 
     def creep_force(self, creep: np.ndarray, value: np.ndarray, normal: float) -> tuple[float, float]:
         """Polach's law at the present creepages and load."""
@@ -326,7 +326,7 @@ class Balance:
             for side, word in zip(self.sides, ("left", "right"), strict=True):
                 wheel = wheels[f"wheel{i}_{word}"] = self.wheel(bodies[name], coordinates, side)
                 residual_forces[name][:3] += wheel.force
-                residual_forces[name][3:] += np.cross(wheel.place - bodies[name].centre, wheel.force)
+                residual_forces[name][3:] += np.cross(wheel.position - bodies[name].centre, wheel.force)
             self.pass_on(bodies, residual_forces, name, "bogie", bodies[name].centre)
         rod = bodies["bogie"].centre + (self.vehicle.secondary_height - self.vehicle.bogie_height) * UP
         self.pass_on(bodies, residual_forces, "bogie", "body", rod)
@@ -334,14 +334,14 @@ class Balance:
 
     @staticmethod
     def pass_on(
-        bodies: dict[str, Placed], residual_forces: dict[str, np.ndarray], giver: str, taker: str, place: np.ndarray
+        bodies: dict[str, Placed], residual_forces: dict[str, np.ndarray], giver: str, taker: str, position: np.ndarray
     ) -> None:
         """What is left over along the track (the curve's resistance) goes on to the next body at `place` [m]."""
         along = bodies[giver].track.apply([1.0, 0.0, 0.0])
         force = (residual_forces[giver][:3] @ along) * along
         for name, sign in ((giver, -1.0), (taker, 1.0)):
             residual_forces[name][:3] += sign * force
-            residual_forces[name][3:] += sign * np.cross(place - bodies[name].centre, force)
+            residual_forces[name][3:] += sign * np.cross(position - bodies[name].centre, force)
 
     def inertia(self, name: str, body: Placed, values: dict[str, float]) -> np.ndarray:
         """Weight less mass times acceleration [N], and less the change of angular momentum [N m]; (6,)."""

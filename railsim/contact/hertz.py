@@ -70,5 +70,5 @@ def _axis_ratio(curvature_ratio: np.ndarray) -> np.ndarray:
 
     round_one = curvature_ratio < 1.0 + 1e-9
     wanted = np.where(round_one, 2.0, curvature_ratio)
-    found = elementwise.find_root(mismatch, (1e-6, 12.0), args=(wanted,), tolerances=TOLERANCES)
-    return np.where(round_one, 1.0 + 1e-12, np.exp(found.x))
+    solution = elementwise.find_root(mismatch, (1e-6, 12.0), args=(wanted,), tolerances=TOLERANCES)
+    return np.where(round_one, 1.0 + 1e-12, np.exp(solution.x))

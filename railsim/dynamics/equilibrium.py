@@ -86,8 +86,8 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     for aside, (method, options) in itertools.product(ASIDE, SEARCHES.items()):
         begun = guess.copy()
         begun[sideways] += aside / LENGTH
-        found = _polish(residual, root(residual, begun, method=method, options=options).x)
-        best = min(best, found, key=restlessness)
+        polished = _polish(residual, root(residual, begun, method=method, options=options).x)
+        best = min(best, polished, key=restlessness)
         if restlessness(best) <= RESTLESS:
             break
     else:

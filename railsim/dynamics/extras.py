@@ -21,13 +21,11 @@ OVER_TIME, OVER_DISTANCE = 0, 1
 def load_value(plant, k, t, s):
     """Load k [N, N m] at time t or where its body is at distance s."""
     count = plant.core.load_count[k]
-    place = ((s if plant.core.load_over[k] == OVER_DISTANCE else t) - plant.core.load_start[k]) / plant.core.load_step[
-        k
-    ]
-    place = min(max(place, 0.0), count - 1.0)
-    i = min(int(place), count - 2)
+    over = s if plant.core.load_over[k] == OVER_DISTANCE else t
+    step = min(max((over - plant.core.load_start[k]) / plant.core.load_step[k], 0.0), count - 1.0)
+    i = min(int(step), count - 2)
     at = plant.core.load_offset[k] + i
-    return plant.tables[at] + (place - i) * (plant.tables[at + 1] - plant.tables[at])
+    return plant.tables[at] + (step - i) * (plant.tables[at + 1] - plant.tables[at])
 
 
 @kernel

@@ -46,12 +46,12 @@ def run_chunk(plant, x, first, rows, substeps, rate, out, stages, trial, wheels,
 
 
 @kernel
-def verlet_step(plant, t, h, x, rates, trial, scratch, wheels, seen):
+def verlet_step(plant, t, h, x, rates, trial, scratch, wheels, observed):
     """Advance x from t by one step of length h, with one evaluation of the right-hand side.
 
     Velocity Verlet with the velocities of the new forces predicted (Groot and Warren 1997, J. Chem. Phys. 107, 4423,
     eq. 16 with lambda = 1); an element's own state is predicted and corrected alike. rates (2, size): dx/dt at t in
-    its first row, replaced by that at t + h; trial (size,) is scratch; wheels are filled at t + h if `seen`.
+    its first row, replaced by that at t + h; trial (size,) is scratch; wheels are filled at t + h if `observed`.
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     size, s, half = x.shape[0], 2 * n + 2 * w, 0.5 * h
@@ -63,7 +63,7 @@ def verlet_step(plant, t, h, x, rates, trial, scratch, wheels, seen):
         trial[i] = x[i] + h * (x[w + i] + half * rates[0, w + i])
     speed = x[s + 1] if plant.core.driven else rates[0, s]
     trial[s] = x[s] + h * (speed + half * rates[0, s + 1])
-    if seen:
+    if observed:
         derivatives_and_wheels(plant, t + h, trial, rates[1], scratch, wheels)
     else:
         derivatives(plant, t + h, trial, rates[1], scratch)

@@ -78,7 +78,7 @@ def derivatives_and_wheels(plant, t, x, out, scratch, wheels):
 
 
 @inlined
-def _change(plant, t, x, out, scratch, wheels, seen):
+def _change(plant, t, x, out, scratch, wheels, observed):
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     q, rate = x[:n], x[n : 2 * n]
     force = out[n : 2 * n]
@@ -114,7 +114,7 @@ def _change(plant, t, x, out, scratch, wheels, seen):
                 force[i] -= plant.core.direction[e, i] * resisting
     if plant.core.loads > 0:
         _loads(plant, t, s, force)
-    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, seen)
+    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, observed)
     if plant.core.driven:
         acceleration = _free_acceleration(plant, s, velocity, along)
     frame_motion(plant, s, velocity, acceleration, frame)
@@ -249,9 +249,9 @@ def finite_element(plant, e, s, velocity, q, rate, force, work):
 
 
 @inlined
-def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, seen):
-    """Add the contact forces, and keep them if they are `seen`; return along the vehicle's x, along each wheelset's own
-    track [N], and the torques [N m], summed up.
+def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, observed):
+    """Add the contact forces, and keep them if they are `observed`; return the sums along the vehicle's x and along
+    each wheelset's own track [N], and of the torques [N m].
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     local, extra, poses, lanes = scratch[LOCAL], scratch[EXTRA], scratch[POSES].reshape(2, 12), scratch[LANES]
@@ -269,7 +269,7 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, s
             here, index = poses[i - first], plant.core.coordinate[plant.core.wheelset_body[i]]
             angle, spin = x[2 * n + i], x[2 * n + w + i]
             left, right = forces_in_lane(lanes, 2 * (i - first)), forces_in_lane(lanes, 2 * (i - first) + 1)
-            if seen:
+            if observed:
                 wheel_row(left, wheels[2 * i])
                 wheel_row(right, wheels[2 * i + 1])
             f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z

@@ -28,10 +28,10 @@ class _Store:
 
     def add(self, values: np.ndarray) -> int:
         """Place of the first one."""
-        place, flat = self.size, np.ascontiguousarray(values, dtype=float).ravel()
+        offset, flat = self.size, np.ascontiguousarray(values, dtype=float).ravel()
         self.parts.append(flat)
         self.size += len(flat)
-        return place
+        return offset
 
 
 def build_extras(model: Model) -> tuple[np.ndarray, dict[str, Any]]:
@@ -78,7 +78,7 @@ def _loads(model: Model, store: _Store) -> dict[str, Any]:
 
 def _wheels(model: Model, store: _Store) -> dict[str, Any]:
     given = [wheelset.roundness for wheelset in model.wheelsets]
-    points = {len(one) for pair in given if pair is not None for one in pair}
+    points = {len(radii) for pair in given if pair is not None for radii in pair}
     if len(points) > 1:
         raise InputError("roundness: give the radii of all wheels at the same number of angles")
     count = points.pop() if points else 0

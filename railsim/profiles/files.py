@@ -51,14 +51,14 @@ def read_profile(
     name, text = _text(source)
     suffix = Path(source).suffix.lower()
     if suffix in (".prw", ".prr"):
-        rows, stated, found = _simpack(text, name)
-        found = found or ("wheel" if suffix == ".prw" else "rail")
+        rows, stated, profile_kind = _simpack(text, name)
+        profile_kind = profile_kind or ("wheel" if suffix == ".prw" else "rail")
     elif suffix in (".whl", ".ban"):
-        rows, stated, found = _miniprof(text, name)
-        found = "wheel" if suffix == ".whl" else "rail"
+        rows, stated, profile_kind = _miniprof(text, name)
+        profile_kind = "wheel" if suffix == ".whl" else "rail"
     else:
-        rows, stated, found = _columns(text)
-    kind = kind or found
+        rows, stated, profile_kind = _columns(text)
+    kind = kind or profile_kind
     if kind not in ("wheel", "rail"):
         raise InputError(f"{name}: wheel or rail? add a comment line '# kind: wheel' (or rail), or say kind=")
     factor = UNITS[units] if units else stated

@@ -48,7 +48,7 @@ def _check_order(points: np.ndarray, name: str) -> None:
 
 
 def _wheel(y: np.ndarray, z: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
-    place, height, step_y, step_z = _pieces(y, z)
+    lateral, height, step_y, step_z = _pieces(y, z)
     flat = np.abs(step_z) < _FLAT * np.abs(step_y)
     order = np.argsort(height[flat])
     share = np.cumsum(np.abs(step_y[flat])[order])
@@ -60,7 +60,7 @@ def _wheel(y: np.ndarray, z: np.ndarray, name: str) -> tuple[np.ndarray, np.ndar
         raise InputError(f"{name}: no flange found (tip 15 mm or more off the tread); is it a wheel, are units right?")
     if np.median(height[tip]) > tread:
         z = -z
-    if np.median(place[tip]) > np.median(place[flat & ~tip]):
+    if np.median(lateral[tip]) > np.median(lateral[flat & ~tip]):
         y, z = -y[::-1], z[::-1]
     at_tip = float(y[np.argmin(z)])
     if 0.008 <= at_tip <= 0.022:
@@ -74,13 +74,13 @@ def _wheel(y: np.ndarray, z: np.ndarray, name: str) -> tuple[np.ndarray, np.ndar
 
 
 def _rail(y: np.ndarray, z: np.ndarray, gauge_side: GaugeSide | None) -> tuple[np.ndarray, np.ndarray]:
-    place, height, step_y, step_z = _pieces(y, z)
+    lateral, height, step_y, step_z = _pieces(y, z)
     flat = np.abs(step_z) < _FLAT * np.abs(step_y)
     crown = np.average(height[flat], weights=np.abs(step_y[flat])) if flat.any() else height.max()
     if np.abs(z.min() - crown) < np.abs(z.max() - crown):
         z, height = -z, -height
         crown = -crown
     steep = ~flat & (height < crown - 0.005)
-    sides = {bool(side) for side in place[steep] > np.median(place[flat])}
+    sides = {bool(side) for side in lateral[steep] > np.median(lateral[flat])}
     mirrored = sides == {True} if gauge_side is None else gauge_side == "positive"
     return (-y[::-1], z[::-1]) if mirrored else (y, z)

@@ -37,11 +37,11 @@ def depth(y: np.ndarray) -> np.ndarray:
         lambda v: 1.364323640 - 0.066666667 * v,
     ]
     section = np.clip(np.searchsorted(_BOUNDS, y, side="right") - 1, 0, len(pieces) - 1)
-    found = np.empty_like(y, dtype=float)
+    height = np.empty_like(y, dtype=float)
     for number, piece in enumerate(pieces):
         here = section == number
-        found[here] = piece(y[here])
-    return found
+        height[here] = piece(y[here])
+    return height
 
 
 def _arc(y: np.ndarray, level: float, radius: float, centre: float) -> np.ndarray:

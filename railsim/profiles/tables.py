@@ -44,8 +44,8 @@ def contact_functions(
     margin = int(np.ceil(blend / step))
     fine = step * np.arange(-margin - (points - 1) // 2 * _SUBSTEPS, margin + (points - 1) // 2 * _SUBSTEPS + 1)
     outline = side.outline()
-    found = [side.touch(outline, float(u)) for u in fine]
-    columns = np.array([(c.height, c.radius, c.half_distance, c.curvature) for c in found])
+    contacts = [side.touch(outline, float(u)) for u in fine]
+    columns = np.array([(c.height, c.radius, c.half_distance, c.curvature) for c in contacts])
     weights = np.clip(1.0 - (step * np.arange(-margin, margin + 1) / max(blend, step)) ** 2, 0.0, None) ** 3
     weights /= weights.sum()
     averaged = np.column_stack([np.convolve(column, weights, mode="valid") for column in columns.T])[::_SUBSTEPS]

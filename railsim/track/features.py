@@ -79,7 +79,7 @@ def features(track: Track) -> list[Feature]:
 
 def with_features(track: Track, found: Iterable[Feature]) -> Track:
     """The track with the features stated in comment lines at the end of the others."""
-    return Track(track.s, track.columns(), track.name, [*track.comments, *(one.comment() for one in found)])
+    return Track(track.s, track.columns(), track.name, [*track.comments, *(feature.comment() for feature in found)])
 
 
 def parse(comment: str) -> Feature:

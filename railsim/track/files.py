@@ -57,10 +57,10 @@ def parse_track(text: str, name: str, source: str = "") -> Track:
     lines = [number for number, _ in rows[1:]]
     values = _numbers(rows[1:], keys, where)
     s, columns = values[:, 0], {key: values[:, i] for i, key in enumerate(keys) if i}
-    found = fault(s, columns)
-    if found is not None:
-        line = lines[found[0]] if lines else rows[0][0]
-        raise InputError(f"{where} line {line}: {found[1]}")
+    problem = fault(s, columns)
+    if problem is not None:
+        line = lines[problem[0]] if lines else rows[0][0]
+        raise InputError(f"{where} line {line}: {problem[1]}")
     return Track(s, columns, name, comments)
 
 

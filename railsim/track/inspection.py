@@ -17,13 +17,13 @@ def problems(track: Track) -> list[str]:
     Looked for: irregular spacing, spikes and steps, values that are stuck, cant that leans out of its curve, curves
     sharper than 80 m, means that a deviation should not have, and wheels' worth of friction above 1.
     """
-    found = _spacing(track)
+    findings = _spacing(track)
     for key, column in track.columns().items():
         if key not in ("friction", "stiffness"):
-            found += _jumps(track, key, column)
+            findings += _jumps(track, key, column)
         if key not in (*_DESIGN, "friction", "stiffness"):
-            found += _stuck(track, key, column) + _offset(key, column)
-    return found + _cant_sign(track) + _sizes(track)
+            findings += _stuck(track, key, column) + _offset(key, column)
+    return findings + _cant_sign(track) + _sizes(track)
 
 
 def _spacing(track: Track) -> list[str]:
@@ -98,16 +98,16 @@ def _cant_sign(track: Track) -> list[str]:
 
 
 def _sizes(track: Track) -> list[str]:
-    found = []
+    findings = []
     sharpest = float(np.abs(track.curvature).max())
     if sharpest > _SHARPEST:
-        found.append(f"curvature reaches {sharpest:g} 1/m, a radius of {1 / sharpest:.0f} m: in 1/m and not 1/km?")
+        findings.append(f"curvature reaches {sharpest:g} 1/m, a radius of {1 / sharpest:.0f} m: in 1/m and not 1/km?")
     highest = float(np.abs(track.cant).max())
     if highest > 0.25:
-        found.append(f"cant reaches {highest:g} m, more than any railway has: in m and not mm?")
+        findings.append(f"cant reaches {highest:g} m, more than any railway has: in m and not mm?")
     largest = max(float(np.abs(column).max()) for column in track.totals().values())
     if largest > 0.1:
-        found.append(f"irregularities reach {largest:g} m: in m and not mm?")
+        findings.append(f"irregularities reach {largest:g} m: in m and not mm?")
     if track.friction is not None and track.friction.max() > 1:
-        found.append(f"friction reaches {track.friction.max():g}, more than steel on steel has")
-    return found
+        findings.append(f"friction reaches {track.friction.max():g}, more than steel on steel has")
+    return findings

@@ -63,29 +63,29 @@ def rail_joints(
     it; half length uniform in 1.0 to 1.8 m, the same for both rails: dip angles 6 to 25 mrad (illustrative; British
     practice limits vehicles' P2 force at a total dip angle of 20 mrad).
     """
-    found = []
+    joints = []
     for place in places:
         common, half_length = rng.uniform(2.5e-3, 5.5e-3), round(rng.uniform(1.0, 1.8), 3)
         for side in sides:
             depth = round(common * (1 + apart * float(np.clip(rng.standard_normal(), -2, 2))), 6)
             angle = round(dip_angle(depth, half_length), 7)
-            found.append(Feature("joint", round(float(place), 4), side, depth, angle, half_length))
-    return found
+            joints.append(Feature("joint", round(float(place), 4), side, depth, angle, half_length))
+    return joints
 
 
-def vertical_shapes(s: np.ndarray, found: Iterable[Feature]) -> tuple[np.ndarray, np.ndarray]:
+def vertical_shapes(s: np.ndarray, features: Iterable[Feature]) -> tuple[np.ndarray, np.ndarray]:
     """Vertical of the left and the right rail, m, that the features with a depth add up to at the distances `s`.
 
     Voids have the rail's deflection, others with a half length the dip of a joint; the rest have no vertical shape.
     """
     rails = {"left": np.zeros(s.size), "right": np.zeros(s.size)}
-    for one in found:
-        if one.depth is None or (one.kind != "void" and one.half_length is None):
+    for feature in features:
+        if feature.depth is None or (feature.kind != "void" and feature.half_length is None):
             continue
-        near = np.abs(s - one.s) < (one.half_length or 12 / WINKLER)
-        x = s[near] - one.s
-        shape = void(x, one.depth) if one.kind == "void" else dip(x, one.depth, one.half_length or 1.0)
-        for side in ("left", "right") if one.side == "both" else (one.side,):
+        near = np.abs(s - feature.s) < (feature.half_length or 12 / WINKLER)
+        x = s[near] - feature.s
+        shape = void(x, feature.depth) if feature.kind == "void" else dip(x, feature.depth, feature.half_length or 1.0)
+        for side in ("left", "right") if feature.side == "both" else (feature.side,):
             rails[side][near] += shape
     return rails["left"], rails["right"]
 

@@ -109,7 +109,7 @@ def names() -> list[str]:
 
 def _all() -> dict[str, dict[str, Spectrum]]:
     # ERRI B176 constants in m rad (shared reference data, "Other facts"): vertical, lateral, gauge.
-    found = {
+    densities = {
         "erri_low": _erri(4.032e-7, 2.119e-7, 5.32e-8),
         "erri_high": _erri(1.08e-6, 6.125e-7, 1.032e-7),
     }
@@ -122,7 +122,7 @@ def _all() -> dict[str, dict[str, Spectrum]]:
         5: (0.2095, 0.0762, 0.8209),
         6: (0.0339, 0.0339, 0.4380),
     }
-    return found | {f"fra_{number}": _fra(*constants) for number, constants in classes.items()}
+    return densities | {f"fra_{number}": _fra(*constants) for number, constants in classes.items()}
 
 
 def _erri(vertical: float, lateral: float, gauge: float) -> dict[str, Spectrum]:

@@ -64,19 +64,19 @@ class Crossover:
         other by common sleepers; at the heel both rails have a joint (depths and lengths illustrative).
         """
         ends = (("switch toe", 0.0, 1.2e-3, 0.4e-3, 0.6), ("switch heel", self.toe_heel, 1.5e-3, 1.5e-3, 0.8))
-        found = []
-        for kind, place, near, far, half_length in (
+        marks = []
+        for kind, distance, near, far, half_length in (
             *ends,
             ("crossing", self.toe_crossing, 3.0e-3, 1.0e-3, 0.8),
         ):
             letters = {"switch toe": "AF", "switch heel": "BE", "crossing": "CD"}[kind]
-            places = (self.start + place, self.start + self.length - place)
+            places = (self.start + distance, self.start + self.length - distance)
             for letter, at, nose in zip(letters, places, ("right", "left"), strict=True):
                 for side in ("left", "right"):
                     depth = near if side == nose else far
                     angle = round(dip_angle(depth, half_length), 7)
-                    found.append(Feature(kind, round(at, 4), side, depth, angle, half_length, label=letter))
-        return sorted(found, key=lambda one: (one.s, one.side))
+                    marks.append(Feature(kind, round(at, 4), side, depth, angle, half_length, label=letter))
+        return sorted(marks, key=lambda feature: (feature.s, feature.side))
 
     def _turn(self, x: np.ndarray) -> np.ndarray:
         """Curvature of the first turnout `x` m from its toe, 1/m."""
@@ -84,8 +84,8 @@ class Crossover:
         entry = self.entry_angle / self.entry_length
         values = (entry, 1 / self.blade_radius, self.closure_curvature, 0.0)
         total, before = np.zeros(x.size), 0.0
-        for place, value in zip((0.0, self.entry_length, self.toe_heel, last), values, strict=True):
-            total = total + (value - before) * rounded_step(x - place, self.rounding)
+        for distance, value in zip((0.0, self.entry_length, self.toe_heel, last), values, strict=True):
+            total = total + (value - before) * rounded_step(x - distance, self.rounding)
             before = value
         return total
 

@@ -125,9 +125,9 @@ class Track:
     ) -> None:
         distance = _frozen(s)
         values = {key: _frozen(column) for key, column in (columns or {}).items()}
-        found = fault(distance, values)
-        if found is not None:
-            raise InputError(f"track {name}, row {found[0] + 1}: {found[1]}")
+        problem = fault(distance, values)
+        if problem is not None:
+            raise InputError(f"track {name}, row {problem[0] + 1}: {problem[1]}")
         self._set("s", distance)
         zeros = _frozen(np.zeros(distance.size))
         for key in UNITS:
@@ -166,11 +166,11 @@ class Track:
     def splines(self) -> dict[str, CubicSpline | PchipInterpolator]:
         """Interpolants of curvature, cant, gradient, the four totals, and friction and stiffness where given."""
         smooth = {"curvature": self.curvature, "cant": self.cant, "gradient": self.gradient} | self.totals()
-        found: dict[str, CubicSpline | PchipInterpolator] = {k: CubicSpline(self.s, v) for k, v in smooth.items()}
+        splines: dict[str, CubicSpline | PchipInterpolator] = {k: CubicSpline(self.s, v) for k, v in smooth.items()}
         for key, column in (("friction", self.friction), ("stiffness", self.stiffness)):
             if column is not None:
-                found[key] = PchipInterpolator(self.s, column)
-        return found
+                splines[key] = PchipInterpolator(self.s, column)
+        return splines
 
     def at(self, s: ArrayLike) -> Geometry:
         """Geometry at the distances `s`, m.

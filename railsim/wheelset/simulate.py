@@ -161,11 +161,11 @@ def _march(
 
 def _transition(model: LinearWheelset, h: float) -> tuple[np.ndarray, np.ndarray]:
     """One Runge-Kutta step as matrices: x' = phi x + gamma[0] u(t) + gamma[1] u(t + h/2) + gamma[2] u(t + h)."""
-    z, one = h * model.state_matrix, np.eye(STATES)
-    phi = one + z @ (one + z @ (one / 2 + z @ (one / 6 + z / 24)))
-    first = one + z @ (one + z @ (one / 2 + z / 4))
-    middle = 4 * one + z @ (2 * one + z / 2)
-    return phi, np.ascontiguousarray(h / 6 * np.stack([first, middle, one]) @ model.track_matrix)
+    z, identity = h * model.state_matrix, np.eye(STATES)
+    phi = identity + z @ (identity + z @ (identity / 2 + z @ (identity / 6 + z / 24)))
+    first = identity + z @ (identity + z @ (identity / 2 + z / 4))
+    middle = 4 * identity + z @ (2 * identity + z / 2)
+    return phi, np.ascontiguousarray(h / 6 * np.stack([first, middle, identity]) @ model.track_matrix)
 
 
 @allocating
