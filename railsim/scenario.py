@@ -263,6 +263,15 @@ def shipped_scenarios() -> list[str]:
     return list(SCENARIOS.shipped())
 
 
+def described_scenarios() -> dict[str, str]:
+    """What each scenario is about, by name; read without building its track and vehicle."""
+    texts = {name: path.read_text(encoding="utf-8") for name, path in SCENARIOS.paths().items()}
+    read = {name: load_yaml(text, f"'{name}'") for name, text in texts.items()}
+    return {
+        name: str(values.get("description", "") if isinstance(values, dict) else "") for name, values in read.items()
+    }
+
+
 def digest_of(values: Any) -> str:
     """SHA-256 over the canonical JSON of plain values."""
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()

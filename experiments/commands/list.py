@@ -38,9 +38,9 @@ def _text(kind: str, descriptions: dict[str, str], alone: bool) -> str:
 
 
 def _scenarios() -> dict[str, str]:
-    from railsim.scenario import SCENARIOS, load_scenario
+    from railsim.scenario import described_scenarios
 
-    return {name: load_scenario(name).description for name in SCENARIOS.paths()}
+    return described_scenarios()
 
 
 def _estimators() -> dict[str, str]:
