@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from estimators.filters.kalman import correct
 from railsim.compiled import allocating, inlined
 
 
@@ -130,12 +131,7 @@ def forward(steps, place, measured, R, turning, settled, x, P):
                 for i in range(states):
                     gain[i] = P[one, i] + P[two, i] + turn * P[three, i] + lean * P[four, i]
                 S = gain[one] + gain[two] + turn * gain[three] + lean * gain[four] + R[k, j]
-                for i in range(states):
-                    gain[i] /= S
-                for i in range(states):
-                    x[i] += gain[i] * error
-                    for n in range(states):
-                        P[i, n] -= gain[i] * gain[n] * S
+                correct(x, P, gain, S, error)
                 innovations[k, j], variances[k, j] = error, S
                 likelihood -= 0.5 * (np.log(S) + error * error / S)
     return mean, beside, gains, innovations, variances, likelihood

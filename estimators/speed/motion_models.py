@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from estimators.filters.kalman import correct
 from estimators.speed.delay import UNKNOWNS
 from railsim.compiled import as_written
 
@@ -103,7 +104,9 @@ def predict(motion: Motion, step: float, gain: float) -> None:
 
 
 @as_written
-def correct(motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pull: np.ndarray, real: float) -> None:
+def correct_models(
+    motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pull: np.ndarray, real: float
+) -> None:
     """Use each model's mismatch (shape (models,)) and its slopes (models, 8).
 
     R is the variance of the mismatch's noise, `pull` (models, 8) what noise alone gives for slope times mismatch,
@@ -116,8 +119,8 @@ def correct(motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pu
         S = slopes[j] @ gain + R / real
         limit = 4 * np.sqrt(S)
         error = min(max(errors[j], -limit), limit)
-        motion.x[j] -= (gain * error - motion.P[j] @ pull[j]) / S
-        motion.P[j] -= np.outer(gain, gain) * (real / S)
+        motion.x[j] += motion.P[j] @ pull[j] / S
+        correct(motion.x[j], motion.P[j], gain, S / real, -error / real)
         motion.P[j] = (motion.P[j] + motion.P[j].T) / 2
         log_weight[j] = np.log(motion.weight[j]) - error * error / (2 * S) - np.log(S) / 2
     weight = np.exp(log_weight - log_weight.max())

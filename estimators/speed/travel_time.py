@@ -4,10 +4,11 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from estimators.filters.kalman import correct
 from estimators.signals.correlation import recompute, runner_up, slide_both
 from estimators.speed.delay import REACH, UNKNOWNS, mismatch, travel_time
 from estimators.speed.inverse_filter import Front, advance
-from estimators.speed.motion_models import Motion, correct, covariance, mean, predict, start
+from estimators.speed.motion_models import Motion, correct_models, covariance, mean, predict, start
 from railsim.compiled import as_written, kernel
 
 COLUMNS = ("speed [m/s]", "speed_std [m/s]", "acceleration [m/s2]", "correlation [-]", "valid [-]")
@@ -325,7 +326,7 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
         v = s.level
         noise = max(v.calm[0], v.mismatch[0] / 3, v.recent[0] / 3, c.model_error * v.power[0])
         real = 1 - blind * v.calm[0] * v.slope_weight[0] / max(v.slope[0], 1e-300)
-        correct(s.motion, errors, slopes, noise * c.repeat, pull * v.calm[0], min(max(real, LEAST), 1.0))
+        correct_models(s.motion, errors, slopes, noise * c.repeat, pull * v.calm[0], min(max(real, LEAST), 1.0))
     s.x[:] = mean(s.motion)
     s.P[:] = covariance(s.motion, s.x)
 
@@ -353,12 +354,10 @@ def _cruise(s: Lock, c: Limits, now: int) -> None:
     mean_push = (s.gained[now - c.late] - s.gained[now - c.late - short]) * c.rate / short
     if c.cruise == 0 or not abs(mean_push - s.push[2]) < QUIET:
         return
-    P = s.motion.P[0]
-    error = mean_push + s.motion.x[0, 1]
-    S = P[1, 1] + c.cruise * c.rate / c.stride
-    gain = P[:, 1] / S
-    s.motion.x[0] -= gain * error
-    P -= np.outer(gain, gain) * S
+    error = -mean_push - s.motion.x[0, 1]
+    gain = s.motion.P[0, :, 1].copy()
+    S = gain[1] + c.cruise * c.rate / c.stride
+    correct(s.motion.x[0], s.motion.P[0], gain, S, error)
     s.motion.weight[0] *= np.exp(-min(error * error / (2 * S), 20.0))
     s.motion.weight[:] /= s.motion.weight.sum()
 

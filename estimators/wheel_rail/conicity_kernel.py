@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from estimators.filters.kalman import correct, move
 from railsim.compiled import allocating, inlined
 
 PSI, PSI_RATE, Y, SLIP, SLIP_RATE, MASS, MASS_RATE, RAIL, RAIL_2, GYRO_BIAS, MASS_BIAS, LINE = range(12)
@@ -135,25 +136,6 @@ def step(x, F, table, spacing, numbers, v, h, acceleration):
 
 
 @inlined
-def predict(P, F, A):
-    """P = F P F', A is scratch."""
-    for i in range(STATES):
-        for j in range(STATES):
-            A[i, j] = 0.0
-        for m in range(STATES):
-            factor = F[i, m]
-            if factor != 0.0:
-                for j in range(STATES):
-                    A[i, j] += factor * P[m, j]
-    for i in range(STATES):
-        for j in range(i + 1):
-            total = 0.0
-            for m in range(STATES):
-                total += A[i, m] * F[j, m]
-            P[i, j] = P[j, i] = total
-
-
-@inlined
 def add_noise(P, numbers, v, h, give, by_rail, fast, along):
     """Covariance of what a step brings anew; `by_rail`: what the rail's share does to the yaw rate within the step."""
     c = numbers
@@ -201,7 +183,7 @@ def run(record, table, spacing, numbers, x, P, keep):
             v = 0.5 * (record.speed[k] + record.speed[k - 1])
             pushed = 0.5 * (record.mass[k] + record.mass[k - 1])
             give, by_rail, fast, along = step(x, F, table, spacing, numbers, v, h, pushed)
-            predict(P, F, A)
+            move(P, F, A)
             add_noise(P, numbers, v, h, give, by_rail, fast, along)
         if keep:
             transitions[k] = F
@@ -217,10 +199,7 @@ def run(record, table, spacing, numbers, x, P, keep):
                 gain[i] = P[i, one] + sign * P[i, other]
             S = gain[one] + sign * gain[other] + noise
             error = measured - x[one] - sign * x[other]
-            for i in range(STATES):
-                x[i] += gain[i] / S * error
-                for j in range(STATES):
-                    P[i, j] -= gain[i] * gain[j] / S
+            correct(x, P, gain, S, error)
             innovation[k, m], variance[k, m] = error, S
         if keep:
             means[k, 1] = x

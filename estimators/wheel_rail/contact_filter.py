@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from estimators.filters.kalman import correct, project
 from railsim.compiled import kernel
 from railsim.constants import GRAVITY
 
@@ -279,22 +280,11 @@ def expected(settings, memory, channel, speed):
 @kernel
 def update(settings, memory, channel, measured, speed):
     """Take one measured value; returns the squared innovation over its variance."""
-    size, p, row, gain = len(memory.mean), memory.covariance, memory.row, memory.gain
+    p, gain = memory.covariance, memory.gain
     residual = measured - expected(settings, memory, channel, speed)
-    for i in range(size):
-        total = 0.0
-        for j in range(size):
-            total += p[i, j] * row[j]
-        gain[i] = total
-    variance = settings.readings[channel]
-    for i in range(size):
-        variance += row[i] * gain[i]
+    variance = project(p, memory.row, gain) + settings.readings[channel]
     surprise = residual * residual / variance
-    variance *= max(1.0, surprise / GATE)
-    for i in range(size):
-        memory.mean[i] += gain[i] * residual / variance
-        for j in range(size):
-            p[i, j] -= gain[i] * gain[j] / variance
+    correct(memory.mean, p, gain, variance * max(1.0, surprise / GATE), residual)
     for k in range(len(settings.nodes)):
         memory.mean[DYNAMIC + k] = min(max(memory.mean[DYNAMIC + k], LOWEST), HIGHEST)
     return surprise

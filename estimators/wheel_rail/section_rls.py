@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from estimators.filters.kalman import correct, project
 from railsim.compiled import allocating
 from railsim.wheelset.parameters import Coefficients
 
@@ -201,21 +202,14 @@ def recursion(regressors, output, number, count, prior, forgetting):
             P[section, i, i] = prior
     for row in range(n):
         at = number[row]
-        total, error = forgetting, output[row]
+        total, error = forgetting + project(P[at], regressors[row], gain), output[row]
         for i in range(k):
-            gain[i] = 0.0
-            for j in range(k):
-                gain[i] += P[at, i, j] * regressors[row, j]
-        for i in range(k):
-            total += regressors[row, i] * gain[i]
             error -= regressors[row, i] * theta[at, i]
         squares[at] = forgetting * squares[at] + error * error * forgetting / total
         seen[at] = forgetting * seen[at] + 1.0
         variance = squares[at] / max(seen[at] - k, 1.0)
-        for i in range(k):
-            theta[at, i] += gain[i] / total * error
-            for j in range(k):
-                P[at, i, j] = (P[at, i, j] - gain[i] * gain[j] / total) / forgetting
+        correct(theta[at], P[at], gain, total, error)
+        P[at] /= forgetting
         for i in range(k):
             if i < CONSTANT:
                 history[row, i] = theta[at, i]
