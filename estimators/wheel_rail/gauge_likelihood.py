@@ -15,6 +15,7 @@ import numpy as np
 from estimators.wheel_rail.gauge_kernel import EVERY, particles
 from estimators.wheel_rail.rail_process import Process
 from estimators.wheel_rail.wheel_basis import SPACING, Basis
+from railsim.analysis.statistics import root_mean_square
 
 # Settings of the search, not physics: chosen on runs of seeds 7600 to 7605 and from 7700 on.
 STAGES = ((0.5, 6), (0.2, 8), (0.08, 16))
@@ -62,7 +63,7 @@ class GaugeLikelihood:
         roughness: float, spread: float, rng: np.random.Generator, count: int,
     ) -> None:  # fmt: skip
         self.D, self.y, self.rails, self.basis = D, y, rails, basis
-        self.scale = float(np.sqrt(np.mean(D**2)))
+        self.scale = root_mean_square(D)
         self.mean = np.append(conicity * basis.cone, np.log([rails.rail.level, rails.gauge.level]))
         self.precision = np.zeros((len(self.mean), len(self.mean)))
         bend = basis.bend / roughness

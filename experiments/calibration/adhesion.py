@@ -19,6 +19,7 @@ from estimators.adhesion.creep_forces import RATE
 from estimators.adhesion.features import SETS, features, windows
 from experiments.runs.adhesion import CLEAR, recording, sensors
 from railsim import load_scenario
+from railsim.analysis.statistics import root_mean_square
 from railsim.contact.adhesion import CONDITIONS
 from railsim.track import spectra, synthesis
 from railsim.track.files import write_track
@@ -192,7 +193,7 @@ def fit(data: Windows) -> dict[str, Any]:
         "weights": _rounded(logistic(table, data.level)),
         "temperature": round(temperature, 4),
         "slope": _rounded(ridge(table, share)),
-        "slope_std": round(float(np.sqrt(np.mean((slopes - share) ** 2))), 4),
+        "slope_std": round(root_mean_square(slopes - share), 4),
         "speeds [m/s]": [SPEEDS[0], SPEEDS[-1]],
         "farthest": round(
             float(np.quantile(np.sqrt(np.mean(((data.features - mean) / scale) ** 2, axis=1)), 0.995)), 3

@@ -20,6 +20,7 @@ from experiments.runs.track_accuracy import (
     PLAIN,
     WITH_AXLEBOXES,
 )
+from railsim.analysis.statistics import root_mean_square
 from railsim.sensors.accelerometer import AXLEBOX
 
 LIMIT = 0.2  # mm rms, vertical D1 and D2 by the fused estimate above 8 m/s
@@ -125,7 +126,7 @@ def _gyro(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
 def _place(rows: pd.DataFrame) -> Iterator[Claim]:
     for name, target in ((ACCELEROMETER, at_least(1.3)), (GYRO, at_most(1.2))):
         one = pick(rows, estimator=name)
-        errors = [float(np.sqrt(np.mean(group["rms error [mm]"] ** 2))) for _, group in one.groupby("place [m]")]
+        errors = [root_mean_square(group["rms error [mm]"]) for _, group in one.groupby("place [m]")]
         ratio = max(errors) / min(errors)
         what = f"vertical D1 over places on the bogie, largest error over smallest: {name}"
         yield Claim.definite(what, ratio, target)

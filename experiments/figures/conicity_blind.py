@@ -19,6 +19,7 @@ from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
 from experiments.runs.speed import rows_where
 from experiments.runs.wheelset import record
 from experiments.scoring.conicity import function_errors
+from railsim.analysis.statistics import root_mean_square
 
 SEEDS, FAST_SEEDS = 20, 1
 DURATION, FAST_DURATION = 60.0, 30.0
@@ -177,7 +178,7 @@ def _share(text: str, hits: np.ndarray, target: Target) -> Claim:
 
 
 def _rms(text: str, errors: np.ndarray) -> Claim:
-    rms = float(np.sqrt(np.mean(errors**2)))
+    rms = root_mean_square(errors)
     return Claim.sampled(text, rms, at_most(WITHIN), intervals.of_rms(errors))
 
 

@@ -8,6 +8,7 @@ from experiments.figures.crossover import CrossoverFigure, one_panel
 from experiments.reporting.claims import Claim, at_least, between
 from experiments.reporting.plots import BLUE, GREY, ORANGE
 from experiments.runs.crossover import PLAIN, X, seeds, series, symmetry
+from railsim.analysis.statistics import root_mean_square
 
 
 class Fig03(CrossoverFigure):
@@ -41,7 +42,7 @@ class Fig03(CrossoverFigure):
 
 def _rms(rows: dict[str, np.ndarray], near: float, far: float) -> float:
     part = (rows[X] >= near) & (rows[X] <= far)
-    return float(np.sqrt(np.mean(rows["alignment [m]"][part] ** 2)))
+    return root_mean_square(rows["alignment [m]"][part])
 
 
 def _zero(rows: dict[str, np.ndarray]) -> float:

@@ -18,6 +18,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most
 from experiments.runs.suspension import CASE, JUDGED, SEED, TIME, over_seeds
+from railsim.analysis.statistics import root_mean_square
 
 FULL, REDUCED = "wheelsets, bogie, body", "bogie, body"
 UNCERTAIN, OTHER = "bogie, body; track uncertain", "the same, other assumption"
@@ -113,7 +114,7 @@ def _more(table: pd.DataFrame, index: int) -> Claim:
     without, full = _errors(table, REDUCED, index), _errors(table, FULL, index)
 
     def ratio(chosen: np.ndarray) -> float:
-        return float(np.sqrt(np.mean(without[chosen] ** 2)) / max(np.sqrt(np.mean(full[chosen] ** 2)), 1e-12))
+        return root_mean_square(without[chosen]) / max(root_mean_square(full[chosen]), 1e-12)
 
     text = f"{_short(index)} without wheelset sensors: error over that with them"
     interval = intervals.of_statistic(ratio, len(full))

@@ -18,6 +18,7 @@ from experiments.runs.contact import Case, ensemble, run
 from experiments.scoring.conicity import WINDOW
 from experiments.scoring.contact_geometry import SETTLE
 from experiments.scoring.wheel_rail_truth import contact_truth
+from railsim.analysis.statistics import root_mean_square
 
 SEEDS, FAST_SEEDS = 20, 2
 OTHERS: dict[str, dict[str, float]] = {
@@ -119,15 +120,15 @@ def _with_track(seeds: dict[str, np.ndarray]) -> list[Claim]:
 
     def worse(chosen: np.ndarray) -> float:
         low = true[chosen] < np.median(true[chosen])
-        return _rms(relative[chosen][low]) / max(_rms(relative[chosen][~low]), 1e-9)
+        return root_mean_square(relative[chosen][low]) / max(root_mean_square(relative[chosen][~low]), 1e-9)
 
     def over_bound(chosen: np.ndarray) -> float:
-        return _rms(error[chosen]) / _rms(bound[chosen])
+        return root_mean_square(error[chosen]) / root_mean_square(bound[chosen])
 
     rms = intervals.of_rms(error)
     return [
         _share("(b) with track: share of seeds within 0.05", np.abs(error) <= NEAR, at_least(0.7)),
-        Claim.sampled("(b) with track: rms error over the seeds", _rms(error), at_most(0.05), rms),
+        Claim.sampled("(b) with track: rms error over the seeds", root_mean_square(error), at_most(0.05), rms),
         *(
             Claim.sampled(f"(b): {text}", number(every), target, intervals.of_statistic(number, len(every)))
             for text, number, target in (
@@ -214,7 +215,7 @@ def _of_few(rows: dict[str, np.ndarray]) -> str:
     """What ten runs can tell, each of which has one error that hardly changes: how many are outside for long, and rms
     of the errors over the stated deviations.
     """
-    error = _rms((rows["track [-]"] - rows["true [-]"]) / rows["track std [-]"])
+    error = root_mean_square((rows["track [-]"] - rows["true [-]"]) / rows["track std [-]"])
     outside = int(np.sum(rows["track within [-]"] < LONG))
     return (
         f" ({outside} of {len(rows['true [-]'])} runs outside for over a fifth of the time; error over std {error:.2f})"
@@ -225,7 +226,3 @@ def _part(table: pd.DataFrame, name: str) -> dict[str, np.ndarray]:
     """Columns of one part as numbers."""
     inside = (table["part"] == name).to_numpy()
     return {str(key): table[key].to_numpy(dtype=float)[inside] for key in table.columns if key != "part"}
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -15,6 +15,7 @@ from experiments.reporting.claims import HONEST, Claim, Target, above, at_most, 
 from experiments.runs.contact import Case, ensemble, run
 from experiments.scoring.conicity import function_errors
 from experiments.scoring.wheel_rail_truth import contact_truth
+from railsim.analysis.statistics import root_mean_square
 
 SEEDS, FAST_SEEDS = 20, 2
 WEARS = (0.0, 0.1)
@@ -68,11 +69,11 @@ class Fig12(Figure):
         """Best at small shifts, worst where data are rare; honest."""
         runs = [_columns(rows) for _, rows in table.groupby("seed", sort=False)]
         every = _joined(runs)
-        outer = _rms(every["error [-]"][~_small(every)])
+        outer = root_mean_square(every["error [-]"][~_small(every)])
         low, high, cases = _resampled(_small_over_large, runs)
         interval = intervals.Interval(low * outer, high * outer, cases)  # of the ratio, times what it is compared with
         text = "all runs: rms error at shifts up to 1 mm below that beyond"
-        claims = [Claim.sampled(text, _rms(every["error [-]"][_small(every)]), at_most(outer), interval)]
+        claims = [Claim.sampled(text, root_mean_square(every["error [-]"][_small(every)]), at_most(outer), interval)]
         for text, number, target in (
             ("all runs: relative rms error, rarest over commonest quarter of bins", _rare_over_common, above(1.3)),
             ("rank correlation of density and relative error", _trend, at_most(-0.5)),
@@ -113,11 +114,11 @@ def _small(bins: Bins) -> np.ndarray:
 
 def _small_over_large(bins: Bins) -> float:
     """Rms error at small shifts over that beyond."""
-    return _rms(bins["error [-]"][_small(bins)]) / _rms(bins["error [-]"][~_small(bins)])
+    return root_mean_square(bins["error [-]"][_small(bins)]) / root_mean_square(bins["error [-]"][~_small(bins)])
 
 
 def _relative_small_over_large(bins: Bins) -> float:
-    return _rms(bins["relative [-]"][_small(bins)]) / _rms(bins["relative [-]"][~_small(bins)])
+    return root_mean_square(bins["relative [-]"][_small(bins)]) / root_mean_square(bins["relative [-]"][~_small(bins)])
 
 
 def _rare_over_common(bins: Bins) -> float:
@@ -131,14 +132,14 @@ def _telling_little_over_much(bins: Bins) -> float:
 def _least_over_most(relative: np.ndarray, measure: np.ndarray) -> float:
     """Relative rms error in the quarter of bins with the least of a measure over that with the most."""
     least, most = measure <= np.quantile(measure, 0.25), measure >= np.quantile(measure, 0.75)
-    return _rms(relative[least]) / _rms(relative[most])
+    return root_mean_square(relative[least]) / root_mean_square(relative[most])
 
 
 def _bands(bins: Bins) -> tuple[np.ndarray, np.ndarray]:
     """Mean share of time and relative rms error in bands of the density, equally many bins in each."""
     bands = np.array_split(np.argsort(bins["share [-]"]), BANDS)
     share = np.array([bins["share [-]"][band].mean() for band in bands])
-    return share, np.array([_rms(bins["relative [-]"][band]) for band in bands])
+    return share, np.array([root_mean_square(bins["relative [-]"][band]) for band in bands])
 
 
 def _trend(bins: Bins) -> float:
@@ -155,10 +156,6 @@ def _honest(runs: Sequence[Bins]) -> Claim:
     return Claim.sampled(
         "within two standard deviations", value, HONEST, intervals.of_mean_share(np.array(inside), weights)
     )
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 OF_A_RUN: dict[str, tuple[Callable[[Bins], float], Target]] = {

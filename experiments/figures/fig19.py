@@ -9,6 +9,7 @@ from experiments.reporting.claims import Claim, at_least, below, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from experiments.reporting.units import KMH
 from experiments.runs.speed import error, rows_where, speed_table
+from railsim.analysis.statistics import root_mean_square
 
 STARTS, ENDS = 15.0, 23.0  # s of the acceleration
 ACCELERATION = 1.0  # m/s2
@@ -63,9 +64,9 @@ class Fig19(Figure):
         changing = rows_where(table, time.between(STARTS - 1.0, ENDS + 4.0))
         offset = float(np.nanmean(error(steady, "plain")))
         delay = -offset / (KMH * ACCELERATION)
-        plain = _rms(error(changing, "plain"))
-        forward = _rms(error(changing, "refined forward"))
-        refined, noisy = _rms(error(changing, "refined")), _rms(error(changing, "refined industrial"))
+        plain = _rms_of_all(error(changing, "plain"))
+        forward = _rms_of_all(error(changing, "refined forward"))
+        refined, noisy = _rms_of_all(error(changing, "refined")), _rms_of_all(error(changing, "refined industrial"))
         half = WINDOW / 2
         return [
             Claim.definite("plain: offset in acceleration, the detected speed is late", offset, below(0.0, "km/h")),
@@ -83,6 +84,6 @@ class Fig19(Figure):
         ]
 
 
-def _rms(errors: np.ndarray) -> float:
+def _rms_of_all(errors: np.ndarray) -> float:
     """Root mean square; infinite where a value is missing."""
-    return float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else float("inf")
+    return root_mean_square(errors) if np.isfinite(errors).all() else float("inf")

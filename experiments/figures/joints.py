@@ -15,6 +15,7 @@ from experiments.reporting.claims import Claim, at_least, at_most, below, betwee
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, RED
 from experiments.scoring.joints import matched
 from railsim import measure, simulate
+from railsim.analysis.statistics import root_mean_square
 from railsim.scenario import Scenario
 
 SPEEDS = (4.2, 8.0, 15.0, 30.0, 45.0)  # m/s; 4.2 is 15 km/h
@@ -57,9 +58,13 @@ class Joints(Figure):
             speeds = list(parts)
             counts.plot(speeds, [_recall(part) for part in parts.values()], "o-", color=colour, label=sensors)
             counts.plot(speeds, [_precision(part) for part in parts.values()], "x:", color=colour)
-            errors.plot(speeds, [100 * _rms(_depth_error(part)) for part in parts.values()], "o-", color=colour)
+            errors.plot(
+                speeds, [100 * root_mean_square(_depth_error(part)) for part in parts.values()], "o-", color=colour
+            )
             errors.plot(speeds, [100 * _stated(part) for part in parts.values()], "_", color=colour, ms=16, mew=2)
-            errors.plot(speeds, [100 * _rms(_hits(part)["bound [-]"]) for part in parts.values()], ":", color=colour)
+            errors.plot(
+                speeds, [100 * root_mean_square(_hits(part)["bound [-]"]) for part in parts.values()], ":", color=colour
+            )
         counts.plot([], [], "x:", color=GREY, label="precision (line: recall)")
         counts.axhline(RECALL, color=BLACK, lw=0.8, ls="--")
         counts.set(ylim=(0.8, 1.01), xlabel="speed [m/s]", ylabel="recall, precision")
@@ -109,7 +114,7 @@ class Joints(Figure):
 def _quality(parts: list[dict[str, np.ndarray]]) -> list[Claim]:
     """What else is said of a joint, worst of all speeds."""
     hits = [_hits(part) for part in parts]
-    closest = max(_rms(_depth_error(part)) / _rms(_hits(part)["bound [-]"]) for part in parts)
+    closest = max(root_mean_square(_depth_error(part)) / root_mean_square(_hits(part)["bound [-]"]) for part in parts)
     allowed, drawn = (max(_allowed(part, name) for part in parts) for name in ("bound [-]", "bound as drawn [-]"))
     single = [(part, np.abs(_depth_error(part)) <= DEPTH) for part in parts]
     sides = [(part, part["side"] == part["true side"]) for part in hits]
@@ -124,7 +129,9 @@ def _quality(parts: list[dict[str, np.ndarray]]) -> list[Claim]:
             "rms error of depth over the bound, largest of all speeds",
             closest,
             at_most(1.5),
-            intervals.largest([_scaled(_depth_interval(part), 1.0 / _rms(_hits(part)["bound [-]"])) for part in parts]),
+            intervals.largest(
+                [_scaled(_depth_interval(part), 1.0 / root_mean_square(_hits(part)["bound [-]"])) for part in parts]
+            ),
         ),
         Claim.sampled(
             "depths within two stated standard deviations: share",
@@ -134,7 +141,7 @@ def _quality(parts: list[dict[str, np.ndarray]]) -> list[Claim]:
         ),
         Claim.sampled(
             "rms error of position",
-            max(_rms(part["s [m]"] - part["true s [m]"]) for part in hits),
+            max(root_mean_square(part["s [m]"] - part["true s [m]"]) for part in hits),
             at_most(0.125, "m"),
             intervals.largest([intervals.of_rms(values) for values in position]),
         ),
@@ -145,7 +152,7 @@ def _quality(parts: list[dict[str, np.ndarray]]) -> list[Claim]:
 def _by_joint(part: dict[str, np.ndarray], values: np.ndarray) -> np.ndarray:
     """Root mean square of a value over the seeds, for each joint: what one joint shows by several seeds is alike."""
     joints = _hits(part)["true s [m]"]
-    return np.array([_rms(values[joints == joint]) for joint in np.unique(joints)])
+    return np.array([root_mean_square(values[joints == joint]) for joint in np.unique(joints)])
 
 
 def _share_interval(part: dict[str, np.ndarray], hits: np.ndarray) -> intervals.Interval:
@@ -170,7 +177,7 @@ def _scaled(interval: intervals.Interval, factor: float) -> intervals.Interval:
 
 def _rms_claim(text: str, parts: list[dict[str, np.ndarray]], limit: float) -> Claim:
     """Rms error of the depth, the worst of several speeds."""
-    worst = max(_rms(_depth_error(part)) for part in parts)
+    worst = max(root_mean_square(_depth_error(part)) for part in parts)
     return Claim.sampled(text, worst, at_most(limit), intervals.largest([_depth_interval(part) for part in parts]))
 
 
@@ -241,13 +248,9 @@ def _deviation(part: dict[str, np.ndarray]) -> np.ndarray:
 def _stated(part: dict[str, np.ndarray]) -> float:
     """Root mean square of the stated relative standard deviation."""
     hits = _hits(part)
-    return _rms(hits["depth_std [m]"] / hits["true depth [m]"])
+    return root_mean_square(hits["depth_std [m]"] / hits["true depth [m]"])
 
 
 def _allowed(part: dict[str, np.ndarray], name: str) -> float:
     """Share of the joints that an estimator which reaches the bound would have within `DEPTH`."""
     return float(np.mean(erf(DEPTH / np.sqrt(2) / _hits(part)[name])))
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.asarray(values, dtype=float) ** 2)))

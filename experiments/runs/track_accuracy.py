@@ -24,6 +24,7 @@ from experiments.reporting.units import MM
 from experiments.runs.track import PLACES, SHARE, gyro_at, place_name, sensors
 from experiments.scoring.track import band_errors, true_track
 from railsim import measure, simulate
+from railsim.analysis.statistics import root_mean_square
 from railsim.contact.pairs import WheelRailPair
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
@@ -212,9 +213,9 @@ def _bands(estimate: Estimate, truth: Truth) -> Iterator[dict[str, Any]]:
                 "quantity": quantity,
                 "band": band,
                 "points": len(rows),
-                "rms error [mm]": MM * float(np.sqrt(np.mean(error**2))),
-                "true rms [mm]": MM * float(np.sqrt(np.mean(rows["true [m]"] ** 2))),
-                "std [mm]": MM * float(np.sqrt(np.mean(spread**2))),
+                "rms error [mm]": MM * root_mean_square(error),
+                "true rms [mm]": MM * root_mean_square(rows["true [m]"]),
+                "std [mm]": MM * root_mean_square(spread),
                 "bound [mm]": MM * _bound(estimate.about, quantity, band),
                 "within 2 std [-]": float(np.mean(np.abs(error) <= 2.0 * spread)) if stated else np.nan,
             }

@@ -15,6 +15,7 @@ from estimators.interface import Estimate
 from experiments.scoring.contact_geometry import SETTLE, series_of
 from experiments.scoring.interface import Scorer
 from experiments.scoring.wheel_rail_truth import ContactTruth, contact_truth
+from railsim.analysis.statistics import root_mean_square
 from railsim.truth import TIME, Truth
 
 WINDOW = 4.0
@@ -40,7 +41,7 @@ class ConicityScorer(Scorer):
             return {"valid share [-]": 0.0}
         error = value[settled] - np.interp(time[settled], true.time, true.effective(WINDOW))
         found = {
-            "conicity rms error [-]": _rms(error),
+            "conicity rms error [-]": root_mean_square(error),
             "conicity bias [-]": float(np.mean(error)),
             "conicity largest error [-]": float(np.abs(error).max()),
         }
@@ -94,18 +95,14 @@ def function_scores(errors: pd.DataFrame) -> dict[str, float]:
     inner = known["inner [-]"].to_numpy() > 0.5
     found = {
         "function rms error by data [-]": float(np.sqrt(np.average(error**2, weights=share))),
-        "function rms error by shift [-]": _rms(error),
+        "function rms error by shift [-]": root_mean_square(error),
         "function covered [-]": float(share.sum() / errors["share [-]"].sum()),
     }
     if inner.any():
-        found["function inner rms error [-]"] = _rms(error[inner])
+        found["function inner rms error [-]"] = root_mean_square(error[inner])
         found["function inner largest error [-]"] = float(np.abs(error[inner]).max())
     stated = known["std [-]"].notna().to_numpy()
     if stated.any():
         within = np.abs(error[stated]) <= 2.0 * known["std [-]"].to_numpy()[stated]
         found["function within 2 std [-]"] = float(np.average(within, weights=share[stated]))
     return found
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -9,6 +9,7 @@ from estimators.interface import Estimate
 from experiments.reporting.units import MM
 from experiments.scoring.interface import Scorer
 from experiments.scoring.wheel_rail_truth import ContactTruth, contact_truth
+from railsim.analysis.statistics import root_mean_square
 from railsim.truth import TIME, Truth
 
 SETTLE = 10.0
@@ -55,8 +56,8 @@ def _signal_scores(column: str, estimate: Estimate, true: ContactTruth) -> dict[
     error = error[settled]
     low, high = np.quantile(actual[settled], [0.005, 0.995])
     found = {
-        f"{name} rms error [m{unit}]": MM * _rms(error),
-        f"{name} rms error of range [-]": _rms(error) / max(high - low, 1e-12),
+        f"{name} rms error [m{unit}]": MM * root_mean_square(error),
+        f"{name} rms error of range [-]": root_mean_square(error) / max(high - low, 1e-12),
     }
     if spread is not None:
         found[f"{name} within 2 std [-]"] = float(np.mean(np.abs(error) <= 2.0 * spread[settled]))
@@ -76,7 +77,3 @@ def _moving_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
     count = max(1, round(SLOW / max(float(np.median(np.diff(time))), 1e-9)))
     weights = np.ones(count) / count
     return np.convolve(values, weights, mode="same") / np.convolve(np.ones_like(values), weights, mode="same")
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

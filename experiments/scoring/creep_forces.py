@@ -7,6 +7,7 @@ import numpy as np
 from estimators.adhesion.channels import high_pass
 from estimators.interface import Estimate
 from experiments.scoring.interface import Scorer, stated
+from railsim.analysis.statistics import root_mean_square
 from railsim.truth import TIME, Truth
 
 SIDES = ("left", "right")
@@ -40,13 +41,13 @@ class CreepForceScorer(Scorer):
             gravity = f"{name}.gravity_force [N]"  # stands apart where the estimator knows the profile
             apart = series[gravity].to_numpy(float)[valid] if gravity in series.columns else 0.0
             scores |= {
-                f"{name} lateral force rms error, gravity's included [N]": _rms(
+                f"{name} lateral force rms error, gravity's included [N]": root_mean_square(
                     force + apart - true["creep"] - true["gravity"]
                 ),
-                f"{name} lateral force rms error, creep alone [N]": _rms(force - true["creep"]),
-                f"{name} lateral force true rms, creep alone [N]": _rms(true["creep"]),
-                f"{name} yaw moment rms error [N m]": _rms(moment - true["moment"]),
-                f"{name} yaw moment true rms [N m]": _rms(true["moment"]),
+                f"{name} lateral force rms error, creep alone [N]": root_mean_square(force - true["creep"]),
+                f"{name} lateral force true rms, creep alone [N]": root_mean_square(true["creep"]),
+                f"{name} yaw moment rms error [N m]": root_mean_square(moment - true["moment"]),
+                f"{name} yaw moment true rms [N m]": root_mean_square(true["moment"]),
             }
         return scores
 
@@ -83,7 +84,3 @@ def true_forces(truth: Truth, number: int) -> dict[str, np.ndarray]:
 
 def _as_seen(values: np.ndarray, truth: Truth, time: np.ndarray, corner: float) -> np.ndarray:
     return np.interp(time, truth.time, high_pass(values, corner, rate=truth.rate))
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

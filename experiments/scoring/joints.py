@@ -12,6 +12,7 @@ import pandas as pd
 
 from estimators.interface import Estimate
 from experiments.scoring.interface import Scorer
+from railsim.analysis.statistics import root_mean_square
 from railsim.track.features import Feature, from_stated
 from railsim.truth import TIME, Truth
 
@@ -110,13 +111,15 @@ def _sizes(hits: dict[str, np.ndarray]) -> dict[str, float]:
     depth = hits["depth [m]"] / true_depth - 1
     angled = true_angle > 0
     scores = {
-        "rms error of position [m]": _rms(hits["s [m]"] - hits["true s [m]"]),
-        "rms relative error of depth [-]": _rms(depth),
+        "rms error of position [m]": root_mean_square(hits["s [m]"] - hits["true s [m]"]),
+        "rms relative error of depth [-]": root_mean_square(depth),
         "depth within 15 % [-]": float(np.mean(np.abs(depth) <= 0.15)),
         "depth within 2 std [-]": float(np.mean(np.abs(depth * true_depth) <= 2 * hits["depth_std [m]"])),
     }
     if angled.any():
-        scores["rms relative error of angle [-]"] = _rms(hits["angle [rad]"][angled] / true_angle[angled] - 1)
+        scores["rms relative error of angle [-]"] = root_mean_square(
+            hits["angle [rad]"][angled] / true_angle[angled] - 1
+        )
     if (hits["side"] != "unknown").any():
         scores["rail named rightly [-]"] = float(np.mean(hits["side"] == hits["true side"]))
     return scores
@@ -143,7 +146,3 @@ def _counts(s: float, estimate: Estimate, truth: Truth) -> bool:
 def _found(event: dict[str, Any], place: float) -> dict[str, Any]:
     sizes = {key: event.get(key, np.nan) for key in ("depth [m]", "depth_std [m]", "angle [rad]")}
     return {"s [m]": place, **sizes, "side": event.get("side", "")}
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

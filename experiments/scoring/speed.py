@@ -9,6 +9,7 @@ import numpy as np
 from estimators.interface import Estimate
 from experiments.reporting.units import KMH
 from experiments.scoring.interface import Scorer
+from railsim.analysis.statistics import root_mean_square
 from railsim.errors import InputError
 from railsim.truth import SPEED, TIME, Truth
 
@@ -26,7 +27,7 @@ class SpeedScorer(Scorer):
         if not valid.any():
             return {"valid share [-]": 0.0}
         size = np.abs(error[valid])
-        rms = float(np.sqrt(np.mean(size**2)))
+        rms = root_mean_square(size)
         scores = {
             "rms error [km/h]": KMH * rms,
             "99.9 % error [km/h]": KMH * float(np.quantile(size, 0.999)),

@@ -15,6 +15,7 @@ from estimators.signals.bands import Band, band_pass, bands_of, settled
 from estimators.speed.odometry import Way
 from experiments.reporting.units import MM
 from experiments.scoring.interface import Scorer, stated
+from railsim.analysis.statistics import root_mean_square
 from railsim.errors import InputError
 from railsim.truth import TIME, Truth
 
@@ -154,8 +155,8 @@ def score_quantity(quantity: str, estimate: Estimate, truth: Truth) -> dict[str,
         if rows.empty:
             continue
         error = (rows["estimated [m]"] - rows["true [m]"]).to_numpy()
-        scores[f"{label} rms error [mm]"] = MM * _rms(error)
-        scores[f"{label} true rms [mm]"] = MM * _rms(rows["true [m]"].to_numpy())
+        scores[f"{label} rms error [mm]"] = MM * root_mean_square(error)
+        scores[f"{label} true rms [mm]"] = MM * root_mean_square(rows["true [m]"].to_numpy())
         spread = rows["std [m]"].to_numpy()
         if np.isfinite(spread).all():
             scores[f"{label} within 2 std [-]"] = float(np.mean(np.abs(error) <= 2.0 * spread))
@@ -189,7 +190,7 @@ def _plain(what: str, error: np.ndarray, estimate: Estimate, unit: str, factor: 
         valid &= estimate.series[VALID].to_numpy() > 0.5
     scores = {f"{what} scored share [-]": float(np.mean(valid))}
     if valid.any():
-        scores[f"{what} rms error [{unit}]"] = factor * _rms(error[valid])
+        scores[f"{what} rms error [{unit}]"] = factor * root_mean_square(error[valid])
         scores[f"{what} bias [{unit}]"] = factor * float(np.mean(error[valid]))
     return scores
 
@@ -207,7 +208,3 @@ def _under(truth: Truth, name: str, centre: np.ndarray, arm: float, at: np.ndarr
     way = Way(place, place, np.ones(len(place)), np.ones(len(place), dtype=bool), 0.0, spacing)
     smooth, _ = way.resample(place, values)
     return np.interp(at - (centre[0] + arm if trail not in truth else centre[0] - arm), way.s, smooth)
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -10,6 +10,7 @@ from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
 from experiments.scoring.speed import speed_errors
 from experiments.validation.interface import Row, Section
 from railsim import load_scenario, measure, simulate
+from railsim.analysis.statistics import root_mean_square
 from railsim.truth import SPEED
 
 CONDITIONS = {"dry": "braking_dry", "very low": "braking_very_low"}
@@ -104,14 +105,18 @@ def braking_rows(section: Section, table: pd.DataFrame) -> list[Row]:
         low, high = (-np.inf, 0.01) if adhesion == "dry" else (0.2, np.inf)
         found.append(section.bounded(f"{adhesion}: largest slip", largest, low, high))
         apart = _relative(part, TACHOMETER) + part[CREEPAGE].to_numpy(float)
-        found.append(section.bounded(f"{adhesion}: tachometer error and slip, rms of the sum", _rms(apart), high=0.01))
+        found.append(
+            section.bounded(f"{adhesion}: tachometer error and slip, rms of the sum", _rms_of_known(apart), high=0.01)
+        )
         found.append(
             section.bounded(
                 f"{adhesion}: tachometer error and slip, largest sum", float(np.abs(apart).max()), high=0.01
             )
         )
         error = _relative(part, "refined [m/s]")
-        found.append(section.bounded(f"{adhesion}: cross-correlation speed, rms error", _rms(error), high=0.01))
+        found.append(
+            section.bounded(f"{adhesion}: cross-correlation speed, rms error", _rms_of_known(error), high=0.01)
+        )
         found.append(
             section.bounded(
                 f"{adhesion}: cross-correlation speed, largest error", float(np.nanmax(np.abs(error))), high=0.01
@@ -119,7 +124,7 @@ def braking_rows(section: Section, table: pd.DataFrame) -> list[Row]:
         )
         valid = float(np.isfinite(error).mean())
         found.append(section.bounded(f"{adhesion}: share of the run with a valid estimate", valid, low=0.9))
-        plain = _rms(_relative(part, "plain [m/s]"))
+        plain = _rms_of_known(_relative(part, "plain [m/s]"))
         found.append(section.noted(f"{adhesion}: plain cross-correlation, rms error", plain, None, "-"))
     return found
 
@@ -133,5 +138,5 @@ def _relative(part: pd.DataFrame, column: str) -> np.ndarray:
     return part[column].to_numpy(float) / part[SPEED].to_numpy(float) - 1.0
 
 
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.nanmean(values**2)))
+def _rms_of_known(values: np.ndarray) -> float:
+    return root_mean_square(values[np.isfinite(values)])
