@@ -29,7 +29,7 @@ from estimators.adhesion.creep_model import (
     suspended,
 )
 from estimators.filters.discretisation import held_inputs, van_loan
-from estimators.filters.track_spectrum import CORNERS, Prior
+from estimators.filters.track_spectrum import ERRI_LATERAL, TrackSpectrum
 from estimators.vehicle.contact import cones, creep_forces, relations, weight, wheelsets
 from estimators.vehicle.creep import kalker_slopes
 from estimators.vehicle.linear_model import Element, Kinematics, reduce
@@ -37,12 +37,12 @@ from estimators.vehicle.plan_view import COORDINATES
 from estimators.vehicle.plan_view import RAILS as RAIL_MOTIONS
 from estimators.vehicle.suspension import half_vehicle_bogies, masses
 from railsim.constants import GRAVITY
+from railsim.track.spectra import WC
 
 ERRORS = slice(2 * COUNT, 2 * COUNT + 4)
 SECONDARY = 2 * COUNT + 4
 RAILS = (2 * COUNT + 5, 2 * COUNT + 7)
 STATES = 2 * COUNT + 9
-LEVEL = 2.119e-7 * CORNERS[1] ** 2  # ERRI low, lateral, over the product of the corners' factors
 LATERAL = ON_WHEELSETS[::2]
 
 
@@ -143,7 +143,7 @@ def _discretised(
     for place in [*range(ERRORS.start, ERRORS.stop), SECONDARY]:
         time = shaping.time if place != SECONDARY else shaping.secondary_time
         drive[place, place] = 2.0 / time * spread[place] ** 2
-    rails = Prior(level * LEVEL, (2.0 * np.pi * corner / speed, CORNERS[1]))
+    rails = TrackSpectrum(level * ERRI_LATERAL.amplitude, 0, (2.0 * np.pi * corner / speed, WC))
     for place in RAILS:
         both = slice(place, place + 2)
         continuous[both, both] = rails.matrix * speed

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import fft
 from scipy.ndimage import uniform_filter1d
 
-from estimators.filters.track_spectrum import Noise, Prior
+from estimators.filters.track_spectrum import Noise, TrackSpectrum
 from estimators.signals.bands import Band, response
 from estimators.vehicle.state_space import System
 
@@ -109,7 +109,7 @@ class Information:
 
 def information(
     systems: Sequence[System],
-    priors: Sequence[Prior],
+    priors: Sequence[TrackSpectrum],
     noise: Noise,
     speed: float,
     wheelbase: float,
@@ -147,7 +147,7 @@ def responses(
 
 
 def spectra(
-    H: np.ndarray, wrong: np.ndarray, system: System, priors: Sequence[Prior], noise: Noise, speed: float
+    H: np.ndarray, wrong: np.ndarray, system: System, priors: Sequence[TrackSpectrum], noise: Noise, speed: float
 ) -> Information:
     """Spectra at one speed from the responses; other arguments as of `information`."""
     k, q = wavenumbers(), len(priors)

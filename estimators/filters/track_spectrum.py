@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -11,33 +11,25 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from estimators.filters.delay_line_smoother import Steps
 from estimators.filters.discretisation import mean_outputs, van_loan
 from estimators.vehicle.state_space import System
+from railsim.track.spectra import Spectrum, spectra
 
 SPEED_STEP = 0.01  # relative distance of the speeds in the tables; between them transitions are interpolated
 EXACT_STEP = 0.06  # the same of those whose matrix exponential is computed; splines in between
 SPLINE_LEAST = 12  # speeds in the table below which all are computed
-CORNERS = (0.0206, 0.8246)  # rad/m: shape of the spectra of ERRI B176 (1989)
-SHORT = 0.438  # rad/m: ERRI's third corner, of cross level
 
 
 @dataclass(frozen=True)
-class Prior:
-    """One-sided density level W^(2 zeros) / product of (W^2 + corner^2) over the wavenumber W, m^2/(rad/m)."""
+class TrackSpectrum(Spectrum):
+    """A spectrum of the track as that of white noise over distance through a linear filter; `power` must be even."""
 
-    level: float
-    corners: tuple[float, ...] = CORNERS
-    zeros: int = 0
+    @classmethod
+    def of(cls, spectrum: Spectrum) -> Self:
+        """The same density."""
+        return cls(spectrum.amplitude, spectrum.power, spectrum.corners)
 
-    def density(self, wavenumber: np.ndarray) -> np.ndarray:
-        """S(W), m^2/(rad/m)."""
-        w = np.asarray(wavenumber, dtype=float)
-        shape = self.level * w ** (2 * self.zeros)
-        for corner in self.corners:
-            shape = shape / (w**2 + corner**2)
-        return shape
-
-    def scaled(self, level: float) -> "Prior":
+    def scaled(self, amplitude: float) -> Self:
         """The same shape at another level."""
-        return replace(self, level=level)
+        return replace(self, amplitude=amplitude)
 
     @property
     def matrix(self) -> np.ndarray:
@@ -52,8 +44,8 @@ class Prior:
     def intensity(self) -> np.ndarray:
         """Covariance of the noise per metre, shape (p, p)."""
         drive = np.zeros(len(self.corners))
-        drive[-1 - self.zeros] = 1.0
-        return np.pi * self.level * np.outer(drive, drive)
+        drive[-1 - self.power // 2] = 1.0
+        return np.pi * self.amplitude * np.outer(drive, drive)
 
     def stationary(self) -> np.ndarray:
         """Covariance of the states, shape (p, p)."""
@@ -77,6 +69,10 @@ class Prior:
             total[: order - 1, order - 1 + i] = total[order - 1 + i, : order - 1] = late[i][1:, 0]
         total[: order - 1, : order - 1] = P[1:, 1:]
         return total
+
+
+ERRI_VERTICAL, ERRI_LATERAL = (TrackSpectrum.of(spectra("erri_low")[quantity]) for quantity in ("vertical", "lateral"))
+"""Of ERRI B176 (1989), "low"."""
 
 
 class Noise(NamedTuple):
@@ -141,7 +137,7 @@ class Track(NamedTuple):
     lines: int
 
     @staticmethod
-    def of(priors: Sequence[Prior], spacing: float, count: int) -> "Track":
+    def of(priors: Sequence[TrackSpectrum], spacing: float, count: int) -> "Track":
         """Independent quantities, one prior each."""
         lines, size = len(priors), sum(len(one.corners) for one in priors)
         transition, new = np.zeros((size, size)), np.zeros((size, size))
@@ -162,7 +158,7 @@ class Track(NamedTuple):
 
 def passage(
     systems: Sequence[Callable[[float], System]],
-    priors: Sequence[Prior],
+    priors: Sequence[TrackSpectrum],
     noise: Noise,
     drives: Sequence[Callable[[float], np.ndarray]],
     speed: np.ndarray,

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from estimators.filters.track_spectrum import Prior
+from estimators.filters.track_spectrum import ERRI_LATERAL, ERRI_VERTICAL, TrackSpectrum
 from estimators.interface import Estimator
 from estimators.suspension.discrete_model import Layout, Unknowns, layout, shaped
 from estimators.suspension.filter_bank import Gains, exact, gains, run_bank, sizes, unpacked
@@ -24,10 +24,11 @@ from estimators.vehicle.affine import (
 from estimators.vehicle.creep import DRY_ROLLING
 from railsim.measurements import Measurements
 from railsim.spec import quantity
+from railsim.track.spectra import WC, WS
 
 ILLUSTRATIVE = "illustrative"
-LATERAL = Prior(2.119e-7 * 0.8246**2)  # ERRI B176 low, one-sided, m^2 (rad/m)
-ROLL = Prior(4.032e-7 * 0.8246**2 / 0.75**2, (0.438, 0.8246))  # the same of the cross level over the gauge, rad^2
+ROLL = TrackSpectrum(ERRI_VERTICAL.amplitude / 0.75**2, 0, (WS, WC))
+"""Roll of the track, rad: ERRI's cross level over the gauge, without what takes waves longer than 300 m out of it."""
 STRETCH = 1.0  # s; parameters stay constant for so long
 SHORT = 0.125  # s, the same at first, when every sample tells much
 BEGINNING = 8.0  # s
@@ -265,10 +266,10 @@ class SuspensionEstimator(Estimator, frozen=True):
         force = np.array([forces[name] for name in COORDINATES])
         error = {"wheelset": self.wheelset_error, "bogie": self.bogie_error, "body": self.body_error}
         model = [self.rate_error if "rate" in name else error[name.split(".")[0].rstrip("12")] for name in channels]
-        tracks: dict[Track, tuple[Prior, ...]] = {
+        tracks: dict[Track, tuple[TrackSpectrum, ...]] = {
             "exact": (),
-            "uncertain": (LATERAL.scaled(LATERAL.level * self.track_error), ROLL.scaled(ROLL.level * self.track_error)),
-            "unknown": (LATERAL.scaled(LATERAL.level * self.track_level), ROLL.scaled(ROLL.level * self.track_level)),
+            "uncertain": tuple(one.scaled(one.amplitude * self.track_error) for one in (ERRI_LATERAL, ROLL)),
+            "unknown": tuple(one.scaled(one.amplitude * self.track_level) for one in (ERRI_LATERAL, ROLL)),
         }
         return Unknowns(
             (force + LEAST_FORCE) ** 2, noise**2 + np.square(model) * rate / TUNED, tracks[self.track], self.low_pass

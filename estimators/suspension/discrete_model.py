@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from estimators.filters.discretisation import ramped_inputs, van_loan
-from estimators.filters.track_spectrum import Prior
+from estimators.filters.track_spectrum import TrackSpectrum
 from estimators.vehicle.affine import COORDINATES, INPUTS, STATES, HalfVehicle
 
 COLOURED = tuple(number for number, name in enumerate(COORDINATES) if name.startswith("wheelset"))
@@ -44,7 +44,7 @@ class Unknowns:
 
     force: np.ndarray
     reading: np.ndarray
-    track: tuple[Prior, ...] = ()
+    track: tuple[TrackSpectrum, ...] = ()
     low_pass: float | None = None
 
     @property
@@ -190,7 +190,7 @@ def _low_pass(corner: float | None) -> np.ndarray:
     return np.array([[0.0, w], [-w, -np.sqrt(2.0) * w]])
 
 
-def _shaped(prior: Prior, speed: float, corner: float | None) -> tuple[np.ndarray, np.ndarray]:
+def _shaped(prior: TrackSpectrum, speed: float, corner: float | None) -> tuple[np.ndarray, np.ndarray]:
     """Track over time as shaped noise, through the low-pass where there is one: A and intensity; the track is first."""
     own, drive = speed * prior.matrix, speed * prior.intensity
     if corner is None:

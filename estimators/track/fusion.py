@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from estimators.filters.delay_line_smoother import backward, forward
 from estimators.filters.information import Information, deviations, information, responses, spectra, wavenumbers
-from estimators.filters.track_spectrum import Noise, Passage, Prior, passage
+from estimators.filters.track_spectrum import Noise, Passage, TrackSpectrum, passage
 from estimators.signals.bands import Band, response, settled
 from estimators.speed.odometry import Way
 from estimators.track.observations import Reading
@@ -64,7 +64,7 @@ class Plane:
     vehicle: dict[str, float]
     unknown: dict[str, float]
     readings: list[Reading]
-    priors: tuple[Prior, ...]
+    priors: tuple[TrackSpectrum, ...]
     states: int
     disturbed: tuple[tuple[int, ...], ...]
     start: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
@@ -111,12 +111,12 @@ class Plane:
         density, bias, drift, drift_time, tilt = (np.array(column) for column in zip(*columns, strict=True))
         return Noise(density, bias, drift, drift_time, tilt, np.zeros(self.states) if drive is None else drive)
 
-    def usual(self, speed: float, priors: Sequence[Prior]) -> np.ndarray:
+    def usual(self, speed: float, priors: Sequence[TrackSpectrum]) -> np.ndarray:
         """Variance per second that enters each disturbed state if its acceleration by each quantity of the track were
         white noise over time, shape (quantities, disturbances, n); `priors` : those of the plane at any level.
         """
         units = self._unit_powers(speed)
-        levels = np.array([prior.level / unit.level for prior, unit in zip(priors, self.priors, strict=True)])
+        levels = np.array([prior.amplitude / unit.amplitude for prior, unit in zip(priors, self.priors, strict=True)])
         return levels[:, None, None] * units
 
     def _unit_powers(self, speed: float) -> np.ndarray:
@@ -138,11 +138,13 @@ class Plane:
         self._powers[speed] = found
         return found
 
-    def drive(self, speed: float, priors: Sequence[Prior], sizes: np.ndarray) -> np.ndarray:
+    def drive(self, speed: float, priors: Sequence[TrackSpectrum], sizes: np.ndarray) -> np.ndarray:
         """Variance per second that enters each state, shape (n,)."""
         return np.einsum("qjn,j->n", self.usual(speed, priors), sizes**2)
 
-    def bounds(self, speed: float, priors: Sequence[Prior], bands: Sequence[dict[str, Band]]) -> list[dict[str, float]]:
+    def bounds(
+        self, speed: float, priors: Sequence[TrackSpectrum], bands: Sequence[dict[str, Band]]
+    ) -> list[dict[str, float]]:
         """Cramer-Rao bound of each band at a speed, m rms: sensor noise alone, the model taken to be right."""
         system = self.system(self.vehicle, speed)
         known = information([system], priors, self.noise(), speed, self.wheelbase, np.zeros(len(self.readings)))
@@ -152,7 +154,12 @@ class Plane:
         ]
 
     def information(
-        self, speed: float, spacing: float, distance_error: float, priors: Sequence[Prior], sizes: np.ndarray | None
+        self,
+        speed: float,
+        spacing: float,
+        distance_error: float,
+        priors: Sequence[TrackSpectrum],
+        sizes: np.ndarray | None,
     ) -> Information:
         """Spectra at a speed, with disturbances of those sizes and the readings' floor; neither where None."""
         key = (speed, distance_error)
@@ -297,7 +304,7 @@ class Over:
 
 
 def _passage(
-    plane: Plane, way: Way, priors: Sequence[Prior], sizes: Sequence[np.ndarray], speeds: np.ndarray
+    plane: Plane, way: Way, priors: Sequence[TrackSpectrum], sizes: Sequence[np.ndarray], speeds: np.ndarray
 ) -> Passage:
     height = np.sqrt([float(prior.stationary()[0, 0]) for prior in priors])
     slope = np.sqrt([_slope_variance(prior) for prior in priors])
@@ -334,7 +341,7 @@ def smooth(
 def fit_levels(plane: Plane, way: Way, kind: np.ndarray, distance_error: float) -> tuple[np.ndarray, list[np.ndarray]]:
     """Levels of the track's spectra, and sizes of the disturbances at each kind of place, by Whittle's likelihood."""
     speed = _usual_speed(way)
-    levels, fitted = np.array([prior.level for prior in plane.priors]), dict[int, np.ndarray]()
+    levels, fitted = np.array([prior.amplitude for prior in plane.priors]), dict[int, np.ndarray]()
     groups = np.array([one.sized_as for one in plane.kinds])
     for number in dict.fromkeys(sorted(groups)):
         where = groups[kind] == number
@@ -385,7 +392,7 @@ def _near_gap(seen: np.ndarray, spacing: float, reach: float) -> np.ndarray:
     return ~settled(np.pad(whole, margin, constant_values=True), spacing, reach)[margin:-margin]
 
 
-def _slope_variance(prior: Prior) -> float:
+def _slope_variance(prior: TrackSpectrum) -> float:
     """Variance of the irregularity's slope, rad^2."""
     P, A = prior.stationary(), prior.matrix[0]
     return float(A @ P @ A)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from estimators.filters.track_spectrum import Prior
+from estimators.filters.track_spectrum import ERRI_VERTICAL, TrackSpectrum
 from estimators.signals.bands import Band, band_pass, transform
 from estimators.speed.odometry import Way
 from estimators.track.fusion import Kind, Plane
@@ -25,14 +25,17 @@ from estimators.vehicle.state_space import CANT_BASE, Output
 from estimators.vehicle.suspension import BUMP_STOP
 from railsim.data_sheet import channels_on, data_sheet
 from railsim.measurements import Measurements
+from railsim.track.spectra import WC
 
 YAW, ROLL, SIDE = "bogie.rate_yaw [rad/s]", "bogie.rate_roll [rad/s]", "bogie.acceleration_y [m/s2]"
 LONGEST = 300.0  # m; longer waves are taken from the bogie's own path and roll
 ORDER = 8
 PATH = 1000.0  # m; of the bogie's own path longer waves are left out
 SPACING = 0.25  # m, about; the grid divides the wheelbase
-LEVEL = 4.032e-7 * 0.8246**2  # m rad; lateral irregularity of ERRI B176 (1989) "low" has nearly the vertical's level
-CANT_CORNERS = (0.001, 0.8246)  # rad/m; ERRI's upper corner, and freedom for the design cant below
+LATERAL = ERRI_VERTICAL
+"""The fit begins with it, and it stays where none can be made; ERRI's lateral spectrum has half of that level."""
+CROSS_LEVEL = TrackSpectrum(4 * ERRI_VERTICAL.amplitude, 0, (0.001, WC))
+"""Likewise; ERRI's upper corner, and freedom for the design cant below."""
 
 
 DISTURBED = (("wheelset1.y", "wheelset2.y"), ("wheelset1.yaw", "wheelset2.yaw"))
@@ -110,7 +113,7 @@ def across(
         dict(measurements.vehicle),
         unknown,
         [high_passed(one, way) for one in readings],
-        (Prior(LEVEL), Prior(4 * LEVEL, CANT_CORNERS)),
+        (LATERAL, CROSS_LEVEL),
         2 * lateral_roll.COUNT,
         tuple(tuple(lateral_roll.COUNT + COORDINATES.index(name) for name in group) for group in DISTURBED),
         start,

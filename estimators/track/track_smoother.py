@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
-from estimators.filters.track_spectrum import Prior
+from estimators.filters.track_spectrum import ERRI_VERTICAL
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import BANDS, band_pass, bands_of, settled
 from estimators.speed.odometry import SpeedSource, Way, find_way, has_speed
@@ -30,7 +30,6 @@ from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
-LEVEL = 4.032e-7 * 0.8246**2  # m rad; vertical irregularity of ERRI B176 (1989) "low", where none can be fitted
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
@@ -152,7 +151,7 @@ class TrackSmoother(Estimator, frozen=True):
             dict(measurements.vehicle),
             self._unknown(),
             readings,
-            (Prior(LEVEL),),
+            (ERRI_VERTICAL,),
             6,
             (),
             lambda height, slope, speed: np.array(

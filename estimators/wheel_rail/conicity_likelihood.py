@@ -26,7 +26,7 @@ LOGS = ("f11", "rail", "slip", "line")
 
 
 @dataclass(frozen=True)
-class Prior:
+class ConicityPrior:
     """Of the coefficients: mean conicity, spread of each and of second differences; of the logarithms of `LOGS`."""
 
     conicity: float
@@ -54,7 +54,7 @@ class Posterior:
 class Likelihood:
     """Of a record, for conicity as cubic B-splines of |y - d| with `pieces` between 0 and `reach` (m)."""
 
-    def __init__(self, record: Record, numbers: Numbers, prior: Prior, reach: float, pieces: int) -> None:
+    def __init__(self, record: Record, numbers: Numbers, prior: ConicityPrior, reach: float, pieces: int) -> None:
         self.record, self.numbers, self.prior = record, numbers, prior
         width = reach / pieces
         knots = width * np.arange(-3, pieces + 4)

@@ -13,7 +13,7 @@ from estimators.interface import Estimate, Estimator
 from estimators.vehicle.creep import DRY_WORKING
 from estimators.vehicle.single_wheelset import fits, wheelset_model
 from estimators.wheel_rail.conicity_kernel import Numbers, Record
-from estimators.wheel_rail.conicity_likelihood import Likelihood, Prior
+from estimators.wheel_rail.conicity_likelihood import ConicityPrior, Likelihood
 from estimators.wheel_rail.constant_gauge import on_constant_gauge
 from estimators.wheel_rail.rail_process import Corners, process
 from estimators.wheel_rail.varying_gauge import Gauge, level_of, on_varying_gauge
@@ -22,6 +22,7 @@ from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
+from railsim.track.spectra import WC, WR, WS
 
 ERRI = "ERRI B176 (1989), lateral"
 BRIDGED = 0.05  # s; samples in longer gaps are left out
@@ -38,8 +39,8 @@ class ConicitySmoother(Estimator, frozen=True):
     spacing: float = quantity(0.3, unit="m between the filter's steps", source="waves of ERRI end at 1 m", gt=0.0)
     pieces: int = quantity(9, unit="of the conicity over |y - d|", source="illustrative", ge=2, le=40)
     reach: float = quantity(5e-3, unit="m", source="illustrative", gt=0.0)
-    corner: float = quantity(0.8246, unit="rad/m", source=ERRI, gt=0.0)
-    slow_corner: float = quantity(0.0206, unit="rad/m", source=ERRI, gt=0.0)
+    corner: float = quantity(WC, unit="rad/m", source=ERRI, gt=0.0)
+    slow_corner: float = quantity(WR, unit="rad/m", source=ERRI, gt=0.0)
     shortest: float = quantity(
         1.0, unit="m, wave at which rails and gauge end", source="EN 13848-1 (2019): range D0 begins there", gt=0.0
     )  # fmt: skip
@@ -65,8 +66,8 @@ class ConicitySmoother(Estimator, frozen=True):
     gauge: float = quantity(
         2e-3, unit="m (std) that the gauge is expected to vary by", source="Ward et al. 2011", ge=0.0
     )
-    gauge_corner: float = quantity(0.8246, unit="rad/m", source="ERRI B176 (1989), gauge", gt=0.0)
-    gauge_slow_corner: float = quantity(0.438, unit="rad/m", source="ERRI B176 (1989), gauge", gt=0.0)
+    gauge_corner: float = quantity(WC, unit="rad/m", source="ERRI B176 (1989), gauge", gt=0.0)
+    gauge_slow_corner: float = quantity(WS, unit="rad/m", source="ERRI B176 (1989), gauge", gt=0.0)
     gauge_spread: float = quantity(0.3, unit="- of the gauge's level", source="illustrative", gt=0.0)
     particles: int = quantity(300, unit="of rails and gauge", source="runs of seeds 7600 to 7605", ge=20, le=20000)
     seed: int = quantity(643, unit="of the particles", source="any", ge=0)
@@ -125,7 +126,7 @@ class ConicitySmoother(Estimator, frozen=True):
             max(data_sheet(measurements.about, BODY).error("noise_density"), 1e-4),
         )  # fmt: skip
         logs = np.log([c.f11, self.rail, self.slip, self.line])
-        prior = Prior(
+        prior = ConicityPrior(
             model.conicity, self.conicity_spread, self.roughness, logs, np.array([self.creep_spread, 1.5, 1.0, 1.5])
         )
         return Likelihood(record, numbers, prior, self.reach, self.pieces)

@@ -16,6 +16,7 @@ from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
+from railsim.track.spectra import WC, WR
 
 NAMES = (
     "wheelset1.acceleration_y [m/s2]",
@@ -35,8 +36,6 @@ COLUMNS = (
     "wheelset1.lateral_shift_std [m]",
     "innovation [-]",
 )
-ERRI = (0.0206, 0.8246)
-"""Wr, Wc of the ERRI B176 spectra, rad/m."""
 FASTEST, SPEEDS = 80.0, 160
 SLOWEST = 1.0
 """m/s; slower than that the filter waits."""
@@ -112,7 +111,7 @@ class ContactEstimator(Estimator, frozen=True):
         walks = np.concatenate([np.full(len(nodes), self.conicity_walk**2), np.full(BIASES, 1e-12), [1e-12]])
         speeds = np.linspace(SLOWEST, FASTEST, SPEEDS)
         settings = Settings(
-            speeds, speed_table(model, speeds), 1.0 / rate, np.array([*ERRI, self.gauge_pole]),
+            speeds, speed_table(model, speeds), 1.0 / rate, np.array([WR, WC, self.gauge_pole]),
             self.drive(),
             np.array([self.model_lateral, self.model_yaw]), nodes, walks, 1.0 / model.numbers.l, readings,
         )  # fmt: skip
@@ -135,7 +134,7 @@ class ContactEstimator(Estimator, frozen=True):
         speed = 20.0  # for the track's rate at the start only
         track, gauge = np.sqrt(self.drive())
         deviation[:6] = START
-        deviation[6:DYNAMIC] = track, track * speed * np.sqrt(ERRI[0] * ERRI[1]), gauge
+        deviation[6:DYNAMIC] = track, track * speed * np.sqrt(WR * WC), gauge
         mean[DYNAMIC : DYNAMIC + len(nodes)] = np.log(model.conicity)
         covariance = np.diag(deviation**2)
         inner = slice(DYNAMIC, DYNAMIC + len(nodes))

@@ -31,6 +31,8 @@ from railsim.registry import pick
 
 QUANTITIES = ("vertical", "lateral", "cross_level", "gauge_deviation")
 """Columns of a track that a spectrum set describes."""
+WR, WS, WC = 0.0206, 0.438, 0.8246
+"""Corners of the spectra of ERRI B176 (1989), rad/m, in the symbols above."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -126,12 +128,11 @@ def _all() -> dict[str, dict[str, Spectrum]]:
 
 
 def _erri(vertical: float, lateral: float, gauge: float) -> dict[str, Spectrum]:
-    cut, low, short = 0.8246, 0.0206, 0.438  # Wc, Wr, Ws in rad/m
     return {
-        "vertical": Spectrum(vertical * cut**2, 0, (low, cut)),
-        "lateral": Spectrum(lateral * cut**2, 0, (low, cut)),
-        "cross_level": Spectrum(4 * vertical * cut**2, 2, (low, cut, short)),
-        "gauge_deviation": Spectrum(gauge * cut**2, 2, (low, cut, short)),
+        "vertical": Spectrum(vertical * WC**2, 0, (WR, WC)),
+        "lateral": Spectrum(lateral * WC**2, 0, (WR, WC)),
+        "cross_level": Spectrum(4 * vertical * WC**2, 2, (WR, WC, WS)),
+        "gauge_deviation": Spectrum(gauge * WC**2, 2, (WR, WC, WS)),
     }
 
 

@@ -6,7 +6,15 @@ from filterpy.kalman import KalmanFilter
 
 from estimators.filters.delay_line_smoother import backward, forward
 from estimators.filters.information import information
-from estimators.filters.track_spectrum import Noise, Passage, Prior, passage, step_transition, step_transitions
+from estimators.filters.track_spectrum import (
+    ERRI_VERTICAL,
+    Noise,
+    Passage,
+    TrackSpectrum,
+    passage,
+    step_transition,
+    step_transitions,
+)
 from estimators.signals.bands import BANDS, response
 from estimators.vehicle.lateral_roll import lateral
 from estimators.vehicle.state_space import Output
@@ -15,7 +23,7 @@ from railsim.vehicles.manchester import Manchester
 
 VEHICLE = Manchester().nominal()
 OUTPUTS = [Output("rate"), Output("acceleration", (0.3, 0.0, 0.0))]
-PRIOR = Prior(4.032e-7 * 0.8246**2)
+PRIOR = ERRI_VERTICAL
 SPEEDS = (14.0, 17.0)  # m/s
 COUNT = 4
 SPACING = 2.0 * VEHICLE["semi_wheelbase"] / COUNT
@@ -122,8 +130,8 @@ def test_standstill_makes_the_vehicle_unknown_again():
         assert np.isfinite(P).all()
 
 
-@pytest.mark.parametrize("prior", [PRIOR, Prior(1e-6, (0.02, 0.8, 0.4), zeros=1)])
-def test_shaped_noise_has_the_density_it_states(prior: Prior):
+@pytest.mark.parametrize("prior", [PRIOR, TrackSpectrum(1e-6, 2, (0.02, 0.8, 0.4))])
+def test_shaped_noise_has_the_density_it_states(prior: TrackSpectrum):
     k = np.geomspace(1e-7, 1e3, 200_000)
     variance = np.trapezoid(prior.density(k) * k, np.log(k))
     assert prior.stationary()[0, 0] == pytest.approx(variance, rel=1e-4)

@@ -6,7 +6,7 @@ from filterpy.kalman import KalmanFilter
 from scipy.linalg import solve_discrete_lyapunov
 from scipy.stats import qmc
 
-from estimators.filters.track_spectrum import Prior
+from estimators.filters.track_spectrum import TrackSpectrum
 from estimators.suspension.discrete_model import Discrete, Unknowns, discrete, layout, shaped, steady
 from estimators.suspension.filter_bank import exact, gains, run_bank, unpacked
 from estimators.suspension.fisher_information import fisher
@@ -16,14 +16,15 @@ from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import creep_coefficients
 from railsim.contact.polach import polach_force
+from railsim.track.spectra import WC, WR, WS
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.manchester import Manchester
 
 RATE, SPEED = 256.0, 30.0
-TRACK = Prior(1.4e-7), Prior(4.9e-7, (0.438, 0.8246))
+TRACK = TrackSpectrum(1.4e-7, 0, (WR, WC)), TrackSpectrum(4.9e-7, 0, (WS, WC))
 
 
-def unknowns(channels: tuple[str, ...], track: tuple[Prior, ...] = ()) -> Unknowns:
+def unknowns(channels: tuple[str, ...], track: tuple[TrackSpectrum, ...] = ()) -> Unknowns:
     """Plausible noise, low-passed where the readings are."""
     return Unknowns(np.full(DEGREES, 30.0**2), np.full(len(channels), 0.01**2), track, 8.0)
 
@@ -54,7 +55,7 @@ def test_matrices_are_affine_in_the_parameters():
 
 
 @pytest.mark.parametrize("track", [(), TRACK])
-def test_steady_filter_is_the_one_that_filterpy_converges_to(track: tuple[Prior, ...]):
+def test_steady_filter_is_the_one_that_filterpy_converges_to(track: tuple[TrackSpectrum, ...]):
     values = Class175().nominal()
     vehicle = half_vehicle(values, SPEED, WITHOUT_WHEELSETS, 0.6)
     inside = unknowns(WITHOUT_WHEELSETS, track)
@@ -73,7 +74,7 @@ def test_steady_filter_is_the_one_that_filterpy_converges_to(track: tuple[Prior,
 
 
 @pytest.mark.parametrize("track", [(), TRACK])
-def test_bank_gives_the_likelihood_of_the_equations_and_of_its_interpolated_gains(track: tuple[Prior, ...]):
+def test_bank_gives_the_likelihood_of_the_equations_and_of_its_interpolated_gains(track: tuple[TrackSpectrum, ...]):
     values, rate = Class175().nominal(), RATE / 4
     inside, rng = unknowns(FULL, track), np.random.default_rng(3)
     vehicle, plan = half_vehicle(values, SPEED, FULL, 0.6), layout(2.6, SPEED, rate, inside)
