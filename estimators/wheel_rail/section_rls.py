@@ -209,7 +209,8 @@ def recursion(regressors, output, number, count, prior, forgetting):
         seen[at] = forgetting * seen[at] + 1.0
         variance = squares[at] / max(seen[at] - k, 1.0)
         correct(theta[at], P[at], gain, total, error)
-        P[at] /= forgetting
+        if forgetting != 1.0:
+            P[at] /= forgetting
         for i in range(k):
             if i < CONSTANT:
                 history[row, i] = theta[at, i]
