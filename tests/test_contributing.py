@@ -13,6 +13,7 @@ import yaml
 
 from estimators.interface import Estimate
 from experiments.figures.interface import publish
+from experiments.reporting.size import Size
 from railsim import load_scenario
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -87,7 +88,7 @@ def test_vehicle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 def test_figure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     figure = load("experiments/figures/bounce.py", tmp_path, monkeypatch).Bounce()
-    made = publish(figure, tmp_path / "figures", fast=True)
+    made = publish(figure, tmp_path / "figures", Size.FAST)
     assert sorted(Path(file).name for file in made["files"]) == ["bounce.csv", "bounce.png"]
     assert [set(claim) >= {"claim", "value", "target", "held"} for claim in made["claims"]] == [True]
 

@@ -18,10 +18,12 @@ def execute(given: argparse.Namespace) -> Outcome:
     """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held."""
     from experiments.figures.interface import FIGURES, publish
     from experiments.reporting.claims import Claim
+    from experiments.reporting.size import Size
 
     chosen = FIGURES.classes().values() if given.name == "all" else [FIGURES.resolve(given.name)]
     asked = {figure.name: figure for figure in (kind() for kind in chosen)}
-    results: dict[str, Any] = {name: publish(figure, given.out, given.fast) for name, figure in asked.items()}
+    size = Size.FAST if given.fast else Size.FULL
+    results: dict[str, Any] = {name: publish(figure, given.out, size) for name, figure in asked.items()}
     claims = [(name, Claim(**claim)) for name, result in results.items() for claim in result["claims"]]
     rows = [[name, c.claim, c.value, c.target, c.outcome, c.interval] for name, c in claims]
     files = [path for result in results.values() for path in result["files"]]

@@ -11,6 +11,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, Target, at_least, at_most
 from experiments.reporting.plots import BLUE, GREY, RED
+from experiments.reporting.size import Size
 from experiments.runs.adhesion_unseen import NOMINAL, judged
 
 SET_COLOURS = {"wheelsets": BLUE, "bogie": RED}
@@ -23,8 +24,8 @@ BINS = np.array([0.25, 0.5, 0.7, 0.85, 0.95, 0.99, 1.0])
 class Adhesion(Figure):
     """Adhesion level by window, its probability, the creep slope and changes of level on unseen tracks."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        return judged(fast)
+    def compute(self, size: Size) -> pd.DataFrame:
+        return judged(size.reduced)
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(11.5, 8.4), layout="constrained")

@@ -16,13 +16,14 @@ from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import HONEST, Claim, Target, above, at_least, at_most, below, exactly
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
+from experiments.reporting.size import Size
 from experiments.runs.speed import rows_where
 from experiments.runs.wheelset import record
 from experiments.scoring.conicity import function_errors
 from railsim.analysis.statistics import root_mean_square
 
 SEEDS, FAST_SEEDS = 20, 1
-DURATION, FAST_DURATION = 60.0, 30.0
+DURATION, FAST_DURATION, SMOKE_DURATION = 60.0, 30.0, 15.0
 SPEEDS = (20.0, 45.0)
 WITHIN = 0.03
 CASES: dict[str, tuple[float, bool]] = {
@@ -56,17 +57,17 @@ BOUNDED, BOUNDED_CASE = 3, "worn 0.1, gauge constant"
 class ConicityBlind(Figure):
     """Yaw gyro, accelerometer and transducer of the suspended mass, speed; no track."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        duration = FAST_DURATION if fast else DURATION
-        speeds = np.linspace(*SPEEDS, FAST_SEEDS if fast else SEEDS)
+    def compute(self, size: Size) -> pd.DataFrame:
+        duration = size.of(DURATION, FAST_DURATION, SMOKE_DURATION)
+        speeds = np.linspace(*SPEEDS, FAST_SEEDS if size.reduced else SEEDS)
         rows = [
             one(wear, float(speed), duration, FIRST_SEED + seed, gauge, seed < BOUNDED and name == BOUNDED_CASE)
             | {"part": "seed", "case": name}
             for name, (wear, gauge) in CASES.items()
             for seed, speed in enumerate(speeds)
         ]
-        engine = "compiled" if fast else "exudyn"
-        runs = WEAR[:: len(WEAR) // 3] if fast else WEAR
+        engine = "compiled" if size.reduced else "exudyn"
+        runs = WEAR[:: size.of(1, len(WEAR) // 3, len(WEAR) - 1)]
         rows += [
             one(float(wear), 30.0, duration, WEAR_SEED + number, False, known=True, engine=engine)
             | {"part": "wear", "case": "wear"}

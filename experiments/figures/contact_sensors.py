@@ -9,6 +9,7 @@ from matplotlib.figure import Figure as Picture
 from estimators.interface import ESTIMATORS, Estimator
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_most
+from experiments.reporting.size import Size
 from experiments.runs.contact import ensemble, run
 from experiments.scoring.score import score
 from railsim.errors import InputError
@@ -32,7 +33,7 @@ SETS: dict[str, tuple[str, ...]] = {
     "yaw gyro only": (SIDE, ROLL, BODY, APART, TRACK),
 }
 """What is taken away; wheel speed is always there."""
-CASES, SHORT = 3, 30.0
+CASES, SHORT, SHORTEST = 3, 30.0, 10.0
 SCORES = ("conicity rms error [-]", "difference_of_radii rms error [mm]")
 """First of these that an estimator has."""
 PLAIN = "conicity_ekf"
@@ -46,11 +47,11 @@ CONICITY = 0.06
 class ContactSensors(Figure):
     """Runs with new to worn wheels, without one sensor after the other."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """Rows: estimator, set, score, rms error over the runs (NaN where the estimator cannot run)."""
         cases = ensemble(CASES, (0.0, 0.08), (1.4345, 1.4355), first=301)
-        cases = [replace(cases[0], duration=SHORT)] if fast else cases
-        runs = [run(case, "compiled" if fast else "exudyn") for case in cases]
+        cases = [replace(cases[0], duration=size.of(SHORT, SHORT, SHORTEST))] if size.reduced else cases
+        runs = [run(case, "compiled" if size.reduced else "exudyn") for case in cases]
         rows = [
             {"estimator": name, "set": label, "score": key, "error": error}
             for name, estimator in contact_estimators(runs[0][1]).items()

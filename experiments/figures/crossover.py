@@ -8,15 +8,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
 from experiments.figures.interface import Figure
+from experiments.reporting.size import Size
 from experiments.runs.crossover import SEED, X, crossover_table, features, series
 
 
 class CrossoverFigure(Figure):
     """Base of figures 3 to 5."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """See `crossover_table`."""
-        return crossover_table(fast)
+        return crossover_table(size.reduced)
 
 
 def one_panel(table: pd.DataFrame, title: str, label: str) -> tuple[Picture, Axes, dict[str, np.ndarray]]:

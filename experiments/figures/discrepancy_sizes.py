@@ -16,6 +16,7 @@ from experiments.figures.discrepancy_runs import SIZES, blind, detected, expecte
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, exactly
+from experiments.reporting.size import Size
 from railsim.scenario import load_scenario
 
 MODEL = "yaw_dampers"
@@ -62,10 +63,10 @@ class DiscrepancySizes(Figure):
     Exudyn made of a random build, whole library.
     """
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """Rows: effect and size; what is done is kept on disk, so that a stopped run goes on."""
-        only = FEW if fast else None
-        scenario = load_scenario(MODEL, {"duration": SHORT if fast else LONG})
+        only = FEW if size.reduced else None
+        scenario = load_scenario(MODEL, {"duration": SHORT if size.reduced else LONG})
         found = expected(scenario, only, _progress)
         rows = []
         for one, rival in zip(found, rivals(found), strict=True):
@@ -89,7 +90,7 @@ class DiscrepancySizes(Figure):
                 "blind effect": "",
                 "blind class": "",
             }
-            if row["possible"] and _is_blind(one.candidate.name, one.size, fast):
+            if row["possible"] and _is_blind(one.candidate.name, one.size, size):
                 said = blind(scenario, one, SEED, only, _progress)
                 row |= {f"blind {key}": said[key] or "" for key in ("status", "effect", "class")}
             rows.append(row)
@@ -151,8 +152,8 @@ class DiscrepancySizes(Figure):
         ]
 
 
-def _is_blind(name: str, size: str, fast: bool) -> bool:
-    return (name == FEW[0] and size == SIZES[2]) if fast else name in BLIND
+def _is_blind(name: str, of_effect: str, size: Size) -> bool:
+    return size.of(name in BLIND, name == FEW[0] and of_effect == SIZES[2], False)
 
 
 def _progress(text: str) -> None:

@@ -12,6 +12,7 @@ from estimators.track.dipped_joints import DippedJoints
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, at_most, exactly, near
 from experiments.reporting.plots import BLACK, BLUE, GREY, RED
+from experiments.reporting.size import Size
 from experiments.scoring.joints import TrueDip, matched, true_dips
 from railsim import measure, simulate
 from railsim.scenario import Scenario
@@ -29,9 +30,9 @@ S = "s [m]"
 class Fig02(Figure):
     """Pitch gyro and tachometer alone: joints in the alignment and, a wheelbase long, in the curvature."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        scenario = Scenario.build(_values(500.0 if fast else 1000.0))
-        truth = simulate(scenario, engine="compiled" if fast else "exudyn")
+    def compute(self, size: Size) -> pd.DataFrame:
+        scenario = Scenario.build(_values(500.0 if size.reduced else 1000.0))
+        truth = simulate(scenario, engine="compiled" if size.reduced else "exudyn")
         measured = measure(truth, scenario).measurements
         joints = DippedJoints().estimate(measured)
         plain, sharp = (AlignmentVertical(compensate=x, cut=35.0).estimate(measured).series for x in (False, True))

@@ -17,6 +17,7 @@ from estimators.vehicle.affine import PARAMETERS
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most
+from experiments.reporting.size import Size
 from experiments.runs.suspension import CASE, JUDGED, SEED, TIME, over_seeds
 from railsim.analysis.statistics import root_mean_square
 
@@ -24,8 +25,8 @@ FULL, REDUCED = "wheelsets, bogie, body", "bogie, body"
 UNCERTAIN, OTHER = "bogie, body; track uncertain", "the same, other assumption"
 SHARE = 0.05  # of the track's power is error: 0.22 of its size
 COLOURS = {FULL: "#0072b2", REDUCED: "#009e73", UNCERTAIN: "#d55e00", OTHER: "#cc79a7"}
-SEEDS, FAST_SEEDS = 20, 2
-DURATION, FAST_DURATION = 65.0, 20.0  # s
+SEEDS, FAST_SEEDS, SMOKE_SEEDS = 20, 2, 1
+DURATION, FAST_DURATION, SMOKE_DURATION = 65.0, 20.0, 8.0  # s
 TRACK = JUDGED + 3  # of its own: every sample is taken since the figure was seen on JUDGED with every second one
 LABELS = ("$C_{sy}$ in kN s/m", "$C_{s\\psi}$ in kN m s/rad", "conicity $\\lambda$", "standard deviation / estimate")
 SCALES = (1e-3, 1e-3, 1.0)
@@ -48,12 +49,12 @@ def cases() -> dict[str, tuple[SuspensionRbpf, float]]:
 class Fig07(Figure):
     """Estimates over time and their spread over the seeds."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """Estimates of every case and seed over time, beside the true values."""
-        engine = "compiled" if fast else "exudyn"
-        table, true = over_seeds(
-            cases(), TRACK, FAST_SEEDS if fast else SEEDS, FAST_DURATION if fast else DURATION, engine
-        )
+        engine = "compiled" if size.reduced else "exudyn"
+        seeds = size.of(SEEDS, FAST_SEEDS, SMOKE_SEEDS)
+        duration = size.of(DURATION, FAST_DURATION, SMOKE_DURATION)
+        table, true = over_seeds(cases(), TRACK, seeds, duration, engine)
         return table.assign(**{NOMINAL.format(name): value for name, value in zip(PARAMETERS, true, strict=True)})
 
     def draw(self, table: pd.DataFrame) -> Picture:

@@ -5,14 +5,15 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim
+from experiments.reporting.size import Size
 from experiments.validation.adhesion_curves import comparisons, creep_curves, draw_curves
 
 
 class Fig08(Figure):
     """Longitudinal creep force over creepage at a fixed contact patch, by Polach's law and by FASTSIM."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        del fast
+    def compute(self, size: Size) -> pd.DataFrame:
+        del size
         return creep_curves()
 
     def draw(self, table: pd.DataFrame) -> Picture:

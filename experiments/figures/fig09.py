@@ -15,6 +15,7 @@ from estimators.adhesion.classifier import LEVELS
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, above
 from experiments.reporting.plots import BLUE, GREEN, PURPLE, RED
+from experiments.reporting.size import Size
 from experiments.runs.adhesion import run, scenario, sensors
 from experiments.scoring.creep_forces import true_forces
 from railsim.measurements import Measurements
@@ -34,12 +35,12 @@ LATERAL, MOMENT = "lateral force [N2/Hz]", "yaw moment [N2 m2/Hz]"
 class Fig09(Figure):
     """Peaks of the creep forces' density fall with worse adhesion; the trailing wheelset separates more."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         columns: dict[str, np.ndarray] = {}
         for level in LEVELS:
             settings = {"track": TRACK, "vehicle": {"name": VEHICLE, "adhesion": level}}
-            one = scenario(settings, SPEED, SHORT if fast else DURATION, sensors("mems"))
-            truth, measured = run(one, 9, "compiled" if fast else "exudyn")
+            one = scenario(settings, SPEED, SHORT if size.reduced else DURATION, sensors("mems"))
+            truth, measured = run(one, 9, "compiled" if size.reduced else "exudyn")
             columns |= _densities(truth, measured, level)
         return pd.DataFrame(columns)
 

@@ -14,6 +14,7 @@ from experiments.bounds.conicity import conicity_bound
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import HONEST, Claim, Target, above, at_least, at_most
+from experiments.reporting.size import Size
 from experiments.runs.contact import Case, ensemble, run
 from experiments.scoring.conicity import WINDOW
 from experiments.scoring.contact_geometry import SETTLE
@@ -45,15 +46,15 @@ FILTERS = {"plain": ConicityEkf, "track": ConicityEkfTrack}
 class Fig11(Figure):
     """One run over time; twenty runs with other tracks, vehicles, sensors, gauges and speeds."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """Rows of part "time" (one run) and of part "seed" (the last 20 s of each run)."""
-        cases = ensemble(FAST_SEEDS if fast else SEEDS, (0.0, 0.0), GAUGES)
-        engine = "compiled" if fast else "exudyn"
-        if fast:
+        cases = ensemble(FAST_SEEDS if size.reduced else SEEDS, (0.0, 0.0), GAUGES)
+        engine = "compiled" if size.reduced else "exudyn"
+        if size.reduced:
             cases = [replace(case, duration=30.0) for case in cases]
         drawn = replace(cases[0], seed=643, gauge=1.435, speed=30.0)
         rows = [_seed(case, engine) | {"part": "seed"} for case in cases]
-        fresh = ensemble(1 if fast else OTHER_SEEDS, (0.0, 0.0), GAUGES, FRESH)
+        fresh = ensemble(1 if size.reduced else OTHER_SEEDS, (0.0, 0.0), GAUGES, FRESH)
         for name, changes in OTHERS.items():
             changed = [replace(case, **changes, duration=cases[0].duration) for case in fresh]
             rows += [_seed(case, "compiled") | {"part": name} for case in changed]

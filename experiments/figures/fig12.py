@@ -12,6 +12,7 @@ from estimators.wheel_rail.conicity_ekf_table import ConicityEkfTable
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import HONEST, Claim, Target, above, at_most, below
+from experiments.reporting.size import Size
 from experiments.runs.contact import Case, ensemble, run
 from experiments.scoring.conicity import function_errors
 from experiments.scoring.wheel_rail_truth import contact_truth
@@ -31,12 +32,12 @@ Bins = dict[str, np.ndarray]
 class Fig12(Figure):
     """Twenty runs: new to worn wheels, 20 to 45 m/s, other tracks and vehicles."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """One row for each seed and bin of y - d."""
-        cases = ensemble(FAST_SEEDS if fast else SEEDS, WEARS, (1.434, 1.436), first=101)
-        if fast:
+        cases = ensemble(FAST_SEEDS if size.reduced else SEEDS, WEARS, (1.434, 1.436), first=101)
+        if size.reduced:
             cases = [replace(case, duration=30.0) for case in cases]
-        return pd.concat([_seed(case, "compiled" if fast else "exudyn") for case in cases], ignore_index=True)
+        return pd.concat([_seed(case, "compiled" if size.reduced else "exudyn") for case in cases], ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
         """One wheelset's function with its data density, and errors of all over the density."""

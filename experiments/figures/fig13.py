@@ -12,6 +12,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import HONEST, Claim, at_least, at_most
 from experiments.reporting.plots import BLACK, BLUE, ORANGE
+from experiments.reporting.size import Size
 from experiments.runs.rolling_radii import PAIR
 from experiments.runs.speed import rows_where
 from experiments.runs.wheelset import record
@@ -49,11 +50,11 @@ REASONS = {
 class Fig13(Figure):
     """Four runs over the shift; twenty tracks and vehicles for the stated uncertainty."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        duration = FAST_DURATION if fast else DURATION
-        engine = "compiled" if fast else "exudyn"
+    def compute(self, size: Size) -> pd.DataFrame:
+        duration = FAST_DURATION if size.reduced else DURATION
+        engine = "compiled" if size.reduced else "exudyn"
         tables = [function(case, duration, 13, engine=engine).assign(case=name) for name, case in CASES.items()]
-        speeds = np.linspace(20.0, 45.0, FAST_SEEDS if fast else SEEDS)
+        speeds = np.linspace(20.0, 45.0, FAST_SEEDS if size.reduced else SEEDS)
         for seed, speed in enumerate(speeds):
             one = function(CASES["new, real sensors, gauge 2 mm"], duration * 0.8, 200 + seed, float(speed), engine)
             tables.append(one.assign(case=f"{SEEDED} {seed}"))

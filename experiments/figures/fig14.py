@@ -7,6 +7,7 @@ from matplotlib.figure import Figure as Picture
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, between
 from experiments.reporting.plots import BLACK, SKY
+from experiments.reporting.size import Size
 from experiments.runs.rolling_radii import WIDTH, contact, run, true_geometry
 
 EVERY = 32  # samples of the run that are drawn
@@ -17,9 +18,9 @@ FEWEST = 20  # samples of a section
 class Fig14(Figure):
     """New S1002 on 60E1, equations (11) to (15), 30 m/s, lateral and gauge irregularity of 2 mm."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         wheels = contact()
-        signals, _ = run(wheels, SEED, True, FAST_DURATION if fast else DURATION)
+        signals, _ = run(wheels, SEED, True, FAST_DURATION if size.reduced else DURATION)
         shift, gauge = signals.shift[::EVERY], signals.gauge[::EVERY]
         found = true_geometry(wheels, shift, gauge)
         level = true_geometry(wheels, shift, np.zeros(len(shift)))

@@ -8,6 +8,7 @@ from estimators.wheel_rail.section_rls import Geometry, Signals, geometry, regre
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_most
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
+from experiments.reporting.size import Size
 from experiments.runs.rolling_radii import FEWEST, RATE, WIDTH, contact, parameters, run, true_geometry
 from experiments.runs.speed import rows_where
 from railsim.wheelset import RollingTable
@@ -31,9 +32,9 @@ WRONG = {"f22": 1.03, "f11": 0.97}
 class Fig15(Figure):
     """New S1002 on 60E1 by equations (11) to (15), 30 m/s; everything that (5) to (8) take as known is known."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         wheels = contact()
-        signals, known = run(wheels, SEED, False, FAST_DURATION if fast else DURATION)
+        signals, known = run(wheels, SEED, False, FAST_DURATION if size.reduced else DURATION)
         tables = [sections(signals, known, wheels, degree).assign(case=name) for degree, name in DEGREES.items()]
         tables.append(sections(signals, known, wheels, 1, width=NARROW).assign(case=LINEAR))
         tables.append(sections(signals, known, wheels, 0, width=NARROW).assign(case="as printed, narrow"))

@@ -9,6 +9,7 @@ from experiments.figures.fig15 import NAMES, draw, sections, whole, worst
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, above, at_most, between
 from experiments.reporting.plots import SKY
+from experiments.reporting.size import Size
 from experiments.runs.rolling_radii import FEWEST, WIDTH, contact, run
 from experiments.runs.speed import rows_where
 from railsim.wheelset.parameters import Coefficients
@@ -24,14 +25,14 @@ AT_ONE_SHIFT = 5  # sections of one shift that its spread needs
 class Fig16(Figure):
     """Local parabolas; gauge constant, varying and left out, varying and known."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         wheels = contact()
         tables = []
         for name, (varies, used) in CASES.items():
-            signals, known = run(wheels, SEED, varies, FAST_DURATION if fast else DURATION)
+            signals, known = run(wheels, SEED, varies, FAST_DURATION if size.reduced else DURATION)
             one = sections(signals, known, wheels, 2, used)
             tables.append(one.assign(case=name, **conditioning(signals, known, used)))
-        signals, known = run(wheels, SEED, True, FAST_DURATION if fast else DURATION)
+        signals, known = run(wheels, SEED, True, FAST_DURATION if size.reduced else DURATION)
         squares = sections(signals, known, wheels, 1, True, SIDE, SIDE)
         return pd.concat([*tables, squares.assign(case=SQUARES)], ignore_index=True)
 

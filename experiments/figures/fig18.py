@@ -10,6 +10,7 @@ from matplotlib.figure import Figure as Picture
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, at_most, exactly, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
+from experiments.reporting.size import Size
 from experiments.reporting.units import KMH
 from experiments.runs.speed import GRADES, error, rows_where, speed_table, truncation
 
@@ -36,18 +37,18 @@ CASES = {50: "50 km/h", 100: "100 km/h"}
 class Fig18(Figure):
     """Speed on a low-speed curve, plain (the paper's) and refined, with sensors of three grades."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         tables, values = [], {}
         for speed, case in CASES.items():
             values: dict[str, Any] = {"track": "curve_r400", "speed": {"kind": "constant", "speed": speed / KMH}}
             values["duration"] = np.floor(930.0 * KMH / speed)
-            tables.append(speed_table(case, values, fast, window=WINDOW[speed]))
+            tables.append(speed_table(case, values, size.reduced, window=WINDOW[speed]))
         values["traction"] = [
             {"wheelset": 1, "time": [0.0, 13.0, 14.0, 24.0, 25.0], "slip": [0.0, 0.0, SLIDE, SLIDE, 0.0]}
         ]
         for case, adhesion in SLIDING.items():
             vehicle = {"name": "class175", "adhesion": adhesion}
-            tables.append(speed_table(case, values | {"vehicle": vehicle}, fast, tachometer=True))
+            tables.append(speed_table(case, values | {"vehicle": vehicle}, size.reduced, tachometer=True))
         return pd.concat(tables, ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:

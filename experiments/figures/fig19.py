@@ -7,6 +7,7 @@ from matplotlib.figure import Figure as Picture
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, below, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE
+from experiments.reporting.size import Size
 from experiments.reporting.units import KMH
 from experiments.runs.speed import error, rows_where, speed_table
 from railsim.analysis.statistics import root_mean_square
@@ -19,10 +20,10 @@ WINDOW = 1.0  # s of the plain variant: short at high speed (section 5.2)
 class Fig19(Figure):
     """Delay of the plain variant under acceleration, and what the refined one's motion model makes of it."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         speed = {"kind": "profile", "time": [0.0, STARTS, ENDS], "speed": [40.0, 40.0, 48.0]}
         values = {"track": "straight_erri_low", "speed": speed, "duration": 33.0}
-        return speed_table("40 to 48 m/s", values, fast, window=WINDOW, slowest=15.0, forward=True)
+        return speed_table("40 to 48 m/s", values, size.reduced, window=WINDOW, slowest=15.0, forward=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(10.0, 8.0), layout="constrained")

@@ -12,6 +12,7 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from experiments.reporting.claims import Claim
+from experiments.reporting.size import Size
 from railsim.errors import InputError
 from railsim.registry import Kind
 
@@ -27,8 +28,8 @@ class Figure(ABC):
         return type(self).__module__.rpartition(".")[2]
 
     @abstractmethod
-    def compute(self, fast: bool) -> pd.DataFrame:
-        """The numbers behind the picture; `fast`: shorter runs, the compiled engine, but the same columns."""
+    def compute(self, size: Size) -> pd.DataFrame:
+        """The numbers behind the picture; the same columns at every size."""
 
     @abstractmethod
     def draw(self, table: pd.DataFrame) -> Picture:
@@ -51,7 +52,7 @@ class Figure(ABC):
 FIGURES = Kind("figures", "experiments.figures", Figure)
 
 
-def publish(figure: Figure, folder: Path | str, fast: bool) -> dict[str, Any]:
+def publish(figure: Figure, folder: Path | str, size: Size) -> dict[str, Any]:
     """Compute, draw and check a figure; write NAME.csv, NAME.png and its further files.
 
     Each file appears whole or not at all.
@@ -66,7 +67,7 @@ def publish(figure: Figure, folder: Path | str, fast: bool) -> dict[str, Any]:
     """
     folder = Path(folder)
     _replace(folder, ".probe", lambda path: path.touch(), keep=False)
-    table = figure.compute(fast)
+    table = figure.compute(size)
     picture = figure.draw(table)
     files = [
         _replace(folder, f"{figure.name}.csv", lambda path: table.to_csv(path, index=False)),

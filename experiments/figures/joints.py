@@ -13,6 +13,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most, below, between
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, RED
+from experiments.reporting.size import Size
 from experiments.scoring.joints import matched
 from railsim import measure, simulate
 from railsim.analysis.statistics import root_mean_square
@@ -36,14 +37,14 @@ DEPTH = 0.15
 class Joints(Figure):
     """MEMS sensors on the bogie, tachometer 1 % wrong; joints abreast and staggered; three seeds of noise each."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         tables = []
-        for speed in SPEEDS[2::2] if fast else SPEEDS:
+        for speed in size.of(SPEEDS, SPEEDS[2::2], SPEEDS[-1:]):
             scenario = Scenario.build(_values(speed, FULL))
-            truth = simulate(scenario, engine="compiled" if fast or speed < SLOW else "exudyn")
+            truth = simulate(scenario, engine="compiled" if size.reduced or speed < SLOW else "exudyn")
             for sensors in SENSORS:
                 suite = Scenario.build(_values(speed, sensors))
-                for seed in SEEDS[:1] if fast else SEEDS:
+                for seed in SEEDS[:1] if size.reduced else SEEDS:
                     measured = measure(truth, suite, seed=seed).measurements
                     found = matched(DippedJoints().estimate(measured), truth)
                     found = bounds(found, truth, measured, speed)

@@ -18,6 +18,7 @@ from estimators.track.passes import changes, laid_on, match
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, at_most, exactly, near
 from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, RED
+from experiments.reporting.size import Size
 from experiments.reporting.units import MM
 from experiments.runs.growing_defects import KINDS, growing_defects
 from railsim import measure, simulate
@@ -64,8 +65,8 @@ class Passes(Figure):
     Below: four kinds of defects of several sizes, ten seeds each (rows whose "seed [-]" is given).
     """
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        return pd.concat([self._one(fast), growing_defects(fast)], ignore_index=True)
+    def compute(self, size: Size) -> pd.DataFrame:
+        return pd.concat([self._one(size.reduced), growing_defects(size.reduced)], ignore_index=True)
 
     def _one(self, fast: bool) -> pd.DataFrame:
         length = 600.0 if fast else 1900.0

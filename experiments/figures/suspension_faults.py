@@ -19,6 +19,7 @@ from estimators.vehicle.affine import PARAMETERS, nominal
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_most, exactly
+from experiments.reporting.size import Size
 from experiments.runs.suspension import write_other
 from railsim import load_scenario, measure, simulate
 
@@ -39,18 +40,19 @@ FIRST_SEED = 7100
 class SuspensionFaults(Figure):
     """Sweep of the damping, steps, and healthy running."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        shares = (1.0, 0.5) if fast else SHARES
+    def compute(self, size: Size) -> pd.DataFrame:
+        shares = size.of(SHARES, (1.0, 0.5), (0.5,))
+        steps, minutes = size.of((0.5, 0.0), (0.5,)), size.of(MINUTES, FAST_MINUTES)
+        every = size.of(EVERY, EVERY, 4 * EVERY)
         jobs: list[dict[str, Any]] = []
         for component in range(2):
             jobs += [{"what": "sweep", "component": component, "share": share} for share in shares]
-            jobs += [
-                {"what": "step", "component": component, "share": share} for share in ((0.5,) if fast else (0.5, 0.0))
-            ]
-        minutes = FAST_MINUTES if fast else MINUTES
+            jobs += [{"what": "step", "component": component, "share": share} for share in steps]
         jobs += [{"what": "healthy", "component": 0, "share": 1.0, "seed": FIRST_SEED + i} for i in range(minutes)]
         with tempfile.TemporaryDirectory() as folder:
-            tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(delayed(run)(job, Path(folder)) for job in jobs)
+            tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(
+                delayed(run)(job, Path(folder), every) for job in jobs
+            )
         return pd.concat(tables, ignore_index=True)
 
     def draw(self, table: Any) -> Picture:
@@ -112,7 +114,7 @@ class SuspensionFaults(Figure):
         return ["An alarm is a verdict 'degraded' or 'failed' on either pair of dampers; one a run counts once."]
 
 
-def run(job: dict[str, Any], folder: Path) -> pd.DataFrame:
+def run(job: dict[str, Any], folder: Path, every: int) -> pd.DataFrame:
     """One run and its estimate: health of the job's component and of the other over time."""
     changes: dict[str, Any] = {"duration": SETTLED + 60.0 if job["what"] == "healthy" else 65.0}
     if "seed" in job:
@@ -122,7 +124,7 @@ def run(job: dict[str, Any], folder: Path) -> pd.DataFrame:
         changes["effects"] = [{"kind": EFFECTS[job["component"]], "factor": job["share"], **onset}]
     scenario = load_scenario("suspension", changes)
     measurements = measure(simulate(scenario, engine="compiled"), scenario, seed=job.get("seed", 1)).measurements
-    series = SuspensionRbpf(wheelset_sensors=False, keep_every=EVERY).estimate(measurements).series
+    series = SuspensionRbpf(wheelset_sensors=False, keep_every=every).estimate(measurements).series
     built = nominal(measurements.vehicle).tolist()
     found = pd.DataFrame({TIME: series[TIME], **job, "seed": job.get("seed", 1)})
     for i, (health, std, verdict) in enumerate((("health", "std", "verdict"), (*_OTHER,))):

@@ -23,13 +23,14 @@ from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import PARAMETERS, WITHOUT_WHEELSETS, half_vehicle
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_most, between
+from experiments.reporting.size import Size
 from experiments.runs.suspension import JUDGED, write_other
 from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements
 
 EVERY = 4  # samples of 256 Hz
-LEVELS, FAST_LEVELS = (0.25, 0.5, 1.0, 2.0, 4.0), (0.5, 1.0, 2.0)
+LEVELS, FAST_LEVELS, SMOKE_LEVELS = (0.25, 0.5, 1.0, 2.0, 4.0), (0.5, 1.0, 2.0), (1.0,)
 CONICITIES = tuple(np.round(np.arange(0.06, 0.2501, 0.01), 3))
 FAST_CONICITIES = (0.1, 0.15, 0.2)
 TRACKS = 3
@@ -42,13 +43,13 @@ WHAT, LEVEL, CONICITY, VALUE = "what", "level", "conicity", "value"
 class SuspensionIdentifiability(Figure):
     """Profiles, information, and the estimates that fit the level too."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        seconds, engine = (12.0, "compiled") if fast else (65.0, "exudyn")
+    def compute(self, size: Size) -> pd.DataFrame:
+        seconds, engine = (12.0, "compiled") if size.reduced else (65.0, "exudyn")
         estimator = SuspensionMl(wheelset_sensors=False, track="unknown", keep_every=EVERY, starts=16)
         rows: list[dict[str, Any]] = []
-        for number in range(1 if fast else TRACKS):
+        for number in range(1 if size.reduced else TRACKS):
             true, measurements = _run(JUDGED + number, seconds, engine)
-            if not fast:
+            if not size.reduced:
                 found = estimator.but(fit_level=True).estimate(measurements)
                 last = found.series.iloc[-1]
                 for name, value in zip(PARAMETERS, true, strict=True):
@@ -56,8 +57,8 @@ class SuspensionIdentifiability(Figure):
                 rows[-1]["std"] = float(last[std_name(PARAMETERS[2])])
                 rows.append({WHAT: "level", VALUE: found.about["track_level"]})
             if number == 0:
-                rows += _profiles(estimator, measurements, fast)
-                rows += _information(estimator, measurements, 60.0 if fast else MADE)
+                rows += _profiles(estimator, measurements, size)
+                rows += _information(estimator, measurements, size.of(MADE, 60.0, 20.0))
         return pd.DataFrame(rows)
 
     def draw(self, table: Any) -> Picture:
@@ -130,15 +131,15 @@ def _run(seed: int, seconds: float, engine: str) -> tuple[np.ndarray, Measuremen
         return true_parameters(truth), measure(truth, scenario, seed=seed).measurements
 
 
-def _profiles(estimator: SuspensionMl, measurements: Measurements, fast: bool) -> list[dict[str, Any]]:
+def _profiles(estimator: SuspensionMl, measurements: Measurements, size: Size) -> list[dict[str, Any]]:
     """Largest likelihood over both dampers, for every conicity and level."""
     rows = []
-    for level in FAST_LEVELS if fast else LEVELS:
+    for level in size.of(LEVELS, FAST_LEVELS, SMOKE_LEVELS):
         problem = estimator.but(track_level=level).prepare(measurements)
-        size = problem.high - problem.low
-        start = ((problem.nominal - problem.low) / size)[:2]
-        for conicity in FAST_CONICITIES if fast else CONICITIES:
-            place = (conicity - problem.low[2]) / size[2]
+        span = problem.high - problem.low
+        start = ((problem.nominal - problem.low) / span)[:2]
+        for conicity in size.of(CONICITIES, FAST_CONICITIES):
+            place = (conicity - problem.low[2]) / span[2]
             start, value = _best_dampers(problem, start, place)
             rows.append({WHAT: "profile", LEVEL: level, CONICITY: conicity, VALUE: -value})
     return rows

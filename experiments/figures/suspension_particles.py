@@ -14,6 +14,7 @@ from estimators.vehicle.affine import PARAMETERS
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most
+from experiments.reporting.size import Size
 from railsim import load_scenario, measure, simulate
 
 COUNTS, FAST_COUNTS = (30, 100, 300, 1000, 3000), (30, 300)
@@ -26,13 +27,13 @@ LABELS = ("$C_{sy}$", "$C_{s\\psi}$", "conicity")
 class SuspensionParticles(Figure):
     """Spread over seeds in units of the stated standard deviation of the largest filter."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        scenario = load_scenario("suspension", {"duration": 12.0 if fast else 40.0})
+    def compute(self, size: Size) -> pd.DataFrame:
+        scenario = load_scenario("suspension", {"duration": 12.0 if size.reduced else 40.0})
         measurements = measure(simulate(scenario, engine="compiled"), scenario).measurements
         SuspensionRbpf(particles=10).estimate(measurements)  # machine code
         rows = []
-        for count in FAST_COUNTS if fast else COUNTS:
-            for seed in range(1, 1 + (FAST_SEEDS if fast else SEEDS)):
+        for count in FAST_COUNTS if size.reduced else COUNTS:
+            for seed in range(1, 1 + (FAST_SEEDS if size.reduced else SEEDS)):
                 began = time.process_time()
                 series = SuspensionRbpf(particles=count, seed=seed).estimate(measurements).series
                 speed = scenario.duration / (time.process_time() - began)

@@ -24,6 +24,7 @@ from experiments.figures.accuracy_claims import (
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import HONEST, Claim
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
+from experiments.reporting.size import Size
 from experiments.runs.track_accuracy import (
     ACCELEROMETER,
     AXLEBOXES,
@@ -67,11 +68,11 @@ SHOWN = (
 class TrackAccuracy(Figure):
     """Errors by band, estimator, speed and grade of sensors; share of points within two standard deviations."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         with TemporaryDirectory() as folder:
             files = {name: str(path) for name, path in write_unseen(Path(folder)).items()}
-            tasks = [*accuracy_tasks(fast), *coverage_tasks(fast, files)]
-            if fast:
+            tasks = [*accuracy_tasks(size), *coverage_tasks(size, files)]
+            if size.reduced:
                 return pd.DataFrame([row for task in tasks for row in task()])
             tasks.sort(key=lambda task: -task.keywords["cost"])
             found: Any = Parallel(n_jobs=PROCESSES)(delayed(_call)(task) for task in tasks)

@@ -15,6 +15,7 @@ from estimators.track.axlebox_profile import AxleboxProfile
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, above, at_least, at_most, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from experiments.reporting.size import Size
 from experiments.runs.track import PLACES, SHARE, errors, gyro_at, noise_limit, place_name, run
 from railsim.sensors.accelerometer import AXLEBOX
 from railsim.sensors.accelerometer import MEMS as MEMS_ACCELEROMETER
@@ -31,10 +32,10 @@ APART = 0.3  # mm rms
 class TrackSensors(Figure):
     """Errors of D1 and D2: MEMS gyro and accelerometer, industrial accelerometer with displacement, axleboxes."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         parts = []
-        for speed in (SLOW, MIDDLE, FAST) if fast else SPEEDS:
-            truth, measured = run(speed, fast, 700.0 if fast else 1850.0, ("mems", "industrial"))
+        for speed in (SLOW, MIDDLE, FAST) if size.reduced else SPEEDS:
+            truth, measured = run(speed, size.reduced, size.of(1850.0, 700.0, 300.0), ("mems", "industrial"))
             mems, industrial = measured["mems"], measured["industrial"]
             found = [
                 errors(AlignmentVertical(compensate=True), mems, truth, GYRO),

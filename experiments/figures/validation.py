@@ -12,6 +12,7 @@ from matplotlib.figure import Figure as Picture
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim
 from experiments.reporting.plots import BLUE, GREY, RED
+from experiments.reporting.size import Size
 from experiments.validation.interface import Row, Section, sections
 from experiments.validation.reference import VARIABLE
 from experiments.validation.report import document
@@ -24,9 +25,9 @@ PICTURE_DPI = 100
 class Validation(Figure):
     """An overview of all limits; beside it validation.html, and a table and a picture of each section."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """The tables of all sections, one below the other."""
-        tables = [part.compute(fast).assign(**{SECTION: part.name}) for part in sections() if not part.lacking()]
+        tables = [part.compute(size).assign(**{SECTION: part.name}) for part in sections() if not part.lacking()]
         table = pd.concat(tables, ignore_index=True)
         first = table.pop(SECTION)
         table.insert(0, SECTION, first)

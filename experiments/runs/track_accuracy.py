@@ -20,6 +20,7 @@ from estimators.track.fusion import Kind
 from estimators.track.geometry import TrackEstimator
 from estimators.track.observations import attitude
 from estimators.track.track_smoother import LATERAL_DAMPED, LATERAL_STIFF_AND_HEAVY, STIFF_AND_HEAVY, TrackSmoother
+from experiments.reporting.size import Size
 from experiments.reporting.units import MM
 from experiments.runs.track import PLACES, SHARE, gyro_at, place_name, sensors
 from experiments.scoring.track import band_errors, true_track
@@ -52,24 +53,27 @@ CONICITY = 0.05  # the same of the conicity
 K_SLIP = 0.112  # standard deviation of Polach's kS about 0.4: 8 % of the creep coefficients
 FAST_LENGTH = 400.0  # m
 DRAWS = {"compiled": 8, "exudyn": 1}  # vehicles and specimens of their sensors for each track and speed
-FAST_DRAWS = {"compiled": 2}
+FAST_DRAWS, SMOKE_DRAWS = {"compiled": 2}, {"compiled": 1}
+SMOKE_SPEEDS = (PLACED, 45.0)  # m/s
 QUANTITIES = ("vertical", "cross_level", "left_vertical", "right_vertical", "lateral")
 
 Task = partial[list[dict[str, Any]]]
 """Something to compute; its keyword `cost` says what takes longest."""
 
 
-def accuracy_tasks(fast: bool) -> list[Task]:
+def accuracy_tasks(size: Size) -> list[Task]:
     """One for each speed; one simulation serves all estimators and grades."""
-    lengths = {speed: min(length, FAST_LENGTH) if fast else length for speed, length in LENGTHS.items()}
-    return [partial(_accuracy, speed, length, fast, cost=length / speed) for speed, length in lengths.items()]
+    lengths = {speed: size.of(length, min(length, FAST_LENGTH)) for speed, length in LENGTHS.items()}
+    speeds = size.of(tuple(LENGTHS), tuple(LENGTHS), SMOKE_SPEEDS)
+    return [partial(_accuracy, speed, lengths[speed], size.reduced, cost=lengths[speed] / speed) for speed in speeds]
 
 
-def coverage_tasks(fast: bool, files: Mapping[str, str]) -> list[Task]:
+def coverage_tasks(size: Size, files: Mapping[str, str]) -> list[Task]:
     """One for each track, speed, engine and vehicle; `files` : of the tracks."""
     tasks = []
     for track, (length, vehicle, speeds) in RUNS.items():
-        for speed, (engine, draws) in itertools.product(speeds, (FAST_DRAWS if fast else DRAWS).items()):
+        draws_of = size.of(DRAWS, FAST_DRAWS, SMOKE_DRAWS)
+        for speed, (engine, draws) in itertools.product(size.of(speeds, speeds, speeds[-1:]), draws_of.items()):
             cost = length / speed / (14.0 if engine == "exudyn" else 60.0)
             for seed in range(draws):
                 tasks.append(partial(_coverage, track, files[track], vehicle, speed, length, engine, seed, cost=cost))

@@ -11,6 +11,7 @@ from matplotlib.figure import FigureBase
 
 from experiments.reporting.claims import Target, above, at_most, below
 from experiments.reporting.plots import BLUE, GREEN, GREY, PURPLE, RED
+from experiments.reporting.size import Size
 from experiments.validation.interface import Row, Section
 from railsim.constants import GRAVITY
 from railsim.contact.adhesion import CONDITIONS, AdhesionCondition
@@ -51,8 +52,8 @@ class AdhesionCurves(Section):
     source = "Ward et al. (2011), fig. 8; parameters Polach (2005), for the two low ones illustrative"
     size = (11.0, 5.4)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        del fast
+    def compute(self, size: Size) -> pd.DataFrame:
+        del size
         return creep_curves()
 
     def rows(self, table: pd.DataFrame) -> list[Row]:

@@ -7,6 +7,7 @@ from matplotlib.figure import FigureBase
 from estimators.speed.speed_plain import SpeedPlain
 from estimators.speed.speed_refined import SpeedRefined
 from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
+from experiments.reporting.size import Size
 from experiments.scoring.speed import speed_errors
 from experiments.validation.interface import Row, Section
 from railsim import load_scenario, measure, simulate
@@ -73,8 +74,8 @@ class Braking(Section):
     source = "issue 3, item 9; presets of railsim.contact.adhesion"
     size = (11.0, 5.5)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        return braking(fast)
+    def compute(self, size: Size) -> pd.DataFrame:
+        return braking(size.reduced)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         return braking_rows(self, table)

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLUE, GREY, RED
+from experiments.reporting.size import Size
 from experiments.validation.contact_benchmark import PROFILES, profiles
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
@@ -45,8 +46,8 @@ class Conicity(Section):
     )
     size = (12.0, 6.5)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        del fast
+    def compute(self, size: Size) -> pd.DataFrame:
+        del size
         return pd.concat([*(benchmark_case(case) for case in CASES), _chain()], ignore_index=True)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:

@@ -12,6 +12,7 @@ from matplotlib.figure import FigureBase
 from scipy.optimize import root_scalar
 
 from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid, limit_lines
 from experiments.validation.interface import Row, Section, worst
 from experiments.validation.reference import folder, read
@@ -66,8 +67,8 @@ class ContactBenchmark(Section):
     needs = (BENCHMARK, *PROFILES)
     size = (12.0, 10.5)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        del fast
+    def compute(self, size: Size) -> pd.DataFrame:
+        del size
         pair = profiles()
         side = Side(*pair, Layout())
         given = read(BENCHMARK).to_dict("records")

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values, where
@@ -49,8 +50,8 @@ class ContactFunctionsOverGauge(Section):
     source = "identities; conicity of S1002 on 60E1 1:40: Manchester benchmark A-2.2 (CONTACT)"
     size = (14.0, 8.0)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        shifts = 1e-3 * np.linspace(-REACH, REACH, 49 if fast else 97)
+    def compute(self, size: Size) -> pd.DataFrame:
+        shifts = 1e-3 * np.linspace(-REACH, REACH, 49 if size.reduced else 97)
         profiles = read_profile("s1002"), read_profile("uic60_40")
         parts = []
         for gauge in GAUGES:

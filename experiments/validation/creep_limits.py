@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, RED
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values, where
@@ -50,8 +51,8 @@ class CreepLimits(Section):
     )
     source = "Kalker (1967) linear theory, table E.3 of Kalker (1990); Polach (2005), eq. 9"
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        del fast
+    def compute(self, size: Size) -> pd.DataFrame:
+        del size
         found = []
         sizes = np.geomspace(SMALL, 30.0, 120)
         for kind, direction in PURE.items():

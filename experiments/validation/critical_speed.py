@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLACK, BLUE, ORANGE
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.analysis.hunting import Hunting, hunting
@@ -47,8 +48,8 @@ class CriticalSpeed(Section):
     source = "theory of Hopf bifurcations (Knothe and Stichel 2017, chapter 11); flange clearance of the pair"
     size = (11.0, 4.8)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        return critical_speed_table(fast)
+    def compute(self, size: Size) -> pd.DataFrame:
+        return critical_speed_table(size.reduced)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         found = []

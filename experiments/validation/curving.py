@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLUE, ORANGE
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.analysis.curving import Curve, Curving, steady_curving
@@ -55,8 +56,8 @@ class SteadyCurving(Section):
     source = "scipy.optimize.root on free-body diagrams (railsim.analysis.curving)"
     size = (8.0, 4.5)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        return curving_table(fast)
+    def compute(self, size: Size) -> pd.DataFrame:
+        return curving_table(size.reduced)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         found = []

@@ -9,6 +9,7 @@ from matplotlib.figure import FigureBase
 from scipy.optimize import OptimizeResult, least_squares
 
 from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid, limit_lines
 from experiments.validation.interface import Row, Section, worst
 from experiments.validation.reference import read
@@ -53,8 +54,8 @@ class Eurosprinter(Section):
     needs = (CURVES,)
     size = (12.0, 7.5)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        del fast
+    def compute(self, size: Size) -> pd.DataFrame:
+        del size
         return pd.concat([_series(name) for name in WORDS], ignore_index=True)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:

@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.claims import Claim, Target
+from experiments.reporting.size import Size
 from experiments.validation.reference import lacking
 from railsim.registry import Kind
 
@@ -94,7 +95,7 @@ class Section(ABC):
         return lacking(self.needs)
 
     @abstractmethod
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """The numbers behind rows and picture; no column may be empty altogether."""
 
     @abstractmethod

@@ -4,6 +4,7 @@ import pandas as pd
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLUE, GREY
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.contact.fastsim import kalker_1982
@@ -32,8 +33,8 @@ class Kalker1982(Section):
     source = "Kalker (1982), A fast algorithm for the simplified theory of rolling contact, Vehicle System Dynamics 11"
     size = (8.0, 3.2)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        del fast
+    def compute(self, size: Size) -> pd.DataFrame:
+        del size
         found = []
         for given, *printed in PRINTED:
             force = kalker_1982(*given, 5, 5)

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, RED
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.reference import folder
@@ -47,8 +48,8 @@ class MeasuredWheels(Section):
     needs = tuple(f"profiles/{name}" for name in (*WHEELS, MEASURED_RAIL))
     size = (15.0, 7.5)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        shifts = np.linspace(-10.0, 10.0, 41 if fast else 81)
+    def compute(self, size: Size) -> pd.DataFrame:
+        shifts = np.linspace(-10.0, 10.0, 41 if size.reduced else 81)
         rails = {
             MEASURED_RAIL: read_profile(folder() / "profiles" / MEASURED_RAIL).smoothed(RAIL_TOLERANCE),
             OTHER_RAIL: read_profile(OTHER_RAIL),

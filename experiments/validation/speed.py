@@ -8,6 +8,7 @@ from matplotlib.figure import FigureBase
 
 from experiments.benchmarks.speed import SCENARIO, UNIT, rates
 from experiments.reporting.plots import BLUE, GREY
+from experiments.reporting.size import Size
 from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values
@@ -40,14 +41,14 @@ class Speed(Section):
     source = "railsim bench, the same machine in the same minute"
     size = (8.0, 3.2)
 
-    def compute(self, fast: bool) -> pd.DataFrame:
-        duration = FAST_DURATION if fast else DURATION
+    def compute(self, size: Size) -> pd.DataFrame:
+        duration = FAST_DURATION if size.reduced else DURATION
         ways: dict[str, tuple[Callable[[], object], float]] = {}
         for pair, settings in PAIRS.items():
             run = build_run(load_scenario(SCENARIO, {"duration": duration} | settings))
             for engine in ENGINES:
                 ways[f"{pair}; {engine}"] = (_task(run, engine), duration)
-        found = rates(ways, FAST_REPEATS if fast else REPEATS)
+        found = rates(ways, FAST_REPEATS if size.reduced else REPEATS)
         split = [name.split("; ") for name in found]
         return pd.DataFrame(
             {"pair": [one[0] for one in split], "engine": [one[1] for one in split], SPEED: found.values()}

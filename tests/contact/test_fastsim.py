@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from experiments.reporting.size import Size
 from experiments.validation.contact_benchmark import BENCHMARK, law_alone, profiles
 from experiments.validation.eurosprinter import (
     COULOMB,
@@ -39,7 +40,7 @@ FACTOR = st.floats(0.05, 1.0)
 def test_values_printed_by_kalker() -> None:
     """Kalker (1982), 5 x 5 grid: ours opposes the creepage, so Tx is negative for ux = 1."""
     section = Kalker1982()
-    assert [row.what for row in section.rows(section.compute(fast=False)) if not row.held] == []
+    assert [row.what for row in section.rows(section.compute(Size.FULL)) if not row.held] == []
     assert kalker_1982(1.0, -2.0, 2.0, 4.0, 5, 5)[0] < 0.0 < kalker_1982(1.0, -2.0, 2.0, 4.0, 5, 5)[1]
 
 

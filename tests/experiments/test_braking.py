@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from experiments.reporting.size import Size
 from experiments.validation.braking import CONDITIONS, Braking
 
 
 def test_tachometer_fails_where_the_wheels_slide_and_the_bogie_knows_the_speed() -> None:
     section = Braking()
-    table = section.compute(fast=True)
+    table = section.compute(Size.FAST)
     assert set(table["adhesion"]) == set(CONDITIONS)
     rows = section.rows(table)
     assert {row.what for row in rows if row.held is False} == {

@@ -21,6 +21,7 @@ from pathlib import Path
 from joblib import parallel_config
 from threadpoolctl import threadpool_limits
 
+from experiments.reporting.size import Size
 from railsim import InputError, load_scenario, measure, simulate
 from tests.golden.plugins import estimator_kinds, figure_kinds
 from tests.golden.summary import SCALAR, TOLERANCE, Key, Record, Row, differences, leaf_rows, table_rows
@@ -85,7 +86,7 @@ def estimator_rows(name: str) -> dict[Key, Row]:
 def figure_rows(name: str) -> dict[Key, Row]:
     """The fast table of a figure and the values of its claims."""
     figure = figure_kinds()[name]()
-    table = figure.compute(fast=True)
+    table = figure.compute(Size.FAST)
     found = table_rows("table", table)
     for place, claim in enumerate(figure.check(table)):
         found |= leaf_rows("claims", f"{place} {claim.claim}", {"value": claim.value})

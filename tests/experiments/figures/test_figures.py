@@ -13,6 +13,7 @@ from experiments.cli import main
 from experiments.figures.interface import FIGURES, Figure
 from experiments.reporting.claims import Claim, at_least, exactly
 from experiments.reporting.intervals import of_share
+from experiments.reporting.size import Size
 
 FOUND: Mapping[str, Callable[[], Figure]] = dict(FIGURES.classes())
 
@@ -20,9 +21,9 @@ FOUND: Mapping[str, Callable[[], Figure]] = dict(FIGURES.classes())
 class Parabola(Figure):
     """y = x^2, with one claim that holds, one that does not, and one that two cases cannot decide."""
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         """Some points."""
-        x = np.linspace(0, 2, 5 if fast else 50)
+        x = np.linspace(0, 2, 5 if size.reduced else 50)
         return pd.DataFrame({"x [-]": x, "y [-]": x**2})
 
     def draw(self, table: pd.DataFrame) -> Picture:

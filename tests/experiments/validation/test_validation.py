@@ -12,6 +12,7 @@ import pytest
 
 from experiments.cli import main
 from experiments.figures.validation import Validation
+from experiments.reporting.size import Size
 from experiments.validation.interface import Section, sections
 from experiments.validation.measured_wheels import AMPLITUDE, CONICITY, MeasuredWheels, flange_measures
 from experiments.validation.reference import VARIABLE, lacking
@@ -32,7 +33,7 @@ class Sample(Section):
 
     item, title, about, source = 9, "sample", "nothing", "nowhere"
 
-    def compute(self, fast: bool) -> pd.DataFrame:
+    def compute(self, size: Size) -> pd.DataFrame:
         return pd.DataFrame()
 
     def rows(self, table: pd.DataFrame) -> list:
