@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
+from experiments.reporting.claims import Target
 from experiments.reporting.plots import BLUE, ORANGE
 from experiments.reporting.size import Size
 from experiments.validation.drawing import grid
@@ -72,12 +73,12 @@ class SteadyCurving(Section):
                     float(worst["ours"]),
                     float(worst["reference"]),
                     float(worst["ours"] - worst["reference"]),
-                    "± 1 %",
                     str(worst["unit"]),
-                    used <= 1.0,
+                    Target(words=f"{float(worst['reference']):.6g} ± {100.0 * LIMIT:g} %"),
                     self.source,
                     used,
-                )  # fmt: skip
+                    kept=used <= 1.0,
+                )
             )
         return found
 

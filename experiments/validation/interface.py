@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -26,6 +26,7 @@ class Row:
     target : where ours should lie; None where nothing is claimed.
     source : of the reference or of the target.
     used : share of the room in the target that is used, 1 = all of it; None where there is no such share.
+    kept : whether the target is kept, where more than ours decides that: a whole vector, for example.
     """
 
     item: str
@@ -37,11 +38,14 @@ class Row:
     target: Target | None
     source: str
     used: float | None = None
+    kept: bool | None = None
 
     @property
     def held(self) -> bool | None:
         """Whether ours lies in the target; None where nothing is claimed."""
-        return None if self.target is None else self.ours in self.target
+        if self.target is None or self.kept is not None:
+            return self.kept
+        return self.ours in self.target
 
     @property
     def limit(self) -> str:
@@ -50,7 +54,9 @@ class Row:
 
     def claim(self) -> Claim | None:
         """The comparison as a claim; None where nothing is claimed."""
-        return None if self.target is None else Claim.definite(f"{self.item} {self.what}", self.ours, self.target)
+        if self.target is None:
+            return None
+        return replace(Claim.definite(f"{self.item} {self.what}", self.ours, self.target), held=self.held)
 
     def cells(self) -> dict[str, object]:
         """By the column of a table."""
