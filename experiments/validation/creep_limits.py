@@ -56,17 +56,17 @@ class CreepLimits(Section):
         found = []
         sizes = np.geomspace(SMALL, 30.0, 120)
         for kind, direction in PURE.items():
-            for size in sizes:
-                creep = _scaled(direction, UNIT * size)
+            for creepage in sizes:
+                creep = _scaled(direction, UNIT * creepage)
                 force, opposite = _force(creep), _force(_scaled(creep, -1.0))
                 linear = math.hypot(*linear_force(*creep, A, B, *KALKER))
-                found.append(_row(kind, size, math.hypot(*force), linear) | {"oddness [N]": _sum(force, opposite)})
-        for size in sizes:
+                found.append(_row(kind, creepage, math.hypot(*force), linear) | {"oddness [N]": _sum(force, opposite)})
+        for creepage in sizes:
             for creep in _COMBINED:
-                given = _scaled(creep, UNIT * size)
+                given = _scaled(creep, UNIT * creepage)
                 force, opposite = _force(given), _force(_scaled(given, -1.0))
                 linear = math.hypot(*linear_force(*given, A, B, *KALKER))
-                row = _row("combined with spin", size, math.hypot(*force), linear)
+                row = _row("combined with spin", creepage, math.hypot(*force), linear)
                 found.append(row | {"oddness [N]": _sum(force, opposite)})
         for angle in np.linspace(0.0, 0.5 * math.pi, 31):
             creep = (UNIT * SMALL * math.cos(angle), UNIT * SMALL * math.sin(angle), 0.0)
