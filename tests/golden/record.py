@@ -1,8 +1,8 @@
 """Golden record: what every estimator and every figure gave, to hold against what they give after a change of the code.
 
 `python -m tests.golden.record` compares all that is quick with what is in `data` and prints the largest relative
-difference of each; `--all` takes the slow figures too, NAME ... only those, `--write` records anew. `--loosen` raises
-the tolerances to ten times the differences found: for runs under the settings of other processors.
+difference of each; `--all` takes the slow figures too, NAME ... only those, `--write` records anew, slow ones too.
+`--loosen` raises the tolerances to ten times the differences found: for runs under the settings of other processors.
 
 The figures see no reference data and no earlier run, and linear algebra has one thread: with two, sums are taken in
 another order and some estimators' last digits change.
@@ -153,7 +153,7 @@ def main(words: list[str]) -> int:
     chosen = [one for one in names() if not given.names or one in given.names or one.split("/")[0] in given.names]
     same = True
     for path in chosen:
-        if not (given.all or given.names or quick(path)):
+        if not (given.all or given.write or path in given.names or quick(path)):
             continue
         begun = time.monotonic()
         with apart():

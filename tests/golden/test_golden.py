@@ -15,7 +15,7 @@ def by_itself() -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize("path", [path for path in names() if path.startswith("estimators/")])
+@pytest.mark.parametrize("path", names())
 def test_everything_is_recorded(path: str):
     assert Record.open(file_of(path)).rows
 
