@@ -127,9 +127,9 @@ def differences(old: Record, new: Record) -> dict[Key, float]:
     return {key: _difference(old.rows.get(key), new.rows.get(key)) for key in dict.fromkeys([*old.rows, *new.rows])}
 
 
-def beyond(old: Record, found: Mapping[Key, float]) -> dict[Key, float]:
-    """Those of the differences that the record's tolerances do not allow."""
-    return {key: one for key, one in found.items() if key not in old.rows or one > old.rows[key].tolerance}
+def beyond(old: Record, found: Mapping[Key, float], times: float = 1.0) -> dict[Key, float]:
+    """Those of the differences that some times the record's tolerances do not allow."""
+    return {key: one for key, one in found.items() if key not in old.rows or one > times * old.rows[key].tolerance}
 
 
 def _difference(old: Row | None, new: Row | None) -> float:

@@ -7,6 +7,13 @@ import pytest
 from tests.golden.record import apart, computed, file_of, names, quick
 from tests.golden.summary import Record, beyond, differences
 
+OTHER_PROCESSOR = 10.0
+"""Times the tolerances of the record. Between two settings of linear algebra and compiler that were tried (Haswell with
+generic machine code, Prescott) single rows of `conicity_least_squares`, `conicity_spectral` and `track_smoother` were
+up to 19 times further off under the second than the tolerance after the first, so ten times what was seen is too
+little. The strict comparison, on the machine of the record, is `python -m tests.golden.record`.
+"""
+
 
 @pytest.fixture(scope="module", autouse=True)
 def by_itself() -> Iterator[None]:
@@ -23,4 +30,4 @@ def test_everything_is_recorded(path: str):
 @pytest.mark.parametrize("path", [path for path in names() if quick(path)])
 def test_numbers_are_those_of_the_record(path: str):
     old = Record.open(file_of(path))
-    assert beyond(old, differences(old, computed(path))) == {}
+    assert beyond(old, differences(old, computed(path)), OTHER_PROCESSOR) == {}
