@@ -12,7 +12,7 @@ import numpy as np
 from scipy.signal import bilinear, lfilter
 
 from estimators.adhesion.creep_model import BODIES, COUNT, ROLL_BODIES, Floating
-from estimators.speed.odometry import LONGEST_STEP, SpeedSource, find_way
+from estimators.speed.odometry import LONGEST_STEP, SpeedSource, integrate_speed
 from railsim.constants import GRAVITY
 from railsim.data_sheet import channels_on, data_sheet
 from railsim.errors import InputError
@@ -108,8 +108,8 @@ def read(measurements: Measurements, bodies: Sequence[str], good: Good, corner: 
     if not names:
         raise InputError(f"no lateral accelerometer or gyro on {', '.join(bodies)}; add one")
     time = _grid(measurements, names)
-    way = find_way(measurements, source)
-    speed = np.interp(time, way.knots, np.where(way.trusted, way.speed_at_knots, np.nan))
+    odometry = integrate_speed(measurements, source)
+    speed = np.interp(time, odometry.knots, np.where(odometry.trusted, odometry.speed_at_knots, np.nan))
     inputs, known = _rolls(measurements, names, bodies, good, time, corner)
     rows: list[tuple[str, np.ndarray, Place, float]] = []
     for body in bodies:

@@ -41,7 +41,7 @@ SpeedSource = Literal["tachometer", "refined"]
 
 
 @dataclass(frozen=True)
-class Way:
+class Odometry:
     """Distance over time, and the grid.
 
     Attributes
@@ -154,9 +154,9 @@ class Way:
         return moved
 
 
-def find_way(
+def integrate_speed(
     measurements: Measurements, source: SpeedSource = "tachometer", slowest: float = 1.0, spacing: float = SPACING
-) -> Way:
+) -> Odometry:
     """How far the vehicle came.
 
     Parameters
@@ -184,11 +184,11 @@ def find_way(
     trusted[:-1] &= ~lost
     if distance[-1] < 4 * spacing:
         raise InputError(f"the vehicle moves by {distance[-1]:.2f} m only; give a record of a moving vehicle")
-    return Way(time, distance, filled, trusted, slowest, spacing)
+    return Odometry(time, distance, filled, trusted, slowest, spacing)
 
 
 def has_speed(measurements: Measurements, source: SpeedSource) -> bool:
-    """Whether the recording has what `find_way` needs for that source."""
+    """Whether the recording has what `integrate_speed` needs for that source."""
     if source == "refined":
         return SpeedRefined().fits(measurements)
     return _tachometer_channel(measurements) is not None

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from estimators.signals.channel_health import Health, channel_health, runs
-from estimators.speed.odometry import Way, find_way, has_speed
+from estimators.speed.odometry import Odometry, has_speed, integrate_speed
 from estimators.vehicle.affine import INPUTS
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
@@ -94,18 +94,18 @@ def read(
         good[rows, column] = health.good[name]
         raw[rows, column] = measurements[name]
     late = float(np.mean([data_sheet(measurements.about, name).delay for name in used]))
-    way = find_way(measurements)
+    odometry = integrate_speed(measurements)
     inputs = np.zeros((len(time), len(INPUTS)))
     if known_track:
-        inputs = _rails(measurements, _place(measurements, way, time - late, start), rate)
+        inputs = _rails(measurements, _place(measurements, odometry, time - late, start), rate)
     sections = np.asarray(butter(2, band, btype="bandpass", fs=rate, output="sos"))
     noise = np.array([_noise(measurements, name, rate) for name in used])
     settled = np.column_stack([_settled(one, rate) for one in good.T])
     health = _with_settling(health, used, good & ~settled, time)
     filtered = np.column_stack([_filtered(sections, raw[:, j], good[:, j]) for j in range(len(used))])
     inputs = np.column_stack([_filtered(sections, one, np.ones(len(time), dtype=bool)) for one in inputs.T])
-    trusted = np.interp(time, way.knots, way.trusted.astype(float)) > 0.99
-    speed = np.where(trusted, np.interp(time, way.knots, way.speed_at_knots), np.nan)
+    trusted = np.interp(time, odometry.knots, odometry.trusted.astype(float)) > 0.99
+    speed = np.where(trusted, np.interp(time, odometry.knots, odometry.speed_at_knots), np.nan)
     whole = len(time) // every * every
     good = np.asarray(settled[:whole].reshape(whole // every, every, -1).all(axis=1))
     time, filtered, speed, inputs = (one[:whole:every] for one in (time, filtered, speed, inputs))
@@ -130,9 +130,9 @@ def _noise(measurements: Measurements, name: str, rate: float) -> float:
     return math.sqrt(data_sheet(measurements.about, name).variance(rate))
 
 
-def _place(measurements: Measurements, way: Way, time: np.ndarray, start: float | None) -> np.ndarray:
+def _place(measurements: Measurements, odometry: Odometry, time: np.ndarray, start: float | None) -> np.ndarray:
     """Distance of the bogie's centre along the track, m, shape (n,)."""
-    travelled = way.distance_at(time)
+    travelled = odometry.distance_at(time)
     if start is not None:
         return start + travelled
     if EAST not in measurements:
@@ -141,7 +141,7 @@ def _place(measurements: Measurements, way: Way, time: np.ndarray, start: float 
     found = np.isfinite(east)
     if found.sum() < 2:
         raise InputError(f"'{EAST}' has fewer than two samples; give the distance 'start' in m")
-    scale, offset = np.polyfit(way.distance_at(at[found]), east[found], 1)
+    scale, offset = np.polyfit(odometry.distance_at(at[found]), east[found], 1)
     return offset - data_sheet(measurements.about, EAST).position[0] + scale * travelled
 
 

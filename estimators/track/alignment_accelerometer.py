@@ -7,7 +7,7 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.signals.bands import ORDER
 from estimators.signals.frequency_response import filter_time
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.geometry import TrackEstimator, filled, geometry
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
@@ -39,25 +39,25 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
         ------
         InputError : no such accelerometer, no speed, or no movement.
         """
-        way = self.way(measurements)
+        odometry = self.odometry(measurements)
         name = self.channels()[0]
         ahead = data_sheet(measurements.about, name).position[0]
         raw = filled(measurements[name])
         raw = raw - float(np.mean(raw))
         if self.domain == "space":
-            acceleration, good = way.channel(measurements, name, ahead, raw)
-            curvature = acceleration / way.speed**2
-            columns = geometry("vertical", curvature, good, way, self.cut, integrate=2)
+            acceleration, good = odometry.channel(measurements, name, ahead, raw)
+            curvature = acceleration / odometry.speed**2
+            columns = geometry("vertical", curvature, good, odometry, self.cut, integrate=2)
             columns["vertical_curvature [1/m]"] = np.where(good, curvature, np.nan)
         else:
-            height = filter_time(raw, measurements.rate(name), self._integral(way))
-            values, good = way.channel(measurements, name, ahead, height)
-            columns = geometry("vertical", values, good, way, self.cut)
-        return self.result(way, columns, good)
+            height = filter_time(raw, measurements.rate(name), self._integral(odometry))
+            values, good = odometry.channel(measurements, name, ahead, height)
+            columns = geometry("vertical", values, good, odometry, self.cut)
+        return self.result(odometry, columns, good)
 
-    def _integral(self, way: Way):
+    def _integral(self, odometry: Odometry):
         """-1 / w^2 above the corner."""
-        speed = float(np.median(way.speed[way.valid])) if way.valid.any() else way.slowest
+        speed = float(np.median(odometry.speed[odometry.valid])) if odometry.valid.any() else odometry.slowest
         corner = 2.0 * np.pi * speed / max(self.cut, 150.0)
 
         def gain(omega: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from estimators.interface import Estimate
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails, turning
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
@@ -32,39 +32,39 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
         ------
         InputError : a channel is missing, no speed, no movement, or a vehicle parameter is not given.
         """
-        way = self.way(measurements)
+        odometry = self.odometry(measurements)
         arm, half = (number(measurements, name) for name in ("semi_wheelbase", "primary_half_spacing"))
         raw = filled(measurements[ACCELERATION])
-        acceleration, good = way.channel(measurements, ACCELERATION, arm, raw - float(np.mean(raw)))
-        pitching, turned = turning(measurements, PITCH, way, ahead=arm)
-        left, measured_left = way.channel(measurements, LEFT, arm)
-        right, measured_right = way.channel(measurements, RIGHT, arm)
+        acceleration, good = odometry.channel(measurements, ACCELERATION, arm, raw - float(np.mean(raw)))
+        pitching, turned = turning(measurements, PITCH, odometry, ahead=arm)
+        left, measured_left = odometry.channel(measurements, LEFT, arm)
+        right, measured_right = odometry.channel(measurements, RIGHT, arm)
         good = good & turned & measured_left & measured_right
         lever = arm - data_sheet(measurements.about, ACCELERATION).position[0]
-        speed = np.interp(way.s - arm, way.s, way.speed)  # the bogie's centre is `arm` behind the place
+        speed = np.interp(odometry.s - arm, odometry.s, odometry.speed)  # the bogie's centre is `arm` behind the place
         columns = _sum(
-            geometry("vertical", acceleration / speed**2, good, way, self.cut, integrate=2),
-            geometry("vertical", -lever * pitching, good, way, self.cut, integrate=1),
-            geometry("vertical", -(left + right) / 2.0, good, way, self.cut),
+            geometry("vertical", acceleration / speed**2, good, odometry, self.cut, integrate=2),
+            geometry("vertical", -lever * pitching, good, odometry, self.cut, integrate=1),
+            geometry("vertical", -(left + right) / 2.0, good, odometry, self.cut),
         )
         if ROLL in measurements:
-            columns |= self._apart(measurements, way, columns, (left - right) / (2.0 * half), good)
-        return self.result(way, columns, good)
+            columns |= self._apart(measurements, odometry, columns, (left - right) / (2.0 * half), good)
+        return self.result(odometry, columns, good)
 
     def _apart(
         self,
         measurements: Measurements,
-        way: Way,
+        odometry: Odometry,
         columns: dict[str, np.ndarray],
         suspension: np.ndarray,
         good: np.ndarray,
     ) -> dict[str, np.ndarray]:
         """Cross level and each rail, from the bogie's roll less that across the suspension (rad)."""
-        rolling, rolled = turning(measurements, ROLL, way, ahead=number(measurements, "semi_wheelbase"))
+        rolling, rolled = turning(measurements, ROLL, odometry, ahead=number(measurements, "semi_wheelbase"))
         both = good & rolled
         level = _sum(
-            geometry("cross_level", -CANT_BASE * rolling, both, way, self.cut, integrate=1),
-            geometry("cross_level", CANT_BASE * suspension, both, way, self.cut),
+            geometry("cross_level", -CANT_BASE * rolling, both, odometry, self.cut, integrate=1),
+            geometry("cross_level", CANT_BASE * suspension, both, odometry, self.cut),
         )
         return level | rails(columns, level)
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from estimators.interface import Estimate
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.geometry import Gain, TrackEstimator, by_speed, geometry, turning
 from estimators.vehicle.creep import CREEP_FACTOR
 from estimators.vehicle.lateral_roll import followed
@@ -49,25 +49,27 @@ class AlignmentLateral(TrackEstimator, frozen=True):
         ------
         InputError : no yaw rate, no speed, no movement, or a vehicle parameter is missing.
         """
-        way = self.way(measurements)
-        curvature, good = turning(measurements, RATE, way)
+        odometry = self.odometry(measurements)
+        curvature, good = turning(measurements, RATE, odometry)
         rolling = np.zeros(len(curvature))
         if self.compensation and ROLL_RATE in measurements:
-            rolling, rolled = turning(measurements, ROLL_RATE, way)
+            rolling, rolled = turning(measurements, ROLL_RATE, odometry)
             good = good & rolled
         seen = np.where(good, curvature, np.nan)
         track = seen
         if self.compensation:
-            track = self._compensated(seen, np.where(good, rolling, np.nan), way, measurements)
-        columns = geometry("lateral", track, good, way, self.cut, integrate=2)
+            track = self._compensated(seen, np.where(good, rolling, np.nan), odometry, measurements)
+        columns = geometry("lateral", track, good, odometry, self.cut, integrate=2)
         columns["lateral_curvature [1/m]"] = seen
-        return self.result(way, columns, good)
+        return self.result(odometry, columns, good)
 
-    def _compensated(self, yawing: np.ndarray, rolling: np.ndarray, way: Way, measurements: Measurements) -> np.ndarray:
+    def _compensated(
+        self, yawing: np.ndarray, rolling: np.ndarray, odometry: Odometry, measurements: Measurements
+    ) -> np.ndarray:
         """Curvature of the rails from yaw rate and roll rate over speed (NaN where not measured)."""
         rolled = ROLL_RATE in measurements
         inputs = [yawing, rolling] if rolled else [yawing]
-        return by_speed(inputs, way, lambda speed: self._filters(measurements.vehicle, speed, rolled), MEMORY)
+        return by_speed(inputs, odometry, lambda speed: self._filters(measurements.vehicle, speed, rolled), MEMORY)
 
     def _filters(self, vehicle: Mapping[str, Any], speed: float, rolled: bool) -> list[Gain]:
         """Filters by wave number that make the rails' curvature of yaw rate over speed and of roll rate over speed."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.signals.bands import transform
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.geometry import TrackEstimator, geometry, turning
 from estimators.vehicle.vertical import pitch_inverse
 from railsim.measurements import Measurements
@@ -38,21 +38,21 @@ class AlignmentVertical(TrackEstimator, frozen=True):
         ------
         InputError : no pitch rate, no speed, or no movement.
         """
-        way = self.way(measurements)
-        curvature, good = self._curvature(measurements, way)
-        columns = geometry("vertical", curvature, good, way, self.cut, integrate=2)
+        odometry = self.odometry(measurements)
+        curvature, good = self._curvature(measurements, odometry)
+        columns = geometry("vertical", curvature, good, odometry, self.cut, integrate=2)
         columns["vertical_curvature [1/m]"] = np.where(good, curvature, np.nan)
-        return self.result(way, columns, good)
+        return self.result(odometry, columns, good)
 
-    def _curvature(self, measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
+    def _curvature(self, measurements: Measurements, odometry: Odometry) -> tuple[np.ndarray, np.ndarray]:
         if not self.compensate:
-            rate, good = turning(measurements, RATE, way)
+            rate, good = turning(measurements, RATE, odometry)
             return -rate, good
-        rate, good = turning(measurements, RATE, way, pitch_inverse(measurements.vehicle).whole)
+        rate, good = turning(measurements, RATE, odometry, pitch_inverse(measurements.vehicle).whole)
         arm = float(measurements.vehicle["semi_wheelbase"])
 
         def inverse(k: np.ndarray) -> np.ndarray:
             chord = np.sinc(k * arm / np.pi)
             return chord / (chord**2 + self.regularisation)
 
-        return transform(np.where(good, -rate, np.nan), way.spacing, inverse, MEMORY, detrend=False), good
+        return transform(np.where(good, -rate, np.nan), odometry.spacing, inverse, MEMORY, detrend=False), good

@@ -31,18 +31,18 @@ class AxleboxProfile(TrackEstimator, frozen=True):
         ------
         InputError : a channel is missing, no speed, no movement, or a vehicle parameter is not given.
         """
-        way = self.way(measurements)
+        odometry = self.odometry(measurements)
         arm = number(measurements, "semi_wheelbase")
-        speed = np.interp(way.s - arm, way.s, way.speed)
-        curvature, present = [], np.ones(len(way.s), dtype=bool)
+        speed = np.interp(odometry.s - arm, odometry.s, odometry.speed)
+        curvature, present = [], np.ones(len(odometry.s), dtype=bool)
         for name in (LEFT, RIGHT):
             raw = filled(measurements[name])
-            acceleration, good = way.channel(measurements, name, arm, raw - float(np.mean(raw)))
+            acceleration, good = odometry.channel(measurements, name, arm, raw - float(np.mean(raw)))
             curvature.append(acceleration / speed**2)
             present &= good
         apart = data_sheet(measurements.about, LEFT).position[1] - data_sheet(measurements.about, RIGHT).position[1]
         apart = apart or 2.0 * number(measurements, "primary_half_spacing")
         left, right = curvature
-        vertical = geometry("vertical", (left + right) / 2.0, present, way, self.cut, integrate=2)
-        level = geometry("cross_level", (right - left) * CANT_BASE / apart, present, way, self.cut, integrate=2)
-        return self.result(way, vertical | level | rails(vertical, level), present)
+        vertical = geometry("vertical", (left + right) / 2.0, present, odometry, self.cut, integrate=2)
+        level = geometry("cross_level", (right - left) * CANT_BASE / apart, present, odometry, self.cut, integrate=2)
+        return self.result(odometry, vertical | level | rails(vertical, level), present)

@@ -8,7 +8,7 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.signals.bands import transform
 from estimators.signals.frequency_response import filter_time
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, filled, geometry, turning, without_bias
 from estimators.vehicle.roll_plane import over_track
 from railsim.constants import GRAVITY
@@ -50,21 +50,21 @@ class CrossLevel(TrackEstimator, frozen=True):
         ------
         InputError : no roll rate, no speed, or no movement.
         """
-        way = self.way(measurements)
-        rolling, good = turning(measurements, ROLL, way)
+        odometry = self.odometry(measurements)
+        rolling, good = turning(measurements, ROLL, odometry)
         if self.compensate:
             seen = np.where(good, rolling, np.nan)
-            rolling = by_speed([seen], way, lambda speed: [self._inverse(measurements, speed)], MEMORY)
-        columns = geometry("cross_level", -CANT_BASE * rolling, good, way, self.cut, integrate=1)
+            rolling = by_speed([seen], odometry, lambda speed: [self._inverse(measurements, speed)], MEMORY)
+        columns = geometry("cross_level", -CANT_BASE * rolling, good, odometry, self.cut, integrate=1)
         slope = np.where(good, -CANT_BASE * rolling, np.nan)
         columns["twist [m/m]"] = transform(
-            slope, way.spacing, lambda k: np.sinc(k * self.base / (2.0 * np.pi)), self.base, detrend=False
+            slope, odometry.spacing, lambda k: np.sinc(k * self.base / (2.0 * np.pi)), self.base, detrend=False
         )
         if {LATERAL, YAW} <= set(measurements.channels) and self._together(measurements):
-            roll = self._absolute(measurements, way)
-            values, known = way.channel(measurements, ROLL, values=roll)
+            roll = self._absolute(measurements, odometry)
+            values, known = odometry.channel(measurements, ROLL, values=roll)
             columns["cant [m]"] = np.where(good & known, -CANT_BASE * np.sin(values), np.nan)
-        return self.result(way, columns, good, **{"twist_base [m]": self.base})
+        return self.result(odometry, columns, good, **{"twist_base [m]": self.base})
 
     def _inverse(self, measurements: Measurements, speed: float) -> Callable[[np.ndarray], np.ndarray]:
         def gain(k: np.ndarray) -> np.ndarray:
@@ -76,15 +76,17 @@ class CrossLevel(TrackEstimator, frozen=True):
     def _together(self, measurements: Measurements) -> bool:
         return len(measurements.time(LATERAL)) == len(measurements.time(ROLL)) == len(measurements.time(YAW))
 
-    def _absolute(self, measurements: Measurements, way: Way) -> np.ndarray:
+    def _absolute(self, measurements: Measurements, odometry: Odometry) -> np.ndarray:
         """Roll of the bogie against the horizon at the samples of the roll rate, rad."""
         time, rate = measurements.time(ROLL), measurements.rate(ROLL)
-        speed = np.interp(time - data_sheet(measurements.about, YAW).delay, way.knots, way.speed_at_knots)
-        yaw = filled(without_bias(measurements[YAW], time, way, still_only=True))
+        speed = np.interp(time - data_sheet(measurements.about, YAW).delay, odometry.knots, odometry.speed_at_knots)
+        yaw = filled(without_bias(measurements[YAW], time, odometry, still_only=True))
         level = (filled(measurements[LATERAL]) - speed * yaw) / GRAVITY
         corner = 2.0 * np.pi / self.crossover
         slow = filter_time(level, rate, lambda w: 1.0 / (1.0 + (w / corner) ** 4))
-        fast = filter_time(filled(without_bias(measurements[ROLL], time, way)), rate, lambda w: _integral(w, corner))
+        fast = filter_time(
+            filled(without_bias(measurements[ROLL], time, odometry)), rate, lambda w: _integral(w, corner)
+        )
         return slow + fast
 
 

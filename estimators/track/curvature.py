@@ -17,7 +17,7 @@ import scipy.fft
 
 from estimators.signals.bands import transform
 from estimators.speed.bogie_channels import accelerometer_offset
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.dips import welch
 from estimators.vehicle.roll_plane import parameters, roll_response
 from estimators.vehicle.vertical import bounce_inverse, pitch_inverse
@@ -65,7 +65,7 @@ def roll_inverse(vehicle: Mapping[str, Any]) -> tuple[Gain, Gain]:
 
 
 def over_distance(
-    measurements: Measurements, way: Way, name: str, inverse: Gain, cut_off: float, power: int = 1
+    measurements: Measurements, odometry: Odometry, name: str, inverse: Gain, cut_off: float, power: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
     """A channel through its inverse and a Gaussian low-pass (standard deviation `cut_off` Hz), over speed ^ `power`.
 
@@ -84,12 +84,12 @@ def over_distance(
         return inverse(omega) / sheet.low_pass(omega) * np.exp(-((omega / (2 * np.pi * cut_off)) ** 2) / 2)
 
     undone = transform(np.where(missing, np.nan, values), step, gain, MEMORY, detrend=False)
-    rate, valid = way.resample(time, undone)
-    return np.where(valid, rate / way.speed**power, 0.0), valid
+    rate, valid = odometry.resample(time, undone)
+    return np.where(valid, rate / odometry.speed**power, 0.0), valid
 
 
 def vertical(
-    measurements: Measurements, way: Way, cut_off: float
+    measurements: Measurements, odometry: Odometry, cut_off: float
 ) -> tuple[np.ndarray, np.ndarray, Literal["chord", "rail"]]:
     """Vertical curvature on the grid, 1/m, hollow +, shape (n,), where it is valid, and what it is.
 
@@ -97,35 +97,35 @@ def vertical(
     through both wheelsets, where there is no accelerometer.
     """
     gain = pitch_inverse(measurements.vehicle).whole
-    pitch, valid = over_distance(measurements, way, PITCH, gain, cut_off)
+    pitch, valid = over_distance(measurements, odometry, PITCH, gain, cut_off)
     chord = -pitch
     if BOUNCE not in measurements:
         return chord, valid, "chord"
-    bounce, both = _bounce(measurements, way, cut_off)
+    bounce, both = _bounce(measurements, odometry, cut_off)
     valid = valid & both
-    speed = float(np.median(way.speed[valid])) if valid.any() else 1.0
+    speed = float(np.median(odometry.speed[valid])) if valid.any() else 1.0
     size = scipy.fft.next_fast_len(len(chord), real=True) or len(chord)
-    k = 2 * np.pi * np.fft.rfftfreq(size, way.spacing)
+    k = 2 * np.pi * np.fft.rfftfreq(size, odometry.spacing)
     arm = float(measurements.vehicle["semi_wheelbase"]) * k
-    spread = _noise(measurements, PITCH, gain, k, speed, 1) + MISMATCH**2 * _power(chord, way.spacing, k)
+    spread = _noise(measurements, PITCH, gain, k, speed, 1) + MISMATCH**2 * _power(chord, odometry.spacing, k)
     inverse = bounce_inverse(measurements.vehicle).whole
-    other = _noise(measurements, BOUNCE, inverse, k, speed, 2) + MISMATCH**2 * _power(bounce, way.spacing, k)
+    other = _noise(measurements, BOUNCE, inverse, k, speed, 2) + MISMATCH**2 * _power(bounce, odometry.spacing, k)
     first, second = np.sinc(arm / np.pi), np.cos(arm)
     joined = first * np.fft.rfft(chord, size) / spread + second * np.fft.rfft(bounce, size) / other
     joined /= first**2 / spread + second**2 / other
     return np.where(valid, np.fft.irfft(joined, size)[: len(chord)], 0.0), valid, "rail"
 
 
-def _bounce(measurements: Measurements, way: Way, cut_off: float) -> tuple[np.ndarray, np.ndarray]:
+def _bounce(measurements: Measurements, odometry: Odometry, cut_off: float) -> tuple[np.ndarray, np.ndarray]:
     """Mean of the wheelsets' vertical acceleration over speed squared, 1/m, and where it is valid."""
     inverse = bounce_inverse(measurements.vehicle).whole
-    values, valid = over_distance(measurements, way, BOUNCE, inverse, cut_off, 0)
+    values, valid = over_distance(measurements, odometry, BOUNCE, inverse, cut_off, 0)
     ahead = accelerometer_offset(measurements.about)
     if ahead:
-        turned, both = over_distance(measurements, way, PITCH, lambda w: 1j * w * ahead * inverse(w), cut_off, 0)
+        turned, both = over_distance(measurements, odometry, PITCH, lambda w: 1j * w * ahead * inverse(w), cut_off, 0)
         values, valid = values + turned, valid & both
     mean = float(np.mean(values[valid])) if valid.any() else 0.0
-    return np.where(valid, (values - mean) / way.speed**2, 0.0), valid
+    return np.where(valid, (values - mean) / odometry.speed**2, 0.0), valid
 
 
 def _noise(measurements: Measurements, name: str, inverse: Gain, k: np.ndarray, speed: float, power: int) -> np.ndarray:

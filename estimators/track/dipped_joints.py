@@ -7,7 +7,7 @@ import pandas as pd
 
 from estimators.interface import Estimate
 from estimators.signals.bands import settled
-from estimators.speed.odometry import Way, find_way
+from estimators.speed.odometry import Odometry, integrate_speed
 from estimators.track.curvature import (
     PITCH,
     ROLL,
@@ -60,22 +60,22 @@ class DippedJoints(EventEstimator, frozen=True):
         InputError : a channel, the speed or a vehicle parameter is missing.
         """
         self.need(measurements)
-        way = find_way(measurements, self.speed_source, self.slowest)
+        odometry = integrate_speed(measurements, self.speed_source, self.slowest)
         floor = min(FLOOR, self.threshold)
-        dips, channels, valid = find_dips(measurements, way, self.cut_off, floor)
-        length = np.count_nonzero(valid) * way.spacing
+        dips, channels, valid = find_dips(measurements, odometry, self.cut_off, floor)
+        length = np.count_nonzero(valid) * odometry.spacing
         dips = dips.take(dips.snr > credible(dips.snr, length, self.threshold, self.false_share))
-        chord, _ = over_distance(measurements, way, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
+        chord, _ = over_distance(measurements, odometry, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
         series = pd.DataFrame(
             {
-                "s [m]": way.s,
-                "time [s]": way.time,
+                "s [m]": odometry.s,
+                "time [s]": odometry.time,
                 "vertical_curvature [1/m]": np.where(valid, -chord, np.nan),
                 "dip_snr [-]": np.where(valid, Bank(channels).snr if channels else np.nan, np.nan),
                 "valid [-]": valid.astype(float),
             }
         )
-        found = [dict(event, kind="joint") for event in events(dips, way, len(channels) > 1)]
+        found = [dict(event, kind="joint") for event in events(dips, odometry, len(channels) > 1)]
         about = {
             "settings": self.model_dump(mode="json"),
             "curvature": channels[0].kind if channels else "none",
@@ -96,40 +96,40 @@ def credible(snr: np.ndarray, length: float, threshold: float, false_share: floa
 
 
 def find_dips(
-    measurements: Measurements, way: Way, cut_off: float, threshold: float
+    measurements: Measurements, odometry: Odometry, cut_off: float, threshold: float
 ) -> tuple[Dips, list[Channel], np.ndarray]:
     """Dips, the whitened channels in which they were found, and where on the grid there is anything to be found.
 
     The background's spectrum is taken from the record with its spikes cut off, then again without the dips found.
     Where less than `LEAST` is valid there are none.
     """
-    curvature, valid, kind = vertical(measurements, way, cut_off)
-    if np.count_nonzero(valid) * way.spacing < LEAST:
-        valid = np.zeros(len(way.s), dtype=bool)
+    curvature, valid, kind = vertical(measurements, odometry, cut_off)
+    if np.count_nonzero(valid) * odometry.spacing < LEAST:
+        valid = np.zeros(len(odometry.s), dtype=bool)
     rows: list[tuple[np.ndarray, np.ndarray, Kind, Gain]] = [
-        (curvature * _ramp(valid, way.spacing), valid, kind, np.ones_like)
+        (curvature * _ramp(valid, odometry.spacing), valid, kind, np.ones_like)
     ]
-    speed = float(np.median(way.speed[valid])) if valid.any() else 1.0
+    speed = float(np.median(odometry.speed[valid])) if valid.any() else 1.0
     if ROLL in measurements:
         inverse, trust = roll_inverse(measurements.vehicle)
-        roll, good = over_distance(measurements, way, ROLL, inverse, cut_off)
-        rows.append((roll * _ramp(good, way.spacing), good, "roll", lambda k: trust(k * speed)))
+        roll, good = over_distance(measurements, odometry, ROLL, inverse, cut_off)
+        rows.append((roll * _ramp(good, odometry.spacing), good, "roll", lambda k: trust(k * speed)))
     base = float(measurements.vehicle["semi_wheelbase"])
     width = blur(speed, cut_off)
     rest = [clipped(values, good) for values, good, _, _ in rows]
     dips, channels = none_found(), []
     for _ in range(ROUNDS if valid.any() else 0):
         channels = [
-            channel(values, background, good, what, base, width, way.spacing, trust)
+            channel(values, background, good, what, base, width, odometry.spacing, trust)
             for (values, good, what, trust), background in zip(rows, rest, strict=True)
         ]
         dips = without_echoes(find(channels, threshold, known=dips), 2 * base)
         rest = [row[0] - synthesise(dips, one, white=False) for row, one in zip(rows, channels, strict=True)]
     good = np.logical_and.reduce([valid, *(row[1] for row in rows)])
-    return dips.take(_inside(dips.place, good, way.spacing, base + CLEAR)), channels, good
+    return dips.take(_inside(dips.place, good, odometry.spacing, base + CLEAR)), channels, good
 
 
-def events(dips: Dips, way: Way, sides: bool) -> list[dict[str, Any]]:
+def events(dips: Dips, odometry: Odometry, sides: bool) -> list[dict[str, Any]]:
     """Place, time, depth, angle and rail of each dip, with standard deviations, as JSON holds them.
 
     "depth [m]" and "angle [rad]" are those of both rails' mean, as a bogie feels them; "rail_depth [m]" that of the
@@ -138,7 +138,7 @@ def events(dips: Dips, way: Way, sides: bool) -> list[dict[str, Any]]:
     depth, depth_std = dips.depth()
     angle, angle_std = dips.angle()
     length = dips.half_length()
-    time = np.interp(dips.place, way.s, way.time)
+    time = np.interp(dips.place, odometry.s, odometry.time)
     numbers = dips.side()
     found = []
     for i in range(len(depth)):

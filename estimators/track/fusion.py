@@ -13,7 +13,7 @@ from estimators.filters.delay_line_smoother import backward, forward
 from estimators.filters.information import Information, deviations, information, responses, spectra, wavenumbers
 from estimators.filters.track_spectrum import Noise, Passage, TrackSpectrum, passage
 from estimators.signals.bands import Band, response, settled
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.observations import Reading
 from estimators.track.whittle import fit
 from estimators.vehicle.state_space import System
@@ -224,28 +224,28 @@ class Fused(NamedTuple):
         return self._replace(values=self.values + share * other.values, std=std, band_std=band_std)
 
 
-def fuse(plane: Plane, way: Way, bands: Sequence[dict[str, Band]], distance_error: float) -> list[Fused]:
+def fuse(plane: Plane, odometry: Odometry, bands: Sequence[dict[str, Band]], distance_error: float) -> list[Fused]:
     """Smooth one plane over the whole record; one result for each quantity, with its bands."""
-    kind = np.zeros(len(way.s), dtype=int) if plane.kind is None else plane.kind
-    levels, sizes = fit_levels(plane, way, kind, distance_error)
+    kind = np.zeros(len(odometry.s), dtype=int) if plane.kind is None else plane.kind
+    levels, sizes = fit_levels(plane, odometry, kind, distance_error)
     priors = [prior.scaled(float(level)) for prior, level in zip(plane.priors, levels, strict=True)]
-    low, high = float(way.speed.min()), float(way.speed.max())
+    low, high = float(odometry.speed.min()), float(odometry.speed.max())
     count = int(np.ceil(np.log(high / low) / np.log(SPEED_RATIO))) + 1
-    speeds = np.geomspace(low, high, count) if high > low * LEAST_SPREAD else np.array([_usual_speed(way)])
-    over = Over(speeds, way.speed, kind)
+    speeds = np.geomspace(low, high, count) if high > low * LEAST_SPREAD else np.array([_usual_speed(odometry)])
+    over = Over(speeds, odometry.speed, kind)
     known = [
-        [plane.at(number).information(float(one), way.spacing, distance_error, priors, size) for one in speeds]
+        [plane.at(number).information(float(one), odometry.spacing, distance_error, priors, size) for one in speeds]
         for number, size in enumerate(sizes)
     ]
-    noise = _per_step(plane, way, over, known)
-    made = _passage(plane, way, priors, sizes, speeds)
-    values, variance = smooth(made, way, plane.readings, noise, kind)
-    seen = way.valid & np.any([np.isfinite(one.values) for one in plane.readings], axis=0)
+    noise = _per_step(plane, odometry, over, known)
+    made = _passage(plane, odometry, priors, sizes, speeds)
+    values, variance = smooth(made, odometry, plane.readings, noise, kind)
+    seen = odometry.valid & np.any([np.isfinite(one.values) for one in plane.readings], axis=0)
     local = {
-        band: over.courses([[one.local(values, way.spacing, band) for one in of_kind] for of_kind in known])
+        band: over.courses([[one.local(values, odometry.spacing, band) for one in of_kind] for of_kind in known])
         for band in dict.fromkeys(band for one in bands for band in one.values())
     }
-    bounds = plane.bounds(float(np.median(way.speed)), priors, bands)
+    bounds = plane.bounds(float(np.median(odometry.speed)), priors, bands)
     found = []
     for number, own in enumerate(bands):
 
@@ -260,12 +260,19 @@ def fuse(plane: Plane, way: Way, bands: Sequence[dict[str, Band]], distance_erro
         band_std = {}
         for name, band in own.items():
             unknown = of(lambda one: one.tracks, band)  # of the band without any reading: no more can be unsure
-            near = np.where(_near_gap(seen, way.spacing, band.longest), np.minimum(excess, unknown), 0.0)
+            near = np.where(_near_gap(seen, odometry.spacing, band.longest), np.minimum(excess, unknown), 0.0)
             band_std[name] = np.sqrt(of(lambda one: one.bound, band) + local[band][:, number] + near)
         std = np.sqrt(variance[:, number] + wrong)
         found.append(
             Fused(
-                way.s, values[:, number], std, band_std, seen, float(levels[number]), bounds[number], ~np.isfinite(std)
+                odometry.s,
+                values[:, number],
+                std,
+                band_std,
+                seen,
+                float(levels[number]),
+                bounds[number],
+                ~np.isfinite(std),
             )
         )
     return found
@@ -304,7 +311,7 @@ class Over:
 
 
 def _passage(
-    plane: Plane, way: Way, priors: Sequence[TrackSpectrum], sizes: Sequence[np.ndarray], speeds: np.ndarray
+    plane: Plane, odometry: Odometry, priors: Sequence[TrackSpectrum], sizes: Sequence[np.ndarray], speeds: np.ndarray
 ) -> Passage:
     height = np.sqrt([float(prior.stationary()[0, 0]) for prior in priors])
     slope = np.sqrt([_slope_variance(prior) for prior in priors])
@@ -320,42 +327,44 @@ def _passage(
     return passage(
         [system_of(own) for own in kinds], priors, plane.noise(),
         [drive_of(own, size) for own, size in zip(kinds, sizes, strict=True)],
-        way.speed, way.spacing, round(plane.wheelbase / way.spacing),
-        plane.start(height, slope, float(np.median(way.speed))),
+        odometry.speed, odometry.spacing, round(plane.wheelbase / odometry.spacing),
+        plane.start(height, slope, float(np.median(odometry.speed))),
     )  # fmt: skip
 
 
 def smooth(
-    made: Passage, way: Way, readings: list[Reading], noise: np.ndarray, kind: np.ndarray | int = 0
+    made: Passage, odometry: Odometry, readings: list[Reading], noise: np.ndarray, kind: np.ndarray | int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Smoothed track under the leading wheelset and its variance, shapes (n, q); `noise` : variances, (n, m)."""
-    place = made.place(way.speed, kind)
+    place = made.place(odometry.speed, kind)
     measured = np.stack([one.values for one in readings], axis=1)
     turning = np.stack([one.turning for one in readings], axis=1)
     x, P = np.zeros(len(made.covariance)), made.covariance.copy()
-    filtered = forward(made.steps, place, measured, noise, turning, way.valid, x, P)
+    filtered = forward(made.steps, place, measured, noise, turning, odometry.valid, x, P)
     values, variance = backward(made.steps, place, turning, filtered)
     return values, np.maximum(variance, 0.0)
 
 
-def fit_levels(plane: Plane, way: Way, kind: np.ndarray, distance_error: float) -> tuple[np.ndarray, list[np.ndarray]]:
+def fit_levels(
+    plane: Plane, odometry: Odometry, kind: np.ndarray, distance_error: float
+) -> tuple[np.ndarray, list[np.ndarray]]:
     """Levels of the track's spectra, and sizes of the disturbances at each kind of place, by Whittle's likelihood."""
-    speed = _usual_speed(way)
+    speed = _usual_speed(odometry)
     levels, fitted = np.array([prior.amplitude for prior in plane.priors]), dict[int, np.ndarray]()
     groups = np.array([one.sized_as for one in plane.kinds])
     for number in dict.fromkeys(sorted(groups)):
         where = groups[kind] == number
         fixed = bool(fitted) and bool((groups[kind] == 0).any())
-        model, disturbances = _fit_model(plane.at(number), way, speed, distance_error)
-        levels, fitted[number] = fit(plane.readings, way, speed, model, disturbances, list(levels), where, fixed)
+        model, disturbances = _fit_model(plane.at(number), odometry, speed, distance_error)
+        levels, fitted[number] = fit(plane.readings, odometry, speed, model, disturbances, list(levels), where, fixed)
     return levels, [fitted[number] for number in groups]
 
 
-def _fit_model(plane: Plane, way: Way, speed: float, distance_error: float) -> tuple[Information, np.ndarray]:
+def _fit_model(plane: Plane, odometry: Odometry, speed: float, distance_error: float) -> tuple[Information, np.ndarray]:
     """Spectra for tracks of level 1, and those of the readings by each disturbance."""
     units = [prior.scaled(1.0) for prior in plane.priors]
     system = plane.system(plane.vehicle, speed)
-    model = plane.information(speed, way.spacing, distance_error, units, None)
+    model = plane.information(speed, odometry.spacing, distance_error, units, None)
     pushed = system.from_states(model.wavenumber * speed)
     usual = plane.usual(speed, units) * (speed / np.pi)
     disturbances = (
@@ -366,17 +375,19 @@ def _fit_model(plane: Plane, way: Way, speed: float, distance_error: float) -> t
     return model, disturbances.reshape(len(units), len(plane.disturbed), *model.noise.shape)
 
 
-def _usual_speed(way: Way) -> float:
+def _usual_speed(odometry: Odometry) -> float:
     """Median of the speeds where they are known, m/s."""
-    return float(np.median(way.speed[way.valid])) if way.valid.any() else float(np.median(way.speed))
+    return (
+        float(np.median(odometry.speed[odometry.valid])) if odometry.valid.any() else float(np.median(odometry.speed))
+    )
 
 
-def _per_step(plane: Plane, way: Way, over: Over, known: Sequence[Sequence[Information]]) -> np.ndarray:
+def _per_step(plane: Plane, odometry: Odometry, over: Over, known: Sequence[Sequence[Information]]) -> np.ndarray:
     """Variance of each reading at each step, shape (n, m): white noise over a step, and the floor."""
     columns = []
     for number, one in enumerate(plane.readings):
         typical = [[info.rms(info.readings[:, number]) ** 2 for info in of_kind] for of_kind in known]
-        white = one.density**2 * way.speed / (2.0 * way.spacing)
+        white = one.density**2 * odometry.speed / (2.0 * odometry.spacing)
         columns.append(white + FLOOR**2 * over.values(typical))
     return np.stack(columns, axis=1)
 

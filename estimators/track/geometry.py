@@ -8,7 +8,7 @@ import pandas as pd
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import Band, band_pass, bands_of, settled, transform
 from estimators.signals.frequency_response import filter_time
-from estimators.speed.odometry import SpeedSource, Way, find_way, has_speed
+from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrate_speed
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -42,20 +42,22 @@ class TrackEstimator(Estimator, frozen=True):
         if missing:
             raise InputError(f"{self.name} needs channel '{missing[0]}'; add that sensor to the recording")
 
-    def way(self, measurements: Measurements) -> Way:
+    def odometry(self, measurements: Measurements) -> Odometry:
         """Distance; raises `InputError` where a channel or the speed is missing."""
         self.need(measurements)
-        return find_way(measurements, self.speed_source, self.slowest)
+        return integrate_speed(measurements, self.speed_source, self.slowest)
 
-    def result(self, way: Way, columns: Mapping[str, np.ndarray], good: np.ndarray, **about: object) -> Estimate:
+    def result(
+        self, odometry: Odometry, columns: Mapping[str, np.ndarray], good: np.ndarray, **about: object
+    ) -> Estimate:
         """The estimate from its columns; `good`: where all that went in was measured."""
-        valid = settled(good, way.spacing, max(ENDS, self.cut / 2.0))
-        table = {"s [m]": way.s, "time [s]": way.time, **columns, "valid [-]": valid.astype(float)}
+        valid = settled(good, odometry.spacing, max(ENDS, self.cut / 2.0))
+        table = {"s [m]": odometry.s, "time [s]": odometry.time, **columns, "valid [-]": valid.astype(float)}
         return Estimate(self.name, pd.DataFrame(table), {"settings": self.model_dump(mode="json"), **about})
 
 
 def geometry(
-    name: str, values: np.ndarray, good: np.ndarray, way: Way, cut: float, integrate: int = 0
+    name: str, values: np.ndarray, good: np.ndarray, odometry: Odometry, cut: float, integrate: int = 0
 ) -> dict[str, np.ndarray]:
     """Columns of one quantity: wavelengths below `cut`, then the bands, each where its filter has settled.
 
@@ -66,10 +68,10 @@ def geometry(
     integrate : how often to integrate over distance.
     """
     masked = np.where(good, values, np.nan)
-    columns = {f"{name} [m]": band_pass(masked, way.spacing, Band(0.0, cut), integrate)}
+    columns = {f"{name} [m]": band_pass(masked, odometry.spacing, Band(0.0, cut), integrate)}
     for band, edges in bands_of(name).items():
-        found = band_pass(masked, way.spacing, edges, integrate)
-        columns[f"{name}_{band} [m]"] = np.where(settled(good, way.spacing, edges.longest), found, np.nan)
+        found = band_pass(masked, odometry.spacing, edges, integrate)
+        columns[f"{name}_{band} [m]"] = np.where(settled(good, odometry.spacing, edges.longest), found, np.nan)
     return columns
 
 
@@ -87,7 +89,7 @@ def filled(values: np.ndarray) -> np.ndarray:
 def turning(
     measurements: Measurements,
     name: str,
-    way: Way,
+    odometry: Odometry,
     gain: Callable[[np.ndarray], np.ndarray] | None = None,
     ahead: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -98,19 +100,19 @@ def turning(
     gain : response of a filter over time, by angular frequency in rad/s.
     ahead : how far before the bogie's centre the place lies to which the rate shall belong, m.
     """
-    rate = filled(without_bias(measurements[name], measurements.time(name), way))
+    rate = filled(without_bias(measurements[name], measurements.time(name), odometry))
     if gain is not None:
         rate = filter_time(rate, measurements.rate(name), gain)
-    values, good = way.channel(measurements, name, ahead, rate)
-    return values / np.interp(way.s - ahead, way.s, way.speed), good
+    values, good = odometry.channel(measurements, name, ahead, rate)
+    return values / np.interp(odometry.s - ahead, odometry.s, odometry.speed), good
 
 
-def without_bias(values: np.ndarray, time: np.ndarray, way: Way, still_only: bool = False) -> np.ndarray:
+def without_bias(values: np.ndarray, time: np.ndarray, odometry: Odometry, still_only: bool = False) -> np.ndarray:
     """A gyro's signal less its bias: the mean at standstill where there is 2 s of it, or else the mean of the record.
 
     `still_only` : leave it as it is where there was no standstill (in a curve the mean is no bias).
     """
-    speed = np.interp(time, way.knots, way.speed_at_knots)
+    speed = np.interp(time, odometry.knots, odometry.speed_at_knots)
     still = (speed < 1e-3) & np.isfinite(values)
     step = float(np.median(np.diff(time)))
     stood = still.sum() * step >= STANDING
@@ -119,7 +121,7 @@ def without_bias(values: np.ndarray, time: np.ndarray, way: Way, still_only: boo
 
 
 def by_speed(
-    inputs: Sequence[np.ndarray], way: Way, filters_at: Callable[[float], Sequence[Gain]], memory: float
+    inputs: Sequence[np.ndarray], odometry: Odometry, filters_at: Callable[[float], Sequence[Gain]], memory: float
 ) -> np.ndarray:
     """Sum of filtered inputs where the filters depend on the speed: those of neighbouring speeds, blended by place.
 
@@ -132,16 +134,16 @@ def by_speed(
     known = np.isfinite(inputs[0])
     if not known.any():
         return inputs[0]
-    fast = way.speed[known]
+    fast = odometry.speed[known]
     low, high = float(fast.min()), float(fast.max())
     speeds = np.geomspace(low, high, max(2, round(np.log(high / low) / np.log(APART)) + 1))
-    place = np.clip(np.interp(way.speed, speeds, np.arange(len(speeds))), 0.0, len(speeds) - 1.0)
+    place = np.clip(np.interp(odometry.speed, speeds, np.arange(len(speeds))), 0.0, len(speeds) - 1.0)
     found = np.where(known, 0.0, np.nan)
     for index, speed in enumerate(speeds):
         weight = np.maximum(0.0, 1.0 - np.abs(place - index))
         if weight[known].any():
             for values, gain in zip(inputs, filters_at(float(speed)), strict=True):
-                found += weight * transform(values, way.spacing, gain, memory, detrend=False)
+                found += weight * transform(values, odometry.spacing, gain, memory, detrend=False)
     return found
 
 

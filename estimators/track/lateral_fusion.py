@@ -13,7 +13,7 @@ import numpy as np
 
 from estimators.filters.track_spectrum import ERRI_VERTICAL, TrackSpectrum
 from estimators.signals.bands import Band, band_pass, transform
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.fusion import Kind, Plane
 from estimators.track.observations import Attitude, Reading, reading
 from estimators.track.sensor_pairs import WHEELSETS, axleboxes, displacements, singles
@@ -47,30 +47,32 @@ def fits(measurements: Measurements) -> bool:
     return all(name in measurements for name in (YAW, ROLL, SIDE)) and given(measurements.vehicle, lateral_roll.NEEDED)
 
 
-def high_passed(one: Reading, way: Way) -> Reading:
+def high_passed(one: Reading, odometry: Odometry) -> Reading:
     """Without waves longer than `LONGEST`; missing places are bridged for the filter and stay missing."""
     present = np.isfinite(one.values)
     if not present.any():
         return one
     at = np.arange(len(one.values))
-    values = _high(np.interp(at, at[present], one.values[present]), way)
+    values = _high(np.interp(at, at[present], one.values[present]), odometry)
     return replace(one, values=np.where(present, values, np.nan))
 
 
-def _high(values: np.ndarray, way: Way) -> np.ndarray:
-    return transform(values, way.spacing, lambda k: 1.0 - low(k), 3.0 * LONGEST, detrend=False)
+def _high(values: np.ndarray, odometry: Odometry) -> np.ndarray:
+    return transform(values, odometry.spacing, lambda k: 1.0 - low(k), 3.0 * LONGEST, detrend=False)
 
 
-def long_waves(vehicle: Mapping[str, Any], way: Way, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
+def long_waves(vehicle: Mapping[str, Any], odometry: Odometry, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
     """Path and cross level of the bogie itself at the leading wheelset, m, shapes (n,): waves longer than `LONGEST`."""
     if moved is None:
-        return np.zeros(len(way.s)), np.zeros(len(way.s))
+        return np.zeros(len(odometry.s)), np.zeros(len(odometry.s))
     arm = vehicle["semi_wheelbase"]
 
     def passed(values: np.ndarray) -> np.ndarray:
-        return transform(values, way.spacing, lambda k: low(k) * np.exp(1j * k * arm), 3.0 * LONGEST, detrend=False)
+        return transform(
+            values, odometry.spacing, lambda k: low(k) * np.exp(1j * k * arm), 3.0 * LONGEST, detrend=False
+        )
 
-    path = band_pass(passed(moved.yaw_rate / way.speed), way.spacing, Band(0.0, PATH), integrate=2)
+    path = band_pass(passed(moved.yaw_rate / odometry.speed), odometry.spacing, Band(0.0, PATH), integrate=2)
     return path, -CANT_BASE * passed(moved.roll)
 
 
@@ -81,7 +83,7 @@ def low(k: np.ndarray) -> np.ndarray:
 
 def across(
     measurements: Measurements,
-    way: Way,
+    odometry: Odometry,
     unknown: dict[str, float],
     kinds: tuple[Kind, ...],
     kind: np.ndarray,
@@ -95,24 +97,24 @@ def across(
     lift : what the vertical estimate says of a sensor at a wheelset, see `singles`.
     """
     readings = [
-        reading(measurements, way, YAW, Output("rate", axis="yaw")),
-        reading(measurements, way, ROLL, Output("rate", axis="roll")),
+        reading(measurements, odometry, YAW, Output("rate", axis="yaw")),
+        reading(measurements, odometry, ROLL, Output("rate", axis="roll")),
     ]
     for name in channels_on(measurements, "bogie", "acceleration_y"):
         output = Output("acceleration", data_sheet(measurements.about, name).position)
-        readings.append(reading(measurements, way, name, output))
+        readings.append(reading(measurements, odometry, name, output))
     for number, x in WHEELSETS:
         for name in channels_on(measurements, f"wheelset{number}", "acceleration_y"):
-            readings.append(reading(measurements, way, name, Output("axlebox", (x, 0.0, 0.0))))
-    readings += displacements(measurements, way, half_difference=True)
-    readings += axleboxes(measurements, way, half_difference=True)
-    readings += singles(measurements, way, lift)
+            readings.append(reading(measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0))))
+    readings += displacements(measurements, odometry, half_difference=True)
+    readings += axleboxes(measurements, odometry, half_difference=True)
+    readings += singles(measurements, odometry, lift)
     outputs = [one.output for one in readings]
     return Plane(
         lambda p, speed: lateral_roll.lateral(p, outputs, speed),
         dict(measurements.vehicle),
         unknown,
-        [high_passed(one, way) for one in readings],
+        [high_passed(one, odometry) for one in readings],
         (LATERAL, CROSS_LEVEL),
         2 * lateral_roll.COUNT,
         tuple(tuple(lateral_roll.COUNT + COORDINATES.index(name) for name in group) for group in DISTURBED),

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from estimators.signals.bands import stretches, transform
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.vehicle.state_space import Output
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
@@ -71,7 +71,7 @@ class Attitude:
 
 def reading(
     measurements: Measurements,
-    way: Way,
+    odometry: Odometry,
     name: str,
     output: Output,
     correction: np.ndarray | None = None,
@@ -92,11 +92,11 @@ def reading(
     late : how far before the middle of the step its values stand, m.
     mounting : standard deviation of the share of `turning` that is seen; that of the data sheet where not given.
     """
-    values, valid = way.channel(measurements, name, ahead=way.spacing / 2 + late)
+    values, valid = odometry.channel(measurements, name, ahead=odometry.spacing / 2 + late)
     sheet = data_sheet(measurements.about, name)
     scale = sheet.error("scale_error_std")
     mounting = sheet.error("misalignment_std") if mounting is None else mounting
-    correction = np.zeros(len(way.s)) if correction is None else correction
+    correction = np.zeros(len(odometry.s)) if correction is None else correction
     return Reading(
         name,
         output,
@@ -107,7 +107,7 @@ def reading(
         sheet.error("bias_correlation_time", 100.0),
         scale,
         _tilt(turning, float(np.hypot(mounting, roll_std)), mounting),
-        np.zeros((len(way.s), 2)) if turning is None else np.stack(turning, axis=1),
+        np.zeros((len(odometry.s), 2)) if turning is None else np.stack(turning, axis=1),
     )
 
 
@@ -147,14 +147,14 @@ def combined(left: Reading, right: Reading, half_difference: bool, step: float, 
     )
 
 
-def attitude(measurements: Measurements, way: Way, sensor: str = "bogie") -> Attitude | None:
+def attitude(measurements: Measurements, odometry: Odometry, sensor: str = "bogie") -> Attitude | None:
     """Roll and yaw rate in curves; None without lateral accelerometer, roll and yaw gyro."""
     names = [f"{sensor}.acceleration_y [m/s2]", f"{sensor}.rate_roll [rad/s]", f"{sensor}.rate_yaw [rad/s]"]
     if not all(name in measurements for name in names):
         return None
-    found = [way.channel(measurements, name) for name in names]
+    found = [odometry.channel(measurements, name) for name in names]
     side, roll_rate, yaw_rate = (_filled(*one) for one in found)
-    slow = (side - way.speed * yaw_rate) / GRAVITY
+    slow = (side - odometry.speed * yaw_rate) / GRAVITY
     corner = 2 * np.pi / CROSSOVER
 
     def low(k: np.ndarray, corner: float = corner) -> np.ndarray:
@@ -165,13 +165,13 @@ def attitude(measurements: Measurements, way: Way, sensor: str = "bogie") -> Att
         gain[1:] = (1.0 - low(k[1:])) / (1j * k[1:])
         return gain
 
-    roll = transform(slow, way.spacing, low, 3 * CROSSOVER, detrend=False)
-    roll += transform(roll_rate / way.speed, way.spacing, integrated, 3 * CROSSOVER, detrend=False)
-    design = transform(yaw_rate, way.spacing, lambda k: low(k, 2 * np.pi / CURVE), 3 * CURVE, detrend=False)
+    roll = transform(slow, odometry.spacing, low, 3 * CROSSOVER, detrend=False)
+    roll += transform(roll_rate / odometry.speed, odometry.spacing, integrated, 3 * CROSSOVER, detrend=False)
+    design = transform(yaw_rate, odometry.spacing, lambda k: low(k, 2 * np.pi / CURVE), 3 * CURVE, detrend=False)
     roll_std, turn_std = (data_sheet(measurements.about, name).error("bias_std") for name in (names[0], names[2]))
-    lost = np.sum([way.valid & ~valid for _, valid in found], axis=0)
-    gaps = _gaps(lost > 0, BRIDGE_ONE / way.spacing) | _gaps(lost > 1, BRIDGE_MORE / way.spacing)
-    bridged = maximum_filter1d(gaps, 2 * round(CROSSOVER / way.spacing) + 1)
+    lost = np.sum([odometry.valid & ~valid for _, valid in found], axis=0)
+    gaps = _gaps(lost > 0, BRIDGE_ONE / odometry.spacing) | _gaps(lost > 1, BRIDGE_MORE / odometry.spacing)
+    bridged = maximum_filter1d(gaps, 2 * round(CROSSOVER / odometry.spacing) + 1)
     return Attitude(roll, design, roll_rate, yaw_rate, side, roll_std / GRAVITY, turn_std, bridged)
 
 

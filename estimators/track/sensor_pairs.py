@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from estimators.signals.bands import transform
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.observations import Attitude, Reading, combined, reading
 from estimators.vehicle.state_space import Output
 from railsim.constants import GRAVITY
@@ -29,7 +29,7 @@ def pair(measurements: Measurements, number: int, quantity: str) -> list[str]:
     return [name for name in names if name in measurements]
 
 
-def without_roll(measurements: Measurements, way: Way, one: Reading, moved: Attitude | None) -> list[Reading]:
+def without_roll(measurements: Measurements, odometry: Odometry, one: Reading, moved: Attitude | None) -> list[Reading]:
     """A vertical accelerometer of the bogie less y times the roll's acceleration, by the roll gyro; nothing if it is
     beside the middle and there is no such gyro.
     """
@@ -38,13 +38,13 @@ def without_roll(measurements: Measurements, way: Way, one: Reading, moved: Atti
         return [one]
     if moved is None:
         return []
-    spun = way.speed * np.gradient(moved.roll_rate, way.spacing)
+    spun = odometry.speed * np.gradient(moved.roll_rate, odometry.spacing)
     gyro = data_sheet(measurements.about, ROLL_RATE).error("noise_density")
-    noise = abs(y) * gyro * 2.0 * np.pi * float(np.median(way.speed)) / SHORTEST
+    noise = abs(y) * gyro * 2.0 * np.pi * float(np.median(odometry.speed)) / SHORTEST
     return [replace(one, values=one.values - y * spun, density=float(np.hypot(one.density, noise)))]
 
 
-def displacements(measurements: Measurements, way: Way, half_difference: bool) -> list[Reading]:
+def displacements(measurements: Measurements, odometry: Odometry, half_difference: bool) -> list[Reading]:
     """Primary displacement transducers, left and right of a wheelset together.
 
     Their mean also shows how the bogie pitches as the vehicle is braked or driven: a length per acceleration that
@@ -54,29 +54,29 @@ def displacements(measurements: Measurements, way: Way, half_difference: bool) -
     for number, x in WHEELSETS:
         names = pair(measurements, number, "displacement [m]")
         if len(names) == 2:
-            ends = [_displacement(measurements, way, name, x, not half_difference) for name in names]
-            found.append(combined(ends[0], ends[1], half_difference, _step(way)))
+            ends = [_displacement(measurements, odometry, name, x, not half_difference) for name in names]
+            found.append(combined(ends[0], ends[1], half_difference, _step(odometry)))
     return found
 
 
-def axleboxes(measurements: Measurements, way: Way, half_difference: bool) -> list[Reading]:
+def axleboxes(measurements: Measurements, odometry: Odometry, half_difference: bool) -> list[Reading]:
     """Vertical accelerometers on both axleboxes of a wheelset together: its lift, or its roll (half the difference)."""
     found = []
     for number, x in WHEELSETS:
         names = pair(measurements, number, "acceleration_z [m/s2]")
         if len(names) == 2:
-            ends = [_axlebox(measurements, way, name, x) for name in names]
+            ends = [_axlebox(measurements, odometry, name, x) for name in names]
             sheets = [data_sheet(measurements.about, name) for name in names]
             arm = (sheets[0].position[1] - sheets[1].position[1]) / 2.0
             skew = sheets[0].error("misalignment_std")
-            one = combined(ends[0], ends[1], half_difference, _step(way), skew)
+            one = combined(ends[0], ends[1], half_difference, _step(odometry), skew)
             found.append(replace(one, output=Output("lift", (x, arm, 0.0))) if half_difference else one)
     return found
 
 
 def singles(
     measurements: Measurements,
-    way: Way,
+    odometry: Odometry,
     mean: Callable[[Output], tuple[np.ndarray, float]],
 ) -> list[Reading]:
     """Transducers and axlebox accelerometers without one on the other side, as halves of a difference.
@@ -95,11 +95,11 @@ def singles(
             side = 1.0 if "_left." in names[0] else -1.0
             if quantity.startswith("displacement"):
                 one, output = (
-                    _displacement(measurements, way, names[0], x, False),
+                    _displacement(measurements, odometry, names[0], x, False),
                     Output("displacement", (x, 0.0, 0.0)),
                 )
             else:
-                one, output = _axlebox(measurements, way, names[0], x), Output("lift", (x, side, 0.0))
+                one, output = _axlebox(measurements, odometry, names[0], x), Output("lift", (x, side, 0.0))
                 output = replace(output, position=(x, abs(data_sheet(measurements.about, names[0]).position[1]), 0.0))
             course, density = mean(one.output)
             values = side * (one.values - course)
@@ -107,34 +107,40 @@ def singles(
     return found
 
 
-def _step(way: Way) -> float:
+def _step(odometry: Odometry) -> float:
     """Typical duration of a step of the grid, s."""
-    return way.spacing / float(np.median(way.speed))
+    return odometry.spacing / float(np.median(odometry.speed))
 
 
-def _displacement(measurements: Measurements, way: Way, name: str, x: float, nods: bool) -> Reading:
-    turning = (forward(way), np.zeros(len(way.s))) if nods else None
+def _displacement(measurements: Measurements, odometry: Odometry, name: str, x: float, nods: bool) -> Reading:
+    turning = (forward(odometry), np.zeros(len(odometry.s))) if nods else None
     output = Output("displacement", (x, 0.0, 0.0))
-    return reading(measurements, way, name, output, turning=turning, mounting=nod(measurements.vehicle))
+    return reading(measurements, odometry, name, output, turning=turning, mounting=nod(measurements.vehicle))
 
 
-def _axlebox(measurements: Measurements, way: Way, name: str, x: float) -> Reading:
+def _axlebox(measurements: Measurements, odometry: Odometry, name: str, x: float) -> Reading:
     """Acceleration averaged with triangular weights over two steps, as the second difference of the track has it."""
-    one = reading(measurements, way, name, Output("axlebox", (x, 0.0, 0.0)), typical=GRAVITY, late=way.spacing / 2.0)
+    one = reading(
+        measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0)), typical=GRAVITY, late=odometry.spacing / 2.0
+    )
     known = np.isfinite(one.values)
-    bridged = np.interp(way.s, way.s[known], one.values[known]) if known.any() else np.zeros(len(way.s))
+    bridged = np.interp(odometry.s, odometry.s[known], one.values[known]) if known.any() else np.zeros(len(odometry.s))
     smooth = transform(
-        bridged, way.spacing, lambda k: np.sinc(k * way.spacing / (2.0 * np.pi)) ** 2, 4.0 * way.spacing, detrend=False
+        bridged,
+        odometry.spacing,
+        lambda k: np.sinc(k * odometry.spacing / (2.0 * np.pi)) ** 2,
+        4.0 * odometry.spacing,
+        detrend=False,
     )
     return replace(one, values=np.where(known, smooth, np.nan))
 
 
-def forward(way: Way) -> np.ndarray:
+def forward(odometry: Odometry) -> np.ndarray:
     """Acceleration along the track from the speed, m/s2, shape (n,): d(V^2 / 2)/ds, mean over `NOD_REACH`; V^2 is a
     straight line over distance up to a stop, where V itself is not.
     """
-    rate = np.gradient(0.5 * way.speed**2, way.spacing)
-    return uniform_filter1d(rate, max(1, round(NOD_REACH / way.spacing)))
+    rate = np.gradient(0.5 * odometry.speed**2, odometry.spacing)
+    return uniform_filter1d(rate, max(1, round(NOD_REACH / odometry.spacing)))
 
 
 def nod(vehicle: Mapping[str, float]) -> float:

@@ -14,7 +14,7 @@ import pandas as pd
 from scipy import signal
 
 from estimators.interface import Estimate
-from estimators.speed.odometry import Way, find_way
+from estimators.speed.odometry import Odometry, integrate_speed
 from estimators.track.curvature import PITCH, over_distance
 from estimators.track.dip_fit import Dips, refine
 from estimators.track.dipped_joints import events, find_dips
@@ -60,24 +60,24 @@ class Switches(EventEstimator, frozen=True):
         InputError : a channel, the speed or a vehicle parameter is missing.
         """
         self.need(measurements)
-        way = find_way(measurements, self.speed_source, self.slowest)
-        turning, valid = heading_rate(measurements, way)
-        heading = np.cumsum(turning) * way.spacing
-        dips, channels, good = find_dips(measurements, way, self.cut_off, self.threshold)
-        chord, _ = over_distance(measurements, way, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
+        odometry = integrate_speed(measurements, self.speed_source, self.slowest)
+        turning, valid = heading_rate(measurements, odometry)
+        heading = np.cumsum(turning) * odometry.spacing
+        dips, channels, good = find_dips(measurements, odometry, self.cut_off, self.threshold)
+        chord, _ = over_distance(measurements, odometry, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
         found: list[dict[str, Any]] = []
         crossovers = []
-        for turn in turns(heading, valid, way.spacing, self.smallest):
-            heading = levelled(heading, turn, way.spacing)
-            parts = assigned(dips, np.abs(heading / turn.angle), turn, way.spacing)
-            scale, scale_std = self._scale(-chord, good, way, dips, parts, measurements)
-            entry, members = self._described(turn, dips, parts, way, heading, scale, scale_std, len(channels) > 1)
+        for turn in turns(heading, valid, odometry.spacing, self.smallest):
+            heading = levelled(heading, turn, odometry.spacing)
+            parts = assigned(dips, np.abs(heading / turn.angle), turn, odometry.spacing)
+            scale, scale_std = self._scale(-chord, good, odometry, dips, parts, measurements)
+            entry, members = self._described(turn, dips, parts, odometry, heading, scale, scale_std, len(channels) > 1)
             crossovers.append(entry)
             found += members
         series = pd.DataFrame(
             {
-                "s [m]": way.s,
-                "time [s]": way.time,
+                "s [m]": odometry.s,
+                "time [s]": odometry.time,
                 "yaw [rad]": np.where(valid, heading, np.nan),
                 "lateral_curvature [1/m]": np.where(valid, turning, np.nan),
                 "vertical_curvature [1/m]": np.where(good, -chord, np.nan),
@@ -91,7 +91,7 @@ class Switches(EventEstimator, frozen=True):
         self,
         chord: np.ndarray,
         good: np.ndarray,
-        way: Way,
+        odometry: Odometry,
         dips: Dips,
         parts: dict[str, int],
         measurements: Measurements,
@@ -101,7 +101,7 @@ class Switches(EventEstimator, frozen=True):
         if not which.size:
             return 0.0, self.radius_error
         base = float(measurements.vehicle["semi_wheelbase"])
-        one = channel(chord, np.where(good, chord, 0.0), good, "chord", base, 0.0, way.spacing)
+        one = channel(chord, np.where(good, chord, 0.0), good, "chord", base, 0.0, odometry.spacing)
         fits = np.array([_explained(one, dips.take(which), scale) for scale in SCALES])
         merit = fits - (SCALES / self.radius_error) ** 2 / 2
         best = int(np.clip(merit.argmax(), 1, len(SCALES) - 2))
@@ -115,24 +115,24 @@ class Switches(EventEstimator, frozen=True):
         turn: Turn,
         dips: Dips,
         parts: dict[str, int],
-        way: Way,
+        odometry: Odometry,
         heading: np.ndarray,
         scale: float,
         scale_std: float,
         sides: bool,
     ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
         letters = sorted(parts)
-        members = events(dips.take(np.array([parts[one] for one in letters], dtype=np.int64)), way, sides)
+        members = events(dips.take(np.array([parts[one] for one in letters], dtype=np.int64)), odometry, sides)
         places = {one: member["s [m]"] for one, member in zip(letters, members, strict=True)}
-        middle = _middle(places, turn.middle * way.spacing)
+        middle = _middle(places, turn.middle * odometry.spacing)
         for letter, member in zip(letters, members, strict=True):
             member["kind"], member["label"] = KINDS[letter], letter
             member["from_middle [m]"] = (member["s [m]"] - middle) / (1 + scale)
             member["from_middle_std [m]"] = float(np.hypot(member["s_std [m]"], member["from_middle [m]"] * scale_std))
         inside = [places.get("C", middle - 2.0), places.get("D", middle + 2.0)]
-        between = (way.s > inside[0]) & (way.s < inside[1])
+        between = (odometry.s > inside[0]) & (odometry.s < inside[1])
         angle = float(np.median(heading[between]))
-        near = heading[np.abs(way.s - middle) < REACH]
+        near = heading[np.abs(odometry.s - middle) < REACH]
         largest = float(near[np.abs(near).argmax()])
         entry = {
             "middle [m]": middle,
@@ -144,12 +144,12 @@ class Switches(EventEstimator, frozen=True):
         return entry, members
 
 
-def heading_rate(measurements: Measurements, way: Way) -> tuple[np.ndarray, np.ndarray]:
+def heading_rate(measurements: Measurements, odometry: Odometry) -> tuple[np.ndarray, np.ndarray]:
     """Yaw rate over speed less the gyro's bias (median of the record), 1/m, 0 where not valid, and where it is."""
     time = measurements.time(YAW) - data_sheet(measurements.about, YAW).delay
-    rate, valid = way.resample(time, measurements[YAW])
+    rate, valid = odometry.resample(time, measurements[YAW])
     bias = float(np.median(rate[valid])) if valid.any() else 0.0
-    return np.where(valid, (rate - bias) / way.speed, 0.0), valid
+    return np.where(valid, (rate - bias) / odometry.speed, 0.0), valid
 
 
 def turns(heading: np.ndarray, valid: np.ndarray, spacing: float, smallest: float) -> list[Turn]:

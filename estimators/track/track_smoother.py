@@ -14,7 +14,7 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from estimators.filters.track_spectrum import ERRI_VERTICAL
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import BANDS, band_pass, bands_of, settled
-from estimators.speed.odometry import SpeedSource, Way, find_way, has_speed
+from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrate_speed
 from estimators.track import lateral_fusion
 from estimators.track.fusion import Fused, Plane, fuse
 from estimators.track.geometry import by_speed
@@ -104,22 +104,24 @@ class TrackSmoother(Estimator, frozen=True):
         vehicle = measurements.vehicle
         numbers(vehicle, NEEDED)
         wheelbase = 2.0 * vehicle["semi_wheelbase"]
-        out = find_way(measurements, self.speed_source, self.slowest)
-        way = find_way(measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / out.spacing))
-        moved = attitude(measurements, way)
-        plane = self.vertical_plane(measurements, way, moved)
-        found = {"vertical": fuse(plane, way, [bands_of("vertical")], self.distance_error)[0]}
-        found["vertical"] = found["vertical"].raised(*self._settling(vehicle, way, moved), CURVE_SHARES)
+        out = integrate_speed(measurements, self.speed_source, self.slowest)
+        odometry = integrate_speed(
+            measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / out.spacing)
+        )
+        moved = attitude(measurements, odometry)
+        plane = self.vertical_plane(measurements, odometry, moved)
+        found = {"vertical": fuse(plane, odometry, [bands_of("vertical")], self.distance_error)[0]}
+        found["vertical"] = found["vertical"].raised(*self._settling(vehicle, odometry, moved), CURVE_SHARES)
         if lateral_fusion.fits(measurements):
             found |= self._sideways(measurements, Lift(plane, found["vertical"], self.distance_error))
-            canted = self._canted(way, moved)
-            level = found["cross_level"].on(way.s)
+            canted = self._canted(odometry, moved)
+            level = found["cross_level"].on(odometry.s)
             for name, share in (("left_vertical", -0.5), ("right_vertical", 0.5)):
                 found[name] = found["vertical"].with_share(level, share).without(canted | level.hidden)
         series = pd.DataFrame({"s [m]": out.s, "time [s]": out.time})
         for name, fused in found.items():
             add(series, name, fused, out, wheelbase / 2)
-        seen = np.interp(out.s, way.s, found["vertical"].seen.astype(float)) > 0.5
+        seen = np.interp(out.s, odometry.s, found["vertical"].seen.astype(float)) > 0.5
         series["valid [-]"] = (out.valid & seen).astype(float)
         about: dict[str, Any] = self.model_dump()
         for name in {"vertical", "cross_level", "lateral"} & set(found):
@@ -127,24 +129,24 @@ class TrackSmoother(Estimator, frozen=True):
             about |= {f"{name}_{band}_bound [m]": bound for band, bound in found[name].bounds.items()}
         return Estimate(self.name, series, about)
 
-    def vertical_plane(self, measurements: Measurements, way: Way, moved: Attitude | None) -> Plane:
+    def vertical_plane(self, measurements: Measurements, odometry: Odometry, moved: Attitude | None) -> Plane:
         """The vertical plane with all that is read of it; `moved` : what `attitude` gives for the grid."""
         rate, force, across, side, roll_std = None, None, None, None, 0.0
         if moved is not None:
             rate = moved.roll * moved.turn
-            force = centripetal(moved, way)
-            across, side = (moved.yaw_rate, moved.roll_rate), (moved.side, np.zeros(len(way.s)))
+            force = centripetal(moved, odometry)
+            across, side = (moved.yaw_rate, moved.roll_rate), (moved.side, np.zeros(len(odometry.s)))
             roll_std = moved.roll_std
         readings = [
-            reading(measurements, way, name, Output("rate"), rate, across, roll_std=roll_std)
+            reading(measurements, odometry, name, Output("rate"), rate, across, roll_std=roll_std)
             for name in channels_on(measurements, "bogie", "rate_pitch")
         ]
         for name in channels_on(measurements, "bogie", "acceleration_z"):
             output = Output("acceleration", data_sheet(measurements.about, name).position)
-            one = reading(measurements, way, name, output, force, side, GRAVITY, roll_std)
-            readings += without_roll(measurements, way, one, moved)
-        readings += displacements(measurements, way, half_difference=False)
-        readings += axleboxes(measurements, way, half_difference=False)
+            one = reading(measurements, odometry, name, output, force, side, GRAVITY, roll_std)
+            readings += without_roll(measurements, odometry, one, moved)
+        readings += displacements(measurements, odometry, half_difference=False)
+        readings += axleboxes(measurements, odometry, half_difference=False)
         outputs = [one.output for one in readings]
         return Plane(
             lambda p, _speed: vertical(p, outputs),
@@ -162,46 +164,54 @@ class TrackSmoother(Estimator, frozen=True):
     def _sideways(self, measurements: Measurements, lift: "Lift") -> dict[str, Fused]:
         """Lateral alignment and cross level, on a coarser grid."""
         wheelbase = lift.plane.wheelbase
-        way = find_way(
+        odometry = integrate_speed(
             measurements, self.speed_source, self.slowest, wheelbase / round(wheelbase / lateral_fusion.SPACING)
         )
-        moved = attitude(measurements, way)
-        curve = np.zeros(len(way.s), dtype=bool) if moved is None else curved(moved, way)
-        curve = maximum_filter1d(curve, max(1, round(CURVE_REACH / way.spacing)))
-        unbalanced = np.zeros(len(way.s)) if moved is None else self._unbalanced(way, moved)
+        moved = attitude(measurements, odometry)
+        curve = np.zeros(len(odometry.s), dtype=bool) if moved is None else curved(moved, odometry)
+        curve = maximum_filter1d(curve, max(1, round(CURVE_REACH / odometry.spacing)))
+        unbalanced = np.zeros(len(odometry.s)) if moved is None else self._unbalanced(odometry, moved)
         kinds, kind = lateral_fusion.places(measurements.vehicle, curve, unbalanced)
         unknown = self._unknown_sideways()
-        plane = lateral_fusion.across(measurements, way, unknown, kinds, kind, lambda output: lift(output, way))
+        plane = lateral_fusion.across(
+            measurements, odometry, unknown, kinds, kind, lambda output: lift(output, odometry)
+        )
         names = ("lateral", "cross_level")
-        found = fuse(plane, way, [bands_of(name) for name in names], self.distance_error)
-        own = lateral_fusion.long_waves(measurements.vehicle, way, moved)
+        found = fuse(plane, odometry, [bands_of(name) for name in names], self.distance_error)
+        own = lateral_fusion.long_waves(measurements.vehicle, odometry, moved)
         lateral, level = (one._replace(values=one.values + more) for one, more in zip(found, own, strict=True))
         if curve.any():  # the path's long waves reach far into the bands where the record ends
-            ends = np.minimum(way.s, way.s[-1] - way.s) < lateral_fusion.LONGEST / 2.0
+            ends = np.minimum(odometry.s, odometry.s[-1] - odometry.s) < lateral_fusion.LONGEST / 2.0
             lateral = lateral.without(np.logical_or(curve, ends))
         if moved is not None:  # the attitude through a gap is a guess, which stands in both
             lateral, level = lateral.without(moved.bridged), level.without(moved.bridged)
         return {"lateral": lateral, "cross_level": level}
 
-    def _unbalanced(self, way: Way, moved: Attitude) -> np.ndarray:
+    def _unbalanced(self, odometry: Odometry, moved: Attitude) -> np.ndarray:
         """Lateral acceleration that cant does not balance, m/s2."""
-        side = beyond_straight(moved.side, curved(moved, way))
-        return uniform_filter1d(side, max(1, round(CURVE_REACH / way.spacing)))
+        side = beyond_straight(moved.side, curved(moved, odometry))
+        return uniform_filter1d(side, max(1, round(CURVE_REACH / odometry.spacing)))
 
-    def _settling(self, p: Mapping[str, Any], way: Way, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
+    def _settling(
+        self, p: Mapping[str, Any], odometry: Odometry, moved: Attitude | None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """How far the primary springs give under the larger force in a canted curve, m; what is unsure in curves, m."""
         if moved is None:
-            return np.zeros(len(way.s)), np.zeros(len(way.s))
-        given = (p["bogie_mass"] + p["body_mass"]) * centripetal(moved, way) / (4 * p["primary_vertical_stiffness"])
-        curve = curved(moved, way)
-        canted = uniform_filter1d(np.abs(beyond_straight(moved.roll, curve)), max(1, round(CURVE_REACH / way.spacing)))
+            return np.zeros(len(odometry.s)), np.zeros(len(odometry.s))
+        given = (
+            (p["bogie_mass"] + p["body_mass"]) * centripetal(moved, odometry) / (4 * p["primary_vertical_stiffness"])
+        )
+        curve = curved(moved, odometry)
+        canted = uniform_filter1d(
+            np.abs(beyond_straight(moved.roll, curve)), max(1, round(CURVE_REACH / odometry.spacing))
+        )
         return given, self.curve_error * canted * curve
 
-    def _canted(self, way: Way, moved: Attitude | None) -> np.ndarray:
+    def _canted(self, odometry: Odometry, moved: Attitude | None) -> np.ndarray:
         """Where a curve's cant stands in the cross level and cannot be told from a rail's own irregularity."""
         if moved is None:
-            return np.zeros(len(way.s), dtype=bool)
-        return maximum_filter1d(curved(moved, way), max(1, round(2 * CURVE_REACH / way.spacing)))
+            return np.zeros(len(odometry.s), dtype=bool)
+        return maximum_filter1d(curved(moved, odometry), max(1, round(2 * CURVE_REACH / odometry.spacing)))
 
     def _unknown(self) -> dict[str, float]:
         """Relative standard deviations of the vehicle's parameters."""
@@ -229,7 +239,7 @@ class Lift:
     fused: Fused
     distance_error: float
 
-    def __call__(self, output: Output, way: Way) -> tuple[np.ndarray, float]:
+    def __call__(self, output: Output, odometry: Odometry) -> tuple[np.ndarray, float]:
         """Course of the output over a grid, shape (n,), and the density of its error, the largest of D1."""
         steps = 2 if output.kind == "axlebox" else 1  # over which its reading is a mean
 
@@ -239,15 +249,15 @@ class Lift:
 
         def gains(speed: float) -> list[Callable[[np.ndarray], np.ndarray]]:
             def gain(k: np.ndarray) -> np.ndarray:
-                mean = np.sinc(k * way.spacing / (2.0 * np.pi)) * np.exp(-0.5j * k * way.spacing)
+                mean = np.sinc(k * odometry.spacing / (2.0 * np.pi)) * np.exp(-0.5j * k * odometry.spacing)
                 return response(k, speed) * mean**steps
 
             return [gain]
 
-        course = by_speed([self.fused.on(way.s).values], way, gains, LIFT_MEMORY)
-        speed = float(np.median(way.speed))
+        course = by_speed([self.fused.on(odometry.s).values], odometry, gains, LIFT_MEMORY)
+        speed = float(np.median(odometry.speed))
         priors = [self.plane.priors[0].scaled(self.fused.level)]
-        known = self.plane.information(speed, way.spacing, self.distance_error, priors, np.zeros(0))
+        known = self.plane.information(speed, odometry.spacing, self.distance_error, priors, np.zeros(0))
         inside = (known.wavenumber > 2 * np.pi / BANDS["d1"].longest) & (
             known.wavenumber < 2 * np.pi / BANDS["d1"].shortest
         )
@@ -255,16 +265,16 @@ class Lift:
         return course, float(np.sqrt(2.0 * np.pi / speed * error.max()))
 
 
-def centripetal(moved: Attitude, way: Way) -> np.ndarray:
+def centripetal(moved: Attitude, odometry: Odometry) -> np.ndarray:
     """Vertical specific force less gravity that a canted curve makes, m/s2: -V r roll - g roll^2 / 2."""
-    return -way.speed * moved.turn * moved.roll - GRAVITY * moved.roll**2 / 2
+    return -odometry.speed * moved.turn * moved.roll - GRAVITY * moved.roll**2 / 2
 
 
-def curved(moved: Attitude, way: Way) -> np.ndarray:
+def curved(moved: Attitude, odometry: Odometry) -> np.ndarray:
     """Where the track is curved, and not only the yaw gyro biased."""
-    count = max(1, round(CURVE_REACH / way.spacing))
-    curvature = np.abs(uniform_filter1d(moved.turn / way.speed, count))
-    return curvature > CANTED + 2.0 * moved.turn_std / way.speed
+    count = max(1, round(CURVE_REACH / odometry.spacing))
+    curvature = np.abs(uniform_filter1d(moved.turn / odometry.speed, count))
+    return curvature > CANTED + 2.0 * moved.turn_std / odometry.speed
 
 
 def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:
@@ -272,18 +282,18 @@ def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:
     return values if curve.all() else values - np.median(values[~curve])
 
 
-def add(series: pd.DataFrame, name: str, fused: Fused, way: Way, lead: float) -> None:
+def add(series: pd.DataFrame, name: str, fused: Fused, odometry: Odometry, lead: float) -> None:
     """Columns of one quantity on the grid of the estimate."""
     ahead = fused.s + lead
 
     def put(column: str, values: np.ndarray, known: np.ndarray) -> None:
-        shown = np.interp(way.s, ahead, known.astype(float)) > 1.0 - 1e-9
-        series[column] = np.where(shown, CubicSpline(ahead, values)(np.clip(way.s, ahead[0], ahead[-1])), np.nan)
+        shown = np.interp(odometry.s, ahead, known.astype(float)) > 1.0 - 1e-9
+        series[column] = np.where(shown, CubicSpline(ahead, values)(np.clip(odometry.s, ahead[0], ahead[-1])), np.nan)
 
     put(f"{name} [m]", fused.values, ~fused.hidden)
-    series[f"{name}_std [m]"] = np.interp(way.s, ahead, fused.std)
+    series[f"{name}_std [m]"] = np.interp(odometry.s, ahead, fused.std)
     spacing = float(fused.s[1] - fused.s[0])
     for band, edges in bands_of(name).items():
         inside = settled(~fused.hidden, spacing, edges.longest)
         put(f"{name}_{band} [m]", band_pass(fused.values, spacing, edges), inside)
-        series[f"{name}_{band}_std [m]"] = np.interp(way.s, ahead, fused.band_std[band])
+        series[f"{name}_{band}_std [m]"] = np.interp(odometry.s, ahead, fused.band_std[band])

@@ -14,7 +14,7 @@ from scipy.signal import get_window
 
 from estimators.filters.information import Information
 from estimators.signals.bands import stretches
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from estimators.track.observations import Reading
 
 FITTED = (2.5, 60.0)  # m; wavelengths that are looked at
@@ -41,7 +41,7 @@ class Spectra(NamedTuple):
 
 def fit(
     readings: Sequence[Reading],
-    way: Way,
+    odometry: Odometry,
     speed: float,
     model: Information,
     disturbances: np.ndarray,
@@ -60,7 +60,7 @@ def fit(
     where : places that are looked at, shape (n,).
     fixed : the levels are known already.
     """
-    seen = spectra(readings, way, speed, where)
+    seen = spectra(readings, odometry, speed, where)
     q, extra = len(start), disturbances.shape[1]
     if seen is None:
         return np.array(start), np.full(extra, BEGIN)
@@ -93,20 +93,20 @@ def _too_high(seen: Spectra, signals: np.ndarray, start: Sequence[float]) -> flo
     return float(np.median(np.log(np.einsum("bmm->m", seen.density).real / expected)))
 
 
-def spectra(readings: Sequence[Reading], way: Way, speed: float, where: np.ndarray) -> Spectra | None:
+def spectra(readings: Sequence[Reading], odometry: Odometry, speed: float, where: np.ndarray) -> Spectra | None:
     """Of the longest stretch that all readings have; None where that is too short. They are scaled to `speed`."""
     values = np.stack([one.values for one in readings], axis=1)
     known = where & np.isfinite(values).all(axis=1)
-    known &= way.speed > SLOWER * speed
+    known &= odometry.speed > SLOWER * speed
     ends = max(stretches(known), key=lambda ends: ends[1] - ends[0], default=(0, 0))
     if ends[1] - ends[0] < SHORTEST:
         return None
     piece = slice(*ends)
-    pace = speed / way.speed[piece]
+    pace = speed / odometry.speed[piece]
     values = values[piece] * np.stack([pace if one.output.kind == "rate" else pace**2 for one in readings], axis=1)
     window = np.asarray(get_window("hann", len(values)))
     spectrum = np.fft.rfft((values - values.mean(axis=0)) * window[:, None], axis=0)
-    k = 2 * np.pi * np.fft.rfftfreq(len(values), way.spacing)
+    k = 2 * np.pi * np.fft.rfftfreq(len(values), odometry.spacing)
     edges = np.geomspace(2 * np.pi / FITTED[1], 2 * np.pi / FITTED[0], BINS + 1)
     bin_of = np.searchsorted(edges, k) - 1
     inside = (bin_of >= 0) & (bin_of < BINS)
@@ -115,7 +115,7 @@ def spectra(readings: Sequence[Reading], way: Way, speed: float, where: np.ndarr
     density = np.zeros((len(used), values.shape[1], values.shape[1]), dtype=complex)
     np.add.at(density, bin_of, np.einsum("km,kl->kml", spectrum[inside], spectrum[inside].conj()))
     middle = np.bincount(bin_of, k[inside]) / count
-    scale = way.spacing / np.sum(window**2) / np.pi
+    scale = odometry.spacing / np.sum(window**2) / np.pi
     return Spectra(middle, count, density * (scale / count)[:, None, None])
 
 

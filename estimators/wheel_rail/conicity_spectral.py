@@ -88,22 +88,22 @@ class ConicitySpectral(Estimator, frozen=True):
         if channel is None:
             raise InputError(f"conicity_spectral needs channel '{WHEELSET}' or '{BOGIE}' of a known vehicle; add it")
         respond = response(measurements.vehicle, channel)
-        way, turning, speed = path(measurements, channel)
+        distance, turning, speed = path(measurements, channel)
         survey = Survey(measurements)
         typical = float(np.median(speed))
-        places = find(way, turning, survey, lambda k: respond(*TYPICAL, typical, k))[:CANDIDATES]
+        places = find(distance, turning, survey, lambda k: respond(*TYPICAL, typical, k))[:CANDIDATES]
         start, rough = min(
-            places, key=lambda one: incoherent(self._blocks(way, turning, speed, survey, one[0], one[1]))
+            places, key=lambda one: incoherent(self._blocks(distance, turning, speed, survey, one[0], one[1]))
         )
 
         def misfit(offset: float, scale: float) -> float:
-            return incoherent(self._blocks(way, turning, speed, survey, offset, rough * scale))
+            return incoherent(self._blocks(distance, turning, speed, survey, offset, rough * scale))
 
         offset, scale = refine(misfit, start)
         scale *= rough
-        first = self._fit(self._blocks(way, turning, speed, survey, offset, scale), respond, None)
+        first = self._fit(self._blocks(distance, turning, speed, survey, offset, scale), respond, None)
         offset += float(first.x[2])
-        blocks = self._blocks(way, turning, speed, survey, offset, scale)
+        blocks = self._blocks(distance, turning, speed, survey, offset, scale)
         found = self._fit(blocks, respond, _deviation(blocks, respond, np.array([*first.x[:2], 0.0])))
         offset += float(found.x[2])
         conicity, creep = np.exp(found.x[:2])
@@ -118,20 +118,20 @@ class ConicitySpectral(Estimator, frozen=True):
 
     def _blocks(
         self,
-        way: np.ndarray,
+        distance: np.ndarray,
         turning: np.ndarray,
         speed: np.ndarray,
         survey: Survey,
         offset: float,
         scale: float,
     ) -> Blocks:
-        centre = np.interp(offset + scale * way, survey.s, survey.centre)
+        centre = np.interp(offset + scale * distance, survey.s, survey.centre)
         size = round(self.block / SPACING)
-        if len(way) < 2 * size:
+        if len(distance) < 2 * size:
             raise InputError(
-                f"the record covers {way[-1]:.0f} m; conicity_spectral needs two blocks of {self.block:g} m"
+                f"the record covers {distance[-1]:.0f} m; conicity_spectral needs two blocks of {self.block:g} m"
             )
-        starts = np.arange(0, len(way) - size + 1, size // 2)
+        starts = np.arange(0, len(distance) - size + 1, size // 2)
         k = 2.0 * np.pi * np.fft.rfftfreq(size, SPACING)
         band = (k >= 2.0 * np.pi / self.longest) & (k <= 2.0 * np.pi / self.shortest)
         window = np.hanning(size)
@@ -194,13 +194,13 @@ def path(measurements: Measurements, channel: str) -> tuple[np.ndarray, np.ndarr
     speed = held(measurements, time)
     speed = np.where(np.isfinite(speed), speed, speed[np.isfinite(speed)][0])
     gone = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
-    way = np.arange(0.0, gone[-1], SPACING)
+    distance = np.arange(0.0, gone[-1], SPACING)
     turned = np.interp(time, time[good], rate[good]) / np.maximum(speed, 1.0)
-    return way, np.interp(way, gone, turned), np.interp(way, gone, speed)
+    return distance, np.interp(distance, gone, turned), np.interp(distance, gone, speed)
 
 
 def find(
-    way: np.ndarray, turning: np.ndarray, survey: Survey, gain: Callable[[np.ndarray], np.ndarray]
+    distance: np.ndarray, turning: np.ndarray, survey: Survey, gain: Callable[[np.ndarray], np.ndarray]
 ) -> list[tuple[float, float]]:
     """Distances at which the record may begin (m) with the scale of its way (-): where its turning is most like the
     rails' curvature through a typical response (`gain` of the wave number), the likeliest first; one for each scale.
@@ -217,17 +217,17 @@ def find(
     rails = np.nan_to_num(band_pass(np.fft.irfft(np.fft.rfft(bent) * gain(k), len(bent)), SPACING, slow))
     found: list[tuple[float, float, float]] = []
     for scale in SCALES:
-        places = np.arange(0.0, scale * way[-1], SPACING)
+        places = np.arange(0.0, scale * distance[-1], SPACING)
         if len(places) > len(grid):
             continue
-        own = np.nan_to_num(band_pass(np.interp(places, scale * way, turning), SPACING, slow))
+        own = np.nan_to_num(band_pass(np.interp(places, scale * distance, turning), SPACING, slow))
         agreement = signal.correlate(rails, own, "valid", "fft")
         size = signal.correlate(rails**2, np.ones(len(own)), "valid", "fft") * float(own @ own)
         likeness = agreement / np.sqrt(np.maximum(size, 1e-3 * size.max()))
         found.append((float(likeness.max()), float(grid[int(likeness.argmax())]), float(scale)))
     if not found:
         raise InputError(
-            f"the record covers {way[-1]:.0f} m, the measured track {grid[-1]:.0f} m; give that of the whole way"
+            f"the record covers {distance[-1]:.0f} m, the measured track {grid[-1]:.0f} m; give that of the whole way"
         )
     return [(place, scale) for _, place, scale in sorted(found, reverse=True)]
 

@@ -51,7 +51,7 @@ class Survey:
 
     def rails(self, motion: WheelsetMotion, offset: float, scale: float) -> Rails:
         """Rails under the wheelset if it began at `offset` (m) and went `scale` times its measured way."""
-        place = offset + scale * motion.way
+        place = offset + scale * motion.distance
         centre = motion.band.filter(np.interp(place, self.s, self.centre))
         return Rails(centre, np.interp(place, self.s, self.gauge), place)
 
@@ -62,13 +62,13 @@ class Survey:
         ------
         InputError : the way is longer than the measured track.
         """
-        way = np.arange(0.0, motion.way[-1], SPACING)
-        if way[-1] > self.s[-1] - self.s[0]:
+        distance = np.arange(0.0, motion.distance[-1], SPACING)
+        if distance[-1] > self.s[-1] - self.s[0]:
             raise InputError(
-                f"the record covers {way[-1]:.0f} m, the measured track {self.s[-1] - self.s[0]:.0f} m; "
+                f"the record covers {distance[-1]:.0f} m, the measured track {self.s[-1] - self.s[0]:.0f} m; "
                 "give the track of the whole way"
             )
-        path = band_pass(np.interp(way, motion.way, motion.y), SPACING, FINDING)
+        path = band_pass(np.interp(distance, motion.distance, motion.y), SPACING, FINDING)
         grid = np.arange(self.s[0], self.s[-1], SPACING)
         centre = band_pass(np.interp(grid, self.s, self.centre), SPACING, FINDING)
         agreement = signal.correlate(centre, path, "valid", "fft")

@@ -54,14 +54,14 @@ class MotionBand:
 
 @dataclass(frozen=True)
 class WheelsetMotion:
-    """Motion over time, all shapes (n,), in the band; `speed` and `way` (distance since the first sample) as they are.
+    """Motion over time, all shapes (n,), in the band; `speed` and `distance` (since the first sample) as they are.
 
     y (m, left +), yaw (rad, to the left +) and their rates; roll (rad, left side up +), zero without a roll gyro.
     """
 
     time: np.ndarray
     speed: np.ndarray
-    way: np.ndarray
+    distance: np.ndarray
     y: np.ndarray
     y_rate: np.ndarray
     yaw: np.ndarray
@@ -114,8 +114,8 @@ def wheelset_motion(measurements: Measurements, longest: float, highest: float) 
     y, y_rate, good = _lateral(measurements, band, time, roll)
     ends = 1.0 / band.lowest
     valid = valid & good & (time > time[0] + ends) & (time < time[-1] - ends)
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
-    return WheelsetMotion(time, speed, way, y, y_rate, yaw, yaw_rate, turning, roll, valid, band)
+    distance = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+    return WheelsetMotion(time, speed, distance, y, y_rate, yaw, yaw_rate, turning, roll, valid, band)
 
 
 def wheelset_speed(measurements: Measurements, time: np.ndarray) -> np.ndarray:

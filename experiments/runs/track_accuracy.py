@@ -10,7 +10,7 @@ import numpy as np
 from estimators.filters.information import wavenumbers
 from estimators.interface import ESTIMATORS, Estimate, Estimator
 from estimators.signals.bands import BANDS, response
-from estimators.speed.odometry import find_way
+from estimators.speed.odometry import integrate_speed
 from estimators.track import lateral_fusion
 from estimators.track.alignment_accelerometer import AlignmentAccelerometer
 from estimators.track.alignment_lateral import AlignmentLateral
@@ -135,10 +135,10 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
 
     The vehicle's model, the data sheets and the shape and level of ERRI's spectrum are taken to be known.
     """
-    way = find_way(measurements, spacing=measurements.vehicle["semi_wheelbase"] / 5.0)
-    nothing, speed = np.zeros(len(way.s)), float(np.median(way.speed))
-    up = TrackSmoother().vertical_plane(measurements, way, attitude(measurements, way))
-    side = lateral_fusion.across(measurements, way, {}, (Kind(),), nothing.astype(int), lambda _: (nothing, 0.0))
+    odometry = integrate_speed(measurements, spacing=measurements.vehicle["semi_wheelbase"] / 5.0)
+    nothing, speed = np.zeros(len(odometry.s)), float(np.median(odometry.speed))
+    up = TrackSmoother().vertical_plane(measurements, odometry, attitude(measurements, odometry))
+    side = lateral_fusion.across(measurements, odometry, {}, (Kind(),), nothing.astype(int), lambda _: (nothing, 0.0))
     by = {
         "alignment_vertical": (("bogie.rate_pitch",), ()),
         ACCELEROMETER: (("bogie.acceleration_z",), ()),

@@ -12,7 +12,7 @@ import pandas as pd
 
 from estimators.interface import Estimate
 from estimators.signals.bands import Band, band_pass, bands_of, settled
-from estimators.speed.odometry import Way
+from estimators.speed.odometry import Odometry
 from experiments.reporting.units import MM
 from experiments.scoring.interface import Scorer, stated
 from railsim.analysis.statistics import root_mean_square
@@ -205,6 +205,6 @@ def _under(truth: Truth, name: str, centre: np.ndarray, arm: float, at: np.ndarr
         values = np.concatenate([truth[trail][early], values])
     moved = np.concatenate([[True], np.diff(np.maximum.accumulate(place)) > 1e-6])
     place, values = place[moved] - place[0], values[moved]
-    way = Way(place, place, np.ones(len(place)), np.ones(len(place), dtype=bool), 0.0, spacing)
-    smooth, _ = way.resample(place, values)
-    return np.interp(at - (centre[0] + arm if trail not in truth else centre[0] - arm), way.s, smooth)
+    odometry = Odometry(place, place, np.ones(len(place)), np.ones(len(place), dtype=bool), 0.0, spacing)
+    smooth, _ = odometry.resample(place, values)
+    return np.interp(at - (centre[0] + arm if trail not in truth else centre[0] - arm), odometry.s, smooth)
