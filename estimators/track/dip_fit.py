@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import signal
 
-from estimators.track.dips import LENGTHS, Bank, Channel, lowest, twice, window
+from estimators.track.dips import LENGTHS, Channel, MatchedFilters, lowest, twice, window
 
 APART = 1.5
 """Dips found in one round of the search lie this far apart, m; fitted ones half of it."""
@@ -99,11 +99,11 @@ def find(channels: Sequence[Channel], threshold: float, rounds: int = 2, known: 
     spacing = channels[0].spacing
     for _ in range(rounds):
         rests = [one.data - synthesise(found, one) for one in channels]
-        bank = Bank(channels, rests)
-        peaks = signal.find_peaks(bank.snr, height=threshold, distance=round(APART / spacing))[0]
+        filters = MatchedFilters(channels, rests)
+        peaks = signal.find_peaks(filters.snr, height=threshold, distance=round(APART / spacing))[0]
         if not peaks.size:
             break
-        new = _started(channels, peaks * spacing, *bank.at(peaks), bank.snr[peaks])
+        new = _started(channels, peaks * spacing, *filters.at(peaks), filters.snr[peaks])
         found = _distinct(refine(channels, _joined(found, new)), threshold)
     return found
 
@@ -128,14 +128,14 @@ def _step(channels: Sequence[Channel], dips: Dips) -> Dips:
     count, k = window(first.spacing)
     phase = _phase(dips, first)
     number, size, ratio = dips.likeliest
-    pull, stiffness, products = np.zeros(len(size)), np.zeros(len(size)), []
+    gradient, stiffness, products = np.zeros(len(size)), np.zeros(len(size)), []
     for one, amplitude in zip(channels, (size, size * ratio), strict=False):
-        waves = _rest(dips, one, phase) * phase * (np.conj(one.turn) * twice(count) / count)
+        waves = _rest(dips, one, phase) * phase * (np.conj(one.parity) * twice(count) / count)
         products.append(np.einsum("nk,lk->nl", waves.real, one.shapes, optimize=True))
-        pull -= amplitude * np.einsum("nk,nk->n", waves.imag, one.shapes[number] * k)
+        gradient -= amplitude * np.einsum("nk,nk->n", waves.imag, one.shapes[number] * k)
         stiffness += amplitude**2 * one.stiffness[number]
     dips = _weighed(channels, products, dips)
-    move = np.clip(pull / stiffness, -FARTHEST, FARTHEST)
+    move = np.clip(gradient / stiffness, -FARTHEST, FARTHEST)
     return replace(dips, place=dips.place + move, place_std=1 / np.sqrt(stiffness))
 
 
@@ -188,7 +188,7 @@ def _own(dips: Dips, one: Channel, phase: np.ndarray, white: bool = True) -> tup
     number, size, ratio = dips.likeliest
     amplitude = size * ratio if one.kind == "roll" else size
     shapes = one.shapes if white else one.spectrum(k, LENGTHS, white)
-    waves = (one.turn * amplitude)[:, None] * shapes[number] * np.conj(phase)
+    waves = (one.parity * amplitude)[:, None] * shapes[number] * np.conj(phase)
     index = np.rint(dips.place / one.spacing).astype(np.int64)
     rows = np.clip(index, -count // 2, len(one.data) + count // 2)[:, None] + count // 2 + np.arange(count)[None, :]
     return np.asarray(np.fft.irfft(waves, count, axis=1)), rows

@@ -18,7 +18,7 @@ from estimators.track.curvature import (
     vertical,
 )
 from estimators.track.dip_fit import SIDES, Dips, find, none_found, synthesise, without_echoes
-from estimators.track.dips import Bank, Channel, Kind, channel, clipped
+from estimators.track.dips import Channel, ChannelKind, MatchedFilters, channel, clipped
 from estimators.track.events import EventEstimator
 from estimators.vehicle.vertical import pitch_inverse
 from railsim.measurements import Measurements
@@ -71,7 +71,7 @@ class DippedJoints(EventEstimator, frozen=True):
                 "s [m]": odometry.s,
                 "time [s]": odometry.time,
                 "vertical_curvature [1/m]": np.where(valid, -chord, np.nan),
-                "dip_snr [-]": np.where(valid, Bank(channels).snr if channels else np.nan, np.nan),
+                "dip_snr [-]": np.where(valid, MatchedFilters(channels).snr if channels else np.nan, np.nan),
                 "valid [-]": valid.astype(float),
             }
         )
@@ -106,7 +106,7 @@ def find_dips(
     curvature, valid, kind = vertical(measurements, odometry, cut_off)
     if np.count_nonzero(valid) * odometry.spacing < LEAST:
         valid = np.zeros(len(odometry.s), dtype=bool)
-    rows: list[tuple[np.ndarray, np.ndarray, Kind, Gain]] = [
+    rows: list[tuple[np.ndarray, np.ndarray, ChannelKind, Gain]] = [
         (curvature * _ramp(valid, odometry.spacing), valid, kind, np.ones_like)
     ]
     speed = float(np.median(odometry.speed[valid])) if valid.any() else 1.0

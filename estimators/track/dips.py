@@ -42,7 +42,7 @@ ROUNDING = 0.3
 _FALL = {"chord": 2.0, "rail": 0.0, "roll": 2.0}
 """Exponent with which a channel's background falls towards short waves, the rails' curvature being white."""
 
-Kind = Literal["chord", "rail", "roll"]
+ChannelKind = Literal["chord", "rail", "roll"]
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Channel:
     """
 
     data: np.ndarray
-    kind: Kind
+    kind: ChannelKind
     half_base: float
     blur: float
     spacing: float
@@ -69,7 +69,7 @@ class Channel:
     weight: np.ndarray
 
     @property
-    def turn(self) -> complex:
+    def parity(self) -> complex:
         """Factor of `spectrum`: a dip is even in the curvatures, odd in the roll over distance."""
         return 1j if self.kind == "roll" else 1.0
 
@@ -133,7 +133,7 @@ def channel(
     values: np.ndarray,
     background: np.ndarray,
     valid: np.ndarray,
-    kind: Kind,
+    kind: ChannelKind,
     half_base: float,
     blur: float,
     spacing: float,
@@ -186,7 +186,7 @@ def density(values: np.ndarray, valid: np.ndarray, spacing: float, fall: float) 
     return k, smooth / (2 * max(float(np.mean(valid)), 1e-3))
 
 
-class Bank:
+class MatchedFilters:
     """Matched filters at every place: for each side (both, left, right rail) and coarse length one row."""
 
     def __init__(self, channels: Sequence[Channel], rests: Sequence[np.ndarray] | None = None) -> None:
@@ -212,7 +212,7 @@ class Bank:
 def _rows(one: Channel, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Product of `rest` with a dip of each coarse length at every place, (lengths, n), and the dips' energies."""
     size, _ = grid(len(rest), one.spacing)
-    waves = np.fft.rfft(rest, size) * np.conj(one.turn)
+    waves = np.fft.rfft(rest, size) * np.conj(one.parity)
     return np.fft.irfft(waves * one.coarse, size, axis=1)[:, : len(rest)], energy(one.coarse, size)
 
 

@@ -14,7 +14,7 @@ from estimators.filters.information import Information, deviations, information,
 from estimators.filters.track_spectrum import Noise, Passage, TrackSpectrum, passage
 from estimators.signals.bands import Band, response, settled
 from estimators.speed.odometry import Odometry
-from estimators.track.observations import Reading
+from estimators.track.observations import Observation
 from estimators.track.whittle import fit
 from estimators.vehicle.state_space import System
 
@@ -27,7 +27,7 @@ UNIT_LENGTH = 0.25  # m; a disturbance of size 1 has the acceleration's variance
 BEYOND = 1.5  # variance over the stationary one from which on a place counts as badly seen
 
 
-class Kind(NamedTuple):
+class TrackRegime(NamedTuple):
     """A kind of place, where the vehicle or what disturbs it is another.
 
     Attributes
@@ -51,11 +51,11 @@ class Plane:
     system : from parameters and speed (m/s) to the linear model with the readings as outputs.
     vehicle : nominal parameters.
     unknown : relative standard deviations of parameters.
-    readings : in the order of the outputs.
+    observations : in the order of the outputs.
     priors : shapes of the spectra of the track's quantities; their levels are fitted.
     states : how many the vehicle has.
     disturbed : groups of states (rates) that forces push which are not in the model; their sizes are fitted.
-    kinds, kind : what kinds of places there are, and the number of each place's, shape (n,).
+    regimes, kind : what kinds of places there are, and the number of each place's, shape (n,).
     structure : of what a sensor shows: standard deviation of what the model leaves out, coherent with the track.
     start : standard deviation of each state for heights (m) and slopes (rad) of the quantities, at a speed.
     """
@@ -63,12 +63,12 @@ class Plane:
     system: Callable[[dict[str, float], float], System]
     vehicle: dict[str, float]
     unknown: dict[str, float]
-    readings: list[Reading]
+    observations: list[Observation]
     priors: tuple[TrackSpectrum, ...]
     states: int
     disturbed: tuple[tuple[int, ...], ...]
     start: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
-    kinds: tuple[Kind, ...] = (Kind(),)
+    regimes: tuple[TrackRegime, ...] = (TrackRegime(),)
     kind: np.ndarray | None = None
     structure: float = STRUCTURE
 
@@ -89,7 +89,7 @@ class Plane:
     def at(self, number: int) -> "Plane":
         """The same as it is at one kind of place."""
         if number not in self._at:
-            one = self.kinds[number]
+            one = self.regimes[number]
             vehicle, unknown = self.vehicle | dict(one.changes), self.unknown | dict(one.unknown)
             self._at[number] = replace(self, vehicle=vehicle, unknown=unknown) if one.changes or one.unknown else self
         return self._at[number]
@@ -101,13 +101,13 @@ class Plane:
 
     def only(self, names: Sequence[str]) -> "Plane":
         """The same with the readings of some channels."""
-        chosen = [number for number, one in enumerate(self.readings) if one.name in names]
-        readings = [self.readings[number] for number in chosen]
-        return replace(self, system=lambda p, speed: self.system(p, speed).only(chosen), readings=readings)
+        chosen = [number for number, one in enumerate(self.observations) if one.name in names]
+        observations = [self.observations[number] for number in chosen]
+        return replace(self, system=lambda p, speed: self.system(p, speed).only(chosen), observations=observations)
 
     def noise(self, drive: np.ndarray | None = None) -> Noise:
         """Of the readings by their data sheets; `drive` : variance per second that enters the states."""
-        columns = [(one.density, one.bias, one.drift, one.drift_time, one.tilt) for one in self.readings]
+        columns = [(one.density, one.bias, one.drift, one.drift_time, one.tilt) for one in self.observations]
         density, bias, drift, drift_time, tilt = (np.array(column) for column in zip(*columns, strict=True))
         return Noise(density, bias, drift, drift_time, tilt, np.zeros(self.states) if drive is None else drive)
 
@@ -147,7 +147,7 @@ class Plane:
     ) -> list[dict[str, float]]:
         """Cramer-Rao bound of each band at a speed, m rms: sensor noise alone, the model taken to be right."""
         system = self.system(self.vehicle, speed)
-        known = information([system], priors, self.noise(), speed, self.wheelbase, np.zeros(len(self.readings)))
+        known = information([system], priors, self.noise(), speed, self.wheelbase, np.zeros(len(self.observations)))
         return [
             {name: known.rms(bound, band) for name, band in one.items()}
             for bound, one in zip(known.bound.T, bands, strict=True)
@@ -165,7 +165,7 @@ class Plane:
         key = (speed, distance_error)
         if key not in self._responses:
             systems = deviations(lambda p: self.system(p, speed), self.vehicle, self.unknown)
-            scales = np.array([np.hypot(one.scale, self.structure) for one in self.readings])
+            scales = np.array([np.hypot(one.scale, self.structure) for one in self.observations])
             self._responses[key] = systems[0], *responses(systems, speed, self.wheelbase, scales, distance_error)
         system, H, wrong = self._responses[key]
         noise = self.noise(None if sizes is None else self.drive(speed, priors, sizes))
@@ -239,8 +239,8 @@ def fuse(plane: Plane, odometry: Odometry, bands: Sequence[dict[str, Band]], dis
     ]
     noise = _per_step(plane, odometry, over, known)
     made = _passage(plane, odometry, priors, sizes, speeds)
-    values, variance = smooth(made, odometry, plane.readings, noise, kind)
-    seen = odometry.valid & np.any([np.isfinite(one.values) for one in plane.readings], axis=0)
+    values, variance = smooth(made, odometry, plane.observations, noise, kind)
+    seen = odometry.valid & np.any([np.isfinite(one.values) for one in plane.observations], axis=0)
     local = {
         band: over.courses([[one.local(values, odometry.spacing, band) for one in of_kind] for of_kind in known])
         for band in dict.fromkeys(band for one in bands for band in one.values())
@@ -323,22 +323,22 @@ def _passage(
     def system_of(own: Plane) -> Callable[[float], System]:
         return lambda speed: own.system(own.vehicle, speed)
 
-    kinds = [plane.at(number) for number in range(len(sizes))]
+    regimes = [plane.at(number) for number in range(len(sizes))]
     return passage(
-        [system_of(own) for own in kinds], priors, plane.noise(),
-        [drive_of(own, size) for own, size in zip(kinds, sizes, strict=True)],
+        [system_of(own) for own in regimes], priors, plane.noise(),
+        [drive_of(own, size) for own, size in zip(regimes, sizes, strict=True)],
         odometry.speed, odometry.spacing, round(plane.wheelbase / odometry.spacing),
         plane.start(height, slope, float(np.median(odometry.speed))),
     )  # fmt: skip
 
 
 def smooth(
-    made: Passage, odometry: Odometry, readings: list[Reading], noise: np.ndarray, kind: np.ndarray | int = 0
+    made: Passage, odometry: Odometry, observations: list[Observation], noise: np.ndarray, kind: np.ndarray | int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Smoothed track under the leading wheelset and its variance, shapes (n, q); `noise` : variances, (n, m)."""
     place = made.place(odometry.speed, kind)
-    measured = np.stack([one.values for one in readings], axis=1)
-    turning = np.stack([one.turning for one in readings], axis=1)
+    measured = np.stack([one.values for one in observations], axis=1)
+    turning = np.stack([one.turning for one in observations], axis=1)
     x, P = np.zeros(len(made.covariance)), made.covariance.copy()
     filtered = forward(made.steps, place, measured, noise, turning, odometry.valid, x, P)
     values, variance = backward(made.steps, place, turning, filtered)
@@ -351,12 +351,14 @@ def fit_levels(
     """Levels of the track's spectra, and sizes of the disturbances at each kind of place, by Whittle's likelihood."""
     speed = _usual_speed(odometry)
     levels, fitted = np.array([prior.amplitude for prior in plane.priors]), dict[int, np.ndarray]()
-    groups = np.array([one.sized_as for one in plane.kinds])
+    groups = np.array([one.sized_as for one in plane.regimes])
     for number in dict.fromkeys(sorted(groups)):
         where = groups[kind] == number
         fixed = bool(fitted) and bool((groups[kind] == 0).any())
         model, disturbances = _fit_model(plane.at(number), odometry, speed, distance_error)
-        levels, fitted[number] = fit(plane.readings, odometry, speed, model, disturbances, list(levels), where, fixed)
+        levels, fitted[number] = fit(
+            plane.observations, odometry, speed, model, disturbances, list(levels), where, fixed
+        )
     return levels, [fitted[number] for number in groups]
 
 
@@ -385,7 +387,7 @@ def _usual_speed(odometry: Odometry) -> float:
 def _per_step(plane: Plane, odometry: Odometry, over: Over, known: Sequence[Sequence[Information]]) -> np.ndarray:
     """Variance of each reading at each step, shape (n, m): white noise over a step, and the floor."""
     columns = []
-    for number, one in enumerate(plane.readings):
+    for number, one in enumerate(plane.observations):
         typical = [[info.rms(info.readings[:, number]) ** 2 for info in of_kind] for of_kind in known]
         white = one.density**2 * odometry.speed / (2.0 * odometry.spacing)
         columns.append(white + FLOOR**2 * over.values(typical))

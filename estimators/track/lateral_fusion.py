@@ -14,8 +14,8 @@ import numpy as np
 from estimators.filters.track_spectrum import ERRI_VERTICAL, TrackSpectrum
 from estimators.signals.bands import Band, band_pass, transform
 from estimators.speed.odometry import Odometry
-from estimators.track.fusion import Kind, Plane
-from estimators.track.observations import Attitude, Reading, reading
+from estimators.track.fusion import Plane, TrackRegime
+from estimators.track.observations import Attitude, Observation, observation
 from estimators.track.sensor_pairs import WHEELSETS, axleboxes, displacements, singles
 from estimators.vehicle import lateral_roll
 from estimators.vehicle.bump_stop import slope, steps
@@ -47,7 +47,7 @@ def fits(measurements: Measurements) -> bool:
     return all(name in measurements for name in (YAW, ROLL, SIDE)) and given(measurements.vehicle, lateral_roll.NEEDED)
 
 
-def high_passed(one: Reading, odometry: Odometry) -> Reading:
+def high_passed(one: Observation, odometry: Odometry) -> Observation:
     """Without waves longer than `LONGEST`; missing places are bridged for the filter and stay missing."""
     present = np.isfinite(one.values)
     if not present.any():
@@ -85,7 +85,7 @@ def across(
     measurements: Measurements,
     odometry: Odometry,
     unknown: dict[str, float],
-    kinds: tuple[Kind, ...],
+    regimes: tuple[TrackRegime, ...],
     kind: np.ndarray,
     lift: Callable[[Output], tuple[np.ndarray, float]],
 ) -> Plane:
@@ -93,40 +93,40 @@ def across(
 
     Parameters
     ----------
-    kinds, kind : of places, see `Plane`.
+    regimes, kind : of places, see `Plane`.
     lift : what the vertical estimate says of a sensor at a wheelset, see `singles`.
     """
-    readings = [
-        reading(measurements, odometry, YAW, Output("rate", axis="yaw")),
-        reading(measurements, odometry, ROLL, Output("rate", axis="roll")),
+    observations = [
+        observation(measurements, odometry, YAW, Output("rate", axis="yaw")),
+        observation(measurements, odometry, ROLL, Output("rate", axis="roll")),
     ]
     for name in channels_on(measurements, "bogie", "acceleration_y"):
         output = Output("acceleration", data_sheet(measurements.about, name).position)
-        readings.append(reading(measurements, odometry, name, output))
+        observations.append(observation(measurements, odometry, name, output))
     for number, x in WHEELSETS:
         for name in channels_on(measurements, f"wheelset{number}", "acceleration_y"):
-            readings.append(reading(measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0))))
-    readings += displacements(measurements, odometry, half_difference=True)
-    readings += axleboxes(measurements, odometry, half_difference=True)
-    readings += singles(measurements, odometry, lift)
-    outputs = [one.output for one in readings]
+            observations.append(observation(measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0))))
+    observations += displacements(measurements, odometry, half_difference=True)
+    observations += axleboxes(measurements, odometry, half_difference=True)
+    observations += singles(measurements, odometry, lift)
+    outputs = [one.output for one in observations]
     return Plane(
         lambda p, speed: lateral_roll.lateral(p, outputs, speed),
         dict(measurements.vehicle),
         unknown,
-        [high_passed(one, odometry) for one in readings],
+        [high_passed(one, odometry) for one in observations],
         (LATERAL, CROSS_LEVEL),
         2 * lateral_roll.COUNT,
         tuple(tuple(lateral_roll.COUNT + COORDINATES.index(name) for name in group) for group in DISTURBED),
         start,
-        kinds,
+        regimes,
         kind,
     )
 
 
 def places(
     vehicle: Mapping[str, Any], curve: np.ndarray, unbalanced: np.ndarray
-) -> tuple[tuple[Kind, ...], np.ndarray]:
+) -> tuple[tuple[TrackRegime, ...], np.ndarray]:
     """Kinds of places: straight track, curves, and curves in which the body leans on its bump stop, more or less.
 
     Parameters
@@ -142,10 +142,10 @@ def places(
         here = step == one
         sized_as = numbers.index(usual) if one else 0
         if one < 2:
-            found.append(Kind(sized_as=sized_as))
+            found.append(TrackRegime(sized_as=sized_as))
         else:
             stiff = float(mean[here].mean())
-            found.append(Kind({BUMP_STOP: stiff}, {BUMP_STOP: float(spread[here].mean()) / stiff}, sized_as))
+            found.append(TrackRegime({BUMP_STOP: stiff}, {BUMP_STOP: float(spread[here].mean()) / stiff}, sized_as))
     return tuple(found), np.searchsorted(numbers, step)
 
 

@@ -22,7 +22,7 @@ CURVE = 20.0  # m; yaw rates of longer wavelengths turn about the vertical, shor
 
 
 @dataclass(frozen=True)
-class Reading:
+class Observation:
     """One sensor (or the mean or difference of two) over the steps of the grid.
 
     Attributes
@@ -54,22 +54,22 @@ class Attitude:
     Attributes
     ----------
     roll : rad, left side up; `roll_std` : standard deviation of its constant part.
-    turn : yaw rate about the vertical, rad/s; `turn_std` : standard deviation of its constant part.
+    curving_rate : yaw rate about the vertical, rad/s; `curving_rate_std` : standard deviation of its constant part.
     roll_rate, yaw_rate, side : as measured, rad/s, rad/s, m/s2.
     bridged : where what was lost of these reaches, a gap and the memory of the roll on either side.
     """
 
     roll: np.ndarray
-    turn: np.ndarray
+    curving_rate: np.ndarray
     roll_rate: np.ndarray
     yaw_rate: np.ndarray
     side: np.ndarray
     roll_std: float
-    turn_std: float
+    curving_rate_std: float
     bridged: np.ndarray
 
 
-def reading(
+def observation(
     measurements: Measurements,
     odometry: Odometry,
     name: str,
@@ -80,7 +80,7 @@ def reading(
     roll_std: float = 0.0,
     mounting: float | None = None,
     late: float = 0.0,
-) -> Reading:
+) -> Observation:
     """A channel on the grid.
 
     Parameters
@@ -97,7 +97,7 @@ def reading(
     scale = sheet.error("scale_error_std")
     mounting = sheet.error("misalignment_std") if mounting is None else mounting
     correction = np.zeros(len(odometry.s)) if correction is None else correction
-    return Reading(
+    return Observation(
         name,
         output,
         np.where(valid, values - correction - typical, np.nan),
@@ -118,7 +118,9 @@ def _tilt(turning: tuple[np.ndarray, np.ndarray] | None, first: float, second: f
     return first * float(turning[0].any()), second * float(turning[1].any())
 
 
-def combined(left: Reading, right: Reading, half_difference: bool, step: float, skew: float = 0.0) -> Reading:
+def combined(
+    left: Observation, right: Observation, half_difference: bool, step: float, skew: float = 0.0
+) -> Observation:
     """(left + right) / 2, or (left - right) / 2, of two sensors alike.
 
     Parameters
@@ -133,7 +135,7 @@ def combined(left: Reading, right: Reading, half_difference: bool, step: float, 
     shown = float(np.nanstd(other)) if np.isfinite(other).any() else 0.0
     crossed = share * np.hypot(left.scale, skew) * shown * np.sqrt(2.0 * step)
     density = share * np.sqrt((left.density**2 + right.density**2) / 2.0)
-    return Reading(
+    return Observation(
         f"{left.name} and {right.name}",
         left.output,
         (left.values + sign * right.values) / 2.0,
@@ -168,11 +170,13 @@ def attitude(measurements: Measurements, odometry: Odometry, sensor: str = "bogi
     roll = transform(slow, odometry.spacing, low, 3 * CROSSOVER, detrend=False)
     roll += transform(roll_rate / odometry.speed, odometry.spacing, integrated, 3 * CROSSOVER, detrend=False)
     design = transform(yaw_rate, odometry.spacing, lambda k: low(k, 2 * np.pi / CURVE), 3 * CURVE, detrend=False)
-    roll_std, turn_std = (data_sheet(measurements.about, name).error("bias_std") for name in (names[0], names[2]))
+    roll_std, curving_rate_std = (
+        data_sheet(measurements.about, name).error("bias_std") for name in (names[0], names[2])
+    )
     lost = np.sum([odometry.valid & ~valid for _, valid in found], axis=0)
     gaps = _gaps(lost > 0, BRIDGE_ONE / odometry.spacing) | _gaps(lost > 1, BRIDGE_MORE / odometry.spacing)
     bridged = maximum_filter1d(gaps, 2 * round(CROSSOVER / odometry.spacing) + 1)
-    return Attitude(roll, design, roll_rate, yaw_rate, side, roll_std / GRAVITY, turn_std, bridged)
+    return Attitude(roll, design, roll_rate, yaw_rate, side, roll_std / GRAVITY, curving_rate_std, bridged)
 
 
 def _gaps(lost: np.ndarray, longest: float) -> np.ndarray:

@@ -180,6 +180,6 @@ def _best(window: np.ndarray, stretch: np.ndarray) -> tuple[float, float]:
     peak = int(np.argmax(likeness))
     if 0 < peak < len(likeness) - 1:
         before, here, after = likeness[peak - 1 : peak + 2]
-        bend = before - 2.0 * here + after
-        return peak + (0.5 * (before - after) / bend if bend < 0.0 else 0.0), float(here)
+        curvature = before - 2.0 * here + after
+        return peak + (0.5 * (before - after) / curvature if curvature < 0.0 else 0.0), float(here)
     return float(peak), float(likeness[peak])

@@ -8,7 +8,7 @@ from scipy.ndimage import uniform_filter1d
 
 from estimators.signals.bands import transform
 from estimators.speed.odometry import Odometry
-from estimators.track.observations import Attitude, Reading, combined, reading
+from estimators.track.observations import Attitude, Observation, combined, observation
 from estimators.vehicle.state_space import Output
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
@@ -29,7 +29,9 @@ def pair(measurements: Measurements, number: int, quantity: str) -> list[str]:
     return [name for name in names if name in measurements]
 
 
-def without_roll(measurements: Measurements, odometry: Odometry, one: Reading, moved: Attitude | None) -> list[Reading]:
+def without_roll(
+    measurements: Measurements, odometry: Odometry, one: Observation, moved: Attitude | None
+) -> list[Observation]:
     """A vertical accelerometer of the bogie less y times the roll's acceleration, by the roll gyro; nothing if it is
     beside the middle and there is no such gyro.
     """
@@ -44,7 +46,7 @@ def without_roll(measurements: Measurements, odometry: Odometry, one: Reading, m
     return [replace(one, values=one.values - y * spun, density=float(np.hypot(one.density, noise)))]
 
 
-def displacements(measurements: Measurements, odometry: Odometry, half_difference: bool) -> list[Reading]:
+def displacements(measurements: Measurements, odometry: Odometry, half_difference: bool) -> list[Observation]:
     """Primary displacement transducers, left and right of a wheelset together.
 
     Their mean also shows how the bogie pitches as the vehicle is braked or driven: a length per acceleration that
@@ -59,7 +61,7 @@ def displacements(measurements: Measurements, odometry: Odometry, half_differenc
     return found
 
 
-def axleboxes(measurements: Measurements, odometry: Odometry, half_difference: bool) -> list[Reading]:
+def axleboxes(measurements: Measurements, odometry: Odometry, half_difference: bool) -> list[Observation]:
     """Vertical accelerometers on both axleboxes of a wheelset together: its lift, or its roll (half the difference)."""
     found = []
     for number, x in WHEELSETS:
@@ -78,7 +80,7 @@ def singles(
     measurements: Measurements,
     odometry: Odometry,
     mean: Callable[[Output], tuple[np.ndarray, float]],
-) -> list[Reading]:
+) -> list[Observation]:
     """Transducers and axlebox accelerometers without one on the other side, as halves of a difference.
 
     Parameters
@@ -112,15 +114,15 @@ def _step(odometry: Odometry) -> float:
     return odometry.spacing / float(np.median(odometry.speed))
 
 
-def _displacement(measurements: Measurements, odometry: Odometry, name: str, x: float, nods: bool) -> Reading:
+def _displacement(measurements: Measurements, odometry: Odometry, name: str, x: float, nods: bool) -> Observation:
     turning = (forward(odometry), np.zeros(len(odometry.s))) if nods else None
     output = Output("displacement", (x, 0.0, 0.0))
-    return reading(measurements, odometry, name, output, turning=turning, mounting=nod(measurements.vehicle))
+    return observation(measurements, odometry, name, output, turning=turning, mounting=nod(measurements.vehicle))
 
 
-def _axlebox(measurements: Measurements, odometry: Odometry, name: str, x: float) -> Reading:
+def _axlebox(measurements: Measurements, odometry: Odometry, name: str, x: float) -> Observation:
     """Acceleration averaged with triangular weights over two steps, as the second difference of the track has it."""
-    one = reading(
+    one = observation(
         measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0)), typical=GRAVITY, late=odometry.spacing / 2.0
     )
     known = np.isfinite(one.values)

@@ -107,8 +107,8 @@ class Switches(EventEstimator, frozen=True):
         best = int(np.clip(merit.argmax(), 1, len(SCALES) - 2))
         step = SCALES[1] - SCALES[0]
         low, middle, high = merit[best - 1 : best + 2]
-        bend = max(2 * middle - low - high, 1e-9)
-        return float(SCALES[best] + step * (high - low) / (2 * bend)), float(step / np.sqrt(bend))
+        curvature = max(2 * middle - low - high, 1e-9)
+        return float(SCALES[best] + step * (high - low) / (2 * curvature)), float(step / np.sqrt(curvature))
 
     def _described(
         self,

@@ -18,7 +18,7 @@ from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrat
 from estimators.track import lateral_fusion
 from estimators.track.fusion import Fused, Plane, fuse
 from estimators.track.geometry import by_speed
-from estimators.track.observations import Attitude, attitude, reading
+from estimators.track.observations import Attitude, attitude, observation
 from estimators.track.sensor_pairs import axleboxes, displacements, without_roll
 from estimators.vehicle.creep import CREEP_FACTOR, SPIN_FACTOR
 from estimators.vehicle.parameters import numbers
@@ -133,26 +133,26 @@ class TrackSmoother(Estimator, frozen=True):
         """The vertical plane with all that is read of it; `moved` : what `attitude` gives for the grid."""
         rate, force, across, side, roll_std = None, None, None, None, 0.0
         if moved is not None:
-            rate = moved.roll * moved.turn
+            rate = moved.roll * moved.curving_rate
             force = centripetal(moved, odometry)
             across, side = (moved.yaw_rate, moved.roll_rate), (moved.side, np.zeros(len(odometry.s)))
             roll_std = moved.roll_std
-        readings = [
-            reading(measurements, odometry, name, Output("rate"), rate, across, roll_std=roll_std)
+        observations = [
+            observation(measurements, odometry, name, Output("rate"), rate, across, roll_std=roll_std)
             for name in channels_on(measurements, "bogie", "rate_pitch")
         ]
         for name in channels_on(measurements, "bogie", "acceleration_z"):
             output = Output("acceleration", data_sheet(measurements.about, name).position)
-            one = reading(measurements, odometry, name, output, force, side, GRAVITY, roll_std)
-            readings += without_roll(measurements, odometry, one, moved)
-        readings += displacements(measurements, odometry, half_difference=False)
-        readings += axleboxes(measurements, odometry, half_difference=False)
-        outputs = [one.output for one in readings]
+            one = observation(measurements, odometry, name, output, force, side, GRAVITY, roll_std)
+            observations += without_roll(measurements, odometry, one, moved)
+        observations += displacements(measurements, odometry, half_difference=False)
+        observations += axleboxes(measurements, odometry, half_difference=False)
+        outputs = [one.output for one in observations]
         return Plane(
             lambda p, _speed: vertical(p, outputs),
             dict(measurements.vehicle),
             self._unknown(),
-            readings,
+            observations,
             (ERRI_VERTICAL,),
             6,
             (),
@@ -171,10 +171,10 @@ class TrackSmoother(Estimator, frozen=True):
         curve = np.zeros(len(odometry.s), dtype=bool) if moved is None else curved(moved, odometry)
         curve = maximum_filter1d(curve, max(1, round(CURVE_REACH / odometry.spacing)))
         unbalanced = np.zeros(len(odometry.s)) if moved is None else self._unbalanced(odometry, moved)
-        kinds, kind = lateral_fusion.places(measurements.vehicle, curve, unbalanced)
+        regimes, kind = lateral_fusion.places(measurements.vehicle, curve, unbalanced)
         unknown = self._unknown_sideways()
         plane = lateral_fusion.across(
-            measurements, odometry, unknown, kinds, kind, lambda output: lift(output, odometry)
+            measurements, odometry, unknown, regimes, kind, lambda output: lift(output, odometry)
         )
         names = ("lateral", "cross_level")
         found = fuse(plane, odometry, [bands_of(name) for name in names], self.distance_error)
@@ -267,14 +267,14 @@ class Lift:
 
 def centripetal(moved: Attitude, odometry: Odometry) -> np.ndarray:
     """Vertical specific force less gravity that a canted curve makes, m/s2: -V r roll - g roll^2 / 2."""
-    return -odometry.speed * moved.turn * moved.roll - GRAVITY * moved.roll**2 / 2
+    return -odometry.speed * moved.curving_rate * moved.roll - GRAVITY * moved.roll**2 / 2
 
 
 def curved(moved: Attitude, odometry: Odometry) -> np.ndarray:
     """Where the track is curved, and not only the yaw gyro biased."""
     count = max(1, round(CURVE_REACH / odometry.spacing))
-    curvature = np.abs(uniform_filter1d(moved.turn / odometry.speed, count))
-    return curvature > CANTED + 2.0 * moved.turn_std / odometry.speed
+    curvature = np.abs(uniform_filter1d(moved.curving_rate / odometry.speed, count))
+    return curvature > CANTED + 2.0 * moved.curving_rate_std / odometry.speed
 
 
 def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:

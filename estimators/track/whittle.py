@@ -15,7 +15,7 @@ from scipy.signal import get_window
 from estimators.filters.information import Information
 from estimators.signals.bands import stretches
 from estimators.speed.odometry import Odometry
-from estimators.track.observations import Reading
+from estimators.track.observations import Observation
 
 FITTED = (2.5, 60.0)  # m; wavelengths that are looked at
 SLOWER = 0.6  # of the usual speed; slower, readings are scaled up by so much that their noise looks like track
@@ -40,7 +40,7 @@ class Spectra(NamedTuple):
 
 
 def fit(
-    readings: Sequence[Reading],
+    observations: Sequence[Observation],
     odometry: Odometry,
     speed: float,
     model: Information,
@@ -60,7 +60,7 @@ def fit(
     where : places that are looked at, shape (n,).
     fixed : the levels are known already.
     """
-    seen = spectra(readings, odometry, speed, where)
+    seen = spectra(observations, odometry, speed, where)
     q, extra = len(start), disturbances.shape[1]
     if seen is None:
         return np.array(start), np.full(extra, BEGIN)
@@ -93,17 +93,19 @@ def _too_high(seen: Spectra, signals: np.ndarray, start: Sequence[float]) -> flo
     return float(np.median(np.log(np.einsum("bmm->m", seen.density).real / expected)))
 
 
-def spectra(readings: Sequence[Reading], odometry: Odometry, speed: float, where: np.ndarray) -> Spectra | None:
+def spectra(observations: Sequence[Observation], odometry: Odometry, speed: float, where: np.ndarray) -> Spectra | None:
     """Of the longest stretch that all readings have; None where that is too short. They are scaled to `speed`."""
-    values = np.stack([one.values for one in readings], axis=1)
+    values = np.stack([one.values for one in observations], axis=1)
     known = where & np.isfinite(values).all(axis=1)
     known &= odometry.speed > SLOWER * speed
     ends = max(stretches(known), key=lambda ends: ends[1] - ends[0], default=(0, 0))
     if ends[1] - ends[0] < SHORTEST:
         return None
     piece = slice(*ends)
-    pace = speed / odometry.speed[piece]
-    values = values[piece] * np.stack([pace if one.output.kind == "rate" else pace**2 for one in readings], axis=1)
+    speed_ratio = speed / odometry.speed[piece]
+    values = values[piece] * np.stack(
+        [speed_ratio if one.output.kind == "rate" else speed_ratio**2 for one in observations], axis=1
+    )
     window = np.asarray(get_window("hann", len(values)))
     spectrum = np.fft.rfft((values - values.mean(axis=0)) * window[:, None], axis=0)
     k = 2 * np.pi * np.fft.rfftfreq(len(values), odometry.spacing)

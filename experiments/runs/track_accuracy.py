@@ -16,7 +16,7 @@ from estimators.track.alignment_accelerometer import AlignmentAccelerometer
 from estimators.track.alignment_lateral import AlignmentLateral
 from estimators.track.alignment_vertical import AlignmentVertical
 from estimators.track.cross_level import CrossLevel
-from estimators.track.fusion import Kind
+from estimators.track.fusion import TrackRegime
 from estimators.track.geometry import TrackEstimator
 from estimators.track.observations import attitude
 from estimators.track.track_smoother import LATERAL_DAMPED, LATERAL_STIFF_AND_HEAVY, STIFF_AND_HEAVY, TrackSmoother
@@ -82,8 +82,8 @@ def coverage_tasks(size: Size, files: Mapping[str, str]) -> list[Task]:
 
 def _tried() -> list[tuple[str, Estimator, str]]:
     """Label, estimator and suite of sensors."""
-    kinds = [kind for kind in ESTIMATORS.classes().values() if issubclass(kind, TrackEstimator)]
-    built = [kind.build({}) for kind in (*kinds, TrackSmoother)]
+    regimes = [kind for kind in ESTIMATORS.classes().values() if issubclass(kind, TrackEstimator)]
+    built = [kind.build({}) for kind in (*regimes, TrackSmoother)]
     tried: list[tuple[str, Estimator, str]] = [(one.name, one, "") for one in built]
     tried.append((PLAIN, AlignmentLateral(compensation=False), ""))
     tried.append((GYRO, AlignmentVertical(compensate=True), ""))
@@ -138,7 +138,9 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
     odometry = integrate_speed(measurements, spacing=measurements.vehicle["semi_wheelbase"] / 5.0)
     nothing, speed = np.zeros(len(odometry.s)), float(np.median(odometry.speed))
     up = TrackSmoother().vertical_plane(measurements, odometry, attitude(measurements, odometry))
-    side = lateral_fusion.across(measurements, odometry, {}, (Kind(),), nothing.astype(int), lambda _: (nothing, 0.0))
+    side = lateral_fusion.across(
+        measurements, odometry, {}, (TrackRegime(),), nothing.astype(int), lambda _: (nothing, 0.0)
+    )
     by = {
         "alignment_vertical": (("bogie.rate_pitch",), ()),
         ACCELEROMETER: (("bogie.acceleration_z",), ()),
@@ -148,9 +150,9 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
         "cross_level": ((), ("bogie.rate_roll",)),
     }
     found: dict[tuple[str, str, str], float] = {}
-    for estimator, kinds in by.items():
-        for plane, starts, names in ((up, kinds[0], ("vertical",)), (side, kinds[1], ("lateral", "cross_level"))):
-            own = [one.name for one in plane.readings if starts and one.name.startswith(starts)]
+    for estimator, regimes in by.items():
+        for plane, starts, names in ((up, regimes[0], ("vertical",)), (side, regimes[1], ("lateral", "cross_level"))):
+            own = [one.name for one in plane.observations if starts and one.name.startswith(starts)]
             if own:
                 bounds = plane.only(own).bounds(speed, plane.priors, [BANDS] * len(names))
                 found |= {
@@ -158,7 +160,7 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
                     for name, of in zip(names, bounds, strict=True)
                     for band, value in of.items()
                 }
-        for band in BANDS if all(kinds) else ():
+        for band in BANDS if all(regimes) else ():
             rail = float(np.hypot(found[estimator, "vertical", band], found[estimator, "cross_level", band] / 2.0))
             found |= {(estimator, f"{name}_vertical", band): rail for name in ("left", "right")}
     heights = up.priors[0].density(wavenumbers()) + side.priors[1].density(wavenumbers()) / 4.0
