@@ -9,7 +9,7 @@ import pandas as pd
 
 from estimators.adhesion.adhesion_creep_forces import SETTLE, CreepForceEstimator
 from estimators.adhesion.adhesion_level import AdhesionLevel
-from estimators.adhesion.channels import RATE, Record, read
+from estimators.adhesion.channels import RATE, LateralRecord, read
 from estimators.adhesion.classifier import vehicles
 from estimators.adhesion.creep_forces import FORCE_NAMES
 from estimators.adhesion.creep_law import Contact, LawShaping, with_law
@@ -64,7 +64,7 @@ class AdhesionCreepForcesProfile(CreepForceEstimator, frozen=True):
         }
         return Estimate(self.name, _table(record, found, spread, slope), about)
 
-    def _filtered(self, record: Record, p: dict[str, float], slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _filtered(self, record: LateralRecord, p: dict[str, float], slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Creep forces and moments, gravity's forces, their deviations, (n, 6) each."""
         shaping = LawShaping(self.law_force, self.law_moment, self.law_time, self.secondary)
 
@@ -117,7 +117,7 @@ def _slope(series: pd.DataFrame, time: np.ndarray) -> tuple[np.ndarray, bool]:
     return np.exp(np.interp(time, series["time [s]"].to_numpy(float)[good], np.log(given[good]))), True
 
 
-def _table(record: Record, found: np.ndarray, spread: np.ndarray, slope: np.ndarray) -> pd.DataFrame:
+def _table(record: LateralRecord, found: np.ndarray, spread: np.ndarray, slope: np.ndarray) -> pd.DataFrame:
     """Columns of the estimate: creep forces and moments, gravity's forces, each with its standard deviation."""
     settled = (record.time >= record.time[0] + SETTLE) & np.isfinite(found).all(axis=1)
     table = {"time [s]": record.time}

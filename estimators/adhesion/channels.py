@@ -29,7 +29,7 @@ Good = Mapping[str, np.ndarray]
 """By channel that is there: which of its samples may be believed, shape as the channel."""
 
 
-class Place(NamedTuple):
+class SensorPlacement(NamedTuple):
     """Body of a sensor, whether it shows yaw rate or else lateral acceleration, and how far before the centre, m."""
 
     body: str
@@ -38,13 +38,13 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Record:
+class LateralRecord:
     """What the filter takes.
 
     Attributes
     ----------
     time : of the grid, s, (n,). speed : m/s, (n,), NaN where it is not measured or too low.
-    names : channels in use, (c,). places : where they are, (c,).
+    names : channels in use, (c,). placements : where they are, (c,).
     samples : high-passed, NaN where left out, (n, c). R : variances, (c,).
     inputs : rolls of the bodies, then their rates, high-passed, (n, 8).
     """
@@ -52,16 +52,16 @@ class Record:
     time: np.ndarray
     speed: np.ndarray
     names: tuple[str, ...]
-    places: tuple[Place, ...]
+    placements: tuple[SensorPlacement, ...]
     samples: np.ndarray
     R: np.ndarray
     inputs: np.ndarray
 
     def observation(self, model: Floating) -> tuple[np.ndarray, np.ndarray]:
         """What the channels show of the states (c, states) and of the inputs (c, 8)."""
-        H = np.zeros((len(self.places), len(model.A)))
-        D = np.zeros((len(self.places), self.inputs.shape[1]))
-        for row, (body, turning, ahead) in enumerate(self.places):
+        H = np.zeros((len(self.placements), len(model.A)))
+        D = np.zeros((len(self.placements), self.inputs.shape[1]))
+        for row, (body, turning, ahead) in enumerate(self.placements):
             y, yaw = BODIES[body]
             if not turning:
                 H[row], D[row] = model.acceleration[y], model.acceleration_input[y]
@@ -91,7 +91,9 @@ def has_all(measurements: Measurements, names: Iterable[str], bodies: Sequence[s
     )
 
 
-def read(measurements: Measurements, bodies: Sequence[str], good: Good, corner: float, source: SpeedSource) -> Record:
+def read(
+    measurements: Measurements, bodies: Sequence[str], good: Good, corner: float, source: SpeedSource
+) -> LateralRecord:
     """The record on a grid of 256 Hz.
 
     Parameters
@@ -111,20 +113,22 @@ def read(measurements: Measurements, bodies: Sequence[str], good: Good, corner: 
     odometry = integrate_speed(measurements, source)
     speed = np.interp(time, odometry.knots, np.where(odometry.trusted, odometry.speed_at_knots, np.nan))
     inputs, known = _rolls(measurements, names, bodies, good, time, corner)
-    rows: list[tuple[str, np.ndarray, Place, float]] = []
+    rows: list[tuple[str, np.ndarray, SensorPlacement, float]] = []
     for body in bodies:
         spin = np.gradient(inputs[:, len(ROLL_BODIES) + ROLL_BODIES.index(body)], 1.0 / RATE)
         error = float(np.hypot(ACCELERATION_ERROR, 0.0 if known[body] else GRAVITY * UNKNOWN_ROLL))
         for name in _on(measurements, names, body, ACCELERATION):
             values = _filtered(measurements, name, good, time, corner)
             ahead, _, above = data_sheet(measurements.about, name).position
-            rows.append((name, values + above * spin, Place(body, False, ahead), _variance(measurements, name, error)))
+            rows.append(
+                (name, values + above * spin, SensorPlacement(body, False, ahead), _variance(measurements, name, error))
+            )
         for name in _on(measurements, names, body, YAW) if body != "body" else []:
             values = _filtered(measurements, name, good, time, corner)
-            rows.append((name, values, Place(body, True, 0.0), _variance(measurements, name, RATE_ERROR)))
-    kept, samples, places, variances = zip(*rows, strict=True)
+            rows.append((name, values, SensorPlacement(body, True, 0.0), _variance(measurements, name, RATE_ERROR)))
+    kept, samples, placements, variances = zip(*rows, strict=True)
     stacked = np.ascontiguousarray(np.stack(samples, axis=1))
-    return Record(time, speed, tuple(kept), tuple(places), stacked, np.array(variances), inputs)
+    return LateralRecord(time, speed, tuple(kept), tuple(placements), stacked, np.array(variances), inputs)
 
 
 def high_pass(values: np.ndarray, corner: float, integrate: bool = False, rate: float = RATE) -> np.ndarray:

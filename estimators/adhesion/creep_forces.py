@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from estimators.adhesion.channels import RATE, WHEELSETS, Good, Record, read
+from estimators.adhesion.channels import RATE, WHEELSETS, Good, LateralRecord, read
 from estimators.adhesion.creep_model import (
     BODIES,
     COUNT,
@@ -52,7 +52,7 @@ class Forces:
     parameters : the vehicle's.
     """
 
-    record: Record
+    record: LateralRecord
     signals: np.ndarray
     spread: np.ndarray
     parameters: dict[str, float]
@@ -117,7 +117,7 @@ def _rows(model: Floating) -> np.ndarray:
 
 
 def _signals(
-    found: np.ndarray, spread: np.ndarray, record: Record, model: Floating, p: dict[str, float]
+    found: np.ndarray, spread: np.ndarray, record: LateralRecord, model: Floating, p: dict[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """`SIGNALS` from the rows; creepage (y' + r phi') / V - psi, its spread as if y' and psi were independent."""
     speed = record.speed[:, None]

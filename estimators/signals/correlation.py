@@ -16,10 +16,10 @@ def slide(x: np.ndarray, y: np.ndarray, new_x: float, new_y: float, n: int, firs
     first : the smallest lag in samples; `sums[k]` belongs to lag first + k, which must stay below N.
     sums : sum over the window of x(i) y(i + lag), shape (lags,); updated.
     """
-    forget(x, y, n, first, sums)
+    subtract_oldest(x, y, n, first, sums)
     put(x, n, new_x)
     put(y, n, new_y)
-    remember(x, y, n, first, sums)
+    add_newest(x, y, n, first, sums)
 
 
 @kernel
@@ -27,12 +27,12 @@ def slide_both(
     x: np.ndarray, y: np.ndarray, new_x: float, new_y: float, n: int, first: int, ahead: np.ndarray, behind: np.ndarray
 ) -> None:
     """`slide` with the sums in both directions: `ahead[k]` of x(i) y(i + lag), `behind[k]` of y(i) x(i + lag)."""
-    forget(x, y, n, first, ahead)
-    forget(y, x, n, first, behind)
+    subtract_oldest(x, y, n, first, ahead)
+    subtract_oldest(y, x, n, first, behind)
     put(x, n, new_x)
     put(y, n, new_y)
-    remember(x, y, n, first, ahead)
-    remember(y, x, n, first, behind)
+    add_newest(x, y, n, first, ahead)
+    add_newest(y, x, n, first, behind)
 
 
 @inlined
@@ -43,7 +43,7 @@ def put(x: np.ndarray, n: int, value: float) -> None:
 
 
 @inlined
-def forget(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -> None:
+def subtract_oldest(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -> None:
     """Take the products with the oldest x out of the sums, before sample n replaces it."""
     size = len(x) // 2
     p = n % size
@@ -54,7 +54,7 @@ def forget(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -
 
 
 @inlined
-def remember(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -> None:
+def add_newest(x: np.ndarray, y: np.ndarray, n: int, first: int, sums: np.ndarray) -> None:
     """Add the products with sample n of y to the sums."""
     size = len(x) // 2
     newest = n % size + size

@@ -8,7 +8,7 @@ from estimators.speed.wheelset_filters import Chain
 from railsim.compiled import kernel
 
 
-class Front(NamedTuple):
+class InverseFilter(NamedTuple):
     """Filters and their state.
 
     Attributes
@@ -28,16 +28,16 @@ class Front(NamedTuple):
     counts: np.ndarray
 
 
-def front(filters: Chain, rate: float, low: float) -> Front:
+def inverse_filter(filters: Chain, rate: float, low: float) -> InverseFilter:
     """Filters at the start of a run; they settle within one period of the band's lower edge (`low`, Hz)."""
     count = np.full(1, -1, dtype=np.int64)
-    return Front(
+    return InverseFilter(
         filters.sections, filters.steady, np.zeros(filters.steady.shape), np.zeros(2), round(rate / low), count
     )
 
 
 @kernel
-def advance(f: Front, a: float, q: float, out: np.ndarray) -> bool:
+def advance(f: InverseFilter, a: float, q: float, out: np.ndarray) -> bool:
     """Take one sample (NaN: lost, the last good one is held); `out` gets the four signals.
 
     Returns whether they can be used: not while samples are lost and the filters settle after it.

@@ -33,7 +33,7 @@ class Motion(NamedTuple):
     switch: float
 
 
-def bank(relax: np.ndarray, diffusion: np.ndarray, step: float, switch_rate: float) -> Motion:
+def filter_bank(relax: np.ndarray, diffusion: np.ndarray, step: float, switch_rate: float) -> Motion:
     """A bank for steps of `step` s.
 
     Parameters
@@ -105,13 +105,14 @@ def predict(motion: Motion, step: float, gain: float) -> None:
 
 @as_written
 def correct_models(
-    motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, pull: np.ndarray, real: float
+    motion: Motion, errors: np.ndarray, slopes: np.ndarray, R: float, noise_slope: np.ndarray, real: float
 ) -> None:
     """Use each model's mismatch (shape (models,)) and its slopes (models, 8).
 
-    R is the variance of the mismatch's noise, `pull` (models, 8) what noise alone gives for slope times mismatch,
-    `real` the share of the slopes' power that is not noise (reliability ratio of errors in variables, Fuller 1987): the
-    noise counts as R / real, and that share of the knowledge is kept which the noisy slopes would then seem to give.
+    R is the variance of the mismatch's noise, `noise_slope` (models, 8) what noise alone gives for slope times
+    mismatch, `real` the share of the slopes' power that is not noise (reliability ratio of errors in variables, Fuller
+    1987): the noise counts as R / real, and that share of the knowledge is kept which the noisy slopes would then seem
+    to give.
     """
     log_weight = np.empty(len(errors))
     for j in range(len(errors)):
@@ -119,7 +120,7 @@ def correct_models(
         S = slopes[j] @ gain + R / real
         limit = 4 * np.sqrt(S)
         error = min(max(errors[j], -limit), limit)
-        motion.x[j] += motion.P[j] @ pull[j] / S
+        motion.x[j] += motion.P[j] @ noise_slope[j] / S
         correct(motion.x[j], motion.P[j], gain, S / real, -error / real)
         motion.P[j] = (motion.P[j] + motion.P[j].T) / 2
         log_weight[j] = np.log(motion.weight[j]) - error * error / (2 * S) - np.log(S) / 2

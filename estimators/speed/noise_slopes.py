@@ -1,4 +1,4 @@
-"""Pull of sensor noise on the unknowns of `speed.delay`: slopes and mismatch share their noise (errors in variables).
+"""Bias by sensor noise of the unknowns of `speed.delay`: slopes and mismatch share their noise (errors in variables).
 
 Least squares on the mismatch would shrink whatever passes most noise. The expectation of slope times mismatch from
 noise alone, relative to the mismatch's noise power, depends only on the filters, the travel time and the ratio of the
@@ -11,7 +11,7 @@ from scipy import signal
 from estimators.speed.wheelset_filters import Chain
 
 
-def pull(filters: Chain, rate: float, longest: float, densities: tuple[float, float]) -> np.ndarray:
+def noise_slope(filters: Chain, rate: float, longest: float, densities: tuple[float, float]) -> np.ndarray:
     """E[slope * mismatch] / E[mismatch^2] from noise alone by travel time, and E[slope^2] / E[mismatch^2].
 
     Parameters
@@ -51,7 +51,7 @@ def pull(filters: Chain, rate: float, longest: float, densities: tuple[float, fl
 
 
 def power(filters: Chain, rate: float, densities: tuple[float, float]) -> float:
-    """Power of the sensors' noise in each wheelset's signal, (m/s2)^2; arguments as of `pull`."""
+    """Power of the sensors' noise in each wheelset's signal, (m/s2)^2; arguments as of `noise_slope`."""
     frequency = np.linspace(0, rate / 2, 4001)[1:]
     seen = [np.abs(signal.sosfreqz(one, frequency, fs=rate)[1]) ** 2 for one in filters.sections[:2]]
     return float(sum(density**2 * np.trapezoid(one, frequency) for density, one in zip(densities, seen, strict=True)))

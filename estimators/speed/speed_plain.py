@@ -9,7 +9,7 @@ import pandas as pd
 from estimators.interface import Estimate, Estimator
 from estimators.signals.correlation import recompute, runner_up, slide
 from estimators.speed.bogie_channels import Stepper, accelerometer_offset, read
-from estimators.speed.inverse_filter import Front, advance, front
+from estimators.speed.inverse_filter import InverseFilter, advance, inverse_filter
 from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, chain
 from estimators.vehicle.vertical import pitch_frequency
 from railsim.compiled import as_written
@@ -74,7 +74,7 @@ class SpeedPlain(Estimator, frozen=True):
                 "raise 'slowest' or lengthen 'window'"
             )
         state = _State(
-            front(filters, rate, self.low),
+            inverse_filter(filters, rate, self.low),
             np.zeros((2, 2 * size)),
             np.zeros(2 * size),
             np.zeros(last - first + 1),
@@ -86,7 +86,7 @@ class SpeedPlain(Estimator, frozen=True):
 
 
 class _State(NamedTuple):
-    front: Front
+    inverse_filter: InverseFilter
     signals: np.ndarray  # last N samples of both wheelsets, each twice, shape (2, 2 N)
     good: np.ndarray  # 1 where they can be used, shape (2 N,)
     sums: np.ndarray  # running correlation by lag
@@ -100,7 +100,7 @@ def _run(state: _State, first: int, limits: np.ndarray, a: np.ndarray, q: np.nda
     rows = np.empty((len(a), 4))
     out = np.empty(4)
     for i in range(len(a)):
-        good = advance(state.front, a[i], q[i], out)
+        good = advance(state.inverse_filter, a[i], q[i], out)
         x, y = (out[0] + out[1], out[0] - out[1]) if good else (0.0, 0.0)
         _take(state, first, x, y, 1.0 if good else 0.0)
         _peak(state, first, limits, rows[i])

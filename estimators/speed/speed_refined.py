@@ -8,10 +8,10 @@ import pandas as pd
 
 from estimators.interface import Estimate, Estimator
 from estimators.speed.bogie_channels import Stepper, accelerometer_offset, read, together
-from estimators.speed.inverse_filter import front
-from estimators.speed.motion_models import Motion, bank
-from estimators.speed.noise_slopes import power, pull
-from estimators.speed.travel_time import COLUMNS, Limits, Lock, run
+from estimators.speed.inverse_filter import inverse_filter
+from estimators.speed.motion_models import Motion, filter_bank
+from estimators.speed.noise_slopes import noise_slope, power
+from estimators.speed.travel_time import COLUMNS, Limits, Tracking, run
 from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, Chain, chain
 from estimators.vehicle.vertical import pitch_frequency
 from railsim.data_sheet import data_sheet
@@ -33,8 +33,9 @@ class SpeedRefined(Estimator, frozen=True):
     and what is estimated is its bias (sensor, mounting, gradient): manoeuvres are then followed without delay.
     While the signals are no more than the sensors' noise, as at standstill, no travel time is looked for; a peak that
     stands in both directions alike is noise of one sensor. Noise that comes up on the way is seen in the mismatch: it
-    takes weight from what is measured, and what of the slopes is noise is not counted as knowledge. After a lock was
-    lost, the speed of the search's window is carried on with the longitudinal acceleration less its known bias.
+    takes weight from what is measured, and what of the slopes is noise is not counted as knowledge. After the travel
+    time was lost, the speed of the search's window is carried on with the longitudinal acceleration less its known
+    bias.
     """
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
@@ -127,20 +128,20 @@ class SpeedRefined(Estimator, frozen=True):
             floor=self.floor**2,
             lost=self.lost,
             model_error=self.model_error,
-            forget=stride / (self.memory * rate),
-            recall=2 * stride / (self.window * rate),
+            smoothing_factor=stride / (self.memory * rate),
+            window_smoothing_factor=2 * stride / (self.window * rate),
             repeat=max(1.0, rate / stride / (2 * filters.bandwidth)),
             first=max(1, int(filters.wheelbase / self.fastest * rate / stride) - 1),
             spread=self._spread(),
-            pull=pull(filters, rate, filters.wheelbase / self.slowest, densities),
+            noise_slope=noise_slope(filters, rate, filters.wheelbase / self.slowest, densities),
             late=round(filters.delay * rate),
             first_acceleration=self.forward_bias if driven else self.first_acceleration,
             noise=self._still(about, filters, rate),
             cruise=self.cruise**2 if driven else 0.0,
         )
-        bank = self._driven_bank(stride / rate) if driven else self._bank(stride / rate)
-        lock = Lock.new(front(filters, rate, self.low), bank, limits, self.window)
-        return Stepper(COLUMNS, rate, lambda a, q, u: run(lock, limits, a, q, u))
+        filter_bank = self._driven_filter_bank(stride / rate) if driven else self._filter_bank(stride / rate)
+        tracking = Tracking.new(inverse_filter(filters, rate, self.low), filter_bank, limits, self.window)
+        return Stepper(COLUMNS, rate, lambda a, q, u: run(tracking, limits, a, q, u))
 
     def _still(self, about: Mapping[str, Any], filters: Chain, rate: float) -> float:
         """Power of the wheelsets' signals at standstill, (m/s2)^2: by the data sheets, or else `floor` squared."""
@@ -164,18 +165,18 @@ class SpeedRefined(Estimator, frozen=True):
             ** 2
         )
 
-    def _driven_bank(self, step: float) -> Motion:
+    def _driven_filter_bank(self, step: float) -> Motion:
         diffusion = np.zeros((3, 8))
         diffusion[:, 0] = self.steady_speed
         diffusion[:, 1] = self.steady_acceleration, self.gradient_change, self.forward_change
         diffusion[:, 2:] = self._spread() / 1000
-        return bank(np.full(3, np.inf), diffusion, step, self.switch_rate)
+        return filter_bank(np.full(3, np.inf), diffusion, step, self.switch_rate)
 
-    def _bank(self, step: float) -> Motion:
+    def _filter_bank(self, step: float) -> Motion:
         slow = self._spread() / 1000  # the vehicle may have changed within a quarter of an hour
         diffusion = np.zeros((3, 8))
         diffusion[:, 0] = self.steady_speed
         diffusion[:, 1] = self.steady_acceleration, self.steady_acceleration, self.change
         diffusion[:, 2:] = slow
         diffusion[0, 1] = 0.0
-        return bank(np.array([0.3, np.inf, np.inf]), diffusion, step, self.switch_rate)
+        return filter_bank(np.array([0.3, np.inf, np.inf]), diffusion, step, self.switch_rate)

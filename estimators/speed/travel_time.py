@@ -1,4 +1,4 @@
-"""Search for the travel time, then lock on to it: compiled loop of `speed_refined`, for records and for `step`."""
+"""Search for the travel time, then track it: compiled loop of `speed_refined`, for records and for `step`."""
 
 from typing import NamedTuple, Self
 
@@ -7,7 +7,7 @@ import numpy as np
 from estimators.filters.kalman import correct
 from estimators.signals.correlation import recompute, runner_up, slide_both
 from estimators.speed.delay import REACH, UNKNOWNS, mismatch, travel_time
-from estimators.speed.inverse_filter import Front, advance
+from estimators.speed.inverse_filter import InverseFilter, advance
 from estimators.speed.motion_models import Motion, correct_models, covariance, mean, predict, start
 from railsim.compiled import as_written, kernel
 
@@ -16,7 +16,9 @@ SLOW = 3.0  # s; a measured longitudinal acceleration that has stayed that long 
 SHORT = 0.5  # s; averaging that takes the bogie's own shaking out of it
 QUIET = 0.05  # m/s2; change of it above what shaking leaves, below that of any manoeuvre
 COARSE = 2e-3  # s; error of the coarse travel time, a quarter of its usual grid
-STILL = 1.4  # mean power over that of the sensors' noise, below which no lock is begun; noise alone stays 2 sigma below
+STILL = (
+    1.4  # mean power over that of the sensors' noise, below which no tracking begins; noise alone stays 2 sigma below
+)
 # The next three were chosen while inspection's case of a noisy pitch gyro was mended; no physics gives them.
 FAST = 8.0  # so much sooner than `memory` is a sudden noise seen
 LEAST = 0.02  # share of the slopes that is taken for signal, however large the noise
@@ -38,20 +40,20 @@ class Limits(NamedTuple):
     floor: float  # least power, (m/s2)^2
     lost: float
     model_error: float  # share of the signals' power
-    forget: float  # share of the averages that a new value takes
-    recall: float  # the same of averages as long as the search's window
+    smoothing_factor: float  # share of the averages that a new value takes
+    window_smoothing_factor: float  # the same of averages as long as the search's window
     repeat: float  # measurements that tell as much as one independent one
     first: int  # smallest lag of the search, in strides
     spread: np.ndarray  # variances of the inverse's errors, shape (6,)
-    pull: np.ndarray  # see `speed.noise_slopes`, shape (lags, 8)
+    noise_slope: np.ndarray  # see `speed.noise_slopes`, shape (lags, 8)
     late: int  # `delay` in samples
-    first_acceleration: float  # m/s2; standard deviation at the first lock
+    first_acceleration: float  # m/s2; standard deviation when tracking begins
     noise: float  # (m/s2)^2; power of the sensors' noise in each wheelset's signal
     cruise: float  # (m/s2)^2 s; how well a cruising train keeps its speed; 0: nothing to be told from
 
 
 class Level(NamedTuple):
-    """Averages while locked, each of shape (1,), so that a kernel can change it; powers in (m/s2)^2.
+    """Averages while tracking, each of shape (1,), so that a kernel can change it; powers in (m/s2)^2.
 
     Attributes
     ----------
@@ -79,7 +81,7 @@ class Level(NamedTuple):
         return cls(*(np.zeros(1) for _ in cls._fields))
 
 
-class Lock(NamedTuple):
+class Tracking(NamedTuple):
     """State of a run.
 
     Attributes
@@ -94,13 +96,13 @@ class Lock(NamedTuple):
     power : sums of the search's squares and of `covered`, shape (3,).
     x, P : mean and covariance after the last measurement, shapes (8,) and (8, 8); the second unknown is the
         acceleration less the measured one.
-    level : averages while locked.
+    level : averages while tracking.
     still : mean power, bursts cut off, in (m/s2)^2; 1 at standstill; shape (2,).
     push : last longitudinal acceleration, its integral, its slow average (NaN: none so far), shape (3,).
-    counts : samples so far, measurements so far, locked, good samples in a row, shape (4,).
+    counts : samples so far, measurements so far, tracking, good samples in a row, shape (4,).
     """
 
-    front: Front
+    inverse_filter: InverseFilter
     motion: Motion
     signals: np.ndarray
     good: np.ndarray
@@ -118,7 +120,7 @@ class Lock(NamedTuple):
     counts: np.ndarray
 
     @classmethod
-    def new(cls, filters: Front, motion: Motion, limits: Limits, window: float) -> Self:
+    def new(cls, filters: InverseFilter, motion: Motion, limits: Limits, window: float) -> Self:
         """State before the first sample; `window` of the search in s."""
         longest = limits.wheelbase / limits.slowest * limits.rate
         capacity = int(np.ceil(1.2 * longest)) + 2 * limits.stride + limits.late + 4 * REACH
@@ -145,13 +147,13 @@ class Lock(NamedTuple):
 
 
 @as_written
-def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+def run(s: Tracking, c: Limits, a: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Rows of `COLUMNS` for new samples of vertical acceleration, pitch rate, longitudinal acceleration."""
     rows = np.empty((len(a), 5))
     out = np.empty(4)
     size = s.signals.shape[1] // 2
     for i in range(len(a)):
-        good = advance(s.front, a[i], q[i], out)
+        good = advance(s.inverse_filter, a[i], q[i], out)
         s.counts[3] = s.counts[3] + 1 if good else 0
         p = s.counts[0] % size
         for row in range(4):
@@ -168,12 +170,12 @@ def run(s: Lock, c: Limits, a: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.n
 
 
 @kernel
-def _stand(s: Lock, c: Limits, out: np.ndarray) -> None:
+def _stand(s: Tracking, c: Limits, out: np.ndarray) -> None:
     """Whether the wheelsets move no more than the sensors' noise. The search then forgets, so that what was before a
-    stop (and the jerk that ends it) is not taken for a travel time; a lock that holds stays.
+    stop (and the jerk that ends it) is not taken for a travel time; tracking that holds goes on.
     """
     power = min(out[0] * out[0] + out[1] * out[1], BURST * c.noise)
-    s.still[0] += (power - s.still[0]) * c.forget / c.stride
+    s.still[0] += (power - s.still[0]) * c.smoothing_factor / c.stride
     if s.still[0] > STILL * c.noise:
         s.still[1] = 0.0
     elif s.still[1] == 0.0:
@@ -186,7 +188,7 @@ def _stand(s: Lock, c: Limits, out: np.ndarray) -> None:
 
 
 @kernel
-def _push(s: Lock, c: Limits, p: int, u: float) -> None:
+def _push(s: Tracking, c: Limits, p: int, u: float) -> None:
     """Integrate the measured longitudinal acceleration; a lost sample repeats the last one."""
     if np.isfinite(u):
         s.push[1] += (s.push[0] + u) / 2 / c.rate
@@ -199,8 +201,8 @@ def _push(s: Lock, c: Limits, p: int, u: float) -> None:
 
 
 @as_written
-def _measure(s: Lock, c: Limits, newest: int, out: np.ndarray, good: bool) -> None:
-    """Search with the newest sample (not at standstill), follow the lock, gain or drop it."""
+def _measure(s: Tracking, c: Limits, newest: int, out: np.ndarray, good: bool) -> None:
+    """Search with the newest sample (not at standstill), go on tracking, begin or end it."""
     correlation, lag = 0.0, 0.0
     if s.still[1] == 0.0:
         at = s.counts[1] % len(s.covered)
@@ -213,11 +215,11 @@ def _measure(s: Lock, c: Limits, newest: int, out: np.ndarray, good: bool) -> No
         if not _holds(s, c, correlation):
             s.counts[2] = 0
     if not s.counts[2] and correlation > c.threshold and _alone(s, c):
-        _lock(s, c, correlation, lag)
+        _start_tracking(s, c, correlation, lag)
 
 
 @as_written
-def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, float]:
+def _search(s: Tracking, c: Limits, x: float, y: float, good: bool) -> tuple[float, float]:
     """Normalised peak of the running correlation (0: none) and its lag in s."""
     n = s.counts[1]
     size = len(s.covered)
@@ -245,14 +247,14 @@ def _search(s: Lock, c: Limits, x: float, y: float, good: bool) -> tuple[float, 
 
 
 @kernel
-def _alone(s: Lock, c: Limits) -> bool:
+def _alone(s: Tracking, c: Limits) -> bool:
     """Whether the peak of the search stands out."""
     k = int(np.argmax(s.sums))
     return s.sums[k] > c.ambiguity * runner_up(s.sums, k)
 
 
 @as_written
-def _follows(s: Lock, c: Limits, lag: float, correlation: float) -> bool:
+def _follows(s: Tracking, c: Limits, lag: float, correlation: float) -> bool:
     """Whether the trailing wheelset follows the leading one, and not as much the other way round.
 
     Noise of one of the two sensors alone is in both wheelsets' signals at once: it correlates in both directions alike.
@@ -264,7 +266,7 @@ def _follows(s: Lock, c: Limits, lag: float, correlation: float) -> bool:
 
 
 @as_written
-def _since(s: Lock, c: Limits) -> tuple[float, float]:
+def _since(s: Tracking, c: Limits) -> tuple[float, float]:
     """Mean age (s) of the signals in the search, by their power, and what speed the accelerometer measured since."""
     size = len(s.covered)
     total, age, gain = 1e-300, 0.0, 0.0
@@ -278,7 +280,7 @@ def _since(s: Lock, c: Limits) -> tuple[float, float]:
 
 
 @as_written
-def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
+def _start_tracking(s: Tracking, c: Limits, correlation: float, lag: float) -> None:
     speed, bias, doubt = c.wheelbase / lag, 0.0, 0.0
     if c.cruise > 0 and s.P[1, 1] > 0:
         age, gain = _since(s, c)
@@ -302,11 +304,11 @@ def _lock(s: Lock, c: Limits, correlation: float, lag: float) -> None:
 
 
 @as_written
-def _follow(s: Lock, c: Limits, now: int) -> None:
+def _follow(s: Tracking, c: Limits, now: int) -> None:
     """One step of the motion models and, where the signals are sound, one measurement at sample `now`."""
     predict(s.motion, c.stride / c.rate, s.gained[now - c.late] - s.gained[now - c.late - c.stride])
     models = len(s.motion.weight)
-    errors, slopes, pull = np.zeros(models), np.zeros((models, UNKNOWNS)), np.zeros((models, UNKNOWNS))
+    errors, slopes, noise_slope = np.zeros(models), np.zeros((models, UNKNOWNS)), np.zeros((models, UNKNOWNS))
     power, error, steep, blind = 0.0, 0.0, 0.0, 0.0
     usable = s.good[now + REACH] > 2 * REACH
     for j in range(models):
@@ -317,7 +319,7 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
             break
         usable = s.good[int(back) + REACH + 1] > 2 * REACH + 1
         errors[j], strength = mismatch(s.signals, now, c.rate, c.wheelbase, x, slopes[j])
-        blind += s.motion.weight[j] * _pull(c, x, pull[j])
+        blind += s.motion.weight[j] * _noise_slope(c, x, noise_slope[j])
         steep += s.motion.weight[j] * slopes[j, 0] ** 2
         power += s.motion.weight[j] * strength
         error += s.motion.weight[j] * errors[j]
@@ -326,7 +328,7 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
         v = s.level
         noise = max(v.calm[0], v.mismatch[0] / 3, v.recent[0] / 3, c.model_error * v.power[0])
         real = 1 - blind * v.calm[0] * v.slope_weight[0] / max(v.slope[0], 1e-300)
-        correct_models(s.motion, errors, slopes, noise * c.repeat, pull * v.calm[0], min(max(real, LEAST), 1.0))
+        correct_models(s.motion, errors, slopes, noise * c.repeat, noise_slope * v.calm[0], min(max(real, LEAST), 1.0))
     s.x[:] = mean(s.motion)
     s.P[:] = covariance(s.motion, s.x)
 
@@ -334,21 +336,21 @@ def _follow(s: Lock, c: Limits, now: int) -> None:
 @as_written
 def _average(v: Level, c: Limits, power: float, square: float, steep: float) -> bool:
     """Take a mismatch, squared, into the averages; False where the signals are too weak for one."""
-    v.power[0] += c.forget * (power - v.power[0])
+    v.power[0] += c.smoothing_factor * (power - v.power[0])
     if v.power[0] <= 0.01 * c.floor:
         return False
-    v.mismatch[0] += c.forget * (square - v.mismatch[0])
-    v.calm[0] += c.forget * (min(square, 4 * v.calm[0]) - v.calm[0])
-    v.slope[0] += c.forget * (steep - v.slope[0])
-    v.slope_weight[0] += c.forget * (1 - v.slope_weight[0])
-    v.window_mismatch[0] += c.recall * (square - v.window_mismatch[0])
-    v.window_power[0] += c.recall * (power - v.window_power[0])
-    v.recent[0] += min(FAST * c.forget, 1.0) * (square - v.recent[0])
+    v.mismatch[0] += c.smoothing_factor * (square - v.mismatch[0])
+    v.calm[0] += c.smoothing_factor * (min(square, 4 * v.calm[0]) - v.calm[0])
+    v.slope[0] += c.smoothing_factor * (steep - v.slope[0])
+    v.slope_weight[0] += c.smoothing_factor * (1 - v.slope_weight[0])
+    v.window_mismatch[0] += c.window_smoothing_factor * (square - v.window_mismatch[0])
+    v.window_power[0] += c.window_smoothing_factor * (power - v.window_power[0])
+    v.recent[0] += min(FAST * c.smoothing_factor, 1.0) * (square - v.recent[0])
     return True
 
 
 @as_written
-def _cruise(s: Lock, c: Limits, now: int) -> None:
+def _cruise(s: Tracking, c: Limits, now: int) -> None:
     """While the measured longitudinal acceleration is steady, the first model takes the speed for constant."""
     short = min(int(SHORT * c.rate), len(s.gained) // 4)
     mean_push = (s.gained[now - c.late] - s.gained[now - c.late - short]) * c.rate / short
@@ -363,7 +365,7 @@ def _cruise(s: Lock, c: Limits, now: int) -> None:
 
 
 @as_written
-def _total(s: Lock, c: Limits, now: int, x: np.ndarray) -> np.ndarray:
+def _total(s: Tracking, c: Limits, now: int, x: np.ndarray) -> np.ndarray:
     """The unknowns with the whole acceleration over the travel time instead of what the measured one leaves."""
     whole = x.copy()
     span = c.rate * c.wheelbase / max(x[0], 0.5 * c.slowest)
@@ -373,14 +375,14 @@ def _total(s: Lock, c: Limits, now: int, x: np.ndarray) -> np.ndarray:
 
 
 @as_written
-def _pull(c: Limits, x: np.ndarray, out: np.ndarray) -> float:
+def _noise_slope(c: Limits, x: np.ndarray, out: np.ndarray) -> float:
     """Row of the table of `speed.noise_slopes` for the travel time at `x`, its first column turned into speed and
     acceleration; returns the slope in speed, squared, that noise alone gives for a mismatch of power 1.
     """
     lag = travel_time(c.wheelbase, x[0], x[1])
-    place = min(lag * c.rate, len(c.pull) - 2.0)
+    place = min(lag * c.rate, len(c.noise_slope) - 2.0)
     k = int(place)
-    row = c.pull[k] + (place - k) * (c.pull[k + 1] - c.pull[k])
+    row = c.noise_slope[k] + (place - k) * (c.noise_slope[k + 1] - c.noise_slope[k])
     ahead = max(x[0] - x[1] * lag, 0.1)
     out[0] = -row[0] * lag / ahead
     out[1] = row[0] * lag * lag / (2 * ahead)
@@ -389,9 +391,9 @@ def _pull(c: Limits, x: np.ndarray, out: np.ndarray) -> float:
 
 
 @kernel
-def _holds(s: Lock, c: Limits, correlation: float) -> bool:
-    """Whether the lock is sound: in range, certain, and explaining as much as the best lag of the search, both over the
-    search's window: of noise that has just begun the search would else remember better times.
+def _holds(s: Tracking, c: Limits, correlation: float) -> bool:
+    """Whether the tracking is sound: in range, certain, and explaining as much as the best lag of the search, both over
+    the search's window: of noise that has just begun the search would else remember better times.
     """
     quality = 1 - s.level.window_mismatch[0] / (2 * s.level.window_power[0] + 1e-300)
     in_range = c.slowest < s.x[0] < c.fastest
@@ -400,7 +402,7 @@ def _holds(s: Lock, c: Limits, correlation: float) -> bool:
 
 
 @kernel
-def _report(s: Lock, c: Limits, newest: int, row: np.ndarray) -> None:
+def _report(s: Tracking, c: Limits, newest: int, row: np.ndarray) -> None:
     """The state carried on from the middle of the filters' delay to now."""
     if not s.counts[2]:
         row[:] = np.nan

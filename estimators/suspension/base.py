@@ -10,7 +10,7 @@ from estimators.filters.track_spectrum import ERRI_LATERAL, ERRI_VERTICAL, Track
 from estimators.interface import Estimator
 from estimators.suspension.discrete_model import Layout, Unknowns, layout, shaped
 from estimators.suspension.filter_bank import Gains, exact, gains, run_bank, sizes, unpacked
-from estimators.suspension.observations import Record, can_place, can_read, read
+from estimators.suspension.observations import SuspensionRecord, can_place, can_read, read
 from estimators.vehicle.affine import (
     COORDINATES,
     FULL,
@@ -54,7 +54,7 @@ class Problem:
     low, high : box of the parameters, shape (3,). nominal : as built, shape (3,).
     """
 
-    record: Record
+    record: SuspensionRecord
     vehicle: dict[str, float]
     settings: "SuspensionEstimator"
     low: np.ndarray
@@ -121,12 +121,12 @@ class Problem:
 
     def likelihood(self, parameters: np.ndarray, interpolated: bool = True) -> np.ndarray:
         """Logarithm of the whole record's likelihood of some constant parameters (p, 3), shape (p,)."""
-        bank = Bank(self, len(parameters))
+        bank = FilterBank(self, len(parameters))
         total = np.zeros(len(parameters))
         for first, last in self.stretches:
             situation = self.situation(first, last)
             if situation is None:
-                bank.forget()
+                bank.reset()
                 continue
             vehicle = self.system(situation)
             packed = (
@@ -138,7 +138,7 @@ class Problem:
         return total
 
 
-class Bank:
+class FilterBank:
     """States of the filters of some particles.
 
     Parameters
@@ -152,7 +152,7 @@ class Bank:
         self.state = np.zeros((count, STATES))
         self._since = 0.0
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Start again at rest: there was a gap, or the vehicle was slow."""
         self.state[:] = 0.0
         self._since = 0.0

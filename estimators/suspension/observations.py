@@ -28,7 +28,7 @@ LONGEST_GAP = 30.0  # s; a longer gap counts as this long: the filters have forg
 
 
 @dataclass(frozen=True)
-class Record:
+class SuspensionRecord:
     """Samples on a grid of time without gaps.
 
     Attributes
@@ -62,7 +62,7 @@ def read(
     known_track: bool,
     start: float | None,
     every: int = 1,
-) -> Record:
+) -> SuspensionRecord:
     """Read a recording.
 
     Parameters
@@ -110,7 +110,9 @@ def read(
     good = np.asarray(settled[:whole].reshape(whole // every, every, -1).all(axis=1))
     time, filtered, speed, inputs = (one[:whole:every] for one in (time, filtered, speed, inputs))
     later = np.concatenate([inputs[1:], inputs[-1:]])
-    return Record(time, rate / every, used, filtered, good, noise / np.sqrt(every), speed, inputs, later, health)
+    return SuspensionRecord(
+        time, rate / every, used, filtered, good, noise / np.sqrt(every), speed, inputs, later, health
+    )
 
 
 def can_read(measurements: Measurements, channels: Sequence[str]) -> bool:

@@ -49,13 +49,15 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
         best = min(max(int(np.argmin([cost for _, _, cost in fits])), 1), len(LEVELS) - 2)
         near = range(best - 1, best + 2)
         logs = np.log([problems[i].settings.track_level for i in near])
-        bend, slope, _ = np.polyfit(logs - logs[1], [fits[i][2] for i in near], 2)
-        at = float(np.clip(-slope / (2.0 * bend), logs[0] - logs[1], logs[2] - logs[1])) if bend > 0.0 else 0.0
+        curvature, slope, _ = np.polyfit(logs - logs[1], [fits[i][2] for i in near], 2)
+        at = (
+            float(np.clip(-slope / (2.0 * curvature), logs[0] - logs[1], logs[2] - logs[1])) if curvature > 0.0 else 0.0
+        )
         found = self.but(track_level=float(np.exp(logs[1] + at)))
         problem = found.prepare(measurements)
         mean, std, _ = found._fit(problem)
         drift = (fits[best + 1][0] - fits[best - 1][0]) / (logs[2] - logs[0])
-        level_std = 1.0 / np.sqrt(2.0 * bend) if bend > 0.0 else np.inf
+        level_std = 1.0 / np.sqrt(2.0 * curvature) if curvature > 0.0 else np.inf
         about = {"track_level": found.track_level, "track_level_log_std": float(level_std)}
         return self._estimate(problem, mean, np.hypot(std, drift * level_std), about)
 

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
-from estimators.suspension.base import Bank, Problem, Situation, SuspensionEstimator
+from estimators.suspension.base import FilterBank, Problem, Situation, SuspensionEstimator
 from estimators.suspension.verdicts import std_name, verdicts
 from estimators.vehicle.affine import PARAMETERS
 from railsim.measurements import Measurements
@@ -87,9 +87,9 @@ class _Cloud:
         self._rng = np.random.default_rng(settings.seed)
         count = settings.particles
         strata = np.stack([self._rng.permutation(count) for _ in range(3)], axis=1)
-        self._place = (strata + self._rng.random((count, 3))) / count  # in the unit cube
+        self._position = (strata + self._rng.random((count, 3))) / count  # in the unit cube
         self._log_weight = np.full(count, -np.log(count))
-        self._bank = Bank(problem, count)
+        self._bank = FilterBank(problem, count)
         self._flagged: list[float] = []
         self._rushed = False
 
@@ -97,7 +97,7 @@ class _Cloud:
         """Take a stretch of samples; a row of the series."""
         record, situation = self._problem.record, self._problem.situation(first, last)
         if situation is None:
-            self._bank.forget()
+            self._bank.reset()
         else:
             self._update(situation, first, last)
         weight = np.exp(self._log_weight)
@@ -122,7 +122,7 @@ class _Cloud:
         ]
 
     def _parameters(self) -> np.ndarray:
-        return self._problem.low + self._place * (self._problem.high - self._problem.low)
+        return self._problem.low + self._position * (self._problem.high - self._problem.low)
 
     def _update(self, situation: Situation, first: int, last: int) -> None:
         """Weights by a stretch of samples: in several parts where it tells so much that few particles would be left."""
@@ -140,7 +140,7 @@ class _Cloud:
             self._bank.state = before
             self._resample()
             before = self._bank.state.copy()
-            self._place = _folded(self._place)
+            self._position = _folded(self._position)
 
     def _weigh(self, found: np.ndarray) -> None:
         total = self._log_weight + found
@@ -150,33 +150,33 @@ class _Cloud:
         self._log_weight = total - np.log(np.sum(np.exp(total)))
 
     def _evolve(self, seconds: float, share: float) -> None:
-        one, count = self._settings, len(self._place)
+        one, count = self._settings, len(self._position)
         if share < one.resample_below:
             self._resample()
-        self._place = self._place + one.walk * np.sqrt(seconds) * self._rng.standard_normal((count, 3))
+        self._position = self._position + one.walk * np.sqrt(seconds) * self._rng.standard_normal((count, 3))
         jumping = self._rng.random(count) < one.jumping
         chosen = self._rng.integers(3, size=count)
         anywhere = self._rng.random(count)
         if one.hazard > 0.0 and one.jumping > 0.0:
-            self._place[jumping, chosen[jumping]] = anywhere[jumping]
+            self._position[jumping, chosen[jumping]] = anywhere[jumping]
             odds = one.hazard * seconds
             self._log_weight += np.where(
                 jumping, np.log(odds / one.jumping), np.log((1.0 - odds) / (1.0 - one.jumping))
             )
             self._weigh(np.zeros(count))
-        self._place = _folded(self._place)
+        self._position = _folded(self._position)
 
     def _resample(self) -> None:
-        count, weight = len(self._place), np.exp(self._log_weight)
-        mean = weight @ self._place
-        spread = (self._place - mean).T @ ((self._place - mean) * weight[:, None])
+        count, weight = len(self._position), np.exp(self._log_weight)
+        mean = weight @ self._position
+        spread = (self._position - mean).T @ ((self._position - mean) * weight[:, None])
         points = (self._rng.random() + np.arange(count)) / count
         ancestors = np.minimum(np.searchsorted(np.cumsum(weight), points), count - 1)
         self._bank.select(ancestors)
         keep = (3.0 * self._settings.discount - 1.0) / (2.0 * self._settings.discount)
         root = np.linalg.cholesky(spread + 1e-12 * np.eye(3))
         noise = self._rng.standard_normal((count, 3)) @ root.T
-        self._place = keep * self._place[ancestors] + (1.0 - keep) * mean + np.sqrt(1.0 - keep**2) * noise
+        self._position = keep * self._position[ancestors] + (1.0 - keep) * mean + np.sqrt(1.0 - keep**2) * noise
         self._log_weight = np.full(count, -np.log(count))
 
 

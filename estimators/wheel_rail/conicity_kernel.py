@@ -50,7 +50,7 @@ class Numbers(NamedTuple):
     mass: float
 
 
-class Record(NamedTuple):
+class WheelsetRecord(NamedTuple):
     """Yaw rate (rad/s), mass less wheelset (m), the mass's acceleration (m/s2), speed (m/s), shapes (n,); step in s.
 
     NaN in the first two where nothing was measured.

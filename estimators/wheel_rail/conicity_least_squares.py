@@ -197,9 +197,9 @@ def left_out(equation: Equation, pieces: Pieces, penalties: tuple[float, ...], f
 def _inverse(normal: np.ndarray, pieces: Pieces, penalty: float) -> np.ndarray:
     """Inverse of the normal matrix with the penalty on the curvature of the radius."""
     level = float(np.trace(normal[:-1, :-1])) / pieces.size
-    bend = pieces.roughness()
+    curvature = pieces.roughness()
     rough = np.zeros_like(normal)
-    rough[:-1, :-1] = level * (penalty * bend.T @ bend + LEAST * np.eye(pieces.size))
+    rough[:-1, :-1] = level * (penalty * curvature.T @ curvature + LEAST * np.eye(pieces.size))
     return np.linalg.pinv(normal + rough, rcond=1e-14, hermitian=True)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
-from estimators.wheel_rail.conicity_kernel import LINE, RAIL, STATES, Numbers, Record, Y, run
+from estimators.wheel_rail.conicity_kernel import LINE, RAIL, STATES, Numbers, WheelsetRecord, Y, run
 
 SPACING = 5e-5  # m, of the table that the kernel reads
 FARTHEST = 0.012  # m
@@ -54,7 +54,9 @@ class Posterior:
 class Likelihood:
     """Of a record, for conicity as cubic B-splines of |y - d| with `pieces` between 0 and `reach` (m)."""
 
-    def __init__(self, record: Record, numbers: Numbers, prior: ConicityPrior, reach: float, pieces: int) -> None:
+    def __init__(
+        self, record: WheelsetRecord, numbers: Numbers, prior: ConicityPrior, reach: float, pieces: int
+    ) -> None:
         self.record, self.numbers, self.prior = record, numbers, prior
         width = reach / pieces
         knots = width * np.arange(-3, pieces + 4)
@@ -63,9 +65,9 @@ class Likelihood:
         self.basis = BSpline.design_matrix(inside, knots, 3).toarray()
         self.count = pieces + 3
         self.mean = np.concatenate([np.full(self.count, prior.conicity), prior.logs])
-        bend = np.diff(np.eye(self.count), 2, axis=0) / prior.roughness
+        curvature = np.diff(np.eye(self.count), 2, axis=0) / prior.roughness
         self.prior_precision = np.zeros((len(self.mean), len(self.mean)))
-        own = bend.T @ bend + np.eye(self.count) / prior.spread**2
+        own = curvature.T @ curvature + np.eye(self.count) / prior.spread**2
         self.prior_precision[: self.count, : self.count] = own
         logs = np.arange(self.count, len(self.mean))
         self.prior_precision[logs, logs] = prior.log_spread**-2

@@ -12,7 +12,7 @@ import numpy as np
 from estimators.interface import Estimate, Estimator
 from estimators.vehicle.creep import DRY_WORKING
 from estimators.vehicle.single_wheelset import fits, wheelset_model
-from estimators.wheel_rail.conicity_kernel import Numbers, Record
+from estimators.wheel_rail.conicity_kernel import Numbers, WheelsetRecord
 from estimators.wheel_rail.conicity_likelihood import ConicityPrior, Likelihood
 from estimators.wheel_rail.constant_gauge import on_constant_gauge
 from estimators.wheel_rail.rail_process import Corners, process
@@ -114,7 +114,7 @@ class ConicitySmoother(Estimator, frozen=True):
         likelihood = self.likelihood(measurements, self._record(measurements)[1])
         return likelihood, likelihood.fit(self.starts).parameters
 
-    def likelihood(self, measurements: Measurements, record: Record) -> Likelihood:
+    def likelihood(self, measurements: Measurements, record: WheelsetRecord) -> Likelihood:
         """What is maximised: for Fisher information and tests."""
         model = wheelset_model(measurements.vehicle, self.creep)
         c = model.numbers
@@ -131,7 +131,7 @@ class ConicitySmoother(Estimator, frozen=True):
         )
         return Likelihood(record, numbers, prior, self.reach, self.pieces)
 
-    def _record(self, measurements: Measurements) -> tuple[np.ndarray, Record]:
+    def _record(self, measurements: Measurements) -> tuple[np.ndarray, WheelsetRecord]:
         """Channels at the filter's rate: every sample of the gyro that falls on it, the others between their own."""
         typical = float(np.median(wheelset_speed(measurements, measurements.time(YAW))))
         every = max(1, round(measurements.rate(YAW) * self.spacing / max(typical, 1.0)))
@@ -145,4 +145,4 @@ class ConicitySmoother(Estimator, frozen=True):
             lost = ~good | (np.interp(time, measurements.time(name), np.isnan(measurements[name])) > BRIDGED)
             channels.append(np.where(lost, np.nan, values))
         force, _ = filled(measurements, BODY, time)
-        return time, Record(channels[0], channels[1], force, speed, every / measurements.rate(YAW))
+        return time, WheelsetRecord(channels[0], channels[1], force, speed, every / measurements.rate(YAW))

@@ -3,13 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from estimators.wheel_rail.conicity_kernel import RAIL, Record, Y
+from estimators.wheel_rail.conicity_kernel import RAIL, WheelsetRecord, Y
 from estimators.wheel_rail.conicity_likelihood import Likelihood
 from estimators.wheel_rail.conicity_result import Found, mean_over
 
 
 def on_constant_gauge(
-    likelihood: Likelihood, starts: int, time: np.ndarray, record: Record, window: float, model_error: float
+    likelihood: Likelihood, starts: int, time: np.ndarray, record: WheelsetRecord, window: float, model_error: float
 ) -> Found:
     """Fit the function, then smooth.
 

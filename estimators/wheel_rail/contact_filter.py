@@ -27,7 +27,7 @@ BIASES = 5
 CHANNELS = 5
 LATERAL, MASS, YAW_GYRO, APART, ROLL_GYRO = range(CHANNELS)
 """Order of measured channels: accelerations of wheelset and mass, yaw rate, mass less wheelset, roll rate."""
-FORGET = 4.0
+FORGETTING_TIME = 4.0
 """Time constant over which the effective conicity of a table is formed, s."""
 GATE = 9.0
 """Squared innovation over its variance beyond which a value is trusted less, so that it counts as if it were this."""
@@ -114,7 +114,7 @@ def motion(settings, memory, speed):
     x, x_rate = m[0] - m[TRACK], m[1] - m[TRACK_RATE]
     look_up(settings, memory, x)
     conicity, slope = memory.place[0], memory.place[1]
-    felt = x + m[GAUGE]
+    shift = x + m[GAUGE]
     a[:] = 0.0
     a[0, 1] = a[2, 3] = a[4, 5] = a[TRACK, TRACK_RATE] = 1.0
     for k in range(3):
@@ -122,7 +122,7 @@ def motion(settings, memory, speed):
             a[2 * k + 1, j] = c[6 + 6 * k + j]
     for k in range(2):
         row = 2 * k + 1
-        by_shift = c[k] + c[4 + k] * (conicity + slope * felt)
+        by_shift = c[k] + c[4 + k] * (conicity + slope * shift)
         a[row, GAUGE] = c[4 + k] * conicity
         a[row, 0] += by_shift
         a[row, TRACK] -= by_shift
@@ -139,7 +139,7 @@ def motion(settings, memory, speed):
             total += c[6 + 6 * k + j] * m[j]
         f[2 * k + 1] = total
     for k in range(2):
-        f[2 * k + 1] += c[k] * x + c[2 + k] * x_rate + c[4 + k] * conicity * felt
+        f[2 * k + 1] += c[k] * x + c[2 + k] * x_rate + c[4 + k] * conicity * shift
     f[TRACK_RATE] = a[TRACK_RATE, TRACK] * m[TRACK] + a[TRACK_RATE, TRACK_RATE] * m[TRACK_RATE]
 
 
@@ -323,9 +323,9 @@ def _effective(settings, memory, row):
     spread = place[0] * max(variance, 0.0) ** 0.5
     row[0], row[3] = place[0], spread
     if len(settings.nodes) > 1:
-        forget = math.exp(-settings.step / FORGET)
+        forgetting_factor = math.exp(-settings.step / FORGETTING_TIME)
         square = (memory.mean[0] - memory.mean[TRACK]) ** 2 + 1e-10
-        place[4] = forget * place[4] + square
-        place[5] = forget * place[5] + square * place[0]
-        place[6] = forget * place[6] + square * spread
+        place[4] = forgetting_factor * place[4] + square
+        place[5] = forgetting_factor * place[5] + square * place[0]
+        place[6] = forgetting_factor * place[6] + square * spread
         row[0], row[3] = place[5] / place[4], place[6] / place[4]

@@ -66,8 +66,8 @@ class GaugeLikelihood:
         self.scale = root_mean_square(D)
         self.mean = np.append(conicity * basis.cone, np.log([rails.rail.level, rails.gauge.level]))
         self.precision = np.zeros((len(self.mean), len(self.mean)))
-        bend = basis.bend / roughness
-        self.precision[:-2, :-2] = bend.T @ bend + np.eye(len(basis.cone)) / spread**2
+        curvature = basis.curvature / roughness
+        self.precision[:-2, :-2] = curvature.T @ curvature + np.eye(len(basis.cone)) / spread**2
         self.precision[[-2, -1], [-2, -1]] = np.array(rails.spread) ** -2.0
         self.normals, self.uniforms = rng.standard_normal((ROWS, count, 3)), rng.random(len(D))
         self.more = rng.standard_normal((ROWS, MANY * count, 3))

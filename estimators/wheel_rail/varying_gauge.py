@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from estimators.wheel_rail.conicity_kernel import PSI, PSI_RATE, RAIL, Numbers, Record, Y
+from estimators.wheel_rail.conicity_kernel import PSI, PSI_RATE, RAIL, Numbers, WheelsetRecord, Y
 from estimators.wheel_rail.conicity_likelihood import Likelihood
 from estimators.wheel_rail.conicity_result import Found, mean_over
 from estimators.wheel_rail.gauge_likelihood import GaugeLikelihood, Rails
@@ -43,7 +43,7 @@ class Gauge(NamedTuple):
 
 
 def on_varying_gauge(
-    name: str, likelihood: Likelihood, settings: Gauge, time: np.ndarray, record: Record, spacing: float,
+    name: str, likelihood: Likelihood, settings: Gauge, time: np.ndarray, record: WheelsetRecord, spacing: float,
     window: float, model_error: float,
 ) -> Found:  # fmt: skip
     """By particles over rails and gauge; where they tell nothing, at both ends, the Kalman smoother's rails.
@@ -102,7 +102,7 @@ def on_varying_gauge(
     return Found(series, basis.shift, wheel.conicity, wheel.covariance, visited, others)
 
 
-def half_difference(numbers: Numbers, record: Record, states: np.ndarray) -> np.ndarray:
+def half_difference(numbers: Numbers, record: WheelsetRecord, states: np.ndarray) -> np.ndarray:
     """(r_L - r_R) / 2 in m from smoothed yaw (n, states), by equation (18) with the yaw suspension and inertia."""
     c, rate = numbers, states[:, PSI_RATE]
     damping = 2.0 * c.l**2 * c.f11 / record.speed + c.c_psi

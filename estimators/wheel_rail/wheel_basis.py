@@ -16,12 +16,12 @@ class Basis:
     Attributes
     ----------
     radius : (2 HALF + 1, count), m, at equal steps of u. cone : (count,): coefficients of a cone of conicity 1 with a
-    tilt. bend : (rows, count): second differences of the slope.
+    tilt. curvature : (rows, count): second differences of the slope.
     """
 
     radius: np.ndarray
     cone: np.ndarray
-    bend: np.ndarray
+    curvature: np.ndarray
 
     @property
     def shift(self) -> np.ndarray:

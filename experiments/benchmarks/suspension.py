@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from filterpy.kalman import KalmanFilter
 
-from estimators.suspension.base import Bank, Problem
+from estimators.suspension.base import FilterBank, Problem
 from estimators.suspension.discrete_model import discrete
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.vehicle.affine import FULL
@@ -42,7 +42,7 @@ def kernel_speed(problem: Problem) -> float:
     situation = problem.situation(first, last)
     assert situation is not None
     packed = problem.table(situation).at(np.tile(problem.nominal, (PARTICLES, 1)))
-    bank = Bank(problem, PARTICLES)
+    bank = FilterBank(problem, PARTICLES)
     began = time.process_time()
     bank.run(situation, problem.system(situation)[3], packed, first, last)
     return (last - first) / problem.record.rate / (time.process_time() - began)
