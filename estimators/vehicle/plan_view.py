@@ -8,11 +8,12 @@ The bogie's yaw over the track's slope, at the wave number k, is the transfer fu
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from estimators.vehicle.contact import cones, creep_forces, relations, weight, wheelsets
+from estimators.vehicle.contact import ContactGeometry, cones, creep_forces, relations, weight, wheelsets
 from estimators.vehicle.creep import WHOLE, Shares, kalker_slopes
 from estimators.vehicle.linear_model import Element, Kinematics, Reduced, reduce
 from estimators.vehicle.parameters import Parameters, numbers
@@ -47,52 +48,88 @@ NEEDED = (
 )
 
 
-def plan_view(p: Parameters, speed: float, share: Shares) -> Reduced:
-    """Equations of motion over the rails' lateral position and roll under each wheelset.
-
-    Parameters
-    ----------
-    p : nominal parameters. speed : V, m/s. share : of Kalker's creep coefficients.
-    """
-    bogies, geometry, slopes = half_vehicle_bogies(p), cones(p), kalker_slopes(p, share)
-    elements = suspension(p, LEVEL)
-    for wheelset in wheelsets(p, bogies):
-        elements += creep_forces(wheelset, slopes, speed, spin_of_angles=False) + weight(wheelset, geometry)
-    moving = Kinematics(COORDINATES, RAILS, relations(geometry, wheelsets(p, bogies)))
-    return reduce(elements, masses(p, bogies, COORDINATES), moving, reactions=False)
-
-
 def suspension(p: Parameters, above: Heights) -> list[Element]:
     """Springs and dampers that act in plan view."""
     bogies = half_vehicle_bogies(p)
     return lateral_springs(p, bogies, above) + yaw_springs(p, bogies)
 
 
-def yaw_response(
-    vehicle: Mapping[str, Any], speed: float, wave_number: np.ndarray, creep: float = WHOLE
-) -> tuple[np.ndarray, np.ndarray]:
-    """Bogie's yaw over the slope of the rails' lateral position, and over the slope of the height r phi, both complex.
+class PlanView:
+    """Plan view of one vehicle: springs and masses, which no contact changes, are put together once.
 
     Parameters
     ----------
     vehicle : nominal parameters by field name, SI units.
-    speed : V, m/s.
-    wave_number : rad/m, shape (n,).
-    creep : share of Kalker's coefficients.
-
-    Returns
-    -------
-    For position and for roll under the bogie's centre, shape (n,) each; 1 and 0 at wave number 0.
 
     Raises
     ------
     InputError : a parameter is missing.
     """
-    p = numbers(vehicle, NEEDED)
-    k = np.asarray(wave_number, dtype=float)
-    ahead = np.exp(1j * k * p["semi_wheelbase"])
-    none = np.zeros_like(ahead)
-    rails = np.stack([[ahead, 1.0 / ahead, none, none], [none, none, ahead, 1.0 / ahead]]).T
-    yaw = plan_view(p, speed, creep).response(1j * k * speed, rails)[:, COORDINATES.index("bogie.yaw")]
-    slope = np.where(k == 0.0, np.inf, 1j * k)
-    return np.where(k == 0.0, 1.0, yaw[:, 0] / slope), yaw[:, 1] / slope / p["wheel_radius"]
+
+    def __init__(self, vehicle: Mapping[str, Any]) -> None:
+        self.p = numbers(vehicle, NEEDED)
+        self._bogies = half_vehicle_bogies(self.p)
+        self._masses = masses(self.p, self._bogies, COORDINATES)
+        self._suspended = reduce(suspension(self.p, LEVEL), self._masses, Kinematics(COORDINATES, RAILS))
+
+    def on_rails(self, share: Shares = WHOLE, geometry: ContactGeometry | None = None) -> "OnRails":
+        """The vehicle on its contacts.
+
+        Parameters
+        ----------
+        share : of Kalker's creep coefficients. geometry : of the contacts; by `contact.cones` where None.
+        """
+        geometry, slopes = geometry or cones(self.p), kalker_slopes(self.p, share)
+        elements, rolling = [], wheelsets(self.p, self._bogies)
+        for wheelset in rolling:
+            elements += creep_forces(wheelset, slopes, 1.0, spin_of_angles=False) + weight(wheelset, geometry)
+        moving = Kinematics(COORDINATES, RAILS, relations(geometry, rolling))
+        contacts = reduce(elements, self._masses, moving, reactions=False)
+        return OnRails(self._suspended, contacts, self.p["semi_wheelbase"], self.p["wheel_radius"])
+
+
+@dataclass(frozen=True)
+class OnRails:
+    """Plan view of a vehicle on its contacts, for any speed: the damping of creep forces goes with 1 / speed.
+
+    Attributes
+    ----------
+    suspended : without contacts. contacts : what they add at 1 m/s. semi_wheelbase, wheel_radius : m.
+    """
+
+    suspended: Reduced
+    contacts: Reduced
+    semi_wheelbase: float
+    wheel_radius: float
+
+    def at(self, speed: float) -> Reduced:
+        """Equations of motion over the rails' lateral position and roll under each wheelset; speed in m/s."""
+        return replace(
+            self.suspended,
+            damping=self.suspended.damping + self.contacts.damping / speed,
+            stiffness=self.suspended.stiffness + self.contacts.stiffness,
+            input_damping=self.contacts.input_damping / speed,
+            input_stiffness=self.contacts.input_stiffness,
+        )
+
+    def yaw_by_position(self, speed: float, wave_number: np.ndarray) -> np.ndarray:
+        """Bogie's yaw over the slope of the rails' lateral position under its centre, complex; 1 at wave number 0.
+
+        Parameters
+        ----------
+        speed : V, m/s. wave_number : rad/m, shape (n,).
+        """
+        k = np.asarray(wave_number, dtype=float)
+        return np.where(k == 0.0, 1.0, self._yaw(speed, k, 0) / np.where(k == 0.0, np.inf, 1j * k))
+
+    def yaw_by_roll(self, speed: float, wave_number: np.ndarray) -> np.ndarray:
+        """The same over the slope of the height r phi that the rails' roll phi makes; 0 at wave number 0."""
+        k = np.asarray(wave_number, dtype=float)
+        return self._yaw(speed, k, 2) / np.where(k == 0.0, np.inf, 1j * k) / self.wheel_radius
+
+    def _yaw(self, speed: float, k: np.ndarray, first: int) -> np.ndarray:
+        """Bogie's yaw by a wave of the inputs `first` and `first` + 1, of the leading and the trailing wheelset."""
+        ahead = np.exp(1j * k * self.semi_wheelbase)
+        wave = np.zeros((len(k), len(RAILS), 1), dtype=complex)
+        wave[:, first, 0], wave[:, first + 1, 0] = ahead, 1.0 / ahead
+        return self.at(speed).response(1j * k * speed, wave)[:, COORDINATES.index("bogie.yaw"), 0]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.optimize import least_squares
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import Band, band_pass
 from estimators.vehicle import plan_view, single_wheelset
+from estimators.vehicle.contact import ContactGeometry
 from estimators.vehicle.creep import DRY, DRY_WORKING
 from estimators.vehicle.parameters import given
 from estimators.wheel_rail.contact_run import SPEED, held
@@ -167,10 +169,14 @@ def response(vehicle: Mapping[str, Any], channel: str) -> Response:
     """What turns the rails' slope into the yaw of the body whose gyro it is."""
     if channel == BOGIE:
         angles = float(vehicle["design_contact_angle_rate"]) / float(vehicle["design_conicity"])
+        view = plan_view.PlanView(vehicle)
+
+        @lru_cache(maxsize=1)
+        def on_rails(conicity: float, creep: float) -> plan_view.OnRails:
+            return view.on_rails(creep, ContactGeometry(conicity, conicity, angles * conicity))
 
         def bogie(conicity: float, creep: float, speed: float, k: np.ndarray) -> np.ndarray:
-            known = {**vehicle, "design_conicity": conicity, "design_contact_angle_rate": angles * conicity}
-            return plan_view.yaw_response(known, speed, k, creep)[0]
+            return on_rails(conicity, creep).yaw_by_position(speed, k)
 
         return bogie
     nominal = single_wheelset.wheelset_model(vehicle, 1.0)
