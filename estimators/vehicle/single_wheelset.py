@@ -15,14 +15,15 @@ does, since both come from the same travel of the contact. Were it taken as e x 
 read x from the lateral force, and take a wrong conicity from it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from estimators.vehicle.contact import ContactGeometry, Wheelset, creep_forces, gyroscopic, weight
 from estimators.vehicle.creep import DRY, kalker_slopes
-from estimators.vehicle.linear_model import Kinematics, reduce, spring
+from estimators.vehicle.linear_model import Element, Kinematics, reduce, spring
 from estimators.vehicle.parameters import given, numbers
 from railsim.contact.linear import CreepCoefficients
 from railsim.wheelset.parameters import Coefficients
@@ -128,23 +129,39 @@ def coefficients(p: WheelsetModel, speed: float) -> tuple[np.ndarray, np.ndarray
     state, rows y'', psi'', y_m'', (3, 6).
     """
     c = p.numbers
+    terms = _terms(p._replace(numbers=c._replace(f11=0.0, f22=0.0)))
+    values = np.array([1.0, 1.0 / speed, speed]) @ (np.array([1.0, c.f11, c.f22]) @ terms)
+    return values[:2], values[2:4], values[4:6], values[6:].reshape(3, STATES)
+
+
+@lru_cache(maxsize=8)
+def _terms(p: WheelsetModel) -> np.ndarray:
+    """All coefficients in a row, shape (3, 3, 24): what speed does not change, what goes with 1 / speed and with speed;
+    of each what no creep force makes but that of f23, then those of f11 and f22 per newton.
+    """
+    c = p.numbers
     wheelset = Wheelset("wheelset", c.r0, c.l, c.W, c.I_wy)
-    moving = Kinematics(
-        COORDINATES,
-        ("wheelset.shift", "wheelset.radius_difference"),
-        {
-            "wheelset.roll": {"wheelset.shift": p.s / c.l},
-            "wheelset.angle_difference": {"wheelset.radius_difference": p.e / p.conicity},
-        },
-    )
-    elements = [
+    rolling = [creep_forces(wheelset, CreepCoefficients(*one), 1.0) for one in ((0, 0, c.f23), (1, 0, 0), (0, 1, 0))]
+    lasting = [[element._replace(damping=0.0) for element in elements] for elements in rolling]
+    lasting[0] += [
         spring({"mass.y": 1.0, "wheelset.y": -1.0}, c.k_y, c.f_y),
         spring({"wheelset.yaw": 1.0}, c.k_psi, c.f_psi),
-        *creep_forces(wheelset, CreepCoefficients(c.f11, c.f22, c.f23), speed),
         *weight(wheelset, ContactGeometry(p.conicity, p.s, p.e)),
-        *gyroscopic(wheelset, speed),
     ]
+    damped = [[element._replace(stiffness=0.0) for element in elements] for elements in rolling]
+    with_speed: list[list[Element]] = [gyroscopic(wheelset, 1.0), [], []]
+    return np.array([[_in_a_row(p, elements) for elements in kind] for kind in (lasting, damped, with_speed)])
+
+
+def _in_a_row(p: WheelsetModel, elements: Sequence[Element]) -> np.ndarray:
+    """Coefficients that some elements give, in the order of `coefficients`, (24,)."""
+    c, x, radii = p.numbers, "wheelset.shift", "wheelset.radius_difference"
+    relations = {
+        "wheelset.roll": {x: p.s / c.l},
+        "wheelset.angle_difference": {radii: p.e / p.conicity},
+    }
+    moving = Kinematics(COORDINATES, (x, radii), relations)
     A, B, E = (part[3:] for part in reduce(elements, (c.m, c.I, c.m_m), moving, reactions=False).first_order())
     by_state = np.empty((3, STATES))
     by_state[:, [Y, YAW, MASS_Y]], by_state[:, [Y_RATE, YAW_RATE, MASS_Y_RATE]] = A[:, :3], A[:, 3:]
-    return B[:2, 0], E[:2, 0], B[:2, 1], by_state
+    return np.concatenate([B[:2, 0], E[:2, 0], B[:2, 1], by_state.ravel()])
