@@ -74,7 +74,7 @@ def read_laws(path: str) -> list[Effect]:
     try:
         found = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
         return [effect_of(settings) for settings in found]
-    except (OSError, yaml.YAMLError, KeyError, TypeError) as error:
+    except (OSError, yaml.YAMLError, KeyError, TypeError, InputError) as error:
         raise InputError(f"--laws {path}: {error}; give a YAML list of effects' settings") from None
 
 
