@@ -81,15 +81,20 @@ class Estimator(Spec, frozen=True):
         """Name of the module that defines the estimator."""
         return type(self).__module__.rpartition(".")[2]
 
+    def needed(self) -> tuple[str, ...]:
+        """The channels that the estimator needs with these settings."""
+        return self.requires
+
     def fits(self, measurements: Measurements) -> bool:
         """Whether the recording has every channel that the estimator needs."""
-        return set(self.requires) <= set(measurements.channels)
+        return set(self.needed()) <= set(measurements.channels)
 
     def need(self, measurements: Measurements) -> None:
-        """Raise `InputError` that names the first required channel that is missing."""
-        missing = [name for name in self.requires if name not in measurements.channels]
+        """Raise `InputError` that names all channels that are needed and missing."""
+        missing = [f"'{name}'" for name in self.needed() if name not in measurements.channels]
         if missing:
-            raise InputError(f"{self.name} needs channel '{missing[0]}'; add that sensor to the recording")
+            what, which = ("channels", "these sensors") if len(missing) > 1 else ("channel", "that sensor")
+            raise InputError(f"{self.name} needs {what} {', '.join(missing)}; add {which} to the recording")
 
     @abstractmethod
     def estimate(self, measurements: Measurements) -> Estimate:

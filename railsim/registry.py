@@ -63,8 +63,11 @@ class Kind(Generic[T]):
         ------
         InputError : there is none; the line lists those that there are. Or as `classes`.
         """
-        found = self._found(place for place in self._places() if _name(place) == name)
-        return found[name] if found else pick(self.classes(), name, self.word)
+        return self.find(name) or pick(self.classes(), name, self.word)
+
+    def find(self, name: str) -> type[T] | None:
+        """The class of that name, where there is one; no other plug-in is imported for it."""
+        return self._found(place for place in self._places() if _name(place) == name).get(name)
 
     def resolve(self, name: str) -> type[T]:
         """As `pick`, of a name that a user gives, which may also be the path of a file: its code is run."""
@@ -72,13 +75,15 @@ class Kind(Generic[T]):
 
     def in_file(self, file: Path) -> type[T]:
         """The class that a file defines; raises `InputError` where that is not one."""
-        file = file.absolute()
-        ours = ".".join(file.with_suffix("").relative_to(ROOT).parts) if is_ours(file) else None
-        own = self._defined(_module(ours or file))
+        own = self._defined(_module(_place(file)))
         if len(own) != 1:
             base = f"{self.base.__module__}.{self.base.__name__}"
             raise InputError(f"'{file}' defines {len(own)} subclasses of {base}; one file holds one")
         return own[0]
+
+    def has(self, file: Path) -> bool:
+        """Whether a file defines a class of this kind, complete or not."""
+        return bool(self._subclasses(_module(_place(file))))
 
     def _places(self) -> Iterator[Place]:
         home = import_module(self.package)
@@ -102,16 +107,20 @@ class Kind(Generic[T]):
         return found
 
     def _defined(self, module: ModuleType) -> list[type[T]]:
-        """Public subclasses of the base that the module itself defines, without those of ours that are not complete."""
-        classes = [value for value in vars(module).values() if inspect.isclass(value)]
-        own = [one for one in classes if one.__module__ == module.__name__ and not one.__name__.startswith("_")]
-        own = [one for one in own if issubclass(one, self.base) and one is not self.base]
+        """Subclasses of the base that the module defines, without those of ours that are not complete."""
+        own = self._subclasses(module)
         for one in own:
             if inspect.isabstract(one) and not _is_ours(module.__name__):
                 lacking = ", ".join(sorted(getattr(one, "__abstractmethods__", ())))
                 place = f"{one.__name__} in '{module.__file__}'"
                 raise InputError(f"{place} lacks {lacking}; add that, or begin the name of a mere base with '_'")
         return [one for one in own if not inspect.isabstract(one)]
+
+    def _subclasses(self, module: ModuleType) -> list[type[T]]:
+        """Public subclasses of the base that the module itself defines."""
+        classes = [value for value in vars(module).values() if inspect.isclass(value)]
+        own = [one for one in classes if one.__module__ == module.__name__ and not one.__name__.startswith("_")]
+        return [one for one in own if issubclass(one, self.base) and one is not self.base]
 
 
 @dataclass(frozen=True)
@@ -195,6 +204,12 @@ def _is_ours(module: str) -> bool:
 
 def _name(place: Place) -> str:
     return place.stem if isinstance(place, Path) else place.rpartition(".")[2]
+
+
+def _place(file: Path) -> Place:
+    """The file, or the full name of the module where it is one of ours."""
+    file = file.absolute()
+    return ".".join(file.with_suffix("").relative_to(ROOT).parts) if is_ours(file) else file
 
 
 def _module(place: Place) -> ModuleType:

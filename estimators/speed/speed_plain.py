@@ -11,7 +11,8 @@ from estimators.signals.correlation import recompute, runner_up, slide
 from estimators.speed.bogie_channels import Stepper, accelerometer_offset, read
 from estimators.speed.inverse_filter import InverseFilter, advance, inverse_filter
 from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, chain
-from estimators.vehicle.vertical import pitch_frequency
+from estimators.vehicle.parameters import positive_numbers
+from estimators.vehicle.vertical import NEEDED, NEEDED_IN_PITCH, pitch_frequency
 from railsim.compiled import as_written
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -63,6 +64,7 @@ class SpeedPlain(Estimator, frozen=True):
     def online(self, about: Mapping[str, Any], rate: float) -> Stepper:
         """Start a run; see `OnlineEstimator`."""
         vehicle = about["vehicle"]
+        positive_numbers(vehicle, NEEDED if self.inverse else NEEDED_IN_PITCH)
         high = self.reach * pitch_frequency(vehicle)
         filters = chain(vehicle, rate, self.low, high, self.inverse, accelerometer_offset(about))
         size = round(self.window * rate)

@@ -13,7 +13,8 @@ from estimators.speed.motion_models import Motion, filter_bank
 from estimators.speed.noise_slopes import noise_slope, power
 from estimators.speed.travel_time import COLUMNS, Limits, Tracking, run
 from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, Chain, chain
-from estimators.vehicle.vertical import pitch_frequency
+from estimators.vehicle.parameters import positive_numbers
+from estimators.vehicle.vertical import NEEDED, pitch_frequency
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -112,6 +113,7 @@ class SpeedRefined(Estimator, frozen=True):
         if not self.slowest < self.fastest:
             raise InputError("speed_refined: 'slowest' must lie below 'fastest'")
         vehicle = about["vehicle"]
+        positive_numbers(vehicle, NEEDED)
         high = self.reach * pitch_frequency(vehicle)
         filters = chain(vehicle, rate, self.low, high, True, accelerometer_offset(about))
         stride = max(1, int(rate / (8 * high)))

@@ -22,6 +22,8 @@ from estimators.vehicle.affine import (
     nominal,
 )
 from estimators.vehicle.creep import DRY_ROLLING
+from estimators.vehicle.lateral_roll import NEEDED
+from estimators.vehicle.parameters import numbers
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 from railsim.track.spectra import WC, WS
@@ -243,6 +245,8 @@ class SuspensionEstimator(Estimator, frozen=True):
     def prepare(self, measurements: Measurements) -> Problem:
         """Read a recording; raises `InputError` where something is missing."""
         self.need(measurements)
+        numbers(measurements.vehicle, NEEDED)
+        as_built = nominal(measurements.vehicle)
         record = read(
             measurements,
             self.channels,
@@ -251,7 +255,6 @@ class SuspensionEstimator(Estimator, frozen=True):
             self.start,
             self.keep_every,
         )
-        as_built = nominal(measurements.vehicle)
         low = np.array([0.0, 0.0, 0.01])
         high = np.array([*(self.largest * as_built[:2]), self.largest_conicity])
         return Problem(record, dict(measurements.vehicle), self, low, high, as_built)

@@ -28,7 +28,7 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
     sensor: str = quantity("bogie", unit="name of the accelerometer", source=PAPER, pattern=r"^\w+$")
     domain: Literal["space", "time"] = quantity("space", unit="-", source=PAPER)
 
-    def channels(self) -> tuple[str, ...]:
+    def needed(self) -> tuple[str, ...]:
         """The vertical channel of `sensor`."""
         return (f"{self.sensor}.acceleration_z [m/s2]",)
 
@@ -40,7 +40,7 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
         InputError : no such accelerometer, no speed, or no movement.
         """
         odometry = self.odometry(measurements)
-        name = self.channels()[0]
+        name = self.needed()[0]
         ahead = data_sheet(measurements.about, name).position[0]
         raw = filled(measurements[name])
         raw = raw - float(np.mean(raw))

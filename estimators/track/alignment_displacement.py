@@ -7,6 +7,7 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry
 from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails, turning
+from estimators.vehicle.parameters import numbers
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
@@ -33,7 +34,8 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
         InputError : a channel is missing, no speed, no movement, or a vehicle parameter is not given.
         """
         odometry = self.odometry(measurements)
-        arm, half = (number(measurements, name) for name in ("semi_wheelbase", "primary_half_spacing"))
+        given = numbers(measurements.vehicle, ("semi_wheelbase", "primary_half_spacing"))
+        arm, half = given["semi_wheelbase"], given["primary_half_spacing"]
         raw = filled(measurements[ACCELERATION])
         acceleration, good = odometry.channel(measurements, ACCELERATION, arm, raw - float(np.mean(raw)))
         pitching, turned = turning(measurements, PITCH, odometry, ahead=arm)

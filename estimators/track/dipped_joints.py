@@ -13,6 +13,7 @@ from estimators.track.curvature import (
     ROLL,
     Gain,
     blur,
+    check_parameters,
     over_distance,
     roll_inverse,
     vertical,
@@ -103,6 +104,7 @@ def find_dips(
     The background's spectrum is taken from the record with its spikes cut off, then again without the dips found.
     Where less than `LEAST` is valid there are none.
     """
+    check_parameters(measurements)
     curvature, valid, kind = vertical(measurements, odometry, cut_off)
     if np.count_nonzero(valid) * odometry.spacing < LEAST:
         valid = np.zeros(len(odometry.s), dtype=bool)

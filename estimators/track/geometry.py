@@ -28,19 +28,9 @@ class TrackEstimator(Estimator, frozen=True):
     slowest: float = quantity(1.0, unit="m/s", source="illustrative: slower is marked as invalid", gt=0.0)
     cut: float = quantity(70.0, unit="m", source=f"{PAPER}: wavelengths below 35 m or 70 m", gt=6.0, le=300.0)
 
-    def channels(self) -> tuple[str, ...]:
-        """The channels that these settings need."""
-        return self.requires
-
     def fits(self, measurements: Measurements) -> bool:
         """Whether the recording has every channel, and a speed."""
-        return set(self.channels()) <= set(measurements.channels) and has_speed(measurements, self.speed_source)
-
-    def need(self, measurements: Measurements) -> None:
-        """Raise `InputError` that names the first channel that is missing."""
-        missing = [name for name in self.channels() if name not in measurements.channels]
-        if missing:
-            raise InputError(f"{self.name} needs channel '{missing[0]}'; add that sensor to the recording")
+        return super().fits(measurements) and has_speed(measurements, self.speed_source)
 
     def odometry(self, measurements: Measurements) -> Odometry:
         """Distance; raises `InputError` where a channel or the speed is missing."""

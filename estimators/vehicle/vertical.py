@@ -36,6 +36,7 @@ NEEDED_IN_BOUNCE = (
 NEEDED_IN_PITCH = (
     "bogie_pitch_inertia", "semi_wheelbase", "primary_vertical_stiffness", "primary_vertical_damping",
 )  # fmt: skip
+NEEDED = tuple(dict.fromkeys((*NEEDED_IN_PITCH, *NEEDED_IN_BOUNCE)))
 """Nominal parameters, SI units; all positive."""
 
 

@@ -16,7 +16,7 @@ from estimators.signals.bands import Band, band_pass
 from estimators.vehicle import plan_view, single_wheelset
 from estimators.vehicle.contact import ContactGeometry
 from estimators.vehicle.creep import DRY, DRY_WORKING
-from estimators.vehicle.parameters import given
+from estimators.vehicle.parameters import given, numbers
 from estimators.wheel_rail.contact_run import SPEED, held
 from estimators.wheel_rail.known_rails import Survey, refine
 from railsim.errors import InputError
@@ -88,6 +88,8 @@ class ConicitySpectral(Estimator, frozen=True):
         self.need(measurements)
         channel = _channel(measurements)
         if channel is None:
+            if BOGIE in measurements:
+                numbers(measurements.vehicle, plan_view.NEEDED)
             raise InputError(f"conicity_spectral needs channel '{WHEELSET}' or '{BOGIE}' of a known vehicle; add it")
         respond = response(measurements.vehicle, channel)
         distance, turning, speed = path(measurements, channel)

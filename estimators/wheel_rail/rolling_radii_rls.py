@@ -73,6 +73,7 @@ class RollingRadiiRls(Estimator, frozen=True):
         InputError : sensors, measured track or parameters are missing, or the track does not reach as far as the run.
         """
         self.need(measurements)
+        known, angle = self._known(measurements)
         motion = wheelset_motion(measurements, self.longest, self.highest)
         survey = Survey(measurements)
         offset, scale = centre_fit(measurements, motion, survey)
@@ -80,7 +81,6 @@ class RollingRadiiRls(Estimator, frozen=True):
         rows = motion.valid
         signals = _signals(measurements, motion, motion.y - rails.centre, rails.gauge)
         signals = Signals(*(values[rows] for values in signals))
-        known, angle = self._known(measurements)
         sections = regress(signals, known, self.width, self.degree, self.use_gauge, forgetting=self.forgetting)
         found = geometry(sections.history, known)
         alike = np.sqrt(max(1.0, self.correlation * motion.band.rate))

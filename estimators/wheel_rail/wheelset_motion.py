@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimators.signals.bands import ORDER, transform
+from estimators.vehicle.parameters import numbers
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
@@ -94,6 +95,7 @@ def wheelset_motion(measurements: Measurements, longest: float, highest: float) 
             f"the wheelset's motion needs '{YAW}', a speed ('{SPEEDS[0]}'), and '{SIDE}' or '{BODY}' with"
             f" '{TRANSDUCER}'; add those sensors"
         )
+    numbers(measurements.vehicle, NEEDED)
     time, rate = measurements.time(YAW), measurements.rate(YAW)
     speed = wheelset_speed(measurements, time)
     if float(np.mean(speed)) < 1.0:

@@ -1,0 +1,28 @@
+"""`railsim check`: run the conformance checks on a plug-in and say what falls short."""
+
+import argparse
+from typing import Any
+
+from experiments.reporting.outcome import Outcome
+from experiments.reporting.text import table
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Name or file."""
+    parser.add_argument("plugin", metavar="NAME|FILE", help="see 'railsim list'; or the path of a file with one")
+
+
+def execute(given: argparse.Namespace) -> Outcome:
+    """A row a check; exit code 1 where something falls short."""
+    from experiments.conformance.plugins import subjects
+
+    checks: list[dict[str, Any]] = [
+        {"kind": one.kind, "name": one.name, "check": result.check, "ok": result.ok, "message": result.message}
+        for one in subjects(given.plugin)
+        for result in one.results()
+    ]
+    short = [row for row in checks if not row["ok"]]
+    rows = [[f"{row['kind']}/{row['name']}", row["check"], "ok" if row["ok"] else "FALLS SHORT"] for row in checks]
+    notes = [f"{row['kind']}/{row['name']}: {row['check']}: {row['message']}" for row in short]
+    conclusion = notes or ["Nothing falls short."]
+    return Outcome({"checks": checks}, "\n".join([table(["plug-in", "check", ""], rows), "", *conclusion]), not short)

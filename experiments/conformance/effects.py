@@ -1,0 +1,191 @@
+"""What every effect must do."""
+
+import pickle
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
+from typing import Any, get_args
+
+import numpy as np
+
+from experiments.conformance.interface import Check, described, fields_with_unit_and_source
+from railsim.dynamics.channels import channel_names
+from railsim.dynamics.equilibrium import initial_state, state_size
+from railsim.dynamics.plant import Plant, build_plant
+from railsim.effects.interface import EFFECTS, PLACES, Effect, Setup
+from railsim.effects.sensor_changes import FilterEffect
+from railsim.engines.interface import Run
+from railsim.errors import InputError
+from railsim.scenario import Scenario
+from railsim.simulation import build_run, load_engine
+from railsim.spec import Role
+from railsim.vehicles.interface import VEHICLES
+
+Kind = type[Effect]
+BASE = {"track": "straight_erri_high", "speed": {"kind": "constant", "speed": 25.0}, "start": 60.0, "duration": 0.3}
+SENSORS: list[dict[str, Any]] = [
+    {"kind": "accelerometer", "name": "bogie", "body": "bogie", "axes": ["x", "y", "z"], "rate": 256},
+    {"kind": "gyro", "name": "bogie", "body": "bogie", "rate": 256},
+    {"kind": "displacement", "name": "primary1_left", "rate": 256},
+    {"kind": "tachometer", "name": "wheelset1", "body": "wheelset1", "rate": 64},
+]
+SAME = 1e-9  # of a channel's largest value
+PLACED = {
+    "": (),
+    "short": ("distance",),
+    "stretch": ("distance", "length"),
+    "pulse": ("distance time", "length duration"),
+}
+"""Roles of which an effect of each extent needs one field each."""
+
+
+def knows_itself(kind: Kind) -> Iterable[str]:
+    """It is rebuilt from its settings, and says where it acts and what it looks like."""
+    effect = kind.build({})
+    if kind.build(effect.model_dump(mode="json")) != effect:
+        yield "is not rebuilt from its own settings"
+    if kind.acts_on not in PLACES:
+        yield f"acts_on '{kind.acts_on}' is none of {', '.join(PLACES)}"
+    if len(kind.signature) <= 30:
+        yield "signature: say in words what it looks like"
+    if not kind.references:
+        yield "references: name a source, with author and year"
+    for title, values in (("absent", kind.absent), ("smallest", kind.smallest)):
+        wrong = set(values) - set(kind.parameters())
+        if wrong or not values:
+            yield f"{title}: give values of its numbers with both bounds ({', '.join(kind.parameters()) or 'none yet'})"
+
+
+def says_what_a_search_needs(kind: Kind) -> Iterable[str]:
+    """Its fields have the roles that its kind of extent asks for, and trials within their bounds."""
+    free, roles = kind.parameters(), {kind.role(field) for field in kind.model_fields}
+    if unknown := roles - set(get_args(Role)):
+        yield f"role {', '.join(sorted(unknown))} is none of {', '.join(get_args(Role))}"
+    for wanted in PLACED.get(kind.extent, ()):
+        if not any(kind.role(field) in wanted.split() for field in free):
+            yield f"extent '{kind.extent}' needs a number of role {wanted.replace(' ', ' or ')}"
+    if kind.impact and not kind.fields_of("phase"):
+        yield "an impact needs an angle of its wheel (role phase)"
+    if kind.wave_about_mean and not kind.fields_of("wavelength"):
+        yield "a wave needs a field of role wavelength"
+    if kind.weakens and "factor" not in free:
+        yield "what weakens a damping needs a number 'factor'"
+    probe = getattr(kind, "probe", {})
+    for field, one in free.items():
+        if field not in probe and not all(one.low <= value <= one.high for value in one.trials):
+            yield f"trials of '{field}' leave its bounds {one.low:g} to {one.high:g}"
+
+
+def is_consistent_with_its_relatives(kind: Kind) -> Iterable[str]:
+    """The effects that it names exist, and its stretched and whole forms have the same numbers."""
+    if set(kind.rivals) - set(EFFECTS.classes()) or (kind.rivals and not kind.masked):
+        yield "rivals: name effects that exist, and only of a masked one"
+    if kind.everywhere:
+        whole = EFFECTS.pick(kind.everywhere)
+        apart = set(kind.parameters()) - set(kind.fields_of("distance", "length"))
+        if set(whole.parameters()) != apart or whole.absent != kind.absent:
+            yield f"everywhere: '{kind.everywhere}' has not the same numbers but for place and length"
+    if issubclass(kind, FilterEffect) and kind.probe:
+        free = kind.parameters()
+        if sorted(kind.probe) != sorted(field for field in free if field not in kind.held()):
+            yield "the probe must fix all numbers of the filter"
+        if not all(free[field].trials for field in kind.probe) or not set(kind.fine_trials) <= set(kind.probe):
+            yield "every number of the probe needs trials"
+
+
+def every_vehicle_takes_or_refuses_it(kind: Kind) -> Iterable[str]:
+    """Each vehicle either takes it or refuses it in one line that names it, whatever its size."""
+    for vehicle in VEHICLES.classes():
+        said = [_refusal(effect, vehicle) for effect in (kind.build({}), kind.at_smallest())]
+        wrong = [text for text in said if text and (kind.build({}).kind not in text or "\n" in text)]
+        if wrong:
+            yield f"on '{vehicle}': '{wrong[0]}' does not name the effect in one line"
+        if bool(said[0]) != bool(said[1]):
+            yield f"on '{vehicle}': taken at one size and refused at another"
+
+
+def absent_values_change_nothing(kind: Kind) -> Iterable[str]:
+    """At its absent values every vehicle that takes it moves as without it."""
+    effect = kind.at_absent()
+    takers = [vehicle for vehicle in VEHICLES.classes() if not _refusal(effect, vehicle)]
+    for vehicle in takers if effect.acts_on != "sensor" else ():
+        plain, there = _plain(vehicle), _motion(vehicle, effect)
+        worst = max(_distance(there[name], plain[name]) for name in plain if name in there)
+        if worst > SAME:
+            yield f"on '{vehicle}': at its absent values the motion differs by {worst:.2g}"
+
+
+def pure(kind: Kind) -> Iterable[str]:
+    """The setup that it is given stays as it was."""
+    taker = next((vehicle for vehicle in VEHICLES.classes() if not _refusal(kind.build({}), vehicle)), None)
+    if taker is None:
+        yield "no vehicle takes it"
+        return
+    setup = _nominal(taker).setup
+    before = _state(setup)
+    _ = kind.build({}).install(setup).model  # changes of the model are made when it is asked for
+    if _state(setup) != before:
+        yield "changes the setup that it is given; make another with setup.but(...)"
+
+
+CHECKS: tuple[Check[Kind], ...] = (
+    described,
+    fields_with_unit_and_source,
+    knows_itself,
+    says_what_a_search_needs,
+    is_consistent_with_its_relatives,
+    every_vehicle_takes_or_refuses_it,
+    absent_values_change_nothing,
+    pure,
+)
+
+
+@cache
+def _nominal(vehicle: str) -> Scenario:
+    """A short run of a vehicle with the sensors that it can carry."""
+    bodies = [body.name for body in VEHICLES.pick(vehicle).build({}).model().bodies]
+    sensors = [one for one in SENSORS if one.get("body", "bogie") in bodies]
+    return Scenario.build({**BASE, "name": "conformance", "vehicle": vehicle, "sensors": sensors})
+
+
+def _refusal(effect: Effect, vehicle: str) -> str:
+    try:
+        build_run(_nominal(vehicle).but(effects=(effect,)))
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+@cache
+def _steady(vehicle: str) -> np.ndarray:
+    """State from which the vehicle's runs start."""
+    run = build_run(_nominal(vehicle))
+    return initial_state(_plant(run), run)
+
+
+@cache
+def _plain(vehicle: str) -> dict[str, np.ndarray]:
+    """Channels of the run without effects."""
+    return _motion(vehicle)
+
+
+def _motion(vehicle: str, *effects: Effect) -> dict[str, np.ndarray]:
+    """Channels of a run with effects."""
+    run = build_run(_nominal(vehicle).but(effects=effects))
+    steady = _steady(vehicle)
+    if state_size(_plant(run)) == len(steady):  # to search for the same state again would take most of the time
+        run = replace(run, initial=steady)
+    rows = np.concatenate(list(load_engine("compiled")(run)))
+    return dict(zip(channel_names(run.model), rows.T, strict=True))
+
+
+def _plant(run: Run) -> Plant:
+    return build_plant(run.model, run.track, run.speed)
+
+
+def _distance(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.abs(a - b).max() / max(float(np.abs(b).max()), 1e-12))
+
+
+def _state(setup: Setup) -> tuple[object, ...]:
+    return setup.vehicle, setup.track.digest(), setup.sensors, setup.speed, setup.traction, pickle.dumps(setup.model)
