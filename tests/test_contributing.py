@@ -1,119 +1,214 @@
-"""The examples of CONTRIBUTING.md work as they stand there."""
+"""The examples of CONTRIBUTING.md work as they stand there, in a folder outside the repository."""
 
-import importlib.util
+import json
 import re
-import sys
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
-from estimators.interface import Estimate
-from experiments.figures.interface import publish
-from experiments.reporting.size import Size
+from estimators.interface import ESTIMATORS, Estimate
+from experiments.cli import main
+from experiments.scoring.interface import SCORERS
 from railsim import load_scenario
+from railsim.effects.interface import EFFECTS
 from railsim.errors import InputError
 from railsim.measurements import Measurements
-from railsim.sensors.suite import build_sensor
-from railsim.track import read_track
+from railsim.sensors.interface import SENSORS
+from railsim.vehicles.lookup import build_vehicle
 from tests.sensors.synthetic import times, write_truth
 
 TEXT = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text()
 EXAMPLES = {
     name: code
-    for code in re.findall(r"^```(?:python|yaml)\n(.*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
-    for name in re.findall(r"\A# (\S+)", code)
+    for code in re.findall(r"^```(?:python|yaml)?\n(.*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
+    for name in re.findall(r"\A# ([\w/]+/\w+\.\w+)", code)
 }
+KINDS = {
+    "estimators": "estimators",
+    "experiments/scoring": "scorers",
+    "railsim/sensors": "sensors",
+    "railsim/vehicles": "vehicles",
+    "railsim/effects": "effects",
+    "scenarios": "scenarios",
+    "track_data": "tracks",
+    "experiments/figures": "figures",
+}
+"""Kind by the folder of an example's first line."""
+SHORT = ("--engine", "compiled", "--set", "duration=12")
 
 
-def load(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """Import an example from a file, under the name that it would have."""
-    file, module = folder / "example.py", name.removesuffix(".py").replace("/", ".")
-    file.write_text(EXAMPLES[name])
-    spec = importlib.util.spec_from_file_location(module, file)
-    assert spec is not None and spec.loader is not None
-    loaded = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, module, loaded)
-    spec.loader.exec_module(loaded)
-    return loaded
+@pytest.fixture(scope="module", params=["by kind", "as in the repository"])
+def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with every example, sorted as CONTRIBUTING shows or as the examples' first lines say."""
+    folder = tmp_path_factory.mktemp("plugins")
+    for name, code in EXAMPLES.items():
+        place = Path(name).parent.as_posix()
+        file = folder / (KINDS[place] if request.param == "by kind" else place) / Path(name).name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(code)
+    return folder
+
+
+@pytest.fixture
+def call(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Any:
+    """The command with `--plugins`, in an empty folder: its JSON."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*words: str, code: int = 0) -> Any:
+        capsys.readouterr()
+        assert main([*words, "--plugins", str(folder), "--json"]) == code, capsys.readouterr().err
+        return json.loads(capsys.readouterr().out)
+
+    return command
+
+
+@pytest.fixture
+def plugged(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The examples are plugged into this process."""
+    monkeypatch.setenv("RAILSIM_PLUGINS", str(folder))
 
 
 def test_every_kind_has_an_example():
-    folders = {Path(name).parent.as_posix() for name in EXAMPLES}
-    assert folders == {
-        "estimators", "railsim/sensors", "railsim/vehicles", "railsim/effects", "scenarios", "experiments/figures",
-        "experiments/scoring",
-    }  # fmt: skip
+    assert {Path(name).parent.as_posix() for name in EXAMPLES} == set(KINDS)
 
 
-def test_estimator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    estimator = load("estimators/pitch_bias.py", tmp_path, monkeypatch).PitchBias(window=1.0)
+def test_every_example_is_found(call: Any):
+    listed = call("list")
+    for name in EXAMPLES:
+        kind = KINDS[Path(name).parent.as_posix()]
+        (row,) = [row for row in listed[kind] if row["name"] == Path(name).stem]
+        assert row["description"], name
+
+
+@pytest.mark.parametrize("name", sorted({Path(name).stem for name in EXAMPLES}))
+def test_every_example_conforms(name: str, call: Any):
+    checks = call("check", name)["checks"]
+    assert {KINDS[Path(one).parent.as_posix()] for one in EXAMPLES if Path(one).stem == name} == {
+        row["kind"] for row in checks
+    }
+    assert [row for row in checks if not row["ok"]] == []
+
+
+def test_run_estimates_and_scores_with_the_examples(call: Any, tmp_path: Path):
+    run = call("run", "slow_curve", *SHORT)
+    scores = [row for row in run["scores"] if row["estimator"] == "pitch_bias"]
+    assert [row["score"] for row in scores] == ["bias over true pitch rate, rms"]
+    again = call("estimate", "pitch_bias", "results/slow_curve/recording", "--out", "estimate")
+    assert again["columns"] == ["time [s]", "rate_pitch_bias [rad/s]"]
+    assert call("score", "estimate", "results/slow_curve/recording")["scores"] == scores
+
+
+def test_estimate_by_the_path_of_a_file(call: Any, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    (file,) = folder.glob("estimators/pitch_bias.py")
+    call("simulate", "slow_curve", *SHORT, "--out", "recording")
+    assert main(["estimate", str(file), "recording", "--out", "estimate"]) == 0, capsys.readouterr().err
+
+
+def test_an_estimate_that_nothing_scores_is_a_note(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    (tmp_path / "estimators").mkdir()
+    (tmp_path / "estimators" / "pitch_bias.py").write_text(EXAMPLES["estimators/pitch_bias.py"])
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("RAILSIM_PLUGINS", str(tmp_path))
+    assert main(["run", "default", "--engine", "compiled", "--set", "duration=8", "--json"]) == 0
+    assert "nothing scores column 'rate_pitch_bias [rad/s]'" in str(json.loads(capsys.readouterr().out)["notes"])
+
+
+def test_scenario_with_effect_sensor_vehicle_and_track_of_the_examples(call: Any, folder: Path, tmp_path: Path):
+    changes = ["vehicle=laden", "effects=[{kind: soft_primary, factor: 0.7}]"]
+    changes += ["sensors=[{kind: vibration_switch, name: bogie, body: bogie, rate: 256}]"]
+    made = call("simulate", "slow_curve", *SHORT, *changes, "--out", "recording")
+    assert made["channels"] == ["bogie.closed [-]"]
+    about = json.loads((tmp_path / "recording" / "about.json").read_text())
+    assert about["vehicle"]["name"] == "laden" and about["vehicle"]["body_mass"] == 19200.0
+    assert about["assumptions"][0].startswith("vehicle 'laden': as of 'manchester': ")
+    assert "soft_primary" in (tmp_path / "recording" / "truth" / "scenario.yaml").read_text()
+    (track,) = [Path(name).stem for name in EXAMPLES if name.startswith("track_data")]
+    assert call("inspect", track)["inspected"][0]["kind"] == "track"
+
+
+def test_figure_of_the_example(call: Any):
+    made = call("figure", "bounce", "--out", "figures", "--fast")["figures"]["bounce"]
+    assert sorted(Path(file).name for file in made["files"]) == ["bounce.csv", "bounce.png"]
+    assert [claim["held"] for claim in made["claims"]] == [True]
+
+
+def test_sweep_in_processes_that_find_the_examples(call: Any, tmp_path: Path):
+    (tmp_path / "sweep.yaml").write_text(
+        "scenario: slow_curve\n"
+        "set: {duration: 6, effects: [{kind: soft_primary, factor: 0.7}]}\n"
+        "design: {kind: grid, keys: {vehicle: [loaded, laden]}}\n"
+        "estimators: [pitch_bias]\n"
+    )
+    call("sweep", "sweep.yaml", "--out", "out", "--jobs", "1")
+    table = pd.read_parquet(tmp_path / "out" / "table.parquet")
+    assert set(table["status"]) == {"ok"}, table["message"].tolist()
+    assert set(table["vehicle"]) == {"loaded", "laden"}
+    assert set(table["score"]) == {"bias over true pitch rate, rms"}
+
+
+@pytest.mark.usefixtures("plugged")
+def test_what_the_estimator_and_its_scorer_give():
+    estimator = ESTIMATORS.pick("pitch_bias").build({"window": 1.0})
     table = {"time [s]": np.arange(2560) / 256.0, "bogie.rate_pitch [rad/s]": np.full(2560, 0.01)}
     measurements = Measurements({"origin": "test", "vehicle": {}, "sensors": []}, {256.0: table})
-    assert estimator.name == "pitch_bias"
-    assert estimator.fits(measurements)
     series = estimator.estimate(measurements).series
     assert series["rate_pitch_bias [rad/s]"].to_numpy()[200:-200] == pytest.approx(0.01)
 
 
-def test_scorer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    scorer = load("experiments/scoring/pitch_bias.py", tmp_path, monkeypatch).PitchBiasScorer()
+@pytest.mark.usefixtures("plugged")
+def test_what_the_scorer_gives(tmp_path: Path):
     true = 0.02 * np.sin(2.0 * np.pi * times(2.0))
     truth = write_truth(tmp_path / "truth", {"bogie.angular_velocity_y [rad/s]": true})
-    bias = pd.DataFrame({"time [s]": times(2.0), "rate_pitch_bias [rad/s]": 0.5 * true})
-    estimate = Estimate("pitch_bias", bias)
-    assert scorer.columns_of(estimate) == ["rate_pitch_bias [rad/s]"]
+    estimate = Estimate("x", pd.DataFrame({"time [s]": times(2.0), "rate_pitch_bias [rad/s]": 0.5 * true}))
+    scorer = SCORERS.pick("pitch_bias")()
     assert scorer.score(estimate, truth) == {"bias over true pitch rate, rms [-]": pytest.approx(0.5)}
 
 
-def test_sensor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    vibration_switch = load("railsim/sensors/vibration_switch.py", tmp_path, monkeypatch).VibrationSwitch
+@pytest.mark.usefixtures("plugged")
+def test_what_the_sensor_measures(tmp_path: Path):
     force = 9.81 + 10.0 * (times(2.0) > 1.0)
     truth = write_truth(tmp_path / "truth", {"bogie.specific_force_z [m/s2]": force})
-    sensor = vibration_switch(name="bogie", body="bogie", rate=256.0)
+    sensor = SENSORS.pick("vibration_switch").build({"name": "bogie", "body": "bogie", "rate": 256.0})
     closed = sensor.measure(truth, np.random.default_rng(1))["bogie.closed [-]"].to_numpy()
     assert closed[:250].max() == 0.0
     assert closed[-250:].min() == 1.0
 
 
-def test_vehicle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    loaded = load("railsim/vehicles/loaded.py", tmp_path, monkeypatch).Loaded()
-    body = next(body for body in loaded.model().bodies if body.name == "body")
-    assert body.mass == 19200.0
-    assert loaded.nominal()["body_mass"] == 19200.0
+@pytest.mark.usefixtures("plugged")
+@pytest.mark.parametrize("name", ["loaded", "laden"])
+def test_what_the_vehicles_weigh(name: str):
+    vehicle = build_vehicle(name)
+    assert next(body for body in vehicle.model().bodies if body.name == "body").mass == 19200.0
+    assert vehicle.nominal()["body_mass"] == 19200.0
 
 
-def test_figure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    figure = load("experiments/figures/bounce.py", tmp_path, monkeypatch).Bounce()
-    made = publish(figure, tmp_path / "figures", Size.FAST)
-    assert sorted(Path(file).name for file in made["files"]) == ["bounce.csv", "bounce.png"]
-    assert [set(claim) >= {"claim", "value", "target", "held"} for claim in made["claims"]] == [True]
-
-
-def test_scenario_names_things_that_ship():
-    scenario = yaml.safe_load(EXAMPLES["scenarios/slow_curve.yaml"])
-    track, run = read_track(scenario["track"]), scenario["speed"]["speed"] * scenario["duration"]
-    assert scenario["start"] + run < track.s[-1]
-    sensors = [build_sensor(settings, "example") for settings in scenario["sensors"]]
-    assert [channel for sensor in sensors for channel in sensor.channels()] == ["bogie.rate_pitch [rad/s]"]
-
-
-def test_track(tmp_path: Path):
-    text = re.search(r"^### Track$.*?^```\n(.*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
-    assert text is not None
-    (tmp_path / "example.csv").write_text(text[1])
-    assert read_track(tmp_path / "example.csv").given == ("vertical", "lateral")
-
-
-def test_effect(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    effect = load("railsim/effects/soft_primary.py", tmp_path, monkeypatch).SoftPrimary(factor=0.5)
+@pytest.mark.usefixtures("plugged")
+def test_what_the_effect_changes():
+    effect = EFFECTS.pick("soft_primary").build({"factor": 0.5})
     scenario = load_scenario("straight_erri_low")
     soft = effect.install(scenario.setup).model
     stiffness = [m.elements[1].stiffness[2, 2] for m in (soft, scenario.model)]
     assert stiffness[0] == pytest.approx(0.5 * stiffness[1])
-    assert type(effect).parameters()["factor"][:6] == ("-", 0.3, 1.0, 0.8, 1.0, 0.9)
     with pytest.raises(InputError, match="'soft_primary': vehicle 'wheelset' has no primary_vertical_stiffness"):
         effect.install(load_scenario("wheelset_new").setup)
+
+
+def test_an_installed_package_with_the_example(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    package, about = tmp_path / "my_filters", tmp_path / "my_filters-1.0.dist-info"
+    for made in (package, about):
+        made.mkdir()
+    (package / "__init__.py").touch()
+    (package / "pitch_bias.py").write_text(EXAMPLES["estimators/pitch_bias.py"])
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: my_filters\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[railsim.estimators]\nmine = my_filters.pitch_bias\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert main(["list", "estimators", "--json"]) == 0
+    assert "pitch_bias" in [row["name"] for row in json.loads(capsys.readouterr().out)["estimators"]]
+    assert main(["check", "pitch_bias"]) == 0

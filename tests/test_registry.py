@@ -1,6 +1,8 @@
 """Plug-ins outside the program are found in folders and by entry points; what is wrong with one is said in a line."""
 
 import os
+import subprocess
+import sys
 import textwrap
 from pathlib import Path
 
@@ -8,9 +10,11 @@ import pytest
 
 from estimators.interface import ESTIMATORS
 from railsim import load_scenario
+from railsim.compiled import sources
+from railsim.distribution import ROOT
 from railsim.effects.interface import EFFECTS
 from railsim.errors import InputError, nearest
-from railsim.plugins import VARIABLE, more_plugins
+from railsim.plugins import VARIABLE, load, more_plugins
 from railsim.registry import source_digest
 from railsim.scenario import SCENARIOS
 from railsim.simulation import run_digest
@@ -196,6 +200,38 @@ def test_source_of_plug_ins_counts_to_the_runs_that_they_shape_and_to_no_others(
     after = run_digest(plain, "compiled"), run_digest(changed, "compiled")
     assert after[0] == before[0]
     assert after[1] != before[1]
+
+
+KERNEL = """
+from railsim.compiled import kernel
+from ._parts import twice
+
+
+@kernel
+def four_times(x):
+    return twice(twice(x))
+"""
+
+
+PART = """
+from railsim.compiled import inlined
+
+
+@inlined
+def twice(x):
+    return 2.0 * x
+"""
+
+
+def test_kernels_of_a_plug_in_are_compiled_and_kept_by_all_source_that_they_are_made_of(tmp_path: Path):
+    helper = put(tmp_path, "_parts.py", PART)
+    file = put(tmp_path, "kernels.py", KERNEL)
+    assert load(file).four_times(3.0) == 12.0
+    assert helper in sources(file)
+    code = f"from pathlib import Path; from railsim.plugins import load; module = load(Path({str(file)!r})); "
+    code += "print(module.four_times(2.0), sum(module.four_times.stats.cache_hits.values()))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["8.0", "1"], done.stderr  # of another process, from the machine code that is kept
 
 
 def test_an_effect_of_a_scenario_is_not_code_at_a_path(folder: Path):

@@ -1,6 +1,7 @@
 """Arguments that choose a scenario, and the scenario that they choose."""
 
 import argparse
+import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,8 +21,11 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 
 
 def scenario_of(given: argparse.Namespace) -> "Scenario":
-    """The scenario that the arguments ask for."""
+    """The scenario that the arguments ask for; what the file of its vehicle leaves open is told on stderr."""
     from railsim.scenario import load_scenario
 
     seed = [] if given.seed is None else [f"seed={given.seed}"]
-    return load_scenario(given.scenario, [*given.set, *seed])
+    scenario = load_scenario(given.scenario, [*given.set, *seed])
+    for text in scenario.vehicle.assumptions():
+        print(f"assumed: {text}", file=sys.stderr)
+    return scenario

@@ -122,7 +122,7 @@ def _scenario(what: str) -> Report:
     }
     header = ["sensor", "kind", "body", "rate [Hz]", "channels"]
     rows = [[s.name, s.kind, s.body, s.rate, ", ".join(s.channels())] for s in scenario.sensors]
-    return Report("scenario", scenario.name, facts, [], header, rows)
+    return Report("scenario", scenario.name, facts, [], header, rows, notes=scenario.vehicle.assumptions())
 
 
 def _track(what: str) -> Report:
