@@ -13,12 +13,15 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from railsim.errors import InputError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 VARIABLE = "RAILSIM_PLUGINS"
 _APART = ("_", ".", "test", "conftest.")
@@ -129,14 +132,16 @@ def _advertised(kind: str) -> Iterator[tuple[str, Path | None]]:
         yield entry.module, Path(folders[0]) if folders else None
 
 
-def _described(entry: EntryPoint) -> str:
+def _described(entry: "EntryPoint") -> str:
     owner = f" of '{entry.dist.name}'" if entry.dist else ""
     return f"entry point '{entry.name} = {entry.value}' in '{entry.group}'{owner}"
 
 
 @cache
-def _entries(path: tuple[str, ...]) -> dict[str, Sequence[EntryPoint]]:
+def _entries(path: tuple[str, ...]) -> dict[str, Sequence["EntryPoint"]]:
     """Entry points of all groups of ours; read once for each `path` along which Python looks for packages."""
+    from importlib.metadata import entry_points  # costs more than all else here
+
     del path
     found = entry_points()
     return {group: list(found.select(group=group)) for group in found.groups if group.startswith("railsim.")}

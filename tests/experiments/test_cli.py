@@ -205,7 +205,6 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
 
 LOADED = """
 import sys
-from estimators.interface import ESTIMATORS
 from experiments.cli import main
 try:
     main(sys.argv[1:])
