@@ -22,10 +22,16 @@ def computed_drawn_and_checked(kind: Kind) -> Iterable[str]:
             yield "its table has no row"
         if not picture.read_bytes().startswith(b"\x89PNG"):
             yield "its picture is none"
-        json.dumps(published["claims"], allow_nan=False)
+        json.dumps(published, allow_nan=False)
+        if empty := [path for path in published["files"] if not Path(path).stat().st_size]:
+            yield f"writes empty files: {', '.join(empty)}"
+        if not published["claims"]:
+            yield "claims nothing, so it checks nothing"
         for claim in published["claims"]:
-            if not claim["claim"] or not claim["target"]:
-                yield f"claim {claim} says nothing"
+            if claim["held"] and claim["value"] is None:
+                yield f"claim '{claim['claim']}' is held without a value"
+            if claim["low"] is not None and not claim["cases"]:
+                yield f"claim '{claim['claim']}' has an interval of no cases"
 
 
 CHECKS: tuple[Check[Kind], ...] = (described, computed_drawn_and_checked)
