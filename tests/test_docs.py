@@ -23,6 +23,7 @@ SHORT = (
     "score estimate",
     "inspect recording",
     "figure fig02",
+    "check weak_yaw_damper",
 )
 """Commands that take seconds, in an order in which each finds what it needs."""
 

@@ -200,8 +200,9 @@ def _made_up(estimate: Estimate, whole: Estimate, lost: tuple[float, float], tru
     """Values in the middle of what was lost that are not marked, or are more certain than with the samples."""
     row, before = (_middle(one.series, lost, truth) for one in (estimate, whole))
     if "valid [-]" in row:
-        row = row[row["valid [-]"] > 0.5]
-    names = [str(name) for name in row.columns if row[name].notna().any()]
+        believed = row["valid [-]"] > 0.5
+        row = {name: values[believed] for name, values in row.items()}
+    names = [name for name, values in row.items() if np.isfinite(values).any()]
     spreads = [name for name in names if name.rpartition(" [")[0].endswith("_std")]
     values = [name for name in names if name not in (TIME, WAY, "valid [-]", *spreads)]
     if values and not spreads:
@@ -210,16 +211,17 @@ def _made_up(estimate: Estimate, whole: Estimate, lost: tuple[float, float], tru
         yield f"{', '.join(values)}: more certain where all samples are lost than with them"
 
 
-def _middle(series: pd.DataFrame, lost: tuple[float, float], truth: Truth) -> pd.DataFrame:
-    """Rows in the middle fifth of what was lost; a distance without times counts from the start of the record."""
+def _middle(series: pd.DataFrame, lost: tuple[float, float], truth: Truth) -> dict[str, np.ndarray]:
+    """Columns in the middle fifth of what was lost; a distance without times counts from the start of the record."""
     centre, half = 0.5 * (lost[0] + lost[1]), 0.1 * (lost[1] - lost[0])
-    over = truth[WAY] - truth[WAY][0]
-    time = series[TIME] if TIME in series else pd.Series(np.interp(series[WAY], over, truth.time), series.index)
-    return series[abs(time - centre) <= half]
+    columns = {str(name): series[name].to_numpy(dtype=float) for name in series.columns}
+    travelled = truth[WAY] - truth[WAY][0]
+    time = columns[TIME] if TIME in columns else np.interp(columns[WAY], travelled, truth.time)
+    return {name: values[abs(time - centre) <= half] for name, values in columns.items()}
 
 
-def _typical(values: pd.Series) -> float:
-    return float(np.nanmedian(values)) if values.notna().any() else -np.inf
+def _typical(values: np.ndarray) -> float:
+    return float(np.nanmedian(values)) if np.isfinite(values).any() else -np.inf
 
 
 def _state(measured: Measurements) -> list[bytes]:

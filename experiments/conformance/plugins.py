@@ -98,9 +98,8 @@ def subjects(name: str) -> list[Subject]:
 
 def everything() -> list[Subject]:
     """All plug-ins of all kinds."""
-    classes = [(kind, name, one) for kind in CLASSES for name, one in kind.kind.classes().items()]
-    data = [(kind, name, name) for kind in DATA for name in kind.files.paths()]
-    return [kind.subject(name, plugin) for kind, name, plugin in (*classes, *data)]
+    classes = [kind.subject(name, plugin) for kind in CLASSES for name, plugin in kind.kind.classes().items()]
+    return classes + [kind.subject(name, name) for kind in DATA for name in kind.files.paths()]
 
 
 def _named(name: str) -> Iterator[Subject]:
