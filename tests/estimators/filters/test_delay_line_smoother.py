@@ -118,6 +118,29 @@ def test_smoother_gives_the_numbers_of_filterpy():
     np.testing.assert_allclose(variance[:, 0], covariances[:, now, now], rtol=1e-3)
 
 
+def test_likelihood_is_the_density_of_all_measurements_together():
+    """One Gaussian density of the whole record, whose covariance is written out, without its power of 2 pi."""
+    rng = np.random.default_rng(4)
+    made, count = _passage(), 12
+    place = made.place(np.linspace(*SPEEDS, count))
+    turning = rng.normal(size=(count, 2, 2))
+    turning[:, 0, 1] = 0.0
+    measured, R = rng.normal(size=(count, 2)) * [0.01, 0.3], np.full((count, 2), [1e-4, 1e-2])
+    among: list[list[np.ndarray]] = [[made.covariance]]  # of the states at step k with those at all steps before
+    for k in range(1, count):
+        F, Q = _dense(made, float(place[k]))
+        among.append([*(F @ before for before in among[-1]), F @ among[-1][-1] @ F.T + Q])
+    along = [_along(made, turn) for turn in turning]
+    blocks = [
+        [along[k] @ (among[k][j] if j <= k else among[j][k].T) @ along[j].T for j in range(count)] for k in range(count)
+    ]
+    whole, values = np.block(blocks) + np.diag(R.ravel()), measured.ravel()
+    expected = -0.5 * (np.linalg.slogdet(whole)[1] + values @ np.linalg.solve(whole, values))
+    start = np.zeros(len(made.covariance)), made.covariance.copy()
+    likelihood = forward(made.steps, place, measured, R, turning, np.ones(count, dtype=bool), *start)[-1]
+    assert likelihood == pytest.approx(expected, rel=1e-9)
+
+
 def test_standstill_makes_the_vehicle_unknown_again():
     made, count = _passage(), 40
     place = np.zeros(count)

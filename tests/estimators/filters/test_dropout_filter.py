@@ -1,0 +1,37 @@
+"""Kalman filter over records with gaps against filterpy's."""
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+
+from estimators.filters.dropout_filter import run_filter, shifted
+
+STEPS = 25
+
+
+def test_filter_with_inputs_and_gaps_is_that_of_filterpy():
+    rng = np.random.default_rng(6)
+    A, B = np.array([[1.0, 0.1, 0.0], [-0.3, 0.9, 0.2], [0.0, 0.0, 0.95]]), rng.normal(size=(3, 2))
+    H, D, R = rng.normal(size=(2, 3)), rng.normal(size=(2, 2)), np.array([0.3, 0.05])
+    Q, wanted = np.diag([0.01, 0.04, 0.02]), np.array([[1.0, 0.0, 0.0], [0.5, -1.0, 2.0]])
+    inputs, samples = rng.normal(size=(STEPS, 2)), rng.normal(size=(STEPS, 2))
+    samples[5:9], samples[12, 0], samples[15, 1] = np.nan, np.nan, np.inf
+    x, P = rng.normal(size=3), np.diag([1.0, 2.0, 0.5])
+
+    reference = KalmanFilter(dim_x=3, dim_z=1)
+    reference.x, reference.P = x[:, None].copy(), P.copy()
+    means, spreads = [], []
+    for k in range(STEPS):
+        before = inputs[max(k - 1, 0)]
+        reference.predict(u=before[:, None], B=B, F=A, Q=Q)
+        for c in range(2):
+            if np.isfinite(samples[k, c]):
+                reference.update(samples[k, c] - D[c] @ inputs[k], R=R[c], H=H[c : c + 1])
+        means.append(wanted @ reference.x[:, 0])
+        spreads.append(np.sqrt(np.diag(wanted @ reference.P @ wanted.T)))
+
+    found, spread = run_filter(A, Q, B, H, D, R, x, P, shifted(inputs), inputs, samples, wanted)
+    assert found == pytest.approx(np.array(means), rel=1e-10)
+    assert spread == pytest.approx(np.array(spreads), rel=1e-10)
+    assert x == pytest.approx(reference.x[:, 0], rel=1e-10)  # ready to go on from there
+    assert pytest.approx(reference.P, rel=1e-10) == P
