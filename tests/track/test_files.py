@@ -61,6 +61,13 @@ def test_comments_spaces_and_line_ends_do_not_matter() -> None:
     assert track.vertical.tolist() == [1e-3, 2e-3, 0, 0]
 
 
+def test_the_last_two_tracks_are_kept() -> None:
+    texts = ["s [m]\n0\n1\n2\n3\n", "s [m]\n0\n1\n2\n4\n"]
+    first, second = (parse_track(text, "kept") for text in texts)
+    assert parse_track(texts[0], "kept") is first
+    assert parse_track(texts[1], "kept") is second
+
+
 def test_byte_order_mark_is_no_column(tmp_path: Path) -> None:
     path = tmp_path / "bom.csv"
     path.write_bytes("s [m]\n0\n1\n2\n3\n".encode("utf-8-sig"))

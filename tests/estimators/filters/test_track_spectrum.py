@@ -163,3 +163,21 @@ def test_noise_spectrum_has_the_variances_of_its_parts():
     white = density**2 * (omega[1] - omega[0]) / (2.0 * np.pi)
     driven = drive / (2.0 * a) * share(1.0 / a) * np.array([[1.0, 2.0], [2.0, 4.0]])
     assert np.real(total) == pytest.approx(np.diag(white + drift**2 * share(time)) + driven, rel=1e-3)
+
+
+def test_what_the_model_says_wrongly_is_the_change_of_the_response_by_each_unknown():
+    """First the unknowns of the vehicle, then the distance, last the readings' scale factors."""
+    plain, other, base, scales = _system(False), _system(True), 2.5, np.array([0.01, 0.03])
+    known = information([plain, other], PRIORS, _noise(), SPEED, base, scales, 1e-6)
+    k, q = known.wavenumber[:, None, None], SIZES[2]
+    lead, trail = np.split(plain.response(known.wavenumber * SPEED), [q], axis=2)
+    late = np.exp(-1j * k * base)
+    size = np.abs(known.H).max()
+    assert np.abs(known.H - (lead + trail * late)).max() < 1e-12 * size
+    assert other.J is not None  # of which the second derivative is -(k V)^2
+    bent = -((k * SPEED) ** 2) * (other.J[:, :q] + other.J[:, q:] * late)
+    vehicle, distance, first, second = known.wrong
+    assert np.abs(vehicle - bent).max() < 1e-12 * np.abs(bent).max()
+    assert np.abs(distance - 1e-6 * base * -1j * k * late * trail).max() < 1e-10 * size
+    assert np.abs(first + second - known.H * scales[:, None]).max() < 1e-12 * size
+    assert not first[:, 1].any() and not second[:, 0].any()
