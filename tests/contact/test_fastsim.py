@@ -25,7 +25,14 @@ from experiments.validation.eurosprinter import (
 )
 from experiments.validation.kalker_1982 import Kalker1982
 from experiments.validation.reference import read
-from railsim.contact.fastsim import FULL_SLIDING, equivalent_slope, fastsim_band, fastsim_force, kalker_1982
+from railsim.contact.fastsim import (
+    FULL_SLIDING,
+    equivalent_slope,
+    fastsim_band,
+    fastsim_force,
+    kalker_1982,
+    spiryagin_slope,
+)
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import linear_force
 from railsim.contact.polach import SHEAR, polach_force
@@ -153,6 +160,17 @@ def test_equivalent_slope_gives_the_force_of_both_factors(gradient: float, k_a: 
         assert reached == pytest.approx(k_a * gradient)
     else:
         assert found == pytest.approx(min(expected, FULL_SLIDING), rel=1e-6)
+
+
+@pytest.mark.parametrize(("decay", "gradient"), [(0.62, 3.0), (2.0, 0.25), (1e-3, 1e4)])
+def test_slope_of_the_modified_fastsim_falls_from_its_initial_to_its_last_value(decay: float, gradient: float) -> None:
+    """Spiryagin et al. (2013): k0 at e = 0, alpha k0 at large e, and of their difference 1 / (1 + beta e) is left."""
+    initial, last = 0.54, 0.54 * 0.02
+    assert spiryagin_slope(0.0, initial, 0.02, decay) == pytest.approx(initial)
+    assert spiryagin_slope(1e9 / decay, initial, 0.02, decay) == pytest.approx(last, rel=1e-6)
+    assert spiryagin_slope(1.0 / decay, initial, 0.02, decay) == pytest.approx(0.5 * (initial + last))
+    left = (spiryagin_slope(gradient, initial, 0.02, decay) - last) / (initial - last)
+    assert 1.0 / left - 1.0 == pytest.approx(decay * gradient)
 
 
 @pytest.mark.parametrize(("k_a", "k_s"), [(1.0, 1.0), (1.0, 0.4), (0.3, 0.1), (0.25, 0.28)])

@@ -116,6 +116,26 @@ def test_creepages_of_a_shifted_wheelset() -> None:
     assert turning.creepage_x == pytest.approx(-HALF * 0.1 / 20.0, rel=1e-3)
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_creep_force_turns_with_the_wheelset(side: int) -> None:
+    """Its lateral part is tilted by the contact angle, and both are turned about z by the yaw (second order)."""
+    yaw = 0.03
+    q, pace = np.array([2e-3, -2e-4, 0.0, yaw]), np.array([0.05, 0.0, 0.0, 0.0])
+    full = wheel(SMOOTH, side, FULL, q, pace, spin=43.8)
+    elastic = wheel(SMOOTH, side, FULL._replace(creep=0.0), q, pace, spin=43.8)
+    assert min(abs(full.creep_force_x), abs(full.creep_force_y)) > 0.05 * full.normal
+    angle = np.arctan(full.tangent)
+    level, turn = (
+        full.creep_force_y * np.cos(angle),
+        np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]),
+    )
+    expected = turn @ [full.creep_force_x, level]
+    found = full.force_x - elastic.force_x, full.force_y - elastic.force_y
+    assert found == pytest.approx(tuple(expected), abs=yaw**3 * full.normal)
+    assert full.force_z - elastic.force_z == pytest.approx(full.creep_force_y * np.sin(angle), rel=1e-9)
+    assert full.moment_spin - elastic.moment_spin == pytest.approx(-full.radius * full.creep_force_x, rel=1e-9)
+
+
 def patch(found: WheelForces) -> list[float]:
     """Semi-axes and Kalker's coefficients of the left wheel where it touches."""
     place = (found.shift - SMOOTH.start) / SMOOTH.spacing

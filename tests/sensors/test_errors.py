@@ -55,6 +55,13 @@ def test_scale_and_bias_are_as_stated() -> None:
     np.testing.assert_allclose(samples, 1.02 * signal + 0.3)
 
 
+@pytest.mark.parametrize("step", [1, 4])
+def test_drift_rate_is_per_second_at_every_sample_rate(step: int) -> None:
+    """3 units a second: 24 over the 8 s of the signal, from nothing at the start."""
+    samples = SensorErrors(drift_rate=3.0).apply(np.zeros(8 * 1024 + 1), RATE, step, rng())
+    np.testing.assert_allclose(samples, np.linspace(0.0, 24.0, samples.size), atol=1e-12)
+
+
 def test_bias_and_scale_are_drawn_once_a_run_with_the_stated_deviation() -> None:
     errors = SensorErrors(bias_std=0.2, scale_error_std=0.05)
     biases, scales = [], []

@@ -104,6 +104,12 @@ def test_tilted_accelerometer_feels_gravity(tmp_path: Path) -> None:
     np.testing.assert_allclose(table["a.acceleration_z [m/s2]"], GRAVITY * np.cos(0.1))
 
 
+def test_cross_talk_adds_a_share_of_the_next_axis(moving) -> None:
+    table = Gyro(name="a", body="bogie", rate=256, errors=SensorErrors(cross_talk=0.05)).measure(moving, rng())
+    rates = spin(table["time [s]"].to_numpy())
+    np.testing.assert_allclose(table.iloc[:, 1:], rates + 0.05 * rates[:, [1, 2, 0]], atol=1e-12)
+
+
 def test_an_axis_does_not_depend_on_which_others_are_measured(tmp_path: Path) -> None:
     truth = write_truth(tmp_path / "truth")
     errors = SensorErrors(noise_density=0.01, bias_std=0.1, misalignment_std=0.01)

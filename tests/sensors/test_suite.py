@@ -76,6 +76,7 @@ def test_same_seed_same_bytes(truth: Truth, tmp_path: Path) -> None:
         ([BOGIE | {"errors": {"noise": 1}}], "noise: unknown key; SensorErrors knows"),
         ([BOGIE | {"errors": 3}], "give the fields of the error model or the name of a preset"),
         ([TACHO | {"body": "bogie"}], "a tachometer on 'bogie' measures 'bogie.spin_angle"),
+        ([TACHO | {"pulses": 0}], "pulses: Input should be greater than or equal to 1"),
         ([SPRING | {"name": "primary9"}], "the run has no element 'primary9'; give \"across\", one of: primary1_left"),
         ([SPRING | {"errors": {"misalignment_std": 1e-3}}], "'misalignment_std' means nothing for this kind"),
     ],
