@@ -156,6 +156,17 @@ def test_resonance_has_its_gain_at_its_frequency_and_passes_what_is_slow():
         assert np.abs(shaken[-4096:]).max() == pytest.approx(gain, rel=0.01)
 
 
+def test_resonance_is_at_rest_at_the_first_value_and_rings_at_its_own_frequency():
+    """Gravity does not shake it; a step rings at f sqrt(1 - z^2) and loses z 2 pi / sqrt(1 - z^2) of its log a turn."""
+    errors = SensorErrors(resonance=40.0, resonance_damping=0.05)
+    np.testing.assert_allclose(errors.shake(np.full(500, 9.81), 4096.0), 9.81, rtol=1e-9)
+    shaken = errors.shake(np.repeat([0.0, 1.0], [1, 4096]), 4096.0) - 1.0
+    tops = np.flatnonzero((shaken[1:-1] > shaken[:-2]) & (shaken[1:-1] > shaken[2:]))[:6] + 1
+    assert np.diff(tops).mean() == pytest.approx(4096.0 / (40.0 * np.sqrt(1 - 0.05**2)), rel=0.01)
+    lost = 2 * np.pi * 0.05 / np.sqrt(1 - 0.05**2)
+    assert np.log(shaken[tops[0]]) - np.log(shaken[tops[5]]) == pytest.approx(5 * lost, rel=0.01)
+
+
 def test_the_stated_low_pass_is_that_of_the_filter():
     """Against SciPy's analogue design, which is not ours."""
     omega = np.geomspace(1.0, 1e4, 50)
