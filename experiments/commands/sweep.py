@@ -30,11 +30,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(given: argparse.Namespace) -> Outcome:
-    """Run what is not finished, write the table and the report; exit code 1 where repeated tasks did not agree."""
+    """Run what is not finished, write the table and the report.
+
+    Exit code 1 where a plug-in failed, or repeated tasks did not agree.
+    """
     from experiments.sweep.report import write_report
     from experiments.sweep.run import run_sweep
     from experiments.sweep.settings import read_sweep
-    from experiments.sweep.store import TABLE
+    from experiments.sweep.store import FAILURES, TABLE
 
     if given.report:
         if given.sweep or given.out:
@@ -48,7 +51,9 @@ def execute(given: argparse.Namespace) -> Outcome:
     done = run_sweep(read_sweep(given.sweep), Path(given.out), partial(_executor, given))
     report = write_report(Path(given.out))
     result = {"table": f"{given.out}/{TABLE}", "report": str(report), **_facts(done)}
-    return Outcome(result, _text(result, done), done.repeatable)
+    result["failed"] = sorted(done.tracebacks)
+    result["tracebacks"] = f"{given.out}/{FAILURES}" if done.tracebacks else None
+    return Outcome(result, _text(result, done), held=done.repeatable and not done.tracebacks)
 
 
 def _executor(given: argparse.Namespace, scratch: Path) -> "Executor":
@@ -87,6 +92,9 @@ def _text(result: dict[str, Any], done: "Done") -> str:
             f"{speed['rate [s/s]']:.1f} simulated seconds per second on {speed['workers']} workers; efficiency "
             f"{speed['efficiency [-]']:.2f} against one worker alone ({speed['one worker alone [s/s]']:.1f})",
         ]
+    lines += [f"FAILED: {message}" for message in result["failed"]]
+    if result["failed"]:
+        lines.append(f"Tracebacks: {result['tracebacks']}")
     if not done.repeatable:
         lines.append("NOT HELD: tasks that were repeated did not give the same rows")
     return "\n".join(lines)

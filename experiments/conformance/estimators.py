@@ -63,7 +63,7 @@ def units_in_every_column(kind: Kind) -> Iterable[str]:
 def about_is_json(kind: Kind) -> Iterable[str]:
     """What it says about itself can be written."""
     try:
-        json.dumps(_first(kind)[3].about, allow_nan=True)
+        json.dumps(_first(kind)[3].about, allow_nan=False)
     except (TypeError, ValueError) as error:
         yield f"its about is not JSON: {error}"
 

@@ -1,11 +1,11 @@
 """What a conformance check is: a function that tells, in sentences, where a plug-in falls short."""
 
-import inspect
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from experiments.reporting.failures import one_line
 from railsim.spec import Spec
 
 T = TypeVar("T")
@@ -34,8 +34,7 @@ def _result(plugin: T, check: Check[T]) -> Result:
     try:
         short = list(check(plugin))
     except Exception as error:  # noqa: BLE001 - whatever a stranger's code raises is a result
-        where = inspect.trace()[-1]
-        short = [f"raised {type(error).__name__}: {error} ({where.filename}, line {where.lineno})"]
+        short = [f"raised {one_line(error)}"]
     return Result(name, not short, "; ".join(" ".join(text.split()) for text in short))
 
 

@@ -130,12 +130,11 @@ def _worst(errors: dict[str, float], reference: dict[str, float]) -> float:
 
 def _errors(measured: Measurements, truth: Truth) -> dict[str, float]:
     """Root-mean-square errors of all estimators, not below a floor, by "estimator: score"."""
-    errors = {}
-    try:
-        estimates = estimate_all(measured).given
-    except (ValueError, ArithmeticError, IndexError):
+    errors: dict[str, float] = {}
+    estimates = estimate_all(measured)
+    if estimates.failed:
         return {}
-    for name, estimate in estimates.items():
+    for name, estimate in estimates.given.items():
         for key, value in _scores(estimate, truth).items():
             unit = key.rpartition("[")[2].rstrip("]")
             if _ERRORS in key and unit in _FLOOR and np.isfinite(value):

@@ -60,6 +60,10 @@ def prune(folder: Path, after: float, really: bool) -> Outcome:
         return Outcome({**facts, "pruned": False, "due": False}, text)
     inspection = inspect(recording.measurements)
     estimates = estimate_all(inspection.cleaned)
+    if estimates.failed:
+        failed = [str(failure) for failure in estimates.failed.values()]
+        text = f"{folder}: raw data stay, as an estimator's features would be lost: {'; '.join(failed)}"
+        return Outcome({**facts, "due": True, "pruned": False, "failed": failed}, text, held=False)
     facts |= {"due": True, "pruned": really, "estimates": sorted(estimates.given), "findings": len(inspection.findings)}
     kept = f"{', '.join(sorted(estimates.given)) or 'no estimates'}, events, a row a second of each channel"
     if not really:

@@ -2,27 +2,48 @@
 
 from dataclasses import dataclass
 
-from estimators.interface import ESTIMATORS, Estimate
+from estimators.interface import ESTIMATORS, Estimate, Estimator
+from experiments.reporting.failures import PluginError, plugin_code
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
 
 @dataclass(frozen=True)
 class Estimates:
-    """Estimates by estimator, and why an estimator that fits the sensors gave none."""
+    """Estimates by estimator; why an estimator that fits the sensors gave none; which ones failed."""
 
     given: dict[str, Estimate]
     refused: dict[str, str]
+    failed: dict[str, PluginError]
 
 
 def estimate_all(measured: Measurements) -> Estimates:
     """Every estimator whose channels the recording has."""
-    given, refused = {}, {}
+    found = Estimates({}, {}, {})
     for name, kind in ESTIMATORS.classes().items():
-        estimator = kind.build({})
-        if estimator.fits(measured):
-            try:
-                given[name] = estimator.estimate(measured)
-            except InputError as error:
-                refused[name] = str(error)
-    return Estimates(given, refused)
+        try:
+            estimator = kind.build({})
+            with plugin_code(name, estimator):
+                fits = estimator.fits(measured)
+            if fits:
+                found.given[name] = estimated(estimator, measured)
+        except InputError as error:
+            found.refused[name] = str(error)
+        except PluginError as failure:
+            found.failed[name] = failure
+    return found
+
+
+def estimated(estimator: Estimator, measured: Measurements) -> Estimate:
+    """What the estimator gives.
+
+    Raises
+    ------
+    InputError : it refuses the recording.
+    PluginError : it fails, or gives what is no estimate.
+    """
+    with plugin_code(estimator.name, estimator):
+        estimate = estimator.estimate(measured)
+        if not isinstance(estimate, Estimate):
+            raise TypeError(f"estimate() gave {type(estimate).__name__}, not an Estimate")
+    return estimate

@@ -1,6 +1,7 @@
 """All that is made of a scenario: recording, estimates, scores, pictures, a summary."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -8,14 +9,14 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
+from experiments.reporting.failures import PluginError, plugin_code
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.plots import PLOTS, Results, sensor_label
 from experiments.reporting.text import score_table, table
 from experiments.reporting.units import KMH
-from experiments.runs.estimation import estimate_all
-from experiments.scoring.score import score, score_rows, unscored
+from experiments.runs.estimation import Estimates, estimate_all
+from experiments.scoring.score import score_rows, scores_and_problems, unscored
 from experiments.scoring.speed import all_speed_errors
-from railsim.errors import InputError
 from railsim.files import write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.recording import software_versions
@@ -29,6 +30,8 @@ INSTANTS = 12  # rows of the table of speeds
 def run_pipeline(scenario: Scenario, engine: str, out: Path) -> Outcome:
     """Simulate, measure, estimate with every estimator that fits the sensors, score and draw.
 
+    An estimator or a scorer that fails is named, its traceback written to `failures`, and the outcome not held.
+
     out : folder of the results; it appears whole, and an older one stays until then.
 
     Raises
@@ -39,34 +42,65 @@ def run_pipeline(scenario: Scenario, engine: str, out: Path) -> Outcome:
         truth = simulate(scenario, engine, progress=True)
         measured = measure(truth, scenario, folder=aside / "recording").measurements
         estimates = estimate_all(measured)
-        for name, estimate in estimates.given.items():
-            estimate.save(aside / "estimates" / name)
-        rows, notes = score_all(estimates.given, truth)
-        pd.DataFrame(rows, columns=["estimator", "score", "value", "unit"]).to_csv(aside / "scores.csv", index=False)
-        results = Results(
-            scenario.name, scenario.description, truth, measured, all_speed_errors(estimates.given, truth)
+        save_all(estimates, aside / "estimates")
+        scored = score_all(estimates.given, truth)
+        pd.DataFrame(scored.rows, columns=["estimator", "score", "value", "unit"]).to_csv(
+            aside / "scores.csv", index=False
         )
+        errors = all_speed_errors(estimates.given, truth)
+        results = Results(scenario.name, scenario.description, truth, measured, errors)
         files = draw_all(results, aside / "plots")
+        failed = write_failures(estimates.failed | scored.failed, aside)
         summary: dict[str, Any] = {"scenario": scenario.name, "engine": engine, "seed": scenario.seed}
         summary |= {"duration [s]": truth.duration, "distance [m]": float(truth["s [m]"][-1] - truth["s [m]"][0])}
-        summary |= {"scores": rows, "notes": notes, "refused": estimates.refused}
+        summary |= {"scores": scored.rows, "notes": scored.notes, "refused": estimates.refused, "failed": failed}
         summary |= {"plots": files, "software": software_versions()}
         write_json(aside / "summary.json", summary)
-    return Outcome({"folder": str(out), **summary}, _text(results, summary, out))
+    return Outcome({"folder": str(out), **summary}, _text(results, summary, out), held=not failed)
 
 
-def score_all(estimates: Mapping[str, Estimate], truth: Truth) -> tuple[list[dict[str, Any]], list[str]]:
-    """Rows of scores of all estimates, and a note on each that has none."""
-    rows, notes = [], []
+@dataclass(frozen=True)
+class Scores:
+    """Rows of scores, a note on each estimate that has none, and failures by ESTIMATE-SCORER."""
+
+    rows: list[dict[str, Any]]
+    notes: list[str]
+    failed: dict[str, PluginError]
+
+
+def score_all(estimates: Mapping[str, Estimate], truth: Truth) -> Scores:
+    """Scores of all estimates."""
+    found = Scores([], [], {})
     for name, estimate in estimates.items():
+        scores, problems = scores_and_problems(estimate, truth)
+        found.rows.extend(score_rows(name, scores))
+        for scorer, problem in problems.items():
+            if isinstance(problem, PluginError):
+                found.failed[f"{name}-{scorer}"] = problem
+            else:
+                found.notes.append(f"{name} has no score: {problem}")
+        if not scores and not problems:
+            found.notes.append(unscored(estimate))
+    return found
+
+
+def save_all(estimates: Estimates, folder: Path) -> None:
+    """Write each estimate; one that cannot be written, since it holds no numbers for example, becomes a failure."""
+    for name, estimate in list(estimates.given.items()):
         try:
-            scores = score(estimate, truth)
-        except InputError as error:
-            notes.append(f"{name} has no score: {error}")
-            continue
-        rows += score_rows(name, scores)
-        notes += [] if scores else [unscored(estimate)]
-    return rows, notes
+            with plugin_code(name, estimate):
+                estimate.save(folder / name)
+        except PluginError as failure:
+            del estimates.given[name]
+            estimates.failed[name] = failure
+
+
+def write_failures(failed: Mapping[str, PluginError], folder: Path) -> list[dict[str, str]]:
+    """Write the traceback of each failure; its name, line and file in the folder of results."""
+    for name, failure in failed.items():
+        (folder / "failures").mkdir(exist_ok=True)
+        (folder / "failures" / f"{name}.txt").write_text(failure.details, encoding="utf-8")
+    return [{"name": name, "message": str(one), "traceback": f"failures/{name}.txt"} for name, one in failed.items()]
 
 
 def sensor_estimates(measured: Measurements) -> dict[str, Estimate]:
@@ -90,7 +124,7 @@ def draw_all(results: Results, folder: Path) -> list[str]:
 
 def _text(results: Results, summary: Mapping[str, Any], out: Path) -> str:
     sensors = sensor_estimates(results.measured)
-    compared, _ = score_all(sensors, results.truth)
+    compared = score_all(sensors, results.truth).rows
     parts = [
         f"{results.name}: {results.description}",
         f"{summary['duration [s]']:g} s, {summary['distance [m]']:.0f} m, engine {summary['engine']}, "
@@ -104,7 +138,8 @@ def _text(results: Results, summary: Mapping[str, Any], out: Path) -> str:
         parts += ["", "Errors, where valid; sensors to compare with", score_table(rows)]
     parts += [f"Note: {note}" for note in summary["notes"]]
     parts += [f"{name} gave no estimate: {reason}" for name, reason in summary["refused"].items()]
-    if not summary["scores"] and not summary["notes"]:
+    parts += [f"FAILED: {one['message']}; traceback: {out / one['traceback']}" for one in summary["failed"]]
+    if not any(summary[key] for key in ("scores", "notes", "refused", "failed")):
         parts.append("No estimator fits the sensors of this scenario.")
     return "\n".join([*parts, "", f"Pictures, recording and estimates: {out}"])
 

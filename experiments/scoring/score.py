@@ -5,7 +5,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from estimators.interface import Estimate
+from experiments.reporting.failures import PluginError, plugin_code
 from experiments.scoring.interface import SCORERS, Scorer
+from railsim.errors import InputError
 from railsim.truth import TIME, Truth
 
 _KEY = re.compile(r"(?P<score>.+) \[(?P<unit>[^\]]*)\]")
@@ -24,12 +26,28 @@ def score(estimate: Estimate, truth: Truth) -> dict[str, float]:
     Raises
     ------
     InputError : a scorer cannot compare the estimate with this truth, for example as it lies outside it in time.
+    PluginError : a scorer fails.
     """
-    scores: dict[str, float] = {}
-    for scorer in scorers().values():
-        if scorer.columns_of(estimate) and not scorer.lacking(estimate):
-            scores |= scorer.score(estimate, truth)
+    scores, problems = scores_and_problems(estimate, truth)
+    for problem in problems.values():
+        raise problem
     return scores
+
+
+def scores_and_problems(
+    estimate: Estimate, truth: Truth
+) -> tuple[dict[str, float], dict[str, InputError | PluginError]]:
+    """Scores of all scorers that can compare the estimate with this truth, and by scorer why others cannot."""
+    scores: dict[str, float] = {}
+    problems: dict[str, InputError | PluginError] = {}
+    for name, scorer in scorers().items():
+        try:
+            with plugin_code(f"scorer '{name}' of '{estimate.name}'", scorer):
+                if scorer.columns_of(estimate) and not scorer.lacking(estimate):
+                    scores |= scorer.score(estimate, truth)
+        except (InputError, PluginError) as problem:
+            problems[name] = problem
+    return scores, problems
 
 
 def unscored(estimate: Estimate) -> str:

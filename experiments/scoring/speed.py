@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from estimators.interface import Estimate
+from experiments.reporting.failures import PluginError, plugin_code
 from experiments.reporting.units import KMH
 from experiments.scoring.interface import Scorer
 from railsim.analysis.statistics import root_mean_square
@@ -43,11 +44,11 @@ class SpeedScorer(Scorer):
 
 
 def all_speed_errors(estimates: Mapping[str, Estimate], truth: Truth) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """`speed_errors` of every estimate that has a speed over time and lies within the truth."""
+    """`speed_errors` of every estimate that has a speed over time that can be compared with the truth."""
     found = {}
     for name, estimate in estimates.items():
         if {SPEED, TIME} <= set(estimate.series.columns):
-            with suppress(InputError):
+            with suppress(InputError, PluginError), plugin_code(name, estimate):
                 found[name] = speed_errors(estimate, truth)
     return found
 

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from experiments.sweep.executors import Executor
 from experiments.sweep.plan import Plan, make_plan
 from experiments.sweep.settings import Sweep
-from experiments.sweep.store import TABLE, Store, open_store, write_throughput
+from experiments.sweep.store import TABLE, Store, open_store, write_throughput, write_tracebacks
 from experiments.sweep.table import assemble, table_bytes
 from experiments.sweep.task import Task
 from railsim.files import replace_file
@@ -30,13 +30,17 @@ class Interrupted(KeyboardInterrupt):
 
 @dataclass(frozen=True)
 class Done:
-    """A finished sweep: its table, what was done in this session, and whether repeated tasks gave the same rows."""
+    """A finished sweep: its table, what was done in this session, and whether repeated tasks gave the same rows.
+
+    tracebacks : of plug-ins that failed, by the message of their rows.
+    """
 
     table: pa.Table
     plan: Plan
     performed: int
     throughput: dict[str, Any] | None
     repeatable: bool
+    tracebacks: dict[str, str]
 
 
 def run_sweep(sweep: Sweep, folder: Path, executor: Callable[[Path], Executor]) -> Done:
@@ -75,7 +79,8 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Callable[[Path], Executor]) 
         content = table_bytes(table)
         if not (folder / TABLE).exists() or (folder / TABLE).read_bytes() != content:
             replace_file(folder / TABLE, content)
-    return Done(table, plan, len(left), throughput, repeatable)
+        tracebacks = write_tracebacks(folder, [result for result in results.values() if result is not None])
+    return Done(table, plan, len(left), throughput, repeatable, tracebacks)
 
 
 def _planned(sweep: Sweep) -> Plan:

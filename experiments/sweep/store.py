@@ -4,7 +4,7 @@ import fcntl
 import json
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,7 @@ from railsim.recording import software_versions
 
 FORMAT, FORMAT_VERSION = "railsim sweep", 1
 SETTINGS, TABLE, REPORT, RUNNING = "sweep.json", "table.parquet", "report.html", "running"
+FAILURES = "failures.txt"
 _TASKS, _LOCK = "tasks", ".lock"
 
 
@@ -108,6 +109,14 @@ def task_facts(folder: Path) -> list[dict[str, Any]]:
 def write_throughput(folder: Path, throughput: dict[str, Any]) -> None:
     """Keep what was measured of a session's speed beside the table."""
     write_json(folder / "throughput.json", throughput)
+
+
+def write_tracebacks(folder: Path, results: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Write the tracebacks of plug-ins that failed, one a message; return them by message."""
+    found = {message: text for one in results for message, text in one.get("tracebacks", {}).items()}
+    if found:
+        replace_file(folder / FAILURES, "\n\n".join(f"{key}\n\n{found[key]}" for key in sorted(found)).encode())
+    return found
 
 
 def _about(plan: Plan) -> dict[str, Any]:

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from estimators.interface import Estimator
-from experiments.scoring.score import score, score_rows, unscored
+from experiments.reporting.failures import PluginError, plugin_code
+from experiments.runs.estimation import estimated
+from experiments.scoring.score import score_rows, scores_and_problems, unscored
 from experiments.sweep.settings import SensorSet, Variant
 from railsim.cache import cache_folder
 from railsim.errors import InputError
@@ -22,9 +24,6 @@ from railsim.scenario import Scenario, digest_of
 from railsim.simulation import measure, run_digest, simulate
 from railsim.track.files import TRACKS, read_track
 from railsim.truth import TIME, Truth
-
-FAILURES = (ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RuntimeError, AssertionError)
-"""What a run or an estimator may raise without ending the sweep; a full disk or no memory ends it."""
 
 OK, FAILED, UNFIT = "ok", "failed", "does not fit"
 Row = list[Any]
@@ -86,30 +85,32 @@ def _perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any
 
     Returns
     -------
-    "rows" (see `Row`), and facts that are not part of the table: times, processor time, memory.
+    "rows" (see `Row`), and facts that are not part of the table: times, processor time, memory, tracebacks by message
+    of plug-ins that failed.
 
     Raises
     ------
     VersionError : this process would not make the run that was planned.
-    InputError : the truth cannot be written here (a full disk, for example).
+    InputError, OSError, MemoryError : of this machine (a full disk, for example), which ends the sweep.
     """
     began, used = time.time(), time.process_time()
     with tempfile.TemporaryDirectory(prefix="railsim-sweep-", dir=scratch) as aside:
         points = [(point, _scenario(task, point, Path(aside))) for point in task.points]
         if run_digest(points[0][1], task.engine) != task.run:
             raise VersionError("a worker has another version of railsim, numba, numpy or scipy; install the same")
+        simulated, tracebacks = 0.0, {}
         try:
-            truth = _truth(points[0][1], task, Path(aside), keep_truth)
-        except FAILURES as error:
-            _check_place(error)
-            rows = failed_rows(task, _message(error))
-            simulated = 0.0
+            with plugin_code("the run"):
+                truth = _truth(points[0][1], task, Path(aside), keep_truth)
+        except (InputError, PluginError) as error:
+            rows = failed_rows(task, _failure(error, tracebacks))
         else:
-            rows = _Maker(task, truth).rows(points)
-            simulated = truth.duration
+            maker = _Maker(task, truth)
+            rows, tracebacks, simulated = maker.rows(points), maker.tracebacks, truth.duration
         for row in rows:
             row[-1] = row[-1].replace(f"{aside}/", "")  # a line must not depend on where it was written
-    facts = {"simulated": simulated, "began": began, "ended": time.time(), "cpu": time.process_time() - used}
+    facts: dict[str, Any] = {"tracebacks": tracebacks} if tracebacks else {}
+    facts |= {"simulated": simulated, "began": began, "ended": time.time(), "cpu": time.process_time() - used}
     return {"rows": rows, **facts, "worker": _worker(), "rss": resident_bytes()}
 
 
@@ -183,6 +184,7 @@ class _Maker:
         self._task = task
         self._truth = _InMemory(truth)
         self._scores: dict[str, Any] = {}
+        self.tracebacks: dict[str, str] = {}
 
     def rows(self, points: list[tuple[PointTask, Scenario]]) -> list[Row]:
         """In the order of points, sensor sets, variants, seeds, scores."""
@@ -200,16 +202,17 @@ class _Maker:
     ) -> Iterator[tuple[tuple[int, int], list[Row]]]:
         count = len(self._task.variants)
         try:
-            whole = measure(self._truth, scenario, seed).measurements
-        except FAILURES as error:
+            with plugin_code("the measurement"):
+                whole = measure(self._truth, scenario, seed).measurements
+        except (InputError, PluginError) as error:
             for at in point.sets:
-                yield from (((at, which), [_failed(None, error)]) for which in range(count))
+                yield from (((at, which), [self._failed(None, error)]) for which in range(count))
             return
         for at in point.sets:
             try:
                 measured = restrict(whole, self._task.sets[at])
             except InputError as error:
-                yield from (((at, which), [_failed(None, error, UNFIT)]) for which in range(count))
+                yield from (((at, which), [self._failed(None, error, UNFIT)]) for which in range(count))
                 continue
             digest = recording_digest(measured)
             for which, variant in enumerate(self._task.variants):
@@ -224,18 +227,24 @@ class _Maker:
 
     def _estimated(self, estimator: Estimator, measured: Measurements, digest: str) -> list[Row]:
         try:
-            if not estimator.fits(measured):
+            with plugin_code(estimator.name, estimator):
+                fits = estimator.fits(measured)
+            if not fits:
                 return [[digest, None, None, None, UNFIT, why_unfit(estimator, measured)]]
-            estimate = estimator.estimate(measured)
-            scores = score(estimate, self._truth)
-        except FAILURES as error:
-            return [_failed(digest, error)]
+            estimate = estimated(estimator, measured)
+        except (InputError, PluginError) as error:
+            return [self._failed(digest, error)]
+        scores, problems = scores_and_problems(estimate, self._truth)
+        failed = [self._failed(digest, problem) for problem in problems.values()]
         if not scores:
-            return [[digest, None, None, None, OK, unscored(estimate)]]
+            return failed or [[digest, None, None, None, OK, unscored(estimate)]]
         return [
             [digest, row["score"], row["unit"], float(row["value"]) if np.isfinite(row["value"]) else None, OK, ""]
             for row in score_rows(estimator.name, scores)
-        ]
+        ] + failed
+
+    def _failed(self, digest: str | None, error: InputError | PluginError, status: str = FAILED) -> Row:
+        return [digest, None, None, None, status, _failure(error, self.tracebacks)]
 
 
 def why_unfit(estimator: Estimator, measured: Measurements) -> str:
@@ -274,20 +283,21 @@ def track_text(scenario: Scenario) -> tuple[str, str] | None:
     return path.name, path.read_text(encoding="utf-8-sig")
 
 
-def _check_place(error: BaseException) -> None:
-    """Raise again what speaks of this machine (a full disk), not of the run."""
-    if isinstance(error.__context__, OSError):
+def _failure(error: InputError | PluginError, tracebacks: dict[str, str]) -> str:
+    """The line of a failure; the traceback of a plug-in's goes to `tracebacks`.
+
+    What speaks of this machine (a full disk), not of the run, is raised again.
+    """
+    if isinstance(error.__context__, OSError) and not isinstance(error, PluginError):
         raise error
+    message = _message(error)
+    if isinstance(error, PluginError):
+        tracebacks.setdefault(message, error.details)
+    return message
 
 
-def _failed(digest: str | None, error: BaseException, status: str = FAILED) -> Row:
-    _check_place(error)
-    return [digest, None, None, None, status, _message(error)]
-
-
-def _message(error: BaseException) -> str:
-    text = " ".join(str(error).split())
-    return text if isinstance(error, InputError) else f"{type(error).__name__}: {text}"
+def _message(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def _worker() -> str:

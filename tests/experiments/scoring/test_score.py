@@ -92,9 +92,10 @@ def test_number_that_the_about_of_an_estimate_lacks_is_named():
 
 
 def test_run_keeps_the_scores_of_others_beside_an_estimate_that_has_none(truth: Truth):
-    rows, notes = score_all({"good": estimate(np.zeros(100)), "long": estimate(np.zeros(900)), "mine": UNKNOWN}, truth)
-    assert {row["estimator"] for row in rows} == {"good"}
-    assert [note.partition(" covers")[0] for note in notes] == ["long has no score: estimate 'mine'", unscored(UNKNOWN)]
+    found = score_all({"good": estimate(np.zeros(100)), "long": estimate(np.zeros(900)), "mine": UNKNOWN}, truth)
+    assert {row["estimator"] for row in found.rows} == {"good"}
+    notes = [note.partition(" covers")[0] for note in found.notes]
+    assert notes == ["long has no score: estimate 'mine'", unscored(UNKNOWN)]
 
 
 def test_every_scorer_names_the_columns_that_it_scores_and_no_other_does():
