@@ -118,16 +118,44 @@ def test_an_estimate_that_nothing_scores_is_a_note(
     assert "nothing scores column 'rate_pitch_bias [rad/s]'" in str(json.loads(capsys.readouterr().out)["notes"])
 
 
-def test_scenario_with_effect_sensor_vehicle_and_track_of_the_examples(call: Any, folder: Path, tmp_path: Path):
-    changes = ["vehicle=laden", "effects=[{kind: soft_primary, factor: 0.7}]"]
-    changes += ["sensors=[{kind: vibration_switch, name: bogie, body: bogie, rate: 256}]"]
-    made = call("simulate", "slow_curve", *SHORT, *changes, "--out", "recording")
-    assert made["channels"] == ["bogie.closed [-]"]
+def names(kind: str) -> list[str]:
+    """The examples of a kind."""
+    return [Path(name).stem for name in EXAMPLES if KINDS[Path(name).parent.as_posix()] == kind]
+
+
+def with_examples(vehicle: str) -> dict[str, Any]:
+    """Changes of a scenario that put the examples into it."""
+    gyro = {"kind": "gyro", "name": "bogie", "body": "bogie", "axes": ["pitch"], "rate": 256}
+    switches = [{"kind": kind, "name": "bogie", "body": "bogie", "rate": 256} for kind in names("sensors")]
+    effects = [{"kind": kind} for kind in names("effects")]
+    (track,) = names("tracks")
+    return {"track": track, "vehicle": vehicle, "effects": effects, "sensors": [gyro, *switches], "duration": 4}
+
+
+@pytest.mark.parametrize("vehicle", names("vehicles"))
+@pytest.mark.parametrize("scenario", names("scenarios"))
+def test_run_with_every_example_at_once(scenario: str, vehicle: str, call: Any, tmp_path: Path):
+    changes = [f"{key}={json.dumps(value)}" for key, value in with_examples(vehicle).items()]
+    run = call("run", scenario, "--engine", "compiled", "--set", *changes)
+    assert (run["notes"], run["refused"], run["failed"]) == ([], {}, [])
+    assert [row["estimator"] for row in run["scores"]] == names("estimators") == names("scorers")
+    recording = tmp_path / "results" / scenario / "recording"
+    was = "".join((recording / "truth" / name).read_text() for name in ("scenario.yaml", "track.csv"))
+    used = [*names("effects"), *names("sensors"), *(f"# track_data/{name}" for name in names("tracks")), vehicle]
+    assert [name for name in used if name not in was] == []
+    assert json.loads((recording / "about.json").read_text())["vehicle"]["name"] == vehicle
+
+
+def test_what_the_file_of_a_vehicle_leaves_to_its_base_is_told(call: Any, tmp_path: Path):
+    made = call("simulate", "slow_curve", *SHORT, "vehicle=laden", "--out", "recording")
+    assert made["channels"] == ["bogie.rate_pitch [rad/s]"]
     about = json.loads((tmp_path / "recording" / "about.json").read_text())
-    assert about["vehicle"]["name"] == "laden" and about["vehicle"]["body_mass"] == 19200.0
+    assert about["vehicle"]["body_mass"] == 19200.0
     assert about["assumptions"][0].startswith("vehicle 'laden': as of 'manchester': ")
-    assert "soft_primary" in (tmp_path / "recording" / "truth" / "scenario.yaml").read_text()
-    (track,) = [Path(name).stem for name in EXAMPLES if name.startswith("track_data")]
+
+
+def test_track_of_the_example_is_inspected(call: Any):
+    (track,) = names("tracks")
     assert call("inspect", track)["inspected"][0]["kind"] == "track"
 
 
@@ -137,17 +165,18 @@ def test_figure_of_the_example(call: Any):
     assert [claim["held"] for claim in made["claims"]] == [True]
 
 
-def test_sweep_in_processes_that_find_the_examples(call: Any, tmp_path: Path):
-    (tmp_path / "sweep.yaml").write_text(
-        "scenario: slow_curve\n"
-        "set: {duration: 6, effects: [{kind: soft_primary, factor: 0.7}]}\n"
-        "design: {kind: grid, keys: {vehicle: [loaded, laden]}}\n"
-        "estimators: [pitch_bias]\n"
-    )
+@pytest.mark.parametrize("scenario", names("scenarios"))
+def test_sweep_in_processes_with_every_example_at_once(scenario: str, call: Any, tmp_path: Path):
+    changes = with_examples("manchester")
+    del changes["vehicle"]
+    design = {"kind": "grid", "keys": {"vehicle": names("vehicles")}}
+    sweep = {"scenario": scenario, "set": changes, "design": design, "estimators": names("estimators")}
+    (tmp_path / "sweep.yaml").write_text(json.dumps(sweep))
     call("sweep", "sweep.yaml", "--out", "out", "--jobs", "1")
     table = pd.read_parquet(tmp_path / "out" / "table.parquet")
     assert set(table["status"]) == {"ok"}, table["message"].tolist()
-    assert set(table["vehicle"]) == {"loaded", "laden"}
+    assert set(table["vehicle"]) == set(names("vehicles"))
+    assert set(table["estimator"]) == set(names("estimators"))
     assert set(table["score"]) == {"bias over true pitch rate, rms"}
 
 
