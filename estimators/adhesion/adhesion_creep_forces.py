@@ -69,19 +69,19 @@ class AdhesionCreepForces(CreepForceEstimator, frozen=True):
         """Forces over time, high-passed like every channel; NaN until the filter has settled."""
         self.need(measurements)
         health = self.health(measurements)
-        found = self.forces(measurements, health)
-        return Estimate(self.name, force_table(found), self.about_forces(measurements, health, found))
+        forces = self.forces(measurements, health)
+        return Estimate(self.name, force_table(forces), self.about_forces(measurements, health, forces))
 
-    def about_forces(self, measurements: Measurements, health: Health, found: Forces) -> dict[str, object]:
+    def about_forces(self, measurements: Measurements, health: Health, forces: Forces) -> dict[str, object]:
         """Settings, densities of the estimates, and what was left out."""
-        complete = has_all(measurements, found.record.names + _rolls(measurements, health), ("wheelset1", "wheelset2"))
+        complete = has_all(measurements, forces.record.names + _rolls(measurements, health), ("wheelset1", "wheelset2"))
         warnings = health.warnings()
         if not complete:
             warnings.append("no full set of wheelset sensors: single wheelsets' forces are known by their sums only")
         return {
             "settings": self.model_dump(mode="json"),
-            "channels": list(found.record.names),
-            "densities": force_spectra(found),
+            "channels": list(forces.record.names),
+            "densities": force_spectra(forces),
             "left_out": health.left_out,
             "warnings": warnings,
         }
@@ -91,12 +91,12 @@ def _rolls(measurements: Measurements, health: Health) -> tuple[str, ...]:
     return tuple(name for name in used_channels(measurements, ROLL_BODIES) if name in health.good)
 
 
-def force_table(found: Forces) -> pd.DataFrame:
+def force_table(forces: Forces) -> pd.DataFrame:
     """Columns of the estimate: forces, moments and creepages, each with its standard deviation."""
-    settled = (found.time >= found.time[0] + SETTLE) & np.isfinite(found.signals).all(axis=1)
-    table = {"time [s]": found.time}
+    settled = (forces.time >= forces.time[0] + SETTLE) & np.isfinite(forces.signals).all(axis=1)
+    table = {"time [s]": forces.time}
     for index, name in enumerate(FORCE_NAMES + MOTIONS[:2]):
         bare, _, unit = name.partition(" [")
-        table[name] = np.where(settled, found.signals[:, index], np.nan)
-        table[f"{bare}_std [{unit}"] = np.where(settled, found.spread[:, index], np.nan)
+        table[name] = np.where(settled, forces.signals[:, index], np.nan)
+        table[f"{bare}_std [{unit}"] = np.where(settled, forces.spread[:, index], np.nan)
     return pd.DataFrame(table | {"valid [-]": settled.astype(float)})

@@ -52,7 +52,7 @@ class AdhesionCreepForcesProfile(CreepForceEstimator, frozen=True):
         level = AdhesionLevel(corner=self.corner, speed_source=self.speed_source).estimate(measurements)
         record = read(measurements, ROLL_BODIES, health.good, self.corner, self.speed_source)
         slope, known = _slope(level.series, record.time)
-        found, spread = self._filtered(record, parameters(measurements.vehicle), slope)
+        forces, spread = self._filtered(record, parameters(measurements.vehicle), slope)
         warnings = health.warnings()
         if not known:
             warnings.append(f"no window gave a creep slope: {MIDDLE:g} of Kalker's was taken")
@@ -62,7 +62,7 @@ class AdhesionCreepForcesProfile(CreepForceEstimator, frozen=True):
             "left_out": health.left_out,
             "warnings": warnings,
         }
-        return Estimate(self.name, _table(record, found, spread, slope), about)
+        return Estimate(self.name, _table(record, forces, spread, slope), about)
 
     def _filtered(self, record: LateralRecord, p: dict[str, float], slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Creep forces and moments, gravity's forces, their deviations, (n, 6) each."""
@@ -73,7 +73,7 @@ class AdhesionCreepForcesProfile(CreepForceEstimator, frozen=True):
             given = float(np.exp(FINE * speed)), float(np.exp(FINE * share))
             return with_law(p, RATE, *given, self.track_level, self.corner, shaping)
 
-        found, spread = np.full((2, len(record.time), 6), np.nan)
+        forces, spread = np.full((2, len(record.time), 6), np.nan)
         driving = shifted(record.inputs)
         x = P = None
         for block in _blocks(len(record.time)):
@@ -99,8 +99,8 @@ class AdhesionCreepForcesProfile(CreepForceEstimator, frozen=True):
                 record.samples[block],
                 contact.rows,
             )
-            found[block], spread[block] = values + record.inputs[block] @ contact.inputs.T, deviations
-        return found, spread
+            forces[block], spread[block] = values + record.inputs[block] @ contact.inputs.T, deviations
+        return forces, spread
 
 
 def _blocks(count: int) -> Sequence[slice]:
@@ -117,12 +117,12 @@ def _slope(series: pd.DataFrame, time: np.ndarray) -> tuple[np.ndarray, bool]:
     return np.exp(np.interp(time, series["time [s]"].to_numpy(float)[good], np.log(given[good]))), True
 
 
-def _table(record: LateralRecord, found: np.ndarray, spread: np.ndarray, slope: np.ndarray) -> pd.DataFrame:
+def _table(record: LateralRecord, forces: np.ndarray, spread: np.ndarray, slope: np.ndarray) -> pd.DataFrame:
     """Columns of the estimate: creep forces and moments, gravity's forces, each with its standard deviation."""
-    settled = (record.time >= record.time[0] + SETTLE) & np.isfinite(found).all(axis=1)
+    settled = (record.time >= record.time[0] + SETTLE) & np.isfinite(forces).all(axis=1)
     table = {"time [s]": record.time}
     for index, name in enumerate(FORCE_NAMES + GRAVITY_NAMES):
         bare, _, unit = name.partition(" [")
-        table[name] = np.where(settled, found[:, index], np.nan)
+        table[name] = np.where(settled, forces[:, index], np.nan)
         table[f"{bare}_std [{unit}"] = np.where(settled, spread[:, index], np.nan)
     return pd.DataFrame(table | {"creep_slope [-]": slope, "valid [-]": settled.astype(float)})

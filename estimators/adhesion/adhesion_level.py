@@ -44,14 +44,14 @@ class AdhesionLevel(CreepForceEstimator, frozen=True):
         health = self.health(measurements)
         names = [name for name in used_channels(measurements, SETS["wheelsets"]) if name in health.good]
         warnings = health.warnings()
-        found = {}
+        by_sensors = {}
         if has_all(measurements, names, WHEELSETS):
-            found["wheelsets"] = self._judged(measurements, health, "wheelsets")
+            by_sensors["wheelsets"] = self._judged(measurements, health, "wheelsets")
         else:
             warnings.append("no full set of wheelset sensors: adhesion goes by the sensors of bogie and body")
-        if "wheelsets" not in found or not np.isfinite(found["wheelsets"][0]["creep_slope [-]"]).all():
-            found["bogie"] = self._judged(measurements, health, "bogie")
-        table, changes = _merged(found)
+        if "wheelsets" not in by_sensors or not np.isfinite(by_sensors["wheelsets"][0]["creep_slope [-]"]).all():
+            by_sensors["bogie"] = self._judged(measurements, health, "bogie")
+        table, changes = _merged(by_sensors)
         return Estimate(self.name, table, self._about(table, changes, health, warnings))
 
     def _judged(self, measurements: Measurements, health: Health, kind: str) -> tuple[pd.DataFrame, list[Change]]:
@@ -83,40 +83,40 @@ def judge(forces: Forces, kind: str, window: float, hop: float, by: Classifier, 
     """Windows of one length: probabilities, creep slope, whether they count; none does if the set is not `complete`."""
     skipped = round(SETTLE * RATE)
     signals, used = forces.signals[skipped:], np.isfinite(forces.record.samples[skipped:])
-    places = windows(len(signals), window, hop)
-    speed = np.array([np.mean(forces.record.speed[skipped:][place]) for place in places])
+    spans = windows(len(signals), window, hop)
+    speed = np.array([np.mean(forces.record.speed[skipped:][span]) for span in spans])
     low, high = by.speeds
     good = (speed >= low * (1.0 - BEYOND)) & (speed <= high * (1.0 + BEYOND)) & complete
-    good &= np.array([bool((used[place].mean(axis=0) >= 1.0 - LEFT_OUT).all()) for place in places], dtype=bool)
-    chosen = [place for place, valid in zip(places, good, strict=True) if valid]
-    rows = np.full((len(places), len(LEVELS) + 3), np.nan)
+    good &= np.array([bool((used[span].mean(axis=0) >= 1.0 - LEFT_OUT).all()) for span in spans], dtype=bool)
+    chosen = [span for span, valid in zip(spans, good, strict=True) if valid]
+    rows = np.full((len(spans), len(LEVELS) + 3), np.nan)
     if chosen:
-        table = np.stack([features(signals[place], kind, window) for place in chosen])
+        table = np.stack([features(signals[span], kind, window) for span in chosen])
         slope = by.creep_slope(table, speed[good])
         rows[good] = np.column_stack(
             [by.probabilities(table, speed[good]), slope, slope * by.slope_std, by.distance(table) / by.farthest]
         )
-    time = np.array([forces.time[skipped:][place].mean() for place in places])
+    time = np.array([forces.time[skipped:][span].mean() for span in spans])
     names = [*COLUMNS, "creep_slope [-]", "creep_slope_std [-]", "unlike_calibration [-]"]
     return pd.DataFrame({"time [s]": time, **dict(zip(names, rows.T, strict=True)), "valid [-]": good.astype(float)})
 
 
-def _merged(found: dict[str, tuple[pd.DataFrame, list[Change]]]) -> tuple[pd.DataFrame, list[Change]]:
+def _merged(by_sensors: dict[str, tuple[pd.DataFrame, list[Change]]]) -> tuple[pd.DataFrame, list[Change]]:
     """The better set where it counts, the other one elsewhere; changes of the set that counts at their time."""
-    if "wheelsets" not in found:
-        table, changes = found["bogie"]
+    if "wheelsets" not in by_sensors:
+        table, changes = by_sensors["bogie"]
         return table.assign(**{"wheelset_sensors [-]": 0.0}), changes
-    table, changes = found["wheelsets"]
+    table, changes = by_sensors["wheelsets"]
     table = table.assign(**{"wheelset_sensors [-]": 1.0})
-    if "bogie" not in found:
+    if "bogie" not in by_sensors:
         return table, changes
-    other = found["bogie"][0].assign(**{"wheelset_sensors [-]": 0.0})
+    other = by_sensors["bogie"][0].assign(**{"wheelset_sensors [-]": 0.0})
     count = min(len(table), len(other))
     table, other = table.iloc[:count].reset_index(drop=True), other.iloc[:count].reset_index(drop=True)
     full = table["valid [-]"].to_numpy() > 0.5
     merged = other.where(~pd.Series(full), table)
     share = float(np.mean(full))
-    return merged, changes if share > 0.5 else found["bogie"][1]
+    return merged, changes if share > 0.5 else by_sensors["bogie"][1]
 
 
 def _values(table: pd.DataFrame) -> np.ndarray:

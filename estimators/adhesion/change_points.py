@@ -28,16 +28,16 @@ def find_changes(long: np.ndarray, short: np.ndarray, window: float) -> list[Cha
     long, short : windows that count: time of the middle, s, then the probabilities of `LEVELS`, (n, 5).
     window : length of the long windows, s.
     """
-    found = []
+    changes = []
     for (_, last, before), (first, _, after) in pairwise(_stretches(long, window)):
         start, end = last - window / 2.0, first + window / 2.0
         inside = short[(short[:, 0] >= start) & (short[:, 0] <= end)]
         if len(inside) < 2:
-            found.append(Change((last + first) / 2.0, (first - last) / 2.0, LEVELS[before], LEVELS[after]))
+            changes.append(Change((last + first) / 2.0, (first - last) / 2.0, LEVELS[before], LEVELS[after]))
             continue
-        place, spread = _place(inside, before, after)
-        found.append(Change(place, spread, LEVELS[before], LEVELS[after]))
-    return found
+        time, spread = _change_time(inside, before, after)
+        changes.append(Change(time, spread, LEVELS[before], LEVELS[after]))
+    return changes
 
 
 def _stretches(long: np.ndarray, window: float) -> list[tuple[float, float, int]]:
@@ -46,21 +46,21 @@ def _stretches(long: np.ndarray, window: float) -> list[tuple[float, float, int]
         return []
     level = long[:, 1:].argmax(axis=1)
     edges = [0, *(np.flatnonzero(np.diff(level)) + 1), len(level)]
-    found: list[tuple[float, float, int]] = []
+    stretches: list[tuple[float, float, int]] = []
     for first, after in pairwise(edges):
-        start, end, one = float(long[first, 0]), float(long[after - 1, 0]), int(level[first])
+        start, end, state = float(long[first, 0]), float(long[after - 1, 0]), int(level[first])
         if end - start < STAY * window and first > 0 and after < len(level):
             continue
-        if found and found[-1][2] == one:
-            start = found.pop()[0]
-        found.append((start, end, one))
-    return _without_passages(found, window)
+        if stretches and stretches[-1][2] == state:
+            start = stretches.pop()[0]
+        stretches.append((start, end, state))
+    return _without_passages(stretches, window)
 
 
-def _without_passages(found: list[tuple[float, float, int]], window: float) -> list[tuple[float, float, int]]:
+def _without_passages(stretches: list[tuple[float, float, int]], window: float) -> list[tuple[float, float, int]]:
     """A level between two others that lasts no longer than a window which holds both is none of its own."""
-    kept = list(found)
-    for number in range(len(found) - 2, 0, -1):
+    kept = list(stretches)
+    for number in range(len(stretches) - 2, 0, -1):
         start, end, level = kept[number]
         neighbours = sorted((kept[number - 1][2], kept[number + 1][2]))
         if end - start < window and neighbours[0] < level < neighbours[1]:
@@ -68,17 +68,17 @@ def _without_passages(found: list[tuple[float, float, int]], window: float) -> l
     return kept
 
 
-def _place(inside: np.ndarray, before: int, after: int) -> tuple[float, float]:
+def _change_time(inside: np.ndarray, before: int, after: int) -> tuple[float, float]:
     """Time at which the short windows change sides, and its spread: a level each on both sides, likelihoods tempered by
     the overlap of the windows.
     """
     odds = np.log(np.maximum(inside[:, 1 + before], FLOOR)) - np.log(np.maximum(inside[:, 1 + after], FLOOR))
     total = np.concatenate([[0.0], np.cumsum(odds)])
     step = float(np.median(np.diff(inside[:, 0])))
-    places = np.concatenate(
+    times = np.concatenate(
         [[inside[0, 0] - step / 2.0], (inside[1:, 0] + inside[:-1, 0]) / 2.0, [inside[-1, 0] + step / 2]]
     )
     weight = np.exp((total - total.max()) * min(1.0, step / 4.0))
     weight /= weight.sum()
-    mean = float(np.sum(weight * places))
-    return mean, float(np.sqrt(np.sum(weight * (places - mean) ** 2) + step**2 / 12.0))
+    mean = float(np.sum(weight * times))
+    return mean, float(np.sqrt(np.sum(weight * (times - mean) ** 2) + step**2 / 12.0))

@@ -157,14 +157,14 @@ def _resampled(measurements: Measurements, name: str, good: Good, time: np.ndarr
     if step < 0.75 / RATE:  # mean over a cell of the grid, against aliasing
         total = np.concatenate([[0.0], np.cumsum((filled[1:] + filled[:-1]) / 2 * np.diff(own))])
         half = 0.5 / RATE
-        found = (np.interp(time + half, own, total) - np.interp(time - half, own, total)) * RATE
+        resampled = (np.interp(time + half, own, total) - np.interp(time - half, own, total)) * RATE
     else:
-        found = np.interp(time, own, filled)
+        resampled = np.interp(time, own, filled)
     apart = np.diff(own[trusted], prepend=own[trusted][0])
     late = np.searchsorted(own[trusted], time).clip(1, len(apart) - 1)
     longest = max(2.5 * step, 1.5 / RATE)
     lost = (apart[late] > longest) | (time < own[trusted][0] - LONGEST_STEP) | (time > own[trusted][-1] + LONGEST_STEP)
-    return np.where(lost, np.nan, found)
+    return np.where(lost, np.nan, resampled)
 
 
 def _filtered(
@@ -188,7 +188,7 @@ def _rolls(
     corner: float,
 ) -> tuple[np.ndarray, dict[str, bool]]:
     """Rolls and roll rates of all bodies (n, 8), where a body's own is lost the bogie's, and who has a gyro at all."""
-    found = np.zeros((len(time), 2 * len(ROLL_BODIES)))
+    rolls = np.zeros((len(time), 2 * len(ROLL_BODIES)))
     known = {}
     spare = np.zeros((len(time), 2))
     for body in sorted(ROLL_BODIES, key=lambda one: one != "bogie"):
@@ -200,9 +200,9 @@ def _rolls(
         known[body] = bool(np.isfinite(values).any())
         values = np.where(np.isfinite(values), values, spare if body != "bogie" else 0.0)
         spare = values if body == "bogie" else spare
-        place = ROLL_BODIES.index(body)
-        found[:, place], found[:, len(ROLL_BODIES) + place] = values[:, 0], values[:, 1]
-    return found, known
+        column = ROLL_BODIES.index(body)
+        rolls[:, column], rolls[:, len(ROLL_BODIES) + column] = values[:, 0], values[:, 1]
+    return rolls, known
 
 
 def _on(measurements: Measurements, names: Sequence[str], body: str, quantity: str) -> list[str]:

@@ -85,7 +85,7 @@ def find_forces(
     model = floating(p, RATE, shaping)
     record = read(measurements, bodies, good, corner, source)
     H, D = record.observation(model)
-    found, spread = run_filter(
+    filtered, spread = run_filter(
         np.ascontiguousarray(model.A),
         np.ascontiguousarray(model.Q),
         np.ascontiguousarray(model.B),
@@ -99,7 +99,7 @@ def find_forces(
         record.samples,
         _rows(model),
     )
-    return Forces(record, *_signals(found, spread, record, model, p), p)
+    return Forces(record, *_signals(filtered, spread, record, model, p), p)
 
 
 def _rows(model: Floating) -> np.ndarray:
@@ -117,16 +117,16 @@ def _rows(model: Floating) -> np.ndarray:
 
 
 def _signals(
-    found: np.ndarray, spread: np.ndarray, record: LateralRecord, model: Floating, p: dict[str, float]
+    filtered: np.ndarray, spread: np.ndarray, record: LateralRecord, model: Floating, p: dict[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """`SIGNALS` from the rows; creepage (y' + r phi') / V - psi, its spread as if y' and psi were independent."""
     speed = record.speed[:, None]
     rolling = record.inputs[:, [len(ROLL_BODIES) + ROLL_BODIES.index(one) for one in WHEELSETS]]
-    creepage = (found[:, 4:6] + p["wheel_radius"] * rolling) / speed - found[:, 6:8]
+    creepage = (filtered[:, 4:6] + p["wheel_radius"] * rolling) / speed - filtered[:, 6:8]
     creepage_spread = np.hypot(spread[:, 4:6] / speed, spread[:, 6:8])
-    found[:, 10] += record.inputs @ model.acceleration_input[BOGIE]
-    found[:, 12] += record.inputs @ model.acceleration_input[BODY]
-    signals = np.hstack([found[:, :4], creepage, found[:, 8:]])
+    filtered[:, 10] += record.inputs @ model.acceleration_input[BOGIE]
+    filtered[:, 12] += record.inputs @ model.acceleration_input[BODY]
+    signals = np.hstack([filtered[:, :4], creepage, filtered[:, 8:]])
     return signals, np.hstack([spread[:, :4], creepage_spread, spread[:, 8:]])
 
 

@@ -140,12 +140,12 @@ def _discretised(
     spread[ERRORS] = [shaping.force, shaping.moment] * 2
     spread[SECONDARY] = shaping.secondary
     start = np.diag(spread**2)
-    for place in [*range(ERRORS.start, ERRORS.stop), SECONDARY]:
-        time = shaping.time if place != SECONDARY else shaping.secondary_time
-        drive[place, place] = 2.0 / time * spread[place] ** 2
+    for state in [*range(ERRORS.start, ERRORS.stop), SECONDARY]:
+        time = shaping.time if state != SECONDARY else shaping.secondary_time
+        drive[state, state] = 2.0 / time * spread[state] ** 2
     rails = TrackSpectrum(level * ERRI_LATERAL.amplitude, 0, (2.0 * np.pi * corner / speed, WC))
-    for place in RAILS:
-        both = slice(place, place + 2)
+    for state in RAILS:
+        both = slice(state, state + 2)
         continuous[both, both] = rails.matrix * speed
         drive[both, both] = rails.intensity * speed
         start[both, both] = rails.stationary()

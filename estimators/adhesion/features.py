@@ -46,13 +46,13 @@ LEAST = 1e-30  # added to densities, so that a signal of zeros has a logarithm
 
 def names(sensors: str, window: float) -> list[str]:
     """What each feature is."""
-    found = []
+    labels = []
     for low, high in _bands(window):
         band = f"{low:g} to {high:g} Hz"
-        found += [f"log density of {SIGNALS[i]}, {band}" for i in _POWERS[sensors]]
+        labels += [f"log density of {SIGNALS[i]}, {band}" for i in _POWERS[sensors]]
         for i, j in _PAIRS[sensors]:
-            found += [f"{part} coherence of {SIGNALS[i]} and {SIGNALS[j]}, {band}" for part in ("real", "imaginary")]
-    return found
+            labels += [f"{part} coherence of {SIGNALS[i]} and {SIGNALS[j]}, {band}" for part in ("real", "imaginary")]
+    return labels
 
 
 def features(signals: np.ndarray, sensors: str, window: float) -> np.ndarray:
@@ -63,15 +63,15 @@ def features(signals: np.ndarray, sensors: str, window: float) -> np.ndarray:
     signals : by the order of `SIGNALS`, (window * 256, 11). sensors : key of `SETS`. window : s, key of `BANDS`.
     """
     frequency, density = spectra(signals, SEGMENT[window])
-    found: list[float] = []
+    values: list[float] = []
     for low, high in _bands(window):
         band = density[(frequency >= low) & (frequency < high)].mean(axis=0)
         power = np.real(np.diag(band)) + LEAST
-        found += [float(np.log(power[i])) for i in _POWERS[sensors]]
+        values += [float(np.log(power[i])) for i in _POWERS[sensors]]
         for i, j in _PAIRS[sensors]:
             coherence = band[i, j] / np.sqrt(power[i] * power[j])
-            found += [float(coherence.real), float(coherence.imag)]
-    return np.array(found)
+            values += [float(coherence.real), float(coherence.imag)]
+    return np.array(values)
 
 
 def windows(count: int, window: float, hop: float) -> list[slice]:

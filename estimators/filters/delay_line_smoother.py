@@ -27,7 +27,7 @@ class Steps(NamedTuple):
     column : index in the state of each column of F, shape (columns,).
     parts : index in the state of each measured output, of its bias and of its two tilts, shape (m, 4).
     unsettled : variance added to the vehicle's states where its motion is not known (standstill), shape (rows,).
-    lines : how many quantities the track has; the last of the top are their values now.
+    quantities : how many quantities the track has; the last of the top are their values now.
     """
 
     F: np.ndarray
@@ -35,22 +35,22 @@ class Steps(NamedTuple):
     column: np.ndarray
     parts: np.ndarray
     unsettled: np.ndarray
-    lines: int
+    quantities: int
 
 
 @inlined
-def _interpolate(table, place, out):
+def _interpolate(table, index, out):
     """out = the table at a fractional index."""
-    low = min(int(place), table.shape[0] - 1)
+    low = min(int(index), table.shape[0] - 1)
     high = min(low + 1, table.shape[0] - 1)
-    share = place - low
+    share = index - low
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             out[i, j] = table[low, i, j] + share * (table[high, i, j] - table[low, i, j])
 
 
 @inlined
-def _predict(P, F, Q, column, lines, A, new):
+def _predict(P, F, Q, column, quantities, A, new):
     """new = F P F' + Q with the lines moved on; A is scratch of shape (rows, states)."""
     rows, columns = F.shape
     states = P.shape[0]
@@ -71,22 +71,22 @@ def _predict(P, F, Q, column, lines, A, new):
             new[i, j] = new[j, i] = total
     for i in range(rows):
         for j in range(rows, states):
-            new[i, j] = new[j, i] = A[i, j - lines]
+            new[i, j] = new[j, i] = A[i, j - quantities]
     for i in range(rows, states):
         for j in range(rows, states):
-            new[i, j] = P[i - lines, j - lines]
+            new[i, j] = P[i - quantities, j - quantities]
 
 
 @allocating
-def forward(steps, place, measured, R, turning, settled, x, P):
+def forward(steps, index, measured, R, tilt_factors, settled, x, P):
     """Kalman filter from (x, P), which are overwritten.
 
     Parameters
     ----------
-    place : fractional index of each step's speed in the tables, shape (n,).
+    index : fractional index of each step's speed in the tables, shape (n,).
     measured : shape (n, m), NaN where there is nothing.
     R : variances, shape (n, m).
-    turning : factors of the tilts in each measurement, shape (n, m, 2).
+    tilt_factors : factors of the tilts in each measurement, shape (n, m, 2).
     settled : False where the vehicle's motion is unknown, shape (n,).
 
     Returns
@@ -97,40 +97,50 @@ def forward(steps, place, measured, R, turning, settled, x, P):
     count, m = measured.shape
     states = len(x)
     rows, columns = steps.F.shape[1:]
-    lines = steps.lines
-    mean, beside = np.empty((count, lines)), np.empty((count, lines, states))
+    quantities = steps.quantities
+    mean, beside = np.empty((count, quantities)), np.empty((count, quantities, states))
     gains, innovations, variances = np.zeros((count, m, states)), np.zeros((count, m)), np.zeros((count, m))
     F, Q, A, new = np.empty((rows, columns)), np.empty((rows, rows)), np.empty((rows, states)), np.empty_like(P)
     top = np.empty(rows)
     likelihood = 0.0
     for k in range(count):
         if k > 0:
-            _interpolate(steps.F, place[k], F)
-            _interpolate(steps.Q, place[k], Q)
+            _interpolate(steps.F, index[k], F)
+            _interpolate(steps.Q, index[k], Q)
             for i in range(rows):
                 top[i] = 0.0
                 for c in range(columns):
                     top[i] += F[i, c] * x[steps.column[c]]
             for i in range(states - 1, rows - 1, -1):
-                x[i] = x[i - lines]
+                x[i] = x[i - quantities]
             x[:rows] = top
-            _predict(P, F, Q, steps.column, lines, A, new)
+            _predict(P, F, Q, steps.column, quantities, A, new)
             P, new = new, P
             if not settled[k]:
                 for i in range(rows):
                     P[i, i] += steps.unsettled[i]
-        for i in range(lines):
-            mean[k, i] = x[rows - lines + i]
-            beside[k, i] = P[rows - lines + i]
+        for i in range(quantities):
+            mean[k, i] = x[rows - quantities + i]
+            beside[k, i] = P[rows - quantities + i]
         for j in range(m):
             if np.isfinite(measured[k, j]):
-                one, two, three, four = steps.parts[j]
-                turn, lean = turning[k, j]
-                error = measured[k, j] - x[one] - x[two] - turn * x[three] - lean * x[four]
+                output, bias, first_tilt, second_tilt = steps.parts[j]
+                first_factor, second_factor = tilt_factors[k, j]
+                error = (
+                    measured[k, j] - x[output] - x[bias] - first_factor * x[first_tilt] - second_factor * x[second_tilt]
+                )
                 gain = gains[k, j]
                 for i in range(states):
-                    gain[i] = P[one, i] + P[two, i] + turn * P[three, i] + lean * P[four, i]
-                S = gain[one] + gain[two] + turn * gain[three] + lean * gain[four] + R[k, j]
+                    gain[i] = (
+                        P[output, i] + P[bias, i] + first_factor * P[first_tilt, i] + second_factor * P[second_tilt, i]
+                    )
+                S = (
+                    gain[output]
+                    + gain[bias]
+                    + first_factor * gain[first_tilt]
+                    + second_factor * gain[second_tilt]
+                    + R[k, j]
+                )
                 correct(x, P, gain, S, error)
                 innovations[k, j], variances[k, j] = error, S
                 likelihood -= 0.5 * (np.log(S) + error * error / S)
@@ -138,13 +148,13 @@ def forward(steps, place, measured, R, turning, settled, x, P):
 
 
 @allocating
-def backward(steps, place, turning, filtered):
+def backward(steps, index, tilt_factors, filtered):
     """Smoothed mean and variance of the track, shapes (n, lines), from what `forward` returned."""
     mean, beside, gains, innovations, variances, _ = filtered
-    count, lines, states = beside.shape
+    count, quantities, states = beside.shape
     m = gains.shape[1]
     rows, columns = steps.F.shape[1:]
-    smoothed, spread = np.empty((count, lines)), np.empty((count, lines))
+    smoothed, spread = np.empty((count, quantities)), np.empty((count, quantities))
     adjoint, L, new, A = (
         np.zeros(states),
         np.zeros((states, states)),
@@ -155,10 +165,10 @@ def backward(steps, place, turning, filtered):
     for k in range(count - 1, -1, -1):
         for j in range(m - 1, -1, -1):
             if variances[k, j] > 0.0:
-                weight = (1.0, 1.0, turning[k, j, 0], turning[k, j, 1])
+                weight = (1.0, 1.0, tilt_factors[k, j, 0], tilt_factors[k, j, 1])
                 _absorb(adjoint, L, gains[k, j], steps.parts[j], weight, innovations[k, j], variances[k, j], back)
-        for line in range(lines):
-            total, shrink = mean[k, line], beside[k, line, rows - lines + line]
+        for line in range(quantities):
+            total, shrink = mean[k, line], beside[k, line, rows - quantities + line]
             for i in range(states):
                 total -= beside[k, line, i] * adjoint[i]
                 part = 0.0
@@ -167,8 +177,8 @@ def backward(steps, place, turning, filtered):
                 shrink -= beside[k, line, i] * part
             smoothed[k, line], spread[k, line] = total, shrink
         if k > 0:
-            _interpolate(steps.F, place[k], F)
-            _transpose(adjoint, L, F, steps.column, lines, A, moved, new)
+            _interpolate(steps.F, index[k], F)
+            _transpose(adjoint, L, F, steps.column, quantities, A, moved, new)
             adjoint[:] = moved
             L, new = new, L
     return smoothed, spread
@@ -197,22 +207,24 @@ def _absorb(adjoint, L, gain, which, weight, error, S, back):
 
 
 @inlined
-def _transpose(adjoint, L, F, column, lines, A, moved, new):
+def _transpose(adjoint, L, F, column, quantities, A, moved, new):
     """moved = F' adjoint, new = F' L F for the whole transition; A is scratch of shape (rows, states)."""
     rows, columns = F.shape
     states = len(adjoint)
     for i in range(states):
-        inside = rows - lines <= i < states - lines
-        moved[i] = adjoint[i + lines] if inside else 0.0
+        inside = rows - quantities <= i < states - quantities
+        moved[i] = adjoint[i + quantities] if inside else 0.0
         for j in range(states):
-            new[i, j] = L[i + lines, j + lines] if inside and rows - lines <= j < states - lines else 0.0
+            new[i, j] = (
+                L[i + quantities, j + quantities] if inside and rows - quantities <= j < states - quantities else 0.0
+            )
     for c in range(columns):
         at = column[c]
         for i in range(rows):
             moved[at] += F[i, c] * adjoint[i]
     for i in range(rows):  # A = (L F) rows of the top, in columns of the old state
         for j in range(states):
-            A[i, j] = L[i, j + lines] if rows - lines <= j < states - lines else 0.0
+            A[i, j] = L[i, j + quantities] if rows - quantities <= j < states - quantities else 0.0
         for c in range(columns):
             total = 0.0
             for r in range(rows):
@@ -225,9 +237,9 @@ def _transpose(adjoint, L, F, column, lines, A, moved, new):
             if factor != 0.0:
                 for j in range(states):
                     new[at, j] += factor * A[i, j]
-    for i in range(rows - lines, states - lines):
+    for i in range(rows - quantities, states - quantities):
         for c in range(columns):
             total = 0.0
             for r in range(rows):
-                total += L[i + lines, r] * F[r, c]
+                total += L[i + quantities, r] * F[r, c]
             new[i, column[c]] += total

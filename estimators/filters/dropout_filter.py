@@ -25,7 +25,7 @@ def run_filter(A, Q, B, H, D, R, x, P, driving, inputs, samples, rows):
     steps, channels = samples.shape
     n, wanted = A.shape[0], rows.shape[0]
     transposed = np.ascontiguousarray(A.T)
-    found = np.empty((steps, wanted))
+    filtered = np.empty((steps, wanted))
     spread = np.empty((steps, wanted))
     for k in range(steps):
         x[:] = A @ x + B @ driving[k]
@@ -43,10 +43,10 @@ def run_filter(A, Q, B, H, D, R, x, P, driving, inputs, samples, rows):
                 for j in range(i + 1):
                     P[i, j] -= gain[i] * gain[j] / variance
                     P[j, i] = P[i, j]
-        found[k] = rows @ x
+        filtered[k] = rows @ x
         for r in range(wanted):
             spread[k, r] = np.sqrt(max(rows[r] @ (P @ rows[r]), 0.0))
-    return found, spread
+    return filtered, spread
 
 
 def shifted(inputs):

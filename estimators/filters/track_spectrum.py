@@ -114,7 +114,7 @@ class Passage:
     count: int
     covariance: np.ndarray
 
-    def place(self, speed: np.ndarray, kind: np.ndarray | int = 0) -> np.ndarray:
+    def table_index(self, speed: np.ndarray, kind: np.ndarray | int = 0) -> np.ndarray:
         """Fractional index in the tables of speeds, at places of that kind."""
         return len(self.speeds) * np.asarray(kind) + np.interp(
             np.log(speed), np.log(self.speeds), np.arange(len(self.speeds), dtype=float)
@@ -127,33 +127,33 @@ class Track(NamedTuple):
     Attributes
     ----------
     transition, new : over the step, shapes (p, p).
-    covariance : of the shaping states and the values at the `count` places before, shape (p + lines count,) twice.
-    lines : how many quantities.
+    covariance : of the shaping states and the values at the `count` places before, shape (p + quantities count,) twice.
+    quantities : how many quantities.
     """
 
     transition: np.ndarray
     new: np.ndarray
     covariance: np.ndarray
-    lines: int
+    quantities: int
 
     @staticmethod
     def of(priors: Sequence[TrackSpectrum], spacing: float, count: int) -> "Track":
         """Independent quantities, one prior each."""
-        lines, size = len(priors), sum(len(one.corners) for one in priors)
+        quantities, size = len(priors), sum(len(one.corners) for one in priors)
         transition, new = np.zeros((size, size)), np.zeros((size, size))
-        total = np.zeros((size + lines * count, size + lines * count))
+        total = np.zeros((size + quantities * count, size + quantities * count))
         first = 0
         for number, prior in enumerate(priors):
             order = len(prior.corners)
             hidden = [*range(first, first + order - 1)]
             T, Q = prior.step(spacing)
-            places = [size - lines + number, *hidden]
-            transition[np.ix_(places, places)] = T
-            new[np.ix_(places, places)] = Q
-            places = [*hidden, *(size - lines + number + lines * i for i in range(count + 1))]
-            total[np.ix_(places, places)] = prior.covariance(spacing, count)
+            indices = [size - quantities + number, *hidden]
+            transition[np.ix_(indices, indices)] = T
+            new[np.ix_(indices, indices)] = Q
+            indices = [*hidden, *(size - quantities + number + quantities * i for i in range(count + 1))]
+            total[np.ix_(indices, indices)] = prior.covariance(spacing, count)
             first += order - 1
-        return Track(transition, new, total, lines)
+        return Track(transition, new, total, quantities)
 
 
 def passage(
@@ -185,7 +185,7 @@ def passage(
     tables = [
         _step(move, track, noise._replace(drive=drive(float(one))), len(start), spacing / float(one), twice)
         for system, drive in zip(systems, drives, strict=True)
-        for move, one in zip(step_transitions(system, speeds, spacing, track.lines), speeds, strict=True)
+        for move, one in zip(step_transitions(system, speeds, spacing, track.quantities), speeds, strict=True)
     ]
     m, n, p = len(noise.density), len(start), len(track.new)
     present = noise.tilt > 0
@@ -200,36 +200,38 @@ def passage(
     steps = Steps(
         np.stack([one[0] for one in tables]),
         np.stack([one[1] for one in tables]),
-        np.array([*range(n), *range(n + m, rows), *_late(rows, count, track.lines, twice is not None)]),
+        np.array([*range(n), *range(n + m, rows), *_late(rows, count, track.quantities, twice is not None)]),
         np.column_stack([n + index, n + m + index, tilts]),
         np.concatenate([start**2, np.zeros(rows - n)]),
-        track.lines,
+        track.quantities,
     )
     return Passage(steps, speeds, spacing, count, P)
 
 
-def _late(rows: int, count: int, lines: int, twice: bool) -> list[int]:
+def _late(rows: int, count: int, quantities: int, twice: bool) -> list[int]:
     """Places in the state of the track under the trailing wheelset now and one step ago; then, for second differences,
     two steps ago, and that of the leading one two steps ago.
     """
     ago = [count - 1, count, *((count + 1, 1) if twice else ())]
-    return [rows - lines + one * lines + line for one in ago for line in range(lines)]
+    return [rows - quantities + one * quantities + line for one in ago for line in range(quantities)]
 
 
-def step_transitions(system: Callable[[float], System], speeds: np.ndarray, spacing: float, lines: int) -> np.ndarray:
+def step_transitions(
+    system: Callable[[float], System], speeds: np.ndarray, spacing: float, quantities: int
+) -> np.ndarray:
     """States after a step and mean outputs over it, from states, inputs and their rates.
 
     They are smooth in the logarithm of the speed, so that cubic splines take the place of most exponentials.
 
     Returns
     -------
-    Shape (speeds, n + m, n + 4 lines).
+    Shape (speeds, n + m, n + 4 quantities).
     """
     count = int(np.ceil(np.log(speeds[-1] / speeds[0]) / EXACT_STEP)) + 3
     if len(speeds) < max(SPLINE_LEAST, count):
-        return np.stack([step_transition(system(float(one)), spacing / float(one), 2 * lines) for one in speeds])
+        return np.stack([step_transition(system(float(one)), spacing / float(one), 2 * quantities) for one in speeds])
     exact = np.geomspace(speeds[0], speeds[-1], count)
-    moves = np.stack([step_transition(system(float(one)), spacing / float(one), 2 * lines) for one in exact])
+    moves = np.stack([step_transition(system(float(one)), spacing / float(one), 2 * quantities) for one in exact])
     return CubicSpline(np.log(exact), moves)(np.log(np.clip(speeds, exact[0], exact[-1])))
 
 
@@ -247,7 +249,7 @@ def _step(
     moved: np.ndarray, track: Track, noise: Noise, n: int, dt: float, twice: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """F and Q of `Steps` for steps of `dt` s; irregularities go linearly from place to place, outputs are means."""
-    m, p, q = len(noise.density), len(track.new), track.lines
+    m, p, q = len(noise.density), len(track.new), track.quantities
     held = m + int((noise.tilt > 0).sum())  # biases and tilts
     top = n + held + p
     after = moved[:, n + 2 * q : n + 4 * q] / dt

@@ -43,14 +43,14 @@ class Health:
 
     def warnings(self) -> list[str]:
         """One line for each channel of which something was left out."""
-        lines = []
+        messages = []
         for name in dict.fromkeys(str(entry["channel"]) for entry in self.left_out):
             spans = [entry for entry in self.left_out if entry["channel"] == name]
             reasons = " and ".join(dict.fromkeys(str(entry["reason"]) for entry in spans))
             total = sum(float(entry["end [s]"]) - float(entry["start [s]"]) for entry in spans)
             what = f"{total:.2f} s" if name in self.good else "all"
-            lines.append(f"'{name}' is {reasons}: {what} of it left out, the rest carries on")
-        return lines
+            messages.append(f"'{name}' is {reasons}: {what} of it left out, the rest carries on")
+        return messages
 
 
 def channel_health(measurements: Measurements, names: Iterable[str]) -> Health:
@@ -115,12 +115,12 @@ def spread(marks: np.ndarray, count: int) -> np.ndarray:
 
 def _stuck(values: np.ndarray, count: int) -> np.ndarray:
     """Runs of at least `count` equal samples; lost ones between equal ones do not end a run."""
-    found = np.flatnonzero(np.isfinite(values))
+    finite = np.flatnonzero(np.isfinite(values))
     marks = np.zeros(len(values), dtype=bool)
-    same = values[found][1:] == values[found][:-1]
+    same = values[finite][1:] == values[finite][:-1]
     for first, last in runs(same):
         if last - first + 1 >= count:
-            marks[found[first : last + 1]] = True
+            marks[finite[first : last + 1]] = True
     return marks
 
 
@@ -135,7 +135,7 @@ def _crowded(bad: np.ndarray, width: int) -> np.ndarray:
 
 def _gaps(name: str, time: np.ndarray, rate: float) -> list[dict[str, Any]]:
     """Times without any sample, which no flag can mark."""
-    found = np.flatnonzero(np.diff(time) * rate > GAP)
+    ends = np.flatnonzero(np.diff(time) * rate > GAP)
     return [
         {
             "channel": name,
@@ -143,7 +143,7 @@ def _gaps(name: str, time: np.ndarray, rate: float) -> list[dict[str, Any]]:
             "start [s]": round(float(time[at]) + 1.0 / rate, 6),
             "end [s]": round(float(time[at + 1]), 6),
         }
-        for at in found
+        for at in ends
     ]
 
 

@@ -90,17 +90,17 @@ class Odometry:
         """Places of the grid at which samples at `time` are all `good` as far as the anti-aliasing filter reaches."""
         fault = np.zeros(len(self.s), dtype=bool)
         bad = ~np.asarray(good, dtype=bool)
-        places = self.distance_at(time)
+        distance = self.distance_at(time)
         if bad.any():
             before = np.maximum(np.flatnonzero(bad) - 1, 0)
             after = np.minimum(np.flatnonzero(bad) + 1, len(time) - 1)
-            low = np.floor(places[before] / self.spacing).astype(int)
-            high = np.ceil(places[after] / self.spacing).astype(int) + 1
+            low = np.floor(distance[before] / self.spacing).astype(int)
+            high = np.ceil(distance[after] / self.spacing).astype(int) + 1
             change = np.zeros(len(self.s) + 1)
             np.add.at(change, np.clip(low, 0, len(self.s)), 1.0)
             np.add.at(change, np.clip(high, 0, len(self.s)), -1.0)
             fault = np.cumsum(change[:-1]) > 0.5
-        inside = (self.s >= places[0] - 1e-9) & (self.s <= places[-1] + 1e-9)
+        inside = (self.s >= distance[0] - 1e-9) & (self.s <= distance[-1] + 1e-9)
         return settled(~fault & inside, self.spacing, BLUR)
 
     def channel(
@@ -252,10 +252,10 @@ _SOURCES: dict[str, Callable[[Measurements], tuple[np.ndarray, np.ndarray]]] = {
 }
 
 
-def _cells(place: np.ndarray, values: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+def _cells(distance: np.ndarray, values: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
     """Mean place and value of the samples in every cell that has some; places increase strictly."""
-    cell = np.floor(place / width).astype(np.int64)
+    cell = np.floor(distance / width).astype(np.int64)
     first = np.flatnonzero(np.diff(cell, prepend=cell[0] - 1))
     count = np.diff(np.append(first, len(cell)))
-    means = np.add.reduceat(place, first) / count
+    means = np.add.reduceat(distance, first) / count
     return means, np.add.reduceat(values, first) / count

@@ -49,18 +49,18 @@ class Matrices:
     Q: np.ndarray
     R: np.ndarray
 
-    def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """[F G] and [C D] at places (p, 3) of the unit cube, shapes (p, n, n + 16) and (p, m, n + 8)."""
+    def at(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """[F G] and [C D] at points (p, 3) of the unit cube, shapes (p, n, n + 16) and (p, m, n + 8)."""
         n, m, nodes = len(self.Q), len(self.R), chebyshev(POINTS)
-        first, second, third = (lagrange(nodes, 2.0 * place[:, i] - 1.0) for i in range(3))
-        packed = np.einsum("pi,pj,pk->pijk", first, second, third).reshape(len(place), -1) @ self.table
+        first, second, third = (lagrange(nodes, 2.0 * point[:, i] - 1.0) for i in range(3))
+        packed = np.einsum("pi,pj,pk->pijk", first, second, third).reshape(len(point), -1) @ self.table
         wide, last = n + 2 * len(INPUTS), n + len(INPUTS)
         return packed[:, : n * wide].reshape(-1, n, wide), packed[:, n * wide :].reshape(-1, m, last)
 
-    def slopes(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Change of [F G] and [C D] with each parameter, shapes (3, n, n + 16) and (3, m, n + 8)."""
         steps = 1e-3 * np.eye(3)
-        moved, seen = self.at(np.concatenate([place + steps, place - steps]))
+        moved, seen = self.at(np.concatenate([point + steps, point - steps]))
         return (moved[:3] - moved[3:]) / 2e-3, (seen[:3] - seen[3:]) / 2e-3
 
 
@@ -96,12 +96,12 @@ def run(
     size, rows = problem.high - problem.low, []
     tables: dict[Situation, Matrices] = {}
     current: Joint | None = None
-    place, spread = np.array(estimator.first), np.eye(3) * estimator.first_std**2
+    point, spread = np.array(estimator.first), np.eye(3) * estimator.first_std**2
     for first, last in problem.stretches:
         situation = problem.situation(first, last)
         if situation is None:
             if current is not None:
-                place, spread = _parameters(current)
+                point, spread = _parameters(current)
             current = None
         else:
             if situation not in tables:
@@ -109,18 +109,18 @@ def run(
             now = tables[situation]
             n = len(now.Q)
             if current is None or len(current.x) != n + 3:
-                place, spread = (place, spread) if current is None else _parameters(current)
+                point, spread = (point, spread) if current is None else _parameters(current)
                 P = np.zeros((n + 3, n + 3))
                 P[:n, :n], P[n:, n:] = START_STATE**2 * np.eye(n), spread
-                current = begin(now, np.concatenate([np.zeros(n), place]), P)
+                current = begin(now, np.concatenate([np.zeros(n), point]), P)
             inputs, _, readings = problem.samples(first, last, situation[1])
             for k in range(0, last - first - every + 1, every):
                 before, after = record.inputs[max(first + k - 1, 0)], inputs[k + every - 1]
                 current.move(now, np.concatenate([before, after]), after, readings[k + every - 1])
                 current.x[n:] = np.clip(current.x[n:], 0.001, 0.999)
-            place, spread = _parameters(current)
+            point, spread = _parameters(current)
         std = np.sqrt(np.maximum(np.diag(spread), 0.0)) * size
-        values = [value for pair in zip(problem.low + place * size, std, strict=True) for value in pair]
+        values = [value for pair in zip(problem.low + point * size, std, strict=True) for value in pair]
         rows.append([float(record.time[last - 1]), *values, 1.0, 0.0, float(situation is not None)])
     names = [name for pair in ((one, std_name(one)) for one in PARAMETERS) for name in pair]
     series = pd.DataFrame(rows, columns=pd.Index(["time [s]", *names, *COLUMNS]))

@@ -9,8 +9,8 @@ import numpy as np
 from estimators.filters.track_spectrum import ERRI_LATERAL, ERRI_VERTICAL, TrackSpectrum
 from estimators.interface import Estimator
 from estimators.suspension.discrete_model import Layout, Unknowns, layout, shaped
-from estimators.suspension.filter_bank import Gains, exact, gains, run_bank, sizes, unpacked
-from estimators.suspension.observations import SuspensionRecord, can_place, can_read, read
+from estimators.suspension.filter_bank import Gains, exact, gains, run_filters, sizes, unpacked
+from estimators.suspension.observations import SuspensionRecord, can_locate, can_read, read
 from estimators.vehicle.affine import (
     COORDINATES,
     FULL,
@@ -96,10 +96,10 @@ class Problem:
 
     def _system(self, situation: Situation, rate: float) -> System:
         speed, used = float(np.exp(situation[0] * SPEED_BIN)), list(situation[1])
-        one, names = self.settings, [self.record.channels[j] for j in used]
-        unknowns = one.unknowns(self.vehicle, names, self.record.noise[used], self.record.rate)
+        settings, names = self.settings, [self.record.channels[j] for j in used]
+        unknowns = settings.unknowns(self.vehicle, names, self.record.noise[used], self.record.rate)
         plan = layout(2.0 * self.vehicle["semi_wheelbase"], speed, rate, unknowns)
-        return half_vehicle(self.vehicle, speed, names, one.creep), speed, unknowns, plan
+        return half_vehicle(self.vehicle, speed, names, settings.creep), speed, unknowns, plan
 
     def table(self, situation: Situation) -> Gains:
         """Filters over the box of parameters, kept."""
@@ -123,12 +123,12 @@ class Problem:
 
     def likelihood(self, parameters: np.ndarray, interpolated: bool = True) -> np.ndarray:
         """Logarithm of the whole record's likelihood of some constant parameters (p, 3), shape (p,)."""
-        bank = FilterBank(self, len(parameters))
+        filters = FilterBank(self, len(parameters))
         total = np.zeros(len(parameters))
         for first, last in self.stretches:
             situation = self.situation(first, last)
             if situation is None:
-                bank.reset()
+                filters.reset()
                 continue
             vehicle = self.system(situation)
             packed = (
@@ -136,7 +136,7 @@ class Problem:
                 if interpolated
                 else exact(*vehicle[:2], self.record.rate, *vehicle[2:], parameters)
             )
-            total += bank.run(situation, vehicle[3], packed, first, last)
+            total += filters.run(situation, vehicle[3], packed, first, last)
         return total
 
 
@@ -174,8 +174,8 @@ class FilterBank:
             self.state = state
         inputs, later, readings = self._problem.samples(first, last, situation[1])
         count, known = readings.shape[1], inputs.shape[1]
-        found, work = np.zeros(self._count), np.zeros((3, max(sizes(plan, known, count))))
-        run_bank(
+        log_likelihood, work = np.zeros(self._count), np.zeros((3, max(sizes(plan, known, count))))
+        run_filters(
             self.state,
             *unpacked(packed, plan, known, count),
             plan.columns,
@@ -185,11 +185,11 @@ class FilterBank:
             inputs,
             later,
             readings,
-            found,
+            log_likelihood,
             work,
         )
         self._since += 0.0 if again else (last - first) / self._problem.record.rate
-        return found if self._since > SETTLE else np.zeros(self._count)
+        return log_likelihood if self._since > SETTLE else np.zeros(self._count)
 
 
 class SuspensionEstimator(Estimator, frozen=True):
@@ -237,7 +237,7 @@ class SuspensionEstimator(Estimator, frozen=True):
         """Whether channels, speed, vehicle and, where it is used, the track are there."""
         placed = (
             self.track == "unknown"
-            or can_place(measurements)
+            or can_locate(measurements)
             or (self.start is not None and measurements.track is not None)
         )
         return can_read(measurements, self.requires) and fits(measurements.vehicle) and placed

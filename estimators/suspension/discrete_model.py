@@ -81,14 +81,14 @@ class Layout(NamedTuple):
     length: int
 
     @property
-    def lines(self) -> int:
+    def delay_lines(self) -> int:
         """Number of lines of past values."""
         return len(self.sources)
 
     @property
     def size(self) -> int:
         """Number of states."""
-        return self.head + self.lines * self.length
+        return self.head + self.delay_lines * self.length
 
     def forces(self, unknowns: Unknowns) -> list[int]:
         """First of the two states of every low-passed force; they stand last in the head."""
@@ -104,13 +104,13 @@ class Layout(NamedTuple):
     @property
     def columns(self) -> np.ndarray:
         """States outside the head that the next state or the readings depend on by more than a shift."""
-        found = {
+        states = {
             tap
-            for line in range(self.lines)
+            for line in range(self.delay_lines)
             for late in (self.delay - 1.0, self.delay - 0.5, self.delay, self.delay + 0.5)
             for tap in self.taps(line, late)
         }
-        return np.array(sorted(found), dtype=np.int64)
+        return np.array(sorted(states), dtype=np.int64)
 
 
 def layout(wheelbase: float, speed: float, rate: float, unknowns: Unknowns) -> Layout:

@@ -105,11 +105,11 @@ def _filled(count: int) -> int:
     return (count + UNROLLED - 1) // UNROLLED * UNROLLED
 
 
-def lagrange(nodes: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Values at `place` (p,) of the polynomials that are one at a node and zero at the others, shape (p, nodes)."""
+def lagrange(nodes: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Values at `points` (p,) of the polynomials that are one at a node and zero at the others, shape (p, nodes)."""
     others = ~np.eye(len(nodes), dtype=bool)
     below = np.where(others, nodes[:, None] - nodes, 1.0).prod(axis=1)
-    return np.where(others, (place[:, None] - nodes)[:, None, :], 1.0).prod(axis=2) / below
+    return np.where(others, (points[:, None] - nodes)[:, None, :], 1.0).prod(axis=2) / below
 
 
 def unpacked(packed: np.ndarray, plan: Layout, known: int, readings: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -126,7 +126,9 @@ def unpacked(packed: np.ndarray, plan: Layout, known: int, readings: int) -> tup
 
 
 @kernel
-def run_bank(state, step, gain, whitening, columns, sources, length, shaped, inputs, later, readings, likelihood, work):
+def run_filters(
+    state, step, gain, whitening, columns, sources, length, shaped, inputs, later, readings, likelihood, work
+):
     """Run every filter over a stretch of samples.
 
     Parameters

@@ -27,15 +27,15 @@ def spectrum(system: Discrete, frequency: np.ndarray, rate: float) -> np.ndarray
     ----------
     frequency : Hz, shape (f,). rate : samples per second.
     """
-    found = []
+    blocks = []
     for part in np.array_split(frequency, max(1, len(frequency) // CHUNK)):
         z = np.exp(2j * np.pi * part / rate)
         away = z[:, None, None] * np.eye(len(system.F)) - system.F
         H = np.swapaxes(
             np.linalg.solve(np.swapaxes(away, 1, 2), np.broadcast_to(system.C.T, (len(z), *system.C.T.shape))), 1, 2
         )
-        found.append(H @ system.Q @ np.swapaxes(H.conj(), 1, 2) + system.R)
-    return np.concatenate(found)
+        blocks.append(H @ system.Q @ np.swapaxes(H.conj(), 1, 2) + system.R)
+    return np.concatenate(blocks)
 
 
 def fisher(

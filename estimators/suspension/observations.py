@@ -21,7 +21,7 @@ from railsim.errors import InputError
 from railsim.measurements import Measurements
 
 EAST = "gnss.position_east [m]"
-PLACE_ERROR = 0.2  # m; with a larger one the known track stands wrong under the wheels
+POSITION_ERROR = 0.2  # m; with a larger one the known track stands wrong under the wheels
 LONGEST_BRIDGE = 0.03  # s of bad samples that leave nothing behind in the band-pass (illustrative)
 AFTER = 2.0  # s after a longer one in which a channel is left out (chosen on suspension.yaml with gaps)
 LONGEST_GAP = 30.0  # s; a longer gap counts as this long: the filters have forgotten everything by then
@@ -97,7 +97,7 @@ def read(
     odometry = integrate_speed(measurements)
     inputs = np.zeros((len(time), len(INPUTS)))
     if known_track:
-        inputs = _rails(measurements, _place(measurements, odometry, time - late, start), rate)
+        inputs = _rails(measurements, _distance(measurements, odometry, time - late, start), rate)
     sections = np.asarray(butter(2, band, btype="bandpass", fs=rate, output="sos"))
     noise = np.array([_noise(measurements, name, rate) for name in used])
     settled = np.column_stack([_settled(one, rate) for one in good.T])
@@ -120,19 +120,19 @@ def can_read(measurements: Measurements, channels: Sequence[str]) -> bool:
     return set(channels) <= set(measurements.channels) and has_speed(measurements, "tachometer")
 
 
-def can_place(measurements: Measurements) -> bool:
+def can_locate(measurements: Measurements) -> bool:
     """Whether the track is measured, and the place on it to centimetres (RTK)."""
     if measurements.track is None or EAST not in measurements:
         return False
     sheet = measurements.sensor(EAST)
-    return float(np.hypot(sheet.get("position_std", 1.0), sheet.get("drift_std", 1.0))) <= PLACE_ERROR
+    return float(np.hypot(sheet.get("position_std", 1.0), sheet.get("drift_std", 1.0))) <= POSITION_ERROR
 
 
 def _noise(measurements: Measurements, name: str, rate: float) -> float:
     return math.sqrt(data_sheet(measurements.about, name).variance(rate))
 
 
-def _place(measurements: Measurements, odometry: Odometry, time: np.ndarray, start: float | None) -> np.ndarray:
+def _distance(measurements: Measurements, odometry: Odometry, time: np.ndarray, start: float | None) -> np.ndarray:
     """Distance of the bogie's centre along the track, m, shape (n,)."""
     travelled = odometry.distance_at(time)
     if start is not None:
@@ -140,14 +140,14 @@ def _place(measurements: Measurements, odometry: Odometry, time: np.ndarray, sta
     if EAST not in measurements:
         raise InputError(f"the place on the track is not known; add '{EAST}', or give the distance 'start' in m")
     east, at = measurements[EAST], measurements.time(EAST)
-    found = np.isfinite(east)
-    if found.sum() < 2:
+    finite = np.isfinite(east)
+    if finite.sum() < 2:
         raise InputError(f"'{EAST}' has fewer than two samples; give the distance 'start' in m")
-    scale, offset = np.polyfit(odometry.distance_at(at[found]), east[found], 1)
+    scale, offset = np.polyfit(odometry.distance_at(at[finite]), east[finite], 1)
     return offset - data_sheet(measurements.about, EAST).position[0] + scale * travelled
 
 
-def _rails(measurements: Measurements, place: np.ndarray, rate: float) -> np.ndarray:
+def _rails(measurements: Measurements, distance: np.ndarray, rate: float) -> np.ndarray:
     """The known track under both wheelsets, shape (n, 8)."""
     track = measurements.track
     if track is None:
@@ -161,13 +161,13 @@ def _rails(measurements: Measurements, place: np.ndarray, rate: float) -> np.nda
         / (2.0 * half),
     )
     rates = roll.derivative(), side.derivative()
-    pace = np.gradient(place) * rate
-    ends = [np.clip(place + one, s[0], s[-1]) for one in (arm, -arm)]
-    places, paces = (
+    speed = np.gradient(distance) * rate
+    ends = [np.clip(distance + one, s[0], s[-1]) for one in (arm, -arm)]
+    values, changes = (
         [one(end) for one in (side, roll) for end in ends],
-        [pace * one(end) for one in rates for end in ends],
+        [speed * one(end) for one in rates for end in ends],
     )
-    return np.column_stack([*places, *paces])
+    return np.column_stack([*values, *changes])
 
 
 def _column(
@@ -199,7 +199,7 @@ def _settled(good: np.ndarray, rate: float) -> np.ndarray:
 
 def _with_settling(health: Health, used: Sequence[str], marks: np.ndarray, time: np.ndarray) -> Health:
     """What else was left out while the band-pass settled, said like the rest."""
-    found = [
+    settling = [
         {
             "channel": name,
             "reason": "settling after that",
@@ -209,7 +209,7 @@ def _with_settling(health: Health, used: Sequence[str], marks: np.ndarray, time:
         for column, name in enumerate(used)
         for first, end in runs(marks[:, column])
     ]
-    return Health(health.good, [*health.left_out, *found])
+    return Health(health.good, [*health.left_out, *settling])
 
 
 def _spread_after(marks: np.ndarray, count: int) -> np.ndarray:

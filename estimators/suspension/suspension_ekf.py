@@ -27,19 +27,19 @@ class _Filter(ExtendedKalmanFilter):
     def move(self, now: Matrices, known: np.ndarray, inputs: np.ndarray, readings: np.ndarray) -> None:
         """Linearise about the mean, then filterpy's equations."""
         n = len(now.Q)
-        place = self.x[n:]
-        moved, _ = now.at(place[None, :])
-        slopes, _ = now.slopes(place)
+        point = self.x[n:]
+        moved, _ = now.at(point[None, :])
+        slopes, _ = now.slopes(point)
         before = np.concatenate([self.x[:n], known])
         self.F = np.eye(n + 3)
         self.F[:n, :n] = moved[0, :, :n]
         self.F[:n, n:] = (slopes @ before).T
         self.Q = np.zeros((n + 3, n + 3))
         self.Q[:n, :n], self.Q[n:, n:] = now.Q, self._walk * np.eye(3)
-        self.x = np.concatenate([moved[0] @ before, place])
+        self.x = np.concatenate([moved[0] @ before, point])
         self.P = self.F @ self.P @ self.F.T + self.Q
-        _, seen = now.at(place[None, :])
-        _, slopes = now.slopes(place)
+        _, seen = now.at(point[None, :])
+        _, slopes = now.slopes(point)
 
         def reading(x: np.ndarray) -> np.ndarray:
             return seen[0] @ np.concatenate([x[:n], inputs])

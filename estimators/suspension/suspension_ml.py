@@ -27,7 +27,7 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
     fit_level: bool = quantity(
         False, unit="-", source="the level of an unknown track by likelihood too; five times the work"
     )
-    starts: int = quantity(64, unit="-", source="illustrative: random places of the box, the best begins", ge=1)
+    starts: int = quantity(64, unit="-", source="illustrative: random points of the box, the best begins", ge=1)
     seed: int = quantity(1, unit="-", source="random numbers of the starts", ge=0)
 
     def estimate(self, measurements: Measurements) -> Estimate:
@@ -53,31 +53,31 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
         at = (
             float(np.clip(-slope / (2.0 * curvature), logs[0] - logs[1], logs[2] - logs[1])) if curvature > 0.0 else 0.0
         )
-        found = self.but(track_level=float(np.exp(logs[1] + at)))
-        problem = found.prepare(measurements)
-        mean, std, _ = found._fit(problem)
+        fitted = self.but(track_level=float(np.exp(logs[1] + at)))
+        problem = fitted.prepare(measurements)
+        mean, std, _ = fitted._fit(problem)
         drift = (fits[best + 1][0] - fits[best - 1][0]) / (logs[2] - logs[0])
         level_std = 1.0 / np.sqrt(2.0 * curvature) if curvature > 0.0 else np.inf
-        about = {"track_level": found.track_level, "track_level_log_std": float(level_std)}
+        about = {"track_level": fitted.track_level, "track_level_log_std": float(level_std)}
         return self._estimate(problem, mean, np.hypot(std, drift * level_std), about)
 
     def _fit(self, problem: Problem) -> tuple[np.ndarray, np.ndarray, float]:
         """Parameters (3,), their standard deviations, and minus the logarithm of the likelihood there."""
         rng = np.random.default_rng(self.seed)
-        places = rng.random((self.starts, 3))
-        best = places[int(np.argmin(cost_of(problem, places)))]
-        found = minimize(
-            lambda place: float(cost_of(problem, place[None, :])[0]),
+        points = rng.random((self.starts, 3))
+        best = points[int(np.argmin(cost_of(problem, points)))]
+        solution = minimize(
+            lambda point: float(cost_of(problem, point[None, :])[0]),
             best,
             method="L-BFGS-B",
-            jac=lambda place: gradient(problem, place),
+            jac=lambda point: gradient(problem, point),
             bounds=[(0.0, 1.0)] * 3,
         )
         size = problem.high - problem.low
-        variance = np.diag(covariance(problem, found.x))
-        told = variance > 0.0  # else the cost does not bend up there: as wide as the box
-        std = np.sqrt(np.where(told, variance, 1.0)) * size
-        return problem.low + found.x * size, std, float(found.fun)
+        variance = np.diag(covariance(problem, solution.x))
+        determined = variance > 0.0  # else the cost does not bend up there: as wide as the box
+        std = np.sqrt(np.where(determined, variance, 1.0)) * size
+        return problem.low + solution.x * size, std, float(solution.fun)
 
     def _estimate(self, problem: Problem, mean: np.ndarray, std: np.ndarray, about: dict[str, float]) -> Estimate:
         """The same values at the first and last sample."""
@@ -88,23 +88,23 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
         return Estimate(self.name, series, {**report(self, problem, series, []), **about})
 
 
-def cost_of(problem: Problem, places: np.ndarray) -> np.ndarray:
-    """Minus the logarithm of the likelihood at places (p, 3) of the unit cube, for independent samples, shape (p,)."""
-    found = problem.likelihood(problem.low + places * (problem.high - problem.low))
+def cost_of(problem: Problem, points: np.ndarray) -> np.ndarray:
+    """Minus the logarithm of the likelihood at points (p, 3) of the unit cube, for independent samples, shape (p,)."""
+    found = problem.likelihood(problem.low + points * (problem.high - problem.low))
     return -problem.trust * np.where(np.isfinite(found), found, -1e12)
 
 
-def gradient(problem: Problem, place: np.ndarray) -> np.ndarray:
+def gradient(problem: Problem, point: np.ndarray) -> np.ndarray:
     """Slope of the cost by central differences, shape (3,)."""
     steps = STEP * 0.1 * np.eye(3)
-    found = cost_of(problem, np.concatenate([place + steps, place - steps]))
-    return (found[:3] - found[3:]) / (STEP * 0.2)
+    costs = cost_of(problem, np.concatenate([point + steps, point - steps]))
+    return (costs[:3] - costs[3:]) / (STEP * 0.2)
 
 
-def covariance(problem: Problem, place: np.ndarray) -> np.ndarray:
+def covariance(problem: Problem, point: np.ndarray) -> np.ndarray:
     """Inverse Hessian of the cost, shape (3, 3), in units of the box."""
     steps = STEP * np.eye(3)
     pairs = [(i, j) for i in range(3) for j in range(3)]
-    points = [place + a * steps[i] + b * steps[j] for i, j in pairs for a in (1, -1) for b in (1, -1)]
+    points = [point + a * steps[i] + b * steps[j] for i, j in pairs for a in (1, -1) for b in (1, -1)]
     values = cost_of(problem, np.array(points)).reshape(3, 3, 4) @ np.array([1.0, -1.0, -1.0, 1.0])
     return np.linalg.pinv(values / (4.0 * STEP**2) + REGULAR * np.eye(3))

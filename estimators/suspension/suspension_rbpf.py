@@ -89,7 +89,7 @@ class _Cloud:
         strata = np.stack([self._rng.permutation(count) for _ in range(3)], axis=1)
         self._position = (strata + self._rng.random((count, 3))) / count  # in the unit cube
         self._log_weight = np.full(count, -np.log(count))
-        self._bank = FilterBank(problem, count)
+        self._filters = FilterBank(problem, count)
         self._flagged: list[float] = []
         self._rushed = False
 
@@ -97,7 +97,7 @@ class _Cloud:
         """Take a stretch of samples; a row of the series."""
         record, situation = self._problem.record, self._problem.situation(first, last)
         if situation is None:
-            self._bank.reset()
+            self._filters.reset()
         else:
             self._update(situation, first, last)
         weight = np.exp(self._log_weight)
@@ -126,20 +126,24 @@ class _Cloud:
 
     def _update(self, situation: Situation, first: int, last: int) -> None:
         """Weights by a stretch of samples: in several parts where it tells so much that few particles would be left."""
-        before, left, self._rushed = self._bank.state.copy(), 1.0, False
+        before, left, self._rushed = self._filters.state.copy(), 1.0, False
         for part in range(PARTS):
             packed = self._problem.table(situation).at(self._parameters())
-            found = self._bank.run(situation, self._problem.system(situation)[3], packed, first, last, again=part > 0)
-            found = np.where(np.isfinite(found), found, -np.inf) * self._problem.trust
-            share = _largest_share(self._log_weight, found, left, self._settings.smallest_share)
+            log_likelihood = self._filters.run(
+                situation, self._problem.system(situation)[3], packed, first, last, again=part > 0
+            )
+            log_likelihood = np.where(np.isfinite(log_likelihood), log_likelihood, -np.inf) * self._problem.trust
+            share = _largest_share(self._log_weight, log_likelihood, left, self._settings.smallest_share)
             self._rushed = share < left and part == PARTS - 1
-            self._weigh((left if self._rushed else share) * np.where(np.isfinite(found), found, -1e300))
+            self._weigh(
+                (left if self._rushed else share) * np.where(np.isfinite(log_likelihood), log_likelihood, -1e300)
+            )
             left -= share
             if left <= 0.0 or self._rushed:
                 return
-            self._bank.state = before
+            self._filters.state = before
             self._resample()
-            before = self._bank.state.copy()
+            before = self._filters.state.copy()
             self._position = _folded(self._position)
 
     def _weigh(self, found: np.ndarray) -> None:
@@ -150,18 +154,18 @@ class _Cloud:
         self._log_weight = total - np.log(np.sum(np.exp(total)))
 
     def _evolve(self, seconds: float, share: float) -> None:
-        one, count = self._settings, len(self._position)
-        if share < one.resample_below:
+        settings, count = self._settings, len(self._position)
+        if share < settings.resample_below:
             self._resample()
-        self._position = self._position + one.walk * np.sqrt(seconds) * self._rng.standard_normal((count, 3))
-        jumping = self._rng.random(count) < one.jumping
+        self._position = self._position + settings.walk * np.sqrt(seconds) * self._rng.standard_normal((count, 3))
+        jumping = self._rng.random(count) < settings.jumping
         chosen = self._rng.integers(3, size=count)
         anywhere = self._rng.random(count)
-        if one.hazard > 0.0 and one.jumping > 0.0:
+        if settings.hazard > 0.0 and settings.jumping > 0.0:
             self._position[jumping, chosen[jumping]] = anywhere[jumping]
-            odds = one.hazard * seconds
+            odds = settings.hazard * seconds
             self._log_weight += np.where(
-                jumping, np.log(odds / one.jumping), np.log((1.0 - odds) / (1.0 - one.jumping))
+                jumping, np.log(odds / settings.jumping), np.log((1.0 - odds) / (1.0 - settings.jumping))
             )
             self._weigh(np.zeros(count))
         self._position = _folded(self._position)
@@ -172,7 +176,7 @@ class _Cloud:
         spread = (self._position - mean).T @ ((self._position - mean) * weight[:, None])
         points = (self._rng.random() + np.arange(count)) / count
         ancestors = np.minimum(np.searchsorted(np.cumsum(weight), points), count - 1)
-        self._bank.select(ancestors)
+        self._filters.select(ancestors)
         keep = (3.0 * self._settings.discount - 1.0) / (2.0 * self._settings.discount)
         root = np.linalg.cholesky(spread + 1e-12 * np.eye(3))
         noise = self._rng.standard_normal((count, 3)) @ root.T
@@ -180,11 +184,11 @@ class _Cloud:
         self._log_weight = np.full(count, -np.log(count))
 
 
-def _largest_share(log_weight: np.ndarray, found: np.ndarray, left: float, least: float) -> float:
-    """Largest share of `found`, at most `left`, that leaves an effective share of `least` of the particles."""
+def _largest_share(log_weight: np.ndarray, log_likelihood: np.ndarray, left: float, least: float) -> float:
+    """Largest share of `log_likelihood`, at most `left`, that leaves an effective share of `least` of the particles."""
 
     def effective(share: float) -> float:
-        total = log_weight + share * np.where(np.isfinite(found), found, -1e300)
+        total = log_weight + share * np.where(np.isfinite(log_likelihood), log_likelihood, -1e300)
         weight = np.exp(total - total.max())
         return float(weight.sum() ** 2 / np.sum(weight**2) / len(weight))
 

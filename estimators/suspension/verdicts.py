@@ -21,14 +21,14 @@ def verdicts(mean: np.ndarray, std: np.ndarray, nominal: np.ndarray) -> list[dic
     ----------
     mean, std, nominal : of C_sy, C_spsi and conicity, SI units, shape (3,).
     """
-    found = []
+    entries = []
     for i, (component, parameter) in enumerate(zip(COMPONENTS, PARAMETERS, strict=True)):
         unit = parameter.partition(" [")[2].rstrip("]")
         what = damper(mean[i], std[i], nominal[i]) if i < 2 else profiles(mean[i], std[i])
-        found.append(
+        entries.append(
             {"component": component, "verdict": what, "value": float(mean[i]), "unit": unit, "std": float(std[i])}
         )
-    return found
+    return entries
 
 
 def damper(value: float, std: float, nominal: float) -> str:

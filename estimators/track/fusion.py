@@ -303,9 +303,9 @@ class Over:
     def courses(self, table: Any) -> np.ndarray:
         """Of courses over the places by kind and speed, (kinds, speeds, n or 1, q); shape (n, q)."""
         stacked = np.asarray(table)
-        low = np.minimum(self.place.astype(int), max(len(self.speeds) - 2, 0))
+        low = np.minimum(self.table_index.astype(int), max(len(self.speeds) - 2, 0))
         high, at = np.minimum(low + 1, len(self.speeds) - 1), np.arange(len(self.speed)) * (stacked.shape[2] > 1)
-        share = (self.place - low)[:, None]
+        share = (self.table_index - low)[:, None]
         kind = np.minimum(self.kind, len(stacked) - 1)
         return stacked[kind, low, at] + share * (stacked[kind, high, at] - stacked[kind, low, at])
 
@@ -336,12 +336,12 @@ def smooth(
     made: Passage, odometry: Odometry, observations: list[Observation], noise: np.ndarray, kind: np.ndarray | int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Smoothed track under the leading wheelset and its variance, shapes (n, q); `noise` : variances, (n, m)."""
-    place = made.place(odometry.speed, kind)
+    table_index = made.table_index(odometry.speed, kind)
     measured = np.stack([one.values for one in observations], axis=1)
     turning = np.stack([one.turning for one in observations], axis=1)
     x, P = np.zeros(len(made.covariance)), made.covariance.copy()
-    filtered = forward(made.steps, place, measured, noise, turning, odometry.valid, x, P)
-    values, variance = backward(made.steps, place, turning, filtered)
+    filtered = forward(made.steps, table_index, measured, noise, turning, odometry.valid, x, P)
+    values, variance = backward(made.steps, table_index, turning, filtered)
     return values, np.maximum(variance, 0.0)
 
 

@@ -80,10 +80,10 @@ class ContactGeometry:
 
 def relations(geometry: ContactGeometry, of: Iterable[Wheelset]) -> dict[str, Row]:
     """Coordinates of several wheelsets that follow from others."""
-    found: dict[str, Row] = {}
+    rows: dict[str, Row] = {}
     for wheelset in of:
-        found |= geometry.relations(wheelset)
-    return found
+        rows |= geometry.relations(wheelset)
+    return rows
 
 
 def cones(p: Parameters) -> ContactGeometry:
@@ -124,17 +124,17 @@ def creep_forces(
     f11, f22, f23 = slopes
     radius, arm, yaw = wheelset.radius, wheelset.half_gauge, {f"{wheelset.name}.yaw": 1.0}
     lateral = contact_motion(wheelset)
-    found = [
+    elements = [
         spring(lateral, 0.0, 2.0 * f22 / speed),
         Element(lateral, yaw, -2.0 * f22, 2.0 * f23 / speed),
         spring(yaw, 0.0, 2.0 * f11 * arm**2 / speed),
         Element(yaw, {f"{wheelset.name}.radius_difference": 1.0}, 2.0 * f11 * arm / radius),
     ]
     if spin_of_angles:
-        found.append(Element(lateral, {f"{wheelset.name}.angle_difference": 1.0}, -2.0 * f23 / radius))
+        elements.append(Element(lateral, {f"{wheelset.name}.angle_difference": 1.0}, -2.0 * f23 / radius))
     if moment_of_spin:
-        found += [Element(yaw, lateral, 0.0, -2.0 * f23 / speed), spring(yaw, 2.0 * f23)]
-    return found
+        elements += [Element(yaw, lateral, 0.0, -2.0 * f23 / speed), spring(yaw, 2.0 * f23)]
+    return elements
 
 
 def weight(wheelset: Wheelset, geometry: ContactGeometry, *, along_axle: bool = False) -> list[Element]:
@@ -145,12 +145,12 @@ def weight(wheelset: Wheelset, geometry: ContactGeometry, *, along_axle: bool = 
     along_axle : whether forces are those along the axle, where a load that leans with the wheelset is none.
     """
     name, load, lateral = wheelset.name, wheelset.load, contact_motion(wheelset)
-    found = [
+    elements = [
         Element(lateral, {f"{name}.angle_difference": 1.0}, load),
         Element({f"{name}.roll": 1.0}, {f"{name}.shift": 1.0}, load * geometry.gain),
         spring({f"{name}.yaw": 1.0}, -load * geometry.angle * wheelset.half_gauge),
     ]
-    return found if along_axle else [*found, Element(lateral, {f"{name}.roll": 1.0}, load)]
+    return elements if along_axle else [*elements, Element(lateral, {f"{name}.roll": 1.0}, load)]
 
 
 def gyroscopic(wheelset: Wheelset, speed: float) -> list[Element]:

@@ -110,11 +110,11 @@ class Kinematics:
 
     def values(self, direction: Row, related: bool = True) -> list[float]:
         """A direction's factors over coordinates and inputs; `related` : whether related coordinates count."""
-        columns, found = self._all if related else self._free, [0.0] * self.size
+        columns, factors = self._all if related else self._free, [0.0] * self.size
         for name, factor in direction.items():
             for column, share in columns.get(name, ()):
-                found[column] += factor * share
-        return found
+                factors[column] += factor * share
+        return factors
 
     def row(self, direction: Row) -> tuple[np.ndarray, np.ndarray]:
         """A direction over the coordinates, shape (n,), and over the inputs, shape (m,)."""

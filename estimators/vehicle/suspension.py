@@ -74,23 +74,23 @@ def masses(p: Parameters, bogies: Sequence[Bogie], coordinates: Sequence[str]) -
     """Mass (kg) or moment of inertia (kg m2) of each coordinate."""
     kinds = {"body": "body"} | {bogie.name: "bogie" for bogie in bogies}
     kinds |= {name: "wheelset" for bogie in bogies for name in bogie.wheelsets}
-    found = []
+    inertias = []
     for coordinate in coordinates:
         name, _, axis = coordinate.partition(".")
-        found.append(p[f"{kinds[name]}_mass" if axis in ("y", "z") else f"{kinds[name]}_{axis}_inertia"])
-    return found
+        inertias.append(p[f"{kinds[name]}_mass" if axis in ("y", "z") else f"{kinds[name]}_{axis}_inertia"])
+    return inertias
 
 
 def lateral_springs(p: Parameters, bogies: Sequence[Bogie], above: Heights) -> list[Element]:
     """Lateral springs and dampers of both stages, the bump stop's slope among them."""
-    found = []
+    springs = []
     for bogie in bogies:
         stiffness = 2.0 * p["secondary_lateral_stiffness"] + p.get(BUMP_STOP, 0.0)
         damping = 2.0 * p["secondary_lateral_damping"]
-        found.append(spring(secondary_shear(bogie, above), stiffness, damping))
+        springs.append(spring(secondary_shear(bogie, above), stiffness, damping))
         stiffness, damping = 2.0 * p["primary_lateral_stiffness"], 2.0 * p["primary_lateral_damping"]
-        found += [spring(primary_shear(bogie, name, above), stiffness, damping) for name in bogie.wheelsets]
-    return found
+        springs += [spring(primary_shear(bogie, name, above), stiffness, damping) for name in bogie.wheelsets]
+    return springs
 
 
 def primary_shear(bogie: Bogie, wheelset: str, above: Heights) -> Row:
@@ -109,20 +109,20 @@ def secondary_shear(bogie: Bogie, above: Heights) -> Row:
 
 def yaw_springs(p: Parameters, bogies: Sequence[Bogie]) -> list[Element]:
     """Longitudinal springs and dampers of both stages, yaw dampers among them."""
-    found = []
+    springs = []
     for bogie in bogies:
         square = p["secondary_half_spacing"] ** 2
         stiffness = 2.0 * p["secondary_longitudinal_stiffness"] * square
         damping = 2.0 * p.get("secondary_longitudinal_damping", 0.0) * square
         damping += 2.0 * p.get("yaw_damper_damping", 0.0) * p.get("yaw_damper_half_spacing", 0.0) ** 2
-        found.append(spring({f"{bogie.name}.yaw": 1.0, "body.yaw": -1.0}, stiffness, damping))
+        springs.append(spring({f"{bogie.name}.yaw": 1.0, "body.yaw": -1.0}, stiffness, damping))
         square = p["primary_half_spacing"] ** 2
         stiffness = 2.0 * p["primary_longitudinal_stiffness"] * square
         damping = 2.0 * p["primary_longitudinal_damping"] * square
-        found += [
+        springs += [
             spring({f"{bogie.name}.yaw": 1.0, f"{name}.yaw": -1.0}, stiffness, damping) for name in bogie.wheelsets
         ]
-    return found
+    return springs
 
 
 def vertical_springs(p: Parameters, bogies: Sequence[Bogie]) -> list[Element]:
@@ -151,18 +151,18 @@ def secondary_vertical_springs(p: Parameters, bogies: Sequence[Bogie]) -> list[E
 
 def roll_springs(p: Parameters, bogies: Sequence[Bogie]) -> list[Element]:
     """The same springs' resistance to roll, and the anti-roll bar's."""
-    found = []
+    springs = []
     for bogie in bogies:
         square = p["secondary_half_spacing"] ** 2
         stiffness = 2.0 * p["secondary_vertical_stiffness"] * square + p.get("roll_bar_stiffness", 0.0)
         damping = 2.0 * p["secondary_vertical_damping"] * square
-        found.append(spring({"body.roll": 1.0, f"{bogie.name}.roll": -1.0}, stiffness, damping))
+        springs.append(spring({"body.roll": 1.0, f"{bogie.name}.roll": -1.0}, stiffness, damping))
         square = p["primary_half_spacing"] ** 2
         stiffness, damping = (2.0 * p[f"primary_vertical_{kind}"] * square for kind in ("stiffness", "damping"))
-        found += [
+        springs += [
             spring({f"{bogie.name}.roll": 1.0, f"{name}.roll": -1.0}, stiffness, damping) for name in bogie.wheelsets
         ]
-    return found
+    return springs
 
 
 def body_above_springs(p: Parameters, bogies: Sequence[Bogie], above: Heights) -> list[Element]:
@@ -177,17 +177,17 @@ def carried_weight(p: Parameters, bogies: Sequence[Bogie], above: Heights) -> li
     above the lower centre of gravity, has the potential P [(a + b) w + h a^2 - k b^2] / 2, w the spring's lateral
     stretch: the force that carries P turns with the mean of both bodies.
     """
-    found = body_above_springs(p, bogies, above)
+    elements = body_above_springs(p, bogies, above)
     load = body_load(p, bogies)
     for bogie in bogies:
         roll = f"{bogie.name}.roll"
-        found += _turning(load, secondary_shear(bogie, above), "body.roll", roll)
-        found.append(spring({roll: 1.0}, -load * above.spring))
+        elements += _turning(load, secondary_shear(bogie, above), "body.roll", roll)
+        elements.append(spring({roll: 1.0}, -load * above.spring))
         share = (load + p["bogie_mass"] * GRAVITY) / len(bogie.wheelsets)
         for name in bogie.wheelsets:
-            found += _turning(share, primary_shear(bogie, name, above), roll, f"{name}.roll")
-            found.append(spring({roll: 1.0}, -share * above.bogie))
-    return found
+            elements += _turning(share, primary_shear(bogie, name, above), roll, f"{name}.roll")
+            elements.append(spring({roll: 1.0}, -share * above.bogie))
+    return elements
 
 
 def body_load(p: Parameters, bogies: Sequence[Bogie]) -> float:

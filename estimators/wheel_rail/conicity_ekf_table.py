@@ -37,8 +37,8 @@ class ConicityEkfTable(ContactEstimator, frozen=True):
     def prior(self, nodes: np.ndarray) -> np.ndarray:
         """A common level, and smooth variation that is mostly the same to both sides."""
 
-        def near(places: np.ndarray) -> np.ndarray:
-            return np.exp(-0.5 * ((places[:, None] - places) / self.shape_length) ** 2)
+        def near(shifts: np.ndarray) -> np.ndarray:
+            return np.exp(-0.5 * ((shifts[:, None] - shifts) / self.shape_length) ** 2)
 
         shape = TWIN * near(np.abs(nodes)) + (1.0 - TWIN) * near(nodes)
         return self.conicity_std**2 + self.shape_std**2 * shape + 1e-6 * np.eye(len(nodes))

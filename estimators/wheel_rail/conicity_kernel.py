@@ -66,10 +66,10 @@ class WheelsetRecord(NamedTuple):
 @inlined
 def half_difference(table, spacing, x):
     """lambda(|x|) x and its slope by x, lambda from a table of equal spacing, linear between its points."""
-    place = abs(x) / spacing
-    cell = min(int(place), table.shape[0] - 2)
+    index = abs(x) / spacing
+    cell = min(int(index), table.shape[0] - 2)
     slope = table[cell + 1] - table[cell]
-    value = table[cell] + (place - cell) * slope
+    value = table[cell] + (index - cell) * slope
     return value * x, value + abs(x) * slope / spacing
 
 
@@ -190,15 +190,15 @@ def run(record, table, spacing, numbers, x, P, keep):
             means[k, 0] = x
             covariances[k, 0] = P
         for m in range(2):
-            one, other, sign = (PSI_RATE, GYRO_BIAS, 1.0) if m == GYRO else (MASS, Y, -1.0)
+            first_state, second_state, sign = (PSI_RATE, GYRO_BIAS, 1.0) if m == GYRO else (MASS, Y, -1.0)
             measured = record.gyro[k] if m == GYRO else record.transducer[k]
             if not np.isfinite(measured):
                 continue
             noise = numbers.gyro if m == GYRO else numbers.transducer
             for i in range(STATES):
-                gain[i] = P[i, one] + sign * P[i, other]
-            S = gain[one] + sign * gain[other] + noise
-            error = measured - x[one] - sign * x[other]
+                gain[i] = P[i, first_state] + sign * P[i, second_state]
+            S = gain[first_state] + sign * gain[second_state] + noise
+            error = measured - x[first_state] - sign * x[second_state]
             correct(x, P, gain, S, error)
             innovation[k, m], variance[k, m] = error, S
         if keep:

@@ -136,12 +136,16 @@ class ConicityLeastSquares(Estimator, frozen=True):
 
     def _choose(self, equation: Equation, reach: float) -> tuple[int, float, dict[str, float]]:
         """Number of pieces and penalty with the least error (rms, m) on blocks left out."""
-        found: dict[tuple[int, float], float] = {}
+        errors_by_choice: dict[tuple[int, float], float] = {}
         for count in self.pieces:
             errors = left_out(equation, Pieces(-reach, reach, count), PENALTIES, self.folds)
-            found |= {(count, penalty): error for penalty, error in zip(PENALTIES, errors, strict=True)}
-        count, penalty = min(found, key=lambda key: found[key])
-        return count, penalty, {f"{key[0]} pieces, penalty {key[1]:g}": value for key, value in found.items()}
+            errors_by_choice |= {(count, penalty): error for penalty, error in zip(PENALTIES, errors, strict=True)}
+        count, penalty = min(errors_by_choice, key=lambda key: errors_by_choice[key])
+        return (
+            count,
+            penalty,
+            {f"{key[0]} pieces, penalty {key[1]:g}": value for key, value in errors_by_choice.items()},
+        )
 
     def _result(
         self, motion: WheelsetMotion, rails: Rails, equation: Equation, fit: Fit, about: dict[str, Any]

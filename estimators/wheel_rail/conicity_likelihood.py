@@ -106,10 +106,10 @@ class Likelihood:
         gradient, information = self._derivatives(parameters)
         for _ in range(iterations):
             precision = information + self.prior_precision
-            found = self._better(parameters, best, gradient, precision, damping)
-            if found is None:
+            step = self._better(parameters, best, gradient, precision, damping)
+            if step is None:
                 break
-            moved, value, stiff = found
+            moved, value, stiff = step
             gained = best - value
             parameters, best, damping = moved, value, stiff / 4.0 if stiff > DAMPED else 0.0
             gradient, information = self._derivatives(parameters)

@@ -9,11 +9,11 @@ POINTS = 121
 QUANTILE = 0.999  # of the visited shifts, to which the function is stated
 
 
-class Found(NamedTuple):
-    """Series over time; conicity (n,) with covariance (n, n) at `places` (m); visited shifts (m); other parameters."""
+class ConicityFit(NamedTuple):
+    """Series over time; conicity (n,) with covariance (n, n) at `shifts` (m); visited shifts (m); other parameters."""
 
     series: pd.DataFrame
-    places: np.ndarray
+    shifts: np.ndarray
     conicity: np.ndarray
     covariance: np.ndarray
     visited: np.ndarray
@@ -26,17 +26,17 @@ class Found(NamedTuple):
         ----------
         model_error : standard deviation (-) besides that of the data.
         """
-        places, visited = self.places, self.visited
+        shifts, visited = self.shifts, self.visited
         table = np.linspace(-1.0, 1.0, POINTS) * float(np.quantile(visited, QUANTILE))
         spread = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         function = {
             "shift [m]": table.tolist(),
-            "conicity [-]": np.interp(np.abs(table), places, self.conicity).tolist(),
-            "conicity_std [-]": np.hypot(np.interp(np.abs(table), places, spread), model_error).tolist(),
+            "conicity [-]": np.interp(np.abs(table), shifts, self.conicity).tolist(),
+            "conicity_std [-]": np.hypot(np.interp(np.abs(table), shifts, spread), model_error).tolist(),
             "kind": "secant",
         }
-        weights = np.zeros(len(places))
-        cell = np.minimum(visited / (places[1] - places[0]), len(places) - 1.001)
+        weights = np.zeros(len(shifts))
+        cell = np.minimum(visited / (shifts[1] - shifts[0]), len(shifts) - 1.001)
         near, share = cell.astype(int), cell - np.floor(cell)
         np.add.at(weights, near, (1.0 - share) * visited**2)
         np.add.at(weights, near + 1, share * visited**2)

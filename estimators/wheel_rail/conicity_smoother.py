@@ -91,12 +91,12 @@ class ConicitySmoother(Estimator, frozen=True):
         time, record = self._record(measurements)
         likelihood = self.likelihood(measurements, record)
         if self.gauge > 0.0:
-            found = on_varying_gauge(
+            fit = on_varying_gauge(
                 self.name, likelihood, self._gauge(), time, record, self.spacing, self.window, self.model_error
             )
         else:
-            found = on_constant_gauge(likelihood, self.starts, time, record, self.window, self.model_error)
-        return Estimate(self.name, found.series, self.model_dump(mode="json") | found.stated(self.model_error))
+            fit = on_constant_gauge(likelihood, self.starts, time, record, self.window, self.model_error)
+        return Estimate(self.name, fit.series, self.model_dump(mode="json") | fit.stated(self.model_error))
 
     def _gauge(self) -> Gauge:
         """What varies along the line."""

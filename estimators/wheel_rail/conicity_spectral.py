@@ -95,9 +95,9 @@ class ConicitySpectral(Estimator, frozen=True):
         distance, turning, speed = path(measurements, channel)
         survey = Survey(measurements)
         typical = float(np.median(speed))
-        places = find(distance, turning, survey, lambda k: respond(*TYPICAL, typical, k))[:CANDIDATES]
+        candidates = find(distance, turning, survey, lambda k: respond(*TYPICAL, typical, k))[:CANDIDATES]
         start, rough = min(
-            places, key=lambda one: incoherent(self._blocks(distance, turning, speed, survey, one[0], one[1]))
+            candidates, key=lambda one: incoherent(self._blocks(distance, turning, speed, survey, one[0], one[1]))
         )
 
         def misfit(offset: float, scale: float) -> float:
@@ -108,10 +108,10 @@ class ConicitySpectral(Estimator, frozen=True):
         first = self._fit(self._blocks(distance, turning, speed, survey, offset, scale), respond, None)
         offset += float(first.x[2])
         blocks = self._blocks(distance, turning, speed, survey, offset, scale)
-        found = self._fit(blocks, respond, _deviation(blocks, respond, np.array([*first.x[:2], 0.0])))
-        offset += float(found.x[2])
-        conicity, creep = np.exp(found.x[:2])
-        spread = conicity * float(np.sqrt(np.linalg.inv(found.jac.T @ found.jac)[0, 0]))
+        solution = self._fit(blocks, respond, _deviation(blocks, respond, np.array([*first.x[:2], 0.0])))
+        offset += float(solution.x[2])
+        conicity, creep = np.exp(solution.x[:2])
+        spread = conicity * float(np.sqrt(np.linalg.inv(solution.jac.T @ solution.jac)[0, 0]))
         share = self.bogie_error if channel == BOGIE else self.model_error
         honest = np.sqrt(spread**2 + (share * conicity) ** 2 + self.model_floor**2)
         time = np.arange(measurements.time(channel)[0], measurements.time(channel)[-1], 1.0)
@@ -223,21 +223,21 @@ def find(
     k = 2.0 * np.pi * np.fft.rfftfreq(len(bent), SPACING)
     k[0] = k[1]
     rails = np.nan_to_num(band_pass(np.fft.irfft(np.fft.rfft(bent) * gain(k), len(bent)), SPACING, slow))
-    found: list[tuple[float, float, float]] = []
+    candidates: list[tuple[float, float, float]] = []
     for scale in SCALES:
-        places = np.arange(0.0, scale * distance[-1], SPACING)
-        if len(places) > len(grid):
+        distances = np.arange(0.0, scale * distance[-1], SPACING)
+        if len(distances) > len(grid):
             continue
-        own = np.nan_to_num(band_pass(np.interp(places, scale * distance, turning), SPACING, slow))
+        own = np.nan_to_num(band_pass(np.interp(distances, scale * distance, turning), SPACING, slow))
         agreement = signal.correlate(rails, own, "valid", "fft")
         size = signal.correlate(rails**2, np.ones(len(own)), "valid", "fft") * float(own @ own)
         likeness = agreement / np.sqrt(np.maximum(size, 1e-3 * size.max()))
-        found.append((float(likeness.max()), float(grid[int(likeness.argmax())]), float(scale)))
-    if not found:
+        candidates.append((float(likeness.max()), float(grid[int(likeness.argmax())]), float(scale)))
+    if not candidates:
         raise InputError(
             f"the record covers {distance[-1]:.0f} m, the measured track {grid[-1]:.0f} m; give that of the whole way"
         )
-    return [(place, scale) for _, place, scale in sorted(found, reverse=True)]
+    return [(place, scale) for _, place, scale in sorted(candidates, reverse=True)]
 
 
 def incoherent(blocks: Blocks) -> float:

@@ -5,12 +5,12 @@ import pandas as pd
 
 from estimators.wheel_rail.conicity_kernel import RAIL, WheelsetRecord, Y
 from estimators.wheel_rail.conicity_likelihood import Likelihood
-from estimators.wheel_rail.conicity_result import Found, mean_over
+from estimators.wheel_rail.conicity_result import ConicityFit, mean_over
 
 
 def on_constant_gauge(
     likelihood: Likelihood, starts: int, time: np.ndarray, record: WheelsetRecord, window: float, model_error: float
-) -> Found:
+) -> ConicityFit:
     """Fit the function, then smooth.
 
     Parameters
@@ -38,4 +38,4 @@ def on_constant_gauge(
     names: list[str] = ["f11 [N]", "rail_level [m]", "slip [m/s]", "line [-]"]
     others = dict(zip(names, logs.tolist(), strict=True))
     basis, covariance = likelihood.basis, posterior.covariance[: likelihood.count, : likelihood.count]
-    return Found(series, likelihood.shift, conicity, basis @ covariance @ basis.T, np.abs(shift), others)
+    return ConicityFit(series, likelihood.shift, conicity, basis @ covariance @ basis.T, np.abs(shift), others)

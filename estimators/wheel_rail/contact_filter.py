@@ -44,7 +44,7 @@ class Settings(NamedTuple):
     psi'', y_m'' by the six states. They are interpolated at the speed of each step.
     step : s. poles : (3,) rad/m of the track (two) and of n. drive : (2,) variances of d and of n (m2).
     noise : (2,) standard deviation of what the model lacks of y'' and psi'', in a step.
-    nodes : (k,) places of the table, m. walks : variance per second of the parameters, (parameters,).
+    nodes : (k,) shifts of the table, m. walks : variance per second of the parameters, (parameters,).
     roll : 1 / l, with which the roll's slope makes roll of x.
     readings : (CHANNELS,) variances, infinity where a channel is not used.
     """
@@ -74,7 +74,7 @@ class Memory(NamedTuple):
     gain: np.ndarray  # (n,)
     motion: np.ndarray  # (DYNAMIC,)
     now: np.ndarray  # (24,) coefficients at the present speed
-    place: np.ndarray  # (7,) lambda, its slope, the weights' index and share; sums for the effective conicity
+    lookup: np.ndarray  # (7,) lambda, its slope, the weights' index and share; sums for the effective conicity
 
 
 @kernel
@@ -91,20 +91,20 @@ def at_speed(settings, speed, now):
 
 @kernel
 def look_up(settings, memory, x):
-    """Conicity at x, its slope, the cell and the share of its right node; into `memory.place`."""
-    nodes, mean, place = settings.nodes, memory.mean, memory.place
+    """Conicity at x, its slope, the cell and the share of its right node; into `memory.lookup`."""
+    nodes, mean, lookup = settings.nodes, memory.mean, memory.lookup
     count = len(nodes)
     if count == 1:
-        place[0], place[1], place[2], place[3] = math.exp(mean[DYNAMIC]), 0.0, 0.0, 0.0
+        lookup[0], lookup[1], lookup[2], lookup[3] = math.exp(mean[DYNAMIC]), 0.0, 0.0, 0.0
         return
     spacing = nodes[1] - nodes[0]
     cell = min(max(int((x - nodes[0]) / spacing), 0), count - 2)
     share = min(max((x - nodes[cell]) / spacing, 0.0), 1.0)
     left, right = mean[DYNAMIC + cell], mean[DYNAMIC + cell + 1]
     inside = nodes[0] < x < nodes[count - 1]
-    place[0] = math.exp(left + share * (right - left))
-    place[1] = place[0] * (right - left) / spacing if inside else 0.0
-    place[2], place[3] = cell, share
+    lookup[0] = math.exp(left + share * (right - left))
+    lookup[1] = lookup[0] * (right - left) / spacing if inside else 0.0
+    lookup[2], lookup[3] = cell, share
 
 
 @kernel
@@ -113,7 +113,7 @@ def motion(settings, memory, speed):
     m, f, a, c = memory.mean, memory.motion, memory.jacobian, memory.now
     x, x_rate = m[0] - m[TRACK], m[1] - m[TRACK_RATE]
     look_up(settings, memory, x)
-    conicity, slope = memory.place[0], memory.place[1]
+    conicity, slope = memory.lookup[0], memory.lookup[1]
     shift = x + m[GAUGE]
     a[:] = 0.0
     a[0, 1] = a[2, 3] = a[4, 5] = a[TRACK, TRACK_RATE] = 1.0
@@ -168,8 +168,8 @@ def solve(matrix):
 @kernel
 def by_nodes(memory, k):
     """Change of y'' (k = 0) or psi'' (k = 1) by the left and the right node of the cell that x is in."""
-    share, m = memory.place[3], memory.mean
-    whole = memory.now[4 + k] * memory.place[0] * (m[0] - m[TRACK] + m[GAUGE])
+    share, m = memory.lookup[3], memory.mean
+    whole = memory.now[4 + k] * memory.lookup[0] * (m[0] - m[TRACK] + m[GAUGE])
     return whole * (1.0 - share), whole * share
 
 
@@ -193,7 +193,7 @@ def predict(settings, memory, speed):
     solve(b)
     t = memory.transition
     t[:] = 0.0
-    cell = int(memory.place[2])
+    cell = int(memory.lookup[2])
     for i in range(DYNAMIC):
         for j in range(DYNAMIC):
             t[i, j] = b[i, DYNAMIC + j]
@@ -251,7 +251,7 @@ def expected(settings, memory, channel, speed):
         for j in range(DYNAMIC):
             row[j] = memory.jacobian[1, j]
         left, right = by_nodes(memory, 0)
-        cell = DYNAMIC + int(memory.place[2])
+        cell = DYNAMIC + int(memory.lookup[2])
         row[cell] += left
         if nodes > 1:
             row[cell + 1] += right
@@ -314,18 +314,18 @@ def advance(settings, memory, speeds, samples, out):
 @kernel
 def _effective(settings, memory, row):
     """Conicity of the cone that fits the table best over the last seconds; its deviation, errors of nodes in step."""
-    p, place = memory.covariance, memory.place
-    cell, share = DYNAMIC + int(place[2]), place[3]
+    p, lookup = memory.covariance, memory.lookup
+    cell, share = DYNAMIC + int(lookup[2]), lookup[3]
     variance = p[cell, cell]
     if share > 0.0:
         variance = (1.0 - share) ** 2 * p[cell, cell] + share**2 * p[cell + 1, cell + 1]
         variance += 2.0 * share * (1.0 - share) * p[cell, cell + 1]
-    spread = place[0] * max(variance, 0.0) ** 0.5
-    row[0], row[3] = place[0], spread
+    spread = lookup[0] * max(variance, 0.0) ** 0.5
+    row[0], row[3] = lookup[0], spread
     if len(settings.nodes) > 1:
         forgetting_factor = math.exp(-settings.step / FORGETTING_TIME)
         square = (memory.mean[0] - memory.mean[TRACK]) ** 2 + 1e-10
-        place[4] = forgetting_factor * place[4] + square
-        place[5] = forgetting_factor * place[5] + square * place[0]
-        place[6] = forgetting_factor * place[6] + square * spread
-        row[0], row[3] = place[5] / place[4], place[6] / place[4]
+        lookup[4] = forgetting_factor * lookup[4] + square
+        lookup[5] = forgetting_factor * lookup[5] + square * lookup[0]
+        lookup[6] = forgetting_factor * lookup[6] + square * spread
+        row[0], row[3] = lookup[5] / lookup[4], lookup[6] / lookup[4]

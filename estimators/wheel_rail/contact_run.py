@@ -120,13 +120,13 @@ class ContactEstimator(Estimator, frozen=True):
     def _readings(self, about: Mapping[str, Any], rate: float) -> np.ndarray:
         """Variance of each channel."""
         model = (self.model_lateral, 0.0, 0.0, 0.0, 0.0)
-        found = np.empty(CHANNELS)
+        variances = np.empty(CHANNELS)
         for number, name in enumerate(NAMES):
             white = data_sheet(about, name).variance(rate)
-            found[number] = max(white, LEAST[number] ** 2) + model[number] ** 2
+            variances[number] = max(white, LEAST[number] ** 2) + model[number] ** 2
         if not self.use_roll:
-            found[-1] = np.inf
-        return found
+            variances[-1] = np.inf
+        return variances
 
     def _memory(self, model: WheelsetModel, nodes: np.ndarray, about: Mapping[str, Any]) -> Memory:
         size = DYNAMIC + len(nodes) + BIASES + 1

@@ -32,19 +32,19 @@ AGAIN, STRAIGHT = 4, 0.3
 @inlined
 def look(table, spacing, u):
     """F and its slope at u, from its values at equal steps about the middle."""
-    place = u / spacing + (table.shape[0] - 1) // 2
-    i = min(max(int(place), 0), table.shape[0] - 2)
+    index = u / spacing + (table.shape[0] - 1) // 2
+    i = min(max(int(index), 0), table.shape[0] - 2)
     rise = table[i + 1] - table[i]
-    return table[i] + (place - i) * rise, rise / spacing
+    return table[i] + (index - i) * rise, rise / spacing
 
 
 @inlined
 def scatter(row, spacing, u, amount):
     """Add the derivative by the table's values of amount F(u)."""
-    place = u / spacing + (row.shape[0] - 3) // 2
-    i = min(max(int(place), 0), row.shape[0] - 4)
-    row[i] += amount * (1.0 - place + i)
-    row[i + 1] += amount * (place - i)
+    index = u / spacing + (row.shape[0] - 3) // 2
+    i = min(max(int(index), 0), row.shape[0] - 4)
+    row[i] += amount * (1.0 - index + i)
+    row[i + 1] += amount * (index - i)
 
 
 @allocating
@@ -63,14 +63,14 @@ def particles(D, y, table, spacing, rail, gauge, noise, normals, uniforms, score
     w, lw = np.ones(count) / count, np.zeros(count)
     traced = score.shape[0] > 0
     X, G, parent = np.zeros((RING, count)), np.zeros((RING, count)), np.zeros((RING, count), dtype=np.int64)
-    by_rail, by_gauge, one = np.zeros((RING, count)), np.zeros((RING, count)), np.zeros(count, dtype=np.int64)
-    place = np.zeros(count, dtype=np.int64)
+    by_rail, by_gauge, chosen = np.zeros((RING, count)), np.zeros((RING, count)), np.zeros(count, dtype=np.int64)
+    path = np.zeros(count, dtype=np.int64)
     for i in range(count):
         P[i, 0, 0] = y[0] + FIRST * normals[0, i, 0]
         P[i, 1, 0] = gauge.level * np.sqrt(gauge.shares[0]) * normals[0, i, 1]
     total, white = 0.0, noise * noise
     for k in range(1, n):
-        drawn, turn, ring, top = normals[1 + k % (rows - 1)], (k * STRIDE) % count, k % RING, -np.inf
+        drawn, rotation, ring, top = normals[1 + k % (rows - 1)], (k * STRIDE) % count, k % RING, -np.inf
         known = min(k, order)
         by_d, by_e = rail.weights[known], gauge.weights[known]
         rail_variance, gauge_variance = rail.level**2 * rail.shares[known], gauge.level**2 * gauge.shares[known]
@@ -91,7 +91,7 @@ def particles(D, y, table, spacing, rail, gauge, noise, normals, uniforms, score
                 S = by_x * by_x * rail_variance + by_g * by_g * gauge_variance + white
                 error = real - by_x * md + by_g * mg
                 md, mg = -rail_variance * by_x * error / S, gauge_variance * by_g * error / S
-            z = drawn[(i + turn) % count]
+            z = drawn[(i + rotation) % count]
             nd, ng = np.sqrt(rail_variance) * z[0], np.sqrt(gauge_variance) * z[1]
             gain = (error + by_x * nd - by_g * ng - noise * z[2]) / S
             md, mg = nd - rail_variance * by_x * gain, ng + gauge_variance * by_g * gain
@@ -117,20 +117,20 @@ def particles(D, y, table, spacing, rail, gauge, noise, normals, uniforms, score
             w[i] /= all_
             squares += w[i] * w[i]
         total += top + np.log(all_)
-        resample(P, Q, w, one, uniforms[k], squares * count > 2.0)
+        resample(P, Q, w, chosen, uniforms[k], squares * count > 2.0)
         if traced:
             for i in range(count):
-                parent[ring, i] = one[i]
+                parent[ring, i] = chosen[i]
             if k % EVERY == 0 and k > LAG:
                 trace(
-                    k, D, w, place, X, G, by_rail, by_gauge, parent, table, spacing, white, score[k // EVERY], smoothed
+                    k, D, w, path, X, G, by_rail, by_gauge, parent, table, spacing, white, score[k // EVERY], smoothed
                 )
     return total
 
 
 @inlined
 def resample(P, Q, w, parent, uniform, needed):
-    """Take Q over into P, systematically by the weights where that is needed; `parent` gets the places."""
+    """Take Q over into P, systematically by the weights where that is needed; `parent` gets the indices."""
     count, order, j, reached = w.shape[0], P.shape[2], 0, w[0]
     for i in range(count):
         if needed:
@@ -148,20 +148,20 @@ def resample(P, Q, w, parent, uniform, needed):
 
 
 @inlined
-def trace(k, D, w, place, X, G, by_rail, by_gauge, parent, table, spacing, white, row, smoothed):
+def trace(k, D, w, path, X, G, by_rail, by_gauge, parent, table, spacing, white, row, smoothed):
     """Add the score of the block that ends `LAG - EVERY` steps before k to its row, and what the paths are there.
 
-    place : scratch.
+    path : scratch.
     """
     count = w.shape[0]
     for i in range(count):
-        place[i] = i
+        path[i] = i
     for ago in range(LAG):
         m = k - ago
         ring = m % RING
         for i in range(count):
-            j = parent[ring, place[i]]
-            place[i] = j
+            j = parent[ring, path[i]]
+            path[i] = j
             if ago >= LAG - EVERY:
                 x, g = X[ring, j], G[ring, j]
                 error = D[m] - 0.5 * (look(table, spacing, x - 0.5 * g)[0] - look(table, spacing, -x - 0.5 * g)[0])

@@ -73,11 +73,11 @@ class GaugeLikelihood:
         self.more = rng.standard_normal((ROWS, MANY * count, 3))
 
     def objective(
-        self, parameters: np.ndarray, basis: Basis, share: float, turn: int = 0, blocks: bool = True
+        self, parameters: np.ndarray, basis: Basis, share: float, replica: int = 0, blocks: bool = True
     ) -> tuple[float, np.ndarray, np.ndarray]:
         """Minus log posterior, gradient of the log likelihood by blocks (blocks, parameters), moments of x and g.
 
-        turn : other random numbers. blocks : whether gradient and moments are wanted; else there are more particles.
+        replica : other random numbers. blocks : whether gradient and moments are wanted; else there are more particles.
         """
         table = basis.radius @ parameters[:-2]
         levels = np.exp(parameters[-2:])
@@ -85,13 +85,13 @@ class GaugeLikelihood:
         score = np.zeros((len(self.D) // EVERY + 1 if blocks else 0, len(table) + 2))
         smoothed = np.full((len(self.D) if blocks else 0, 4), 0.0)
         normals = self.normals if blocks else self.more
-        normals = np.roll(normals, turn * ROWS // 17, axis=0)
-        found = particles(
+        normals = np.roll(normals, replica * ROWS // 17, axis=0)
+        log_likelihood = particles(
             self.D, self.y, table, SPACING, rail, gauge, share * self.scale, normals,
-            np.roll(self.uniforms, 13 * turn), score, smoothed,
+            np.roll(self.uniforms, 13 * replica), score, smoothed,
         )  # fmt: skip
         apart = parameters - self.mean
-        value = -found + 0.5 * float(apart @ self.precision @ apart)
+        value = -log_likelihood + 0.5 * float(apart @ self.precision @ apart)
         score = np.hstack([score[:, :-2] @ basis.radius, score[:, -2:]])
         return value if np.isfinite(value) else np.inf, score, smoothed
 
@@ -116,21 +116,21 @@ class GaugeLikelihood:
         return parameters
 
     def polish(self, parameters: np.ndarray, basis: Basis, share: float) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of the places that steps with ever other random numbers reach (Polyak), and covariance.
+        """Mean of the parameters that steps with ever other random numbers reach (Polyak), and covariance.
 
         The information is the mean product of scores by different random numbers: their noise is independent and falls
         out, where the outer product of each with itself, and still that of the mean, would take it for information.
         """
-        places, scores = [], []
-        for turn in range(1, POLISHING + 1):
-            _, score, _ = self.objective(parameters, basis, share, turn)
+        iterates, scores = [], []
+        for replica in range(1, POLISHING + 1):
+            _, score, _ = self.objective(parameters, basis, share, replica)
             gradient = -score.sum(axis=0) + self.precision @ (parameters - self.mean)
             change = -np.linalg.solve(self._information(score) + self.precision, gradient)
             parameters = parameters + change * min(1.0, LARGEST / max(float(np.abs(change).max()), 1e-300))
             scores.append(score)
-            places.append(parameters)
+            iterates.append(parameters)
         information = independent(np.array([self._merged(score) for score in scores]), self.precision)
-        late = np.array(places[POLISHING // 3 :])
+        late = np.array(iterates[POLISHING // 3 :])
         scatter = np.cov(late.T) / INDEPENDENT
         return late.mean(axis=0), np.linalg.inv(information + self.precision) + scatter
 
@@ -151,14 +151,14 @@ class GaugeLikelihood:
         for share, most in STAGES:
             parameters = self.climb(parameters, self.basis, share, most)
         share = STAGES[-1][0]
-        found, functions = np.empty(len(SHIFTS)), []
+        costs, functions = np.empty(len(SHIFTS)), []
         for number, shift in enumerate(SHIFTS):
             basis = self.basis.moved(float(shift))
             relaxed = self.climb(parameters, basis, share, RELAXED)
             values = [self.objective(relaxed, basis, share, turn, False)[0] for turn in range(REPEATS)]
-            found[number] = np.mean(values)
+            costs[number] = np.mean(values)
             functions.append(basis.conicity @ relaxed[:-2])
-        best, deviation = parabola(SHIFTS, found)
+        best, deviation = parabola(SHIFTS, costs)
         basis = self.basis.moved(best)
         parameters, covariance = self.polish(parameters, basis, share)
         by_shift = np.gradient(np.array(functions), SHIFTS, axis=0)[int(np.argmin(np.abs(SHIFTS - best)))]
@@ -197,15 +197,15 @@ def independent(scores: np.ndarray, prior: np.ndarray) -> np.ndarray:
     return root @ (vectors * np.maximum(values, np.sqrt(2.0 / parts))) @ vectors.T @ root.T
 
 
-def parabola(places: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """Place of the minimum of minus a log likelihood and its standard deviation, by a parabola about the least value.
+def parabola(shifts: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Shift of the minimum of minus a log likelihood and its standard deviation, by a parabola about the least value.
 
-    Where the values have no minimum within the places: the least one's place and half their range.
+    Where the values have no minimum within the range: the least one's shift and half their range.
     """
-    least = places[int(np.argmin(values))]
-    weights = np.exp(-0.5 * ((places - least) / WIDTH) ** 2)
-    square, line, _ = np.polyfit(places, values, 2, w=weights)
+    least = shifts[int(np.argmin(values))]
+    weights = np.exp(-0.5 * ((shifts - least) / WIDTH) ** 2)
+    square, line, _ = np.polyfit(shifts, values, 2, w=weights)
     if square <= 0.0:
-        return float(least), float(places[-1] - places[0]) / 2.0
-    best = float(np.clip(-line / (2.0 * square), places[0], places[-1]))
+        return float(least), float(shifts[-1] - shifts[0]) / 2.0
+    best = float(np.clip(-line / (2.0 * square), shifts[0], shifts[-1]))
     return best, float(1.0 / np.sqrt(2.0 * square))

@@ -20,12 +20,12 @@ SPACING = 0.1  # m
 class Rails:
     """Lateral position of the rails under the wheelset over time, in the motion's band, m, shapes (n,).
 
-    centre : of both rails, left +. gauge : deviation of the gauge, wider +. place : distance on the track, m.
+    centre : of both rails, left +. gauge : deviation of the gauge, wider +. distance : on the track, m.
     """
 
     centre: np.ndarray
     gauge: np.ndarray
-    place: np.ndarray
+    distance: np.ndarray
 
 
 class Survey:
@@ -99,13 +99,13 @@ def refine(misfit: Callable[[float, float], float], offset: float) -> tuple[floa
     starts = np.array([offset + step for step in np.arange(-2.0, 2.1, 0.25)])
     best = float(starts[int(np.argmin([misfit(float(one), 1.0) for one in starts]))])
     simplex = np.array([[best, 0.0], [best + 0.2, 0.0], [best - 0.3, 1.0]])
-    found = minimize(
+    solution = minimize(
         lambda x: misfit(float(x[0]), 1.0 + 1e-3 * float(x[1])),
         x0=simplex[0],
         method="Nelder-Mead",
         options={"initial_simplex": simplex, "xatol": 5e-3, "fatol": 1e-7, "maxfev": 120},
     )
-    return float(found.x[0]), 1.0 + 1e-3 * float(found.x[1])
+    return float(solution.x[0]), 1.0 + 1e-3 * float(solution.x[1])
 
 
 _COLUMNS = ("lateral [m]", "gauge_deviation [m]", "left_lateral [m]", "right_lateral [m]")

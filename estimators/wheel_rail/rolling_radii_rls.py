@@ -82,11 +82,11 @@ class RollingRadiiRls(Estimator, frozen=True):
         signals = _signals(measurements, motion, motion.y - rails.centre, rails.gauge)
         signals = Signals(*(values[rows] for values in signals))
         sections = regress(signals, known, self.width, self.degree, self.use_gauge, forgetting=self.forgetting)
-        found = geometry(sections.history, known)
+        estimated = geometry(sections.history, known)
         alike = np.sqrt(max(1.0, self.correlation * motion.band.rate))
         spread = geometry_spread(alike * sections.spread, known)
         series = pd.DataFrame({"time [s]": motion.time[rows]})
-        for name, values, std in self._joined(found, spread, known, angle):
+        for name, values, std in self._joined(estimated, spread, known, angle):
             series[f"{name} [{COLUMNS[name]}]"] = values
             series[f"{name}_std [{COLUMNS[name]}]"] = std
         series["wheelset1.lateral_shift [m]"] = signals.shift
@@ -98,7 +98,7 @@ class RollingRadiiRls(Estimator, frozen=True):
         return p.numbers, p.s
 
     def _joined(
-        self, found: Geometry, spread: Geometry, known: Coefficients, angle: float
+        self, estimated: Geometry, spread: Geometry, known: Coefficients, angle: float
     ) -> list[tuple[str, np.ndarray, np.ndarray]]:
         """Each quantity with its prior: mean weighted by the variances, of which the parameters' errors are a part.
 
@@ -108,14 +108,14 @@ class RollingRadiiRls(Estimator, frozen=True):
         c = known
         own = Geometry(
             2.0 * c.r0 * self.creep_error * np.ones(1),
-            np.hypot(self.creep_error * found.difference_of_radii, self.radii_error),
+            np.hypot(self.creep_error * estimated.difference_of_radii, self.radii_error),
             2.0 * (c.k_psi * self.parameter_error) / (c.l * c.W) * np.ones(1),
-            np.hypot(self.creep_error * found.difference_of_angles, self.angles_error),
+            np.hypot(self.creep_error * estimated.difference_of_angles, self.angles_error),
         )
         priors = (self.radius_std, self.difference_std, self.angle_std, self.angle_std)
         out = []
         for name, value, std, more, middle, wide in zip(
-            COLUMNS, found, spread, own, (2.0 * c.r0, 0.0, 2.0 * angle, 0.0), priors, strict=True
+            COLUMNS, estimated, spread, own, (2.0 * c.r0, 0.0, 2.0 * angle, 0.0), priors, strict=True
         ):
             variance = std**2 + more**2 + 1e-30
             weight = wide**2 / (wide**2 + variance)

@@ -106,10 +106,10 @@ def regress(
     """
     number, centres, gauges = numbered(signals, width, gauge_width)
     count = len(centres)
-    place = (signals.shift - centres[number]) / width
+    position = (signals.shift - centres[number]) / width
     deviation = (signals.gauge - gauges[number]) / (gauge_width or GAUGE_SCALE)
     columns = [signals.yaw / SCALE[0], signals.roll_rate / SCALE[1]]
-    columns += [place**power * deviation**more for power, more in powers(degree, gauge)]
+    columns += [position**power * deviation**more for power, more in powers(degree, gauge)]
     regressors = np.stack(columns, axis=1)
     parts = [
         recursion(regressors, output / np.std(output), number, count, prior, forgetting)
@@ -175,12 +175,12 @@ def geometry_spread(spread: np.ndarray, known: Coefficients) -> Geometry:
 
 def conditions(regressors: np.ndarray, number: np.ndarray, count: int) -> np.ndarray:
     """Condition number of each section's regressors, every column of unit length; NaN with too few samples."""
-    found = np.full(count, np.nan)
+    condition_numbers = np.full(count, np.nan)
     for section in range(count):
         rows = regressors[number == section]
         if len(rows) > regressors.shape[1]:
-            found[section] = np.linalg.cond(rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300))
-    return found
+            condition_numbers[section] = np.linalg.cond(rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300))
+    return condition_numbers
 
 
 @allocating

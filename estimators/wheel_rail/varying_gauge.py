@@ -11,7 +11,7 @@ import pandas as pd
 
 from estimators.wheel_rail.conicity_kernel import PSI, PSI_RATE, RAIL, Numbers, WheelsetRecord, Y
 from estimators.wheel_rail.conicity_likelihood import Likelihood
-from estimators.wheel_rail.conicity_result import Found, mean_over
+from estimators.wheel_rail.conicity_result import ConicityFit, mean_over
 from estimators.wheel_rail.gauge_likelihood import GaugeLikelihood, Rails
 from estimators.wheel_rail.rail_process import Process
 from estimators.wheel_rail.wheel_basis import wheel_basis
@@ -22,7 +22,7 @@ FEWEST = 1000  # steps that the particles need: 300 m, tens of waves of the gaug
 TOGETHER = 3.0  # m over which the error of the shift hangs together: the gauge's own length
 WHEEL_REACH, WHEEL_PIECES = 4e-3, 16  # m; of one wheel's slope: pieces of 0.5 mm, in which hollow wheels bend
 WHEEL_ROUGHNESS = 0.3  # second difference of the slope, hollow wheels 1
-TILT, TURN, MIDDLE = 0.6, 1e-3, 4e-4
+TILT, TRANSITION, MIDDLE = 0.6, 1e-3, 4e-4
 """Of the slope where the search starts: steeper towards the flange, over m, about m. As new wheels are whose contact
 angle grows towards the flange: S1002 on 60E1 has slopes of 0.09, 0.21, 0.29 and 0.22 at -1, 0, 1 and 2 mm."""
 
@@ -45,7 +45,7 @@ class Gauge(NamedTuple):
 def on_varying_gauge(
     name: str, likelihood: Likelihood, settings: Gauge, time: np.ndarray, record: WheelsetRecord, spacing: float,
     window: float, model_error: float,
-) -> Found:  # fmt: skip
+) -> ConicityFit:  # fmt: skip
     """By particles over rails and gauge; where they tell nothing, at both ends, the Kalman smoother's rails.
 
     Parameters
@@ -61,22 +61,22 @@ def on_varying_gauge(
     states, deviation = likelihood.smooth(posterior)
     half = half_difference(likelihood.numbers, record, states)
     along = np.concatenate([[0.0], np.cumsum(0.5 * (record.speed[1:] + record.speed[:-1]) * record.step)])
-    places = np.arange(SETTLED, along[-1], spacing)
-    if len(places) < FEWEST:
+    distance = np.arange(SETTLED, along[-1], spacing)
+    if len(distance) < FEWEST:
         raise InputError(
             f"{name}: {along[-1]:.0f} m are too short with varying gauge; give {FEWEST * spacing:.0f} m "
             "or set gauge to 0 if it is constant"
         )
-    basis = wheel_basis(WHEEL_REACH, WHEEL_PIECES, TILT, TURN, MIDDLE)
+    basis = wheel_basis(WHEEL_REACH, WHEEL_PIECES, TILT, TRANSITION, MIDDLE)
     wheel, paths = GaugeLikelihood(
-        np.interp(places, along, half), np.interp(places, along, states[:, Y]),
+        np.interp(distance, along, half), np.interp(distance, along, states[:, Y]),
         Rails(settings.rail, settings.gauge, (1.5, settings.level_spread)), basis,
         likelihood.prior.conicity, WHEEL_ROUGHNESS, settings.conicity_spread,
         np.random.default_rng(settings.seed), settings.particles,
     ).fit()  # fmt: skip
     known = np.isfinite(paths[:, 0])
-    inside = (along >= places[known][0]) & (along <= places[known][-1])
-    shift, gauge, shift_std, gauge_std = (np.interp(along, places[known], column) for column in paths[known].T)
+    inside = (along >= distance[known][0]) & (along <= distance[known][-1])
+    shift, gauge, shift_std, gauge_std = (np.interp(along, distance[known], column) for column in paths[known].T)
     shift = np.where(inside, shift, states[:, Y] - states[:, RAIL])
     shift_std = np.where(inside, shift_std, deviation[:, 1])
     width = round(window / record.step)
@@ -99,7 +99,7 @@ def on_varying_gauge(
     others = {"rail_level [m]": float(levels[0]), "gauge_level [m]": float(levels[1])}
     others["best cone over the run [-]"] = float(half @ shift / np.sum(shift**2 + shift_std**2))
     visited = np.concatenate([np.abs(shift + one * shift_std) for one in (-1.0, 1.0)])
-    return Found(series, basis.shift, wheel.conicity, wheel.covariance, visited, others)
+    return ConicityFit(series, basis.shift, wheel.conicity, wheel.covariance, visited, others)
 
 
 def half_difference(numbers: Numbers, record: WheelsetRecord, states: np.ndarray) -> np.ndarray:

@@ -41,20 +41,22 @@ class Basis:
         return replace(self, radius=np.stack(columns, axis=1))
 
 
-def wheel_basis(reach: float, pieces: int, tilt: float, turn: float, middle: float = 0.0) -> Basis:
+def wheel_basis(reach: float, pieces: int, tilt: float, transition: float, middle: float = 0.0) -> Basis:
     """Slope of F by cubic B-splines between -`reach` and `reach` (m), constant beyond.
 
-    The cone's slope grows towards the flange, by the share `tilt` over `turn` about `middle` (m): with an even slope
-    wide and narrow gauge are the same, and no search would leave that.
+    The cone's slope grows towards the flange, by the share `tilt` over `transition` about `middle` (m): with an even
+    slope wide and narrow gauge are the same, and no search would leave that.
     """
     knots = -reach + 2.0 * reach / pieces * np.arange(-3, pieces + 4)
     slope = BSpline.design_matrix(np.clip(_shifts(), -reach, reach * (1.0 - 1e-9)), knots, 3).toarray()
     count = slope.shape[1]
     steps = 0.5 * SPACING * (slope[1:] + slope[:-1])
     radius = np.vstack([np.zeros(count), np.cumsum(steps, axis=0)])
-    places = -reach + 2.0 * reach / pieces * (np.arange(count) - 1.0)
+    positions = -reach + 2.0 * reach / pieces * (np.arange(count) - 1.0)
     return Basis(
-        radius - radius[HALF], 1.0 + tilt * np.tanh((places - middle) / turn), np.diff(np.eye(count), 2, axis=0)
+        radius - radius[HALF],
+        1.0 + tilt * np.tanh((positions - middle) / transition),
+        np.diff(np.eye(count), 2, axis=0),
     )
 
 

@@ -45,10 +45,10 @@ class MotionBand:
 
         def gain(omega: np.ndarray) -> np.ndarray:
             low = (omega / (2.0 * np.pi * self.lowest)) ** ORDER
-            found = low / (1.0 + low) / (1.0 + (omega / (2.0 * np.pi * self.highest)) ** ORDER)
-            found = found.astype(complex)
-            found[1:] *= (1j * omega[1:]) ** derivative * np.exp(1j * omega[1:] * shift)
-            return found
+            response = low / (1.0 + low) / (1.0 + (omega / (2.0 * np.pi * self.highest)) ** ORDER)
+            response = response.astype(complex)
+            response[1:] *= (1j * omega[1:]) ** derivative * np.exp(1j * omega[1:] * shift)
+            return response
 
         return transform(values, 1.0 / self.rate, gain, 2.0 / self.lowest, detrend=True)
 

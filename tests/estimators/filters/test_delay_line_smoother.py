@@ -83,7 +83,7 @@ def _scaled_inverse(matrix: np.ndarray) -> np.ndarray:
 def test_smoother_gives_the_numbers_of_filterpy():
     rng = np.random.default_rng(3)
     made, count = _passage(), 60
-    place = made.place(np.linspace(*SPEEDS, count))
+    place = made.table_index(np.linspace(*SPEEDS, count))
     turning = rng.normal(size=(count, 2, 2))
     turning[:, 0, 1] = 0.0
     measured = rng.normal(size=(count, 2)) * [0.01, 0.3]

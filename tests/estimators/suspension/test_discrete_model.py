@@ -8,7 +8,7 @@ from scipy.stats import qmc
 
 from estimators.filters.track_spectrum import TrackSpectrum
 from estimators.suspension.discrete_model import Discrete, Unknowns, discrete, layout, shaped, steady
-from estimators.suspension.filter_bank import exact, gains, run_bank, unpacked
+from estimators.suspension.filter_bank import exact, gains, run_filters, unpacked
 from estimators.suspension.fisher_information import fisher
 from estimators.suspension.suspension_ml import SuspensionMl
 from estimators.vehicle.affine import COORDINATES, DEGREES, FULL, INPUTS, WITHOUT_WHEELSETS, half_vehicle, nominal
@@ -86,7 +86,7 @@ def test_bank_gives_the_likelihood_of_the_equations_and_of_its_interpolated_gain
         state, found, work = np.zeros((1, plan.size)), np.zeros(1), np.zeros((3, 99))
         noise, sources = shaped(SPEED, rate, inside, plan), np.array(plan.sources, dtype=np.int64)
         parts = unpacked(packed, plan, len(INPUTS), 7)
-        run_bank(
+        run_filters(
             state, *parts, plan.columns, sources, plan.length, noise, inputs[:-1], inputs[1:], readings, found, work
         )
         return float(found[0])
