@@ -38,10 +38,10 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
         arm, half = given["semi_wheelbase"], given["primary_half_spacing"]
         raw = filled(measurements[ACCELERATION])
         acceleration, good = odometry.channel(measurements, ACCELERATION, arm, raw - float(np.mean(raw)))
-        pitching, turned = turning(measurements, PITCH, odometry, ahead=arm)
+        pitching, measured_pitch = turning(measurements, PITCH, odometry, ahead=arm)
         left, measured_left = odometry.channel(measurements, LEFT, arm)
         right, measured_right = odometry.channel(measurements, RIGHT, arm)
-        good = good & turned & measured_left & measured_right
+        good = good & measured_pitch & measured_left & measured_right
         lever = arm - data_sheet(measurements.about, ACCELERATION).position[0]
         speed = np.interp(odometry.s - arm, odometry.s, odometry.speed)  # the bogie's centre is `arm` behind the place
         columns = _sum(

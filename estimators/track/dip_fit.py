@@ -36,15 +36,15 @@ class Dips:
 
     Attributes
     ----------
-    place : s0, m; `place_std`.
+    distance : s0, m; `distance_std`.
     chances : how likely each guess is, shape (n, guesses).
     sizes : e of both rails' mean with each guess, m, shape (n, guesses); `sizes_std`, shape (guesses,).
     ratios : difference of the rails' sizes over their sum with each guess, shape (n, guesses).
     snr : signal to noise ratio.
     """
 
-    place: np.ndarray
-    place_std: np.ndarray
+    distance: np.ndarray
+    distance_std: np.ndarray
     chances: np.ndarray
     sizes: np.ndarray
     sizes_std: np.ndarray
@@ -85,7 +85,7 @@ class Dips:
 
     def side(self) -> np.ndarray:
         """Number of the likeliest of `SIDES`."""
-        return self.chances.reshape(len(self.place), len(SIDES), LENGTHS.size).sum(axis=2).argmax(axis=1)
+        return self.chances.reshape(len(self.distance), len(SIDES), LENGTHS.size).sum(axis=2).argmax(axis=1)
 
 
 def find(channels: Sequence[Channel], threshold: float, rounds: int = 2, known: Dips | None = None) -> Dips:
@@ -93,19 +93,19 @@ def find(channels: Sequence[Channel], threshold: float, rounds: int = 2, known: 
 
     The strongest are fitted and taken away, until none is left above `threshold`. `known`: dips to begin with.
     """
-    found = none_found()
-    if known is not None and len(known.place):
-        found = _distinct(refine(channels, known), threshold)
+    dips = no_dips()
+    if known is not None and len(known.distance):
+        dips = _distinct(refine(channels, known), threshold)
     spacing = channels[0].spacing
     for _ in range(rounds):
-        rests = [one.data - synthesise(found, one) for one in channels]
+        rests = [one.data - synthesise(dips, one) for one in channels]
         filters = MatchedFilters(channels, rests)
         peaks = signal.find_peaks(filters.snr, height=threshold, distance=round(APART / spacing))[0]
         if not peaks.size:
             break
         new = _started(channels, peaks * spacing, *filters.at(peaks), filters.snr[peaks])
-        found = _distinct(refine(channels, _joined(found, new)), threshold)
-    return found
+        dips = _distinct(refine(channels, _joined(dips, new)), threshold)
+    return dips
 
 
 def refine(channels: Sequence[Channel], dips: Dips, steps: int = 3) -> Dips:
@@ -115,12 +115,12 @@ def refine(channels: Sequence[Channel], dips: Dips, steps: int = 3) -> Dips:
     return dips
 
 
-def synthesise(dips: Dips, one: Channel, white: bool = True) -> np.ndarray:
+def synthesise(dips: Dips, channel: Channel, white: bool = True) -> np.ndarray:
     """What the dips add up to in a channel, shape (n,)."""
-    if not len(dips.place):
-        return np.zeros(len(one.data))
-    own, rows = _own(dips, one, _phase(dips, one), white)
-    return _total(own, rows, one)[own.shape[1] : own.shape[1] + len(one.data)]
+    if not len(dips.distance):
+        return np.zeros(len(channel.data))
+    own, rows = _own(dips, channel, _phase(dips, channel), white)
+    return _total(own, rows, channel)[own.shape[1] : own.shape[1] + len(channel.data)]
 
 
 def _step(channels: Sequence[Channel], dips: Dips) -> Dips:
@@ -129,14 +129,14 @@ def _step(channels: Sequence[Channel], dips: Dips) -> Dips:
     phase = _phase(dips, first)
     number, size, ratio = dips.likeliest
     gradient, stiffness, products = np.zeros(len(size)), np.zeros(len(size)), []
-    for one, amplitude in zip(channels, (size, size * ratio), strict=False):
-        waves = _rest(dips, one, phase) * phase * (np.conj(one.parity) * twice(count) / count)
-        products.append(np.einsum("nk,lk->nl", waves.real, one.shapes, optimize=True))
-        gradient -= amplitude * np.einsum("nk,nk->n", waves.imag, one.shapes[number] * k)
-        stiffness += amplitude**2 * one.stiffness[number]
+    for channel, amplitude in zip(channels, (size, size * ratio), strict=False):
+        waves = _rest(dips, channel, phase) * phase * (np.conj(channel.parity) * twice(count) / count)
+        products.append(np.einsum("nk,lk->nl", waves.real, channel.shapes, optimize=True))
+        gradient -= amplitude * np.einsum("nk,nk->n", waves.imag, channel.shapes[number] * k)
+        stiffness += amplitude**2 * channel.stiffness[number]
     dips = _weighed(channels, products, dips)
     move = np.clip(gradient / stiffness, -FARTHEST, FARTHEST)
-    return replace(dips, place=dips.place + move, place_std=1 / np.sqrt(stiffness))
+    return replace(dips, distance=dips.distance + move, distance_std=1 / np.sqrt(stiffness))
 
 
 def _weighed(channels: Sequence[Channel], products: Sequence[np.ndarray], dips: Dips) -> Dips:
@@ -170,10 +170,10 @@ def _weighed(channels: Sequence[Channel], products: Sequence[np.ndarray], dips: 
     return replace(dips, snr=size * np.sqrt(energies))
 
 
-def _rest(dips: Dips, one: Channel, phase: np.ndarray) -> np.ndarray:
+def _rest(dips: Dips, channel: Channel, phase: np.ndarray) -> np.ndarray:
     """Transform of the channel around every dip, the other dips taken away, (n, wave numbers)."""
-    own, rows = _own(dips, one, phase)
-    rest = np.pad(one.data, own.shape[1]) - _total(own, rows, one)
+    own, rows = _own(dips, channel, phase)
+    rest = np.pad(channel.data, own.shape[1]) - _total(own, rows, channel)
     return np.asarray(np.fft.rfft(rest[rows] + own, axis=1))
 
 
@@ -182,42 +182,42 @@ def _total(own: np.ndarray, rows: np.ndarray, one: Channel) -> np.ndarray:
     return np.bincount(rows.ravel(), own.ravel(), len(one.data) + 2 * own.shape[1])
 
 
-def _own(dips: Dips, one: Channel, phase: np.ndarray, white: bool = True) -> tuple[np.ndarray, np.ndarray]:
+def _own(dips: Dips, channel: Channel, phase: np.ndarray, white: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Every dip in its window, (n, count), and the window's rows in the channel padded by `count` on both sides."""
-    count, k = window(one.spacing)
+    count, k = window(channel.spacing)
     number, size, ratio = dips.likeliest
-    amplitude = size * ratio if one.kind == "roll" else size
-    shapes = one.shapes if white else one.spectrum(k, LENGTHS, white)
-    waves = (one.parity * amplitude)[:, None] * shapes[number] * np.conj(phase)
-    index = np.rint(dips.place / one.spacing).astype(np.int64)
-    rows = np.clip(index, -count // 2, len(one.data) + count // 2)[:, None] + count // 2 + np.arange(count)[None, :]
+    amplitude = size * ratio if channel.kind == "roll" else size
+    shapes = channel.shapes if white else channel.spectrum(k, LENGTHS, white)
+    waves = (channel.parity * amplitude)[:, None] * shapes[number] * np.conj(phase)
+    index = np.rint(dips.distance / channel.spacing).astype(np.int64)
+    rows = np.clip(index, -count // 2, len(channel.data) + count // 2)[:, None] + count // 2 + np.arange(count)[None, :]
     return np.asarray(np.fft.irfft(waves, count, axis=1)), rows
 
 
-def _phase(dips: Dips, one: Channel) -> np.ndarray:
+def _phase(dips: Dips, channel: Channel) -> np.ndarray:
     """Factor that brings a dip from its place in the window to the window's first sample, (n, wave numbers)."""
-    count, k = window(one.spacing)
-    offset = dips.place - np.rint(dips.place / one.spacing) * one.spacing + count // 2 * one.spacing
+    count, k = window(channel.spacing)
+    offset = dips.distance - np.rint(dips.distance / channel.spacing) * channel.spacing + count // 2 * channel.spacing
     phase = np.repeat(np.exp(1j * k[1] * offset)[:, None], len(k), axis=1)
     phase[:, 0] = 1.0
     return np.cumprod(phase, axis=1)
 
 
 def _started(
-    channels: Sequence[Channel], place: np.ndarray, side: np.ndarray, number: np.ndarray, snr: np.ndarray
+    channels: Sequence[Channel], distance: np.ndarray, side: np.ndarray, number: np.ndarray, snr: np.ndarray
 ) -> Dips:
     """Dips as the search gives them: side and number of the length are sure."""
     ratio = SIGNS[side]
     power = channels[0].power[number] + (ratio**2 * channels[-1].power[number] if len(channels) > 1 else 0.0)
     guesses = len(SIDES) * LENGTHS.size
-    chances = np.zeros((place.size, guesses))
-    chances[np.arange(place.size), side * LENGTHS.size + number] = 1.0
+    chances = np.zeros((distance.size, guesses))
+    chances[np.arange(distance.size), side * LENGTHS.size + number] = 1.0
     sizes = np.repeat((snr / np.sqrt(power))[:, None], guesses, axis=1)
     ratios = np.repeat(ratio[:, None], guesses, axis=1)
-    return Dips(place, np.zeros(place.size), chances, sizes, np.zeros(guesses), ratios, snr)
+    return Dips(distance, np.zeros(distance.size), chances, sizes, np.zeros(guesses), ratios, snr)
 
 
-def none_found() -> Dips:
+def no_dips() -> Dips:
     """No dips."""
     guesses = len(SIDES) * LENGTHS.size
     zero, table = np.zeros(0), np.zeros((0, guesses))
@@ -236,7 +236,7 @@ def without_echoes(dips: Dips, wheelbase: float) -> Dips:
     of its own.
     """
     _, size, _ = dips.likeliest
-    apart = np.abs(np.abs(dips.place[:, None] - dips.place[None, :]) - wheelbase) < APART / 4
+    apart = np.abs(np.abs(dips.distance[:, None] - dips.distance[None, :]) - wheelbase) < APART / 4
     small = size[:, None] < ECHO * size[None, :]
     return dips.take(np.flatnonzero(~np.any(apart & small, axis=1)))
 
@@ -244,11 +244,11 @@ def without_echoes(dips: Dips, wheelbase: float) -> Dips:
 def _distinct(dips: Dips, threshold: float) -> Dips:
     """Without dips that are weak, or closer than half `APART` to a stronger one; by place."""
     dips = dips.take(dips.snr > threshold)
-    dips = dips.take(np.argsort(dips.place))
-    keep = np.ones(len(dips.place), dtype=bool)
-    crowded = np.flatnonzero(np.diff(dips.place) < APART / 2)
+    dips = dips.take(np.argsort(dips.distance))
+    keep = np.ones(len(dips.distance), dtype=bool)
+    crowded = np.flatnonzero(np.diff(dips.distance) < APART / 2)
     around = np.unique(np.concatenate([crowded, crowded + 1]))
     for i in around[np.argsort(dips.snr[around])]:
-        near = (np.abs(dips.place - dips.place[i]) < APART / 2) & keep & (dips.snr > dips.snr[i])
+        near = (np.abs(dips.distance - dips.distance[i]) < APART / 2) & keep & (dips.snr > dips.snr[i])
         keep[i] &= not near.any()
     return dips.take(keep)

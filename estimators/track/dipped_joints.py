@@ -18,7 +18,7 @@ from estimators.track.curvature import (
     roll_inverse,
     vertical,
 )
-from estimators.track.dip_fit import SIDES, Dips, find, none_found, synthesise, without_echoes
+from estimators.track.dip_fit import SIDES, Dips, find, no_dips, synthesise, without_echoes
 from estimators.track.dips import Channel, ChannelKind, MatchedFilters, channel, clipped
 from estimators.track.events import EventEstimator
 from estimators.vehicle.vertical import pitch_inverse
@@ -76,11 +76,11 @@ class DippedJoints(EventEstimator, frozen=True):
                 "valid [-]": valid.astype(float),
             }
         )
-        found = [dict(event, kind="joint") for event in events(dips, odometry, len(channels) > 1)]
+        joints = [dict(event, kind="joint") for event in events(dips, odometry, len(channels) > 1)]
         about = {
             "settings": self.model_dump(mode="json"),
             "curvature": channels[0].kind if channels else "none",
-            "events": found,
+            "events": joints,
         }
         return Estimate(self.name, series, about)
 
@@ -119,7 +119,7 @@ def find_dips(
     base = float(measurements.vehicle["semi_wheelbase"])
     width = blur(speed, cut_off)
     rest = [clipped(values, good) for values, good, _, _ in rows]
-    dips, channels = none_found(), []
+    dips, channels = no_dips(), []
     for _ in range(ROUNDS if valid.any() else 0):
         channels = [
             channel(values, background, good, what, base, width, odometry.spacing, trust)
@@ -128,7 +128,7 @@ def find_dips(
         dips = without_echoes(find(channels, threshold, known=dips), 2 * base)
         rest = [row[0] - synthesise(dips, one, white=False) for row, one in zip(rows, channels, strict=True)]
     good = np.logical_and.reduce([valid, *(row[1] for row in rows)])
-    return dips.take(_inside(dips.place, good, odometry.spacing, base + CLEAR)), channels, good
+    return dips.take(_inside(dips.distance, good, odometry.spacing, base + CLEAR)), channels, good
 
 
 def events(dips: Dips, odometry: Odometry, sides: bool) -> list[dict[str, Any]]:
@@ -140,15 +140,15 @@ def events(dips: Dips, odometry: Odometry, sides: bool) -> list[dict[str, Any]]:
     depth, depth_std = dips.depth()
     angle, angle_std = dips.angle()
     length = dips.half_length()
-    time = np.interp(dips.place, odometry.s, odometry.time)
+    time = np.interp(dips.distance, odometry.s, odometry.time)
     numbers = dips.side()
-    found = []
+    entries = []
     for i in range(len(depth)):
         side = SIDES[numbers[i]] if sides else "unknown"
-        found.append(
+        entries.append(
             {
-                "s [m]": float(dips.place[i]),
-                "s_std [m]": float(dips.place_std[i]),
+                "s [m]": float(dips.distance[i]),
+                "s_std [m]": float(dips.distance_std[i]),
                 "time [s]": float(time[i]),
                 "depth [m]": float(depth[i]),
                 "depth_std [m]": float(depth_std[i]),
@@ -160,15 +160,15 @@ def events(dips: Dips, odometry: Odometry, sides: bool) -> list[dict[str, Any]]:
                 "snr [-]": float(dips.snr[i]),
             }
         )
-    return found
+    return entries
 
 
-def _inside(place: np.ndarray, good: np.ndarray, spacing: float, reach: float) -> np.ndarray:
+def _inside(distance: np.ndarray, good: np.ndarray, spacing: float, reach: float) -> np.ndarray:
     """Places around which the record is good as far as `reach`, m."""
     bad = np.concatenate([[0], np.cumsum(~good)])
-    low = np.clip(np.floor((place - reach) / spacing).astype(np.int64), 0, len(good))
-    high = np.clip(np.ceil((place + reach) / spacing).astype(np.int64) + 1, 0, len(good))
-    ends = (place - reach >= 0) & (place + reach <= (len(good) - 1) * spacing)
+    low = np.clip(np.floor((distance - reach) / spacing).astype(np.int64), 0, len(good))
+    high = np.clip(np.ceil((distance + reach) / spacing).astype(np.int64) + 1, 0, len(good))
+    ends = (distance - reach >= 0) & (distance + reach <= (len(good) - 1) * spacing)
     return (bad[high] == bad[low]) & ends
 
 

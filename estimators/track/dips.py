@@ -209,11 +209,11 @@ class MatchedFilters:
         return side, np.arange(len(LENGTHS))[COARSE][number]
 
 
-def _rows(one: Channel, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _rows(whitened: Channel, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Product of `rest` with a dip of each coarse length at every place, (lengths, n), and the dips' energies."""
-    size, _ = grid(len(rest), one.spacing)
-    waves = np.fft.rfft(rest, size) * np.conj(one.parity)
-    return np.fft.irfft(waves * one.coarse, size, axis=1)[:, : len(rest)], energy(one.coarse, size)
+    size, _ = grid(len(rest), whitened.spacing)
+    waves = np.fft.rfft(rest, size) * np.conj(whitened.parity)
+    return np.fft.irfft(waves * whitened.coarse, size, axis=1)[:, : len(rest)], energy(whitened.coarse, size)
 
 
 def energy(shapes: np.ndarray, size: int) -> np.ndarray:

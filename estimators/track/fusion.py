@@ -129,14 +129,14 @@ class Plane:
             np.abs(lead + trail * np.exp(-1j * k * self.wheelbase)[:, None, None]) ** 2
             * (k * speed)[:, None, None] ** 2
         )
-        found = np.zeros((len(self.priors), len(self.disturbed), self.states))
+        powers = np.zeros((len(self.priors), len(self.disturbed), self.states))
         for q, prior in enumerate(self.priors):
             for j, group in enumerate(self.disturbed):
                 for state in group:
                     power = moves[:, state, q] * prior.density(k) * response(k, SHORT)
-                    found[q, j, state] = np.trapezoid(power * k, np.log(k)) * UNIT_LENGTH / speed
-        self._powers[speed] = found
-        return found
+                    powers[q, j, state] = np.trapezoid(power * k, np.log(k)) * UNIT_LENGTH / speed
+        self._powers[speed] = powers
+        return powers
 
     def drive(self, speed: float, priors: Sequence[TrackSpectrum], sizes: np.ndarray) -> np.ndarray:
         """Variance per second that enters each state, shape (n,)."""
@@ -246,7 +246,7 @@ def fuse(plane: Plane, odometry: Odometry, bands: Sequence[dict[str, Band]], dis
         for band in dict.fromkeys(band for one in bands for band in one.values())
     }
     bounds = plane.bounds(float(np.median(odometry.speed)), priors, bands)
-    found = []
+    results = []
     for number, own in enumerate(bands):
 
         def of(
@@ -263,7 +263,7 @@ def fuse(plane: Plane, odometry: Odometry, bands: Sequence[dict[str, Band]], dis
             near = np.where(_near_gap(seen, odometry.spacing, band.longest), np.minimum(excess, unknown), 0.0)
             band_std[name] = np.sqrt(of(lambda one: one.bound, band) + local[band][:, number] + near)
         std = np.sqrt(variance[:, number] + wrong)
-        found.append(
+        results.append(
             Fused(
                 odometry.s,
                 values[:, number],
@@ -275,7 +275,7 @@ def fuse(plane: Plane, odometry: Odometry, bands: Sequence[dict[str, Band]], dis
                 ~np.isfinite(std),
             )
         )
-    return found
+    return results
 
 
 @dataclass(frozen=True)
@@ -292,7 +292,7 @@ class Over:
     kind: np.ndarray
 
     @cached_property
-    def place(self) -> np.ndarray:
+    def table_index(self) -> np.ndarray:
         """Fractional index of each place's speed."""
         return np.interp(np.log(self.speed), np.log(self.speeds), np.arange(len(self.speeds), dtype=float))
 

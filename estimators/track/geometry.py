@@ -127,14 +127,14 @@ def by_speed(
     fast = odometry.speed[known]
     low, high = float(fast.min()), float(fast.max())
     speeds = np.geomspace(low, high, max(2, round(np.log(high / low) / np.log(APART)) + 1))
-    place = np.clip(np.interp(odometry.speed, speeds, np.arange(len(speeds))), 0.0, len(speeds) - 1.0)
-    found = np.where(known, 0.0, np.nan)
+    table_index = np.clip(np.interp(odometry.speed, speeds, np.arange(len(speeds))), 0.0, len(speeds) - 1.0)
+    total = np.where(known, 0.0, np.nan)
     for index, speed in enumerate(speeds):
-        weight = np.maximum(0.0, 1.0 - np.abs(place - index))
+        weight = np.maximum(0.0, 1.0 - np.abs(table_index - index))
         if weight[known].any():
             for values, gain in zip(inputs, filters_at(float(speed)), strict=True):
-                found += weight * transform(values, odometry.spacing, gain, memory, detrend=False)
-    return found
+                total += weight * transform(values, odometry.spacing, gain, memory, detrend=False)
+    return total
 
 
 def number(measurements: Measurements, name: str) -> float:
@@ -147,9 +147,9 @@ def number(measurements: Measurements, name: str) -> float:
 
 def rails(vertical: dict[str, np.ndarray], level: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Columns of the left and the right rail from those of their mean and of cross level."""
-    found = {}
+    columns = {}
     for side, sign in (("left", -0.5), ("right", 0.5)):
         for name, values in vertical.items():
             if name.startswith("vertical") and name.endswith("[m]"):
-                found[f"{side}_{name}"] = values + sign * level[name.replace("vertical", "cross_level")]
-    return found
+                columns[f"{side}_{name}"] = values + sign * level[name.replace("vertical", "cross_level")]
+    return columns

@@ -47,14 +47,14 @@ def fits(measurements: Measurements) -> bool:
     return all(name in measurements for name in (YAW, ROLL, SIDE)) and given(measurements.vehicle, lateral_roll.NEEDED)
 
 
-def high_passed(one: Observation, odometry: Odometry) -> Observation:
+def high_passed(reading: Observation, odometry: Odometry) -> Observation:
     """Without waves longer than `LONGEST`; missing places are bridged for the filter and stay missing."""
-    present = np.isfinite(one.values)
+    present = np.isfinite(reading.values)
     if not present.any():
-        return one
-    at = np.arange(len(one.values))
-    values = _high(np.interp(at, at[present], one.values[present]), odometry)
-    return replace(one, values=np.where(present, values, np.nan))
+        return reading
+    at = np.arange(len(reading.values))
+    values = _high(np.interp(at, at[present], reading.values[present]), odometry)
+    return replace(reading, values=np.where(present, values, np.nan))
 
 
 def _high(values: np.ndarray, odometry: Odometry) -> np.ndarray:
@@ -124,7 +124,7 @@ def across(
     )
 
 
-def places(
+def track_regimes(
     vehicle: Mapping[str, Any], curve: np.ndarray, unbalanced: np.ndarray
 ) -> tuple[tuple[TrackRegime, ...], np.ndarray]:
     """Kinds of places: straight track, curves, and curves in which the body leans on its bump stop, more or less.
@@ -137,16 +137,16 @@ def places(
     step = np.where(curve, 1 + steps(vehicle, unbalanced), 0)
     numbers = [0, *(int(one) for one in np.unique(step) if one > 0)]
     usual = max(numbers[1:], key=lambda one: np.count_nonzero(step == one), default=0)
-    found = []
-    for one in numbers:
-        here = step == one
-        sized_as = numbers.index(usual) if one else 0
-        if one < 2:
-            found.append(TrackRegime(sized_as=sized_as))
+    regimes = []
+    for number in numbers:
+        here = step == number
+        sized_as = numbers.index(usual) if number else 0
+        if number < 2:
+            regimes.append(TrackRegime(sized_as=sized_as))
         else:
             stiff = float(mean[here].mean())
-            found.append(TrackRegime({BUMP_STOP: stiff}, {BUMP_STOP: float(spread[here].mean()) / stiff}, sized_as))
-    return tuple(found), np.searchsorted(numbers, step)
+            regimes.append(TrackRegime({BUMP_STOP: stiff}, {BUMP_STOP: float(spread[here].mean()) / stiff}, sized_as))
+    return tuple(regimes), np.searchsorted(numbers, step)
 
 
 def start(height: np.ndarray, slope: np.ndarray, speed: float) -> np.ndarray:

@@ -154,8 +154,8 @@ def attitude(measurements: Measurements, odometry: Odometry, sensor: str = "bogi
     names = [f"{sensor}.acceleration_y [m/s2]", f"{sensor}.rate_roll [rad/s]", f"{sensor}.rate_yaw [rad/s]"]
     if not all(name in measurements for name in names):
         return None
-    found = [odometry.channel(measurements, name) for name in names]
-    side, roll_rate, yaw_rate = (_filled(*one) for one in found)
+    readings = [odometry.channel(measurements, name) for name in names]
+    side, roll_rate, yaw_rate = (_filled(*one) for one in readings)
     slow = (side - odometry.speed * yaw_rate) / GRAVITY
     corner = 2 * np.pi / CROSSOVER
 
@@ -173,7 +173,7 @@ def attitude(measurements: Measurements, odometry: Odometry, sensor: str = "bogi
     roll_std, curving_rate_std = (
         data_sheet(measurements.about, name).error("bias_std") for name in (names[0], names[2])
     )
-    lost = np.sum([odometry.valid & ~valid for _, valid in found], axis=0)
+    lost = np.sum([odometry.valid & ~valid for _, valid in readings], axis=0)
     gaps = _gaps(lost > 0, BRIDGE_ONE / odometry.spacing) | _gaps(lost > 1, BRIDGE_MORE / odometry.spacing)
     bridged = maximum_filter1d(gaps, 2 * round(CROSSOVER / odometry.spacing) + 1)
     return Attitude(roll, design, roll_rate, yaw_rate, side, roll_std / GRAVITY, curving_rate_std, bridged)

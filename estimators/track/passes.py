@@ -27,23 +27,23 @@ class Match:
 
     Attributes
     ----------
-    place : centre of each window that was found, m on the reference's grid, increasing, shape (w,).
-    lag : place in the other pass minus place in the reference, m, shape (w,).
+    distance : centre of each window that was found, m on the reference's grid, increasing, shape (w,).
+    lag : distance in the other pass minus distance in the reference, m, shape (w,).
     correlation : of each window, shape (w,).
     """
 
-    place: np.ndarray
+    distance: np.ndarray
     lag: np.ndarray
     correlation: np.ndarray
 
-    def other_place(self, place: np.ndarray) -> np.ndarray:
-        """Places in the other pass of `place` in the reference, m; drift goes on at both ends as in the whole."""
-        if len(self.place) < 2:
-            return place + (self.lag[0] if len(self.lag) else np.nan)
-        slope = np.polyfit(self.place, self.lag, 1)[0]
-        lag = np.interp(place, self.place, self.lag)
-        lag += slope * (np.minimum(place - self.place[0], 0.0) + np.maximum(place - self.place[-1], 0.0))
-        return place + lag
+    def other_distance(self, distance: np.ndarray) -> np.ndarray:
+        """Distances in the other pass of `distance` in the reference, m; drift goes on at both ends as in the whole."""
+        if len(self.distance) < 2:
+            return distance + (self.lag[0] if len(self.lag) else np.nan)
+        slope = np.polyfit(self.distance, self.lag, 1)[0]
+        lag = np.interp(distance, self.distance, self.lag)
+        lag += slope * (np.minimum(distance - self.distance[0], 0.0) + np.maximum(distance - self.distance[-1], 0.0))
+        return distance + lag
 
 
 def match(reference: np.ndarray, other: np.ndarray, spacing: float) -> Match:
@@ -58,21 +58,21 @@ def match(reference: np.ndarray, other: np.ndarray, spacing: float) -> Match:
     Windows found in two rounds: in the second, the other pass is stretched by what the first found.
     """
     first = _windows(reference, other, spacing, FIRST_REACH, None)
-    if len(first.place) < 2:
+    if len(first.distance) < 2:
         return first
     grid = spacing * np.arange(len(reference))
     stretched = laid_on(other, spacing, first, grid)
     second = _windows(reference, stretched, spacing, NEXT_REACH, 0.0)
-    if len(second.place) < 2:
+    if len(second.distance) < 2:
         return first
-    lag = first.other_place(second.place + second.lag) - second.place
-    return Match(second.place, _steady(second.place, lag), second.correlation)
+    lag = first.other_distance(second.distance + second.lag) - second.distance
+    return Match(second.distance, _steady(second.distance, lag), second.correlation)
 
 
-def laid_on(other: np.ndarray, spacing: float, found: Match, place: np.ndarray) -> np.ndarray:
-    """Values of the other pass at `place` of the reference, m; NaN where it has none."""
+def laid_on(other: np.ndarray, spacing: float, pairing: Match, distance: np.ndarray) -> np.ndarray:
+    """Values of the other pass at `distance` of the reference, m; NaN where it has none."""
     grid = spacing * np.arange(len(other))
-    at = found.other_place(place)
+    at = pairing.other_distance(distance)
     values = np.interp(at, grid, np.where(np.isfinite(other), other, 0.0), np.nan, np.nan)
     missing = np.interp(at, grid, ~np.isfinite(other), 1.0, 1.0) > 0.0
     return np.where(missing, np.nan, values)
@@ -121,12 +121,12 @@ def changes(
     return events
 
 
-def _steady(place: np.ndarray, lag: np.ndarray) -> np.ndarray:
+def _steady(distance: np.ndarray, lag: np.ndarray) -> np.ndarray:
     """The lags as an odometer can drift: a line, and what is left of it smoothed over `STEADY`.
 
     A change of the track pulls at every window that holds it; the median over more windows than these drops that.
     """
-    line = np.polyval(np.polyfit(place, lag, 1), place)
+    line = np.polyval(np.polyfit(distance, lag, 1), distance)
     count = 2 * round(STEADY / STRIDE / 2) + 1
     left = median_filter(lag - line, count, mode="nearest")
     return line + np.asarray(uniform_filter1d(left, count // 2 + 1, mode="nearest"))
@@ -135,30 +135,30 @@ def _steady(place: np.ndarray, lag: np.ndarray) -> np.ndarray:
 def _windows(reference: np.ndarray, other: np.ndarray, spacing: float, reach: float, expected: float | None) -> Match:
     """One round of searches; `expected`: lag of the first window in m, None: it may be anywhere."""
     size, stride = round(WINDOW / spacing), round(STRIDE / spacing)
-    found: list[tuple[float, float, float]] = []
+    rows: list[tuple[float, float, float]] = []
     for start in range(0, len(reference) - size + 1, stride):
         window = reference[start : start + size]
         if not np.isfinite(window).all():
             continue
         centre = spacing * (start + (size - 1) / 2)
-        guess = _expected(found, centre, expected)
+        guess = _expected(rows, centre, expected)
         low, high = (0, len(other)) if guess is None else _range(start, size, guess, reach, spacing)
         low, high = max(low, 0), min(high, len(other))
         if high - low < size:
             continue
         lag, likeness = _best(window, other[low:high])
         if likeness >= ALIKE:
-            found.append((centre, (low + lag - start) * spacing, likeness))
-    table = np.array(found).reshape(-1, 3)
+            rows.append((centre, (low + lag - start) * spacing, likeness))
+    table = np.array(rows).reshape(-1, 3)
     return Match(table[:, 0], table[:, 1], table[:, 2])
 
 
-def _expected(found: list[tuple[float, float, float]], centre: float, first: float | None) -> float | None:
+def _expected(rows: list[tuple[float, float, float]], centre: float, first: float | None) -> float | None:
     if first is not None:
         return first
-    if not found:
+    if not rows:
         return None
-    recent = found[-6:]
+    recent = rows[-6:]
     if len(recent) < 4:
         return recent[-1][1]
     slope, offset = np.polyfit([row[0] for row in recent], [row[1] for row in recent], 1)

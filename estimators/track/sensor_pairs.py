@@ -30,20 +30,24 @@ def pair(measurements: Measurements, number: int, quantity: str) -> list[str]:
 
 
 def without_roll(
-    measurements: Measurements, odometry: Odometry, one: Observation, moved: Attitude | None
+    measurements: Measurements, odometry: Odometry, accelerometer: Observation, moved: Attitude | None
 ) -> list[Observation]:
     """A vertical accelerometer of the bogie less y times the roll's acceleration, by the roll gyro; nothing if it is
     beside the middle and there is no such gyro.
     """
-    y = one.output.position[1]
+    y = accelerometer.output.position[1]
     if abs(y) <= CENTRED:
-        return [one]
+        return [accelerometer]
     if moved is None:
         return []
     spun = odometry.speed * np.gradient(moved.roll_rate, odometry.spacing)
     gyro = data_sheet(measurements.about, ROLL_RATE).error("noise_density")
     noise = abs(y) * gyro * 2.0 * np.pi * float(np.median(odometry.speed)) / SHORTEST
-    return [replace(one, values=one.values - y * spun, density=float(np.hypot(one.density, noise)))]
+    return [
+        replace(
+            accelerometer, values=accelerometer.values - y * spun, density=float(np.hypot(accelerometer.density, noise))
+        )
+    ]
 
 
 def displacements(measurements: Measurements, odometry: Odometry, half_difference: bool) -> list[Observation]:
@@ -52,18 +56,18 @@ def displacements(measurements: Measurements, odometry: Odometry, half_differenc
     Their mean also shows how the bogie pitches as the vehicle is braked or driven: a length per acceleration that
     depends on where the force comes from, and so is estimated.
     """
-    found = []
+    pairs = []
     for number, x in WHEELSETS:
         names = pair(measurements, number, "displacement [m]")
         if len(names) == 2:
             ends = [_displacement(measurements, odometry, name, x, not half_difference) for name in names]
-            found.append(combined(ends[0], ends[1], half_difference, _step(odometry)))
-    return found
+            pairs.append(combined(ends[0], ends[1], half_difference, _step(odometry)))
+    return pairs
 
 
 def axleboxes(measurements: Measurements, odometry: Odometry, half_difference: bool) -> list[Observation]:
     """Vertical accelerometers on both axleboxes of a wheelset together: its lift, or its roll (half the difference)."""
-    found = []
+    pairs = []
     for number, x in WHEELSETS:
         names = pair(measurements, number, "acceleration_z [m/s2]")
         if len(names) == 2:
@@ -72,8 +76,8 @@ def axleboxes(measurements: Measurements, odometry: Odometry, half_difference: b
             arm = (sheets[0].position[1] - sheets[1].position[1]) / 2.0
             skew = sheets[0].error("misalignment_std")
             one = combined(ends[0], ends[1], half_difference, _step(odometry), skew)
-            found.append(replace(one, output=Output("lift", (x, arm, 0.0))) if half_difference else one)
-    return found
+            pairs.append(replace(one, output=Output("lift", (x, arm, 0.0))) if half_difference else one)
+    return pairs
 
 
 def singles(
@@ -88,7 +92,7 @@ def singles(
     mean : from the output of a pair's mean to its course by the vertical estimate, shape (n,), and the density of that
         course's error; what is left of a single one belongs to the roll.
     """
-    found = []
+    halves = []
     for number, x in WHEELSETS:
         for quantity in ("displacement [m]", "acceleration_z [m/s2]"):
             names = pair(measurements, number, quantity)
@@ -96,17 +100,19 @@ def singles(
                 continue
             side = 1.0 if "_left." in names[0] else -1.0
             if quantity.startswith("displacement"):
-                one, output = (
+                reading, output = (
                     _displacement(measurements, odometry, names[0], x, False),
                     Output("displacement", (x, 0.0, 0.0)),
                 )
             else:
-                one, output = _axlebox(measurements, odometry, names[0], x), Output("lift", (x, side, 0.0))
+                reading, output = _axlebox(measurements, odometry, names[0], x), Output("lift", (x, side, 0.0))
                 output = replace(output, position=(x, abs(data_sheet(measurements.about, names[0]).position[1]), 0.0))
-            course, density = mean(one.output)
-            values = side * (one.values - course)
-            found.append(replace(one, values=values, output=output, density=float(np.hypot(one.density, density))))
-    return found
+            course, density = mean(reading.output)
+            values = side * (reading.values - course)
+            halves.append(
+                replace(reading, values=values, output=output, density=float(np.hypot(reading.density, density)))
+            )
+    return halves
 
 
 def _step(odometry: Odometry) -> float:
@@ -122,11 +128,13 @@ def _displacement(measurements: Measurements, odometry: Odometry, name: str, x: 
 
 def _axlebox(measurements: Measurements, odometry: Odometry, name: str, x: float) -> Observation:
     """Acceleration averaged with triangular weights over two steps, as the second difference of the track has it."""
-    one = observation(
+    reading = observation(
         measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0)), typical=GRAVITY, late=odometry.spacing / 2.0
     )
-    known = np.isfinite(one.values)
-    bridged = np.interp(odometry.s, odometry.s[known], one.values[known]) if known.any() else np.zeros(len(odometry.s))
+    known = np.isfinite(reading.values)
+    bridged = (
+        np.interp(odometry.s, odometry.s[known], reading.values[known]) if known.any() else np.zeros(len(odometry.s))
+    )
     smooth = transform(
         bridged,
         odometry.spacing,
@@ -134,7 +142,7 @@ def _axlebox(measurements: Measurements, odometry: Odometry, name: str, x: float
         4.0 * odometry.spacing,
         detrend=False,
     )
-    return replace(one, values=np.where(known, smooth, np.nan))
+    return replace(reading, values=np.where(known, smooth, np.nan))
 
 
 def forward(odometry: Odometry) -> np.ndarray:

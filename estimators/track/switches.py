@@ -35,7 +35,7 @@ KINDS = {"A": "switch toe", "B": "switch heel", "C": "crossing", "D": "crossing"
 SCALES = np.linspace(-0.04, 0.04, 17)
 
 
-class Turn(NamedTuple):
+class Crossover(NamedTuple):
     """A crossover in the heading: rows of the grid, signed crossing angle, rad."""
 
     middle: int
@@ -65,15 +65,17 @@ class Switches(EventEstimator, frozen=True):
         heading = np.cumsum(turning) * odometry.spacing
         dips, channels, good = find_dips(measurements, odometry, self.cut_off, self.threshold)
         chord, _ = over_distance(measurements, odometry, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
-        found: list[dict[str, Any]] = []
+        switch_events: list[dict[str, Any]] = []
         crossovers = []
-        for turn in turns(heading, valid, odometry.spacing, self.smallest):
-            heading = levelled(heading, turn, odometry.spacing)
-            parts = assigned(dips, np.abs(heading / turn.angle), turn, odometry.spacing)
+        for crossover in find_crossovers(heading, valid, odometry.spacing, self.smallest):
+            heading = levelled(heading, crossover, odometry.spacing)
+            parts = assigned(dips, np.abs(heading / crossover.angle), crossover, odometry.spacing)
             scale, scale_std = self._scale(-chord, good, odometry, dips, parts, measurements)
-            entry, members = self._described(turn, dips, parts, odometry, heading, scale, scale_std, len(channels) > 1)
+            entry, members = self._described(
+                crossover, dips, parts, odometry, heading, scale, scale_std, len(channels) > 1
+            )
             crossovers.append(entry)
-            found += members
+            switch_events += members
         series = pd.DataFrame(
             {
                 "s [m]": odometry.s,
@@ -84,7 +86,7 @@ class Switches(EventEstimator, frozen=True):
                 "valid [-]": (valid & good).astype(float),
             }
         )
-        about = {"settings": self.model_dump(mode="json"), "crossovers": crossovers, "events": found}
+        about = {"settings": self.model_dump(mode="json"), "crossovers": crossovers, "events": switch_events}
         return Estimate(self.name, series, about)
 
     def _scale(
@@ -112,7 +114,7 @@ class Switches(EventEstimator, frozen=True):
 
     def _described(
         self,
-        turn: Turn,
+        crossover: Crossover,
         dips: Dips,
         parts: dict[str, int],
         odometry: Odometry,
@@ -123,13 +125,13 @@ class Switches(EventEstimator, frozen=True):
     ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
         letters = sorted(parts)
         members = events(dips.take(np.array([parts[one] for one in letters], dtype=np.int64)), odometry, sides)
-        places = {one: member["s [m]"] for one, member in zip(letters, members, strict=True)}
-        middle = _middle(places, turn.middle * odometry.spacing)
+        distances = {one: member["s [m]"] for one, member in zip(letters, members, strict=True)}
+        middle = _middle(distances, crossover.middle * odometry.spacing)
         for letter, member in zip(letters, members, strict=True):
             member["kind"], member["label"] = KINDS[letter], letter
             member["from_middle [m]"] = (member["s [m]"] - middle) / (1 + scale)
             member["from_middle_std [m]"] = float(np.hypot(member["s_std [m]"], member["from_middle [m]"] * scale_std))
-        inside = [places.get("C", middle - 2.0), places.get("D", middle + 2.0)]
+        inside = [distances.get("C", middle - 2.0), distances.get("D", middle + 2.0)]
         between = (odometry.s > inside[0]) & (odometry.s < inside[1])
         angle = float(np.median(heading[between]))
         near = heading[np.abs(odometry.s - middle) < REACH]
@@ -152,7 +154,7 @@ def heading_rate(measurements: Measurements, odometry: Odometry) -> tuple[np.nda
     return np.where(valid, (rate - bias) / odometry.speed, 0.0), valid
 
 
-def turns(heading: np.ndarray, valid: np.ndarray, spacing: float, smallest: float) -> list[Turn]:
+def find_crossovers(heading: np.ndarray, valid: np.ndarray, spacing: float, smallest: float) -> list[Crossover]:
     """Where the heading differs from that `REACH` before and after, those two being alike."""
     reach = round(REACH / spacing)
     if len(heading) <= 2 * reach + 1:
@@ -162,39 +164,39 @@ def turns(heading: np.ndarray, valid: np.ndarray, spacing: float, smallest: floa
     smooth = np.convolve(excess, np.ones(round(4 / spacing)) / round(4 / spacing), mode="same")
     peaks = signal.find_peaks(np.abs(smooth), height=smallest, distance=reach)[0]
     alike = np.abs(ahead - behind) < 0.5 * np.abs(excess)
-    found = []
+    crossovers = []
     for peak in peaks:
         top = np.flatnonzero(np.abs(smooth) > 0.85 * np.abs(smooth[peak]))
         top = top[np.abs(top - peak) < reach // 2]
         middle = round(float(top.mean()))
         if alike[middle] and valid[middle : middle + 2 * reach].all():
-            found.append(Turn(middle + reach, float(smooth[peak])))
-    return found
+            crossovers.append(Crossover(middle + reach, float(smooth[peak])))
+    return crossovers
 
 
-def levelled(heading: np.ndarray, turn: Turn, spacing: float) -> np.ndarray:
+def levelled(heading: np.ndarray, crossover: Crossover, spacing: float) -> np.ndarray:
     """Heading from that of the plain track on both sides of a crossover: what drifts in between is the gyro."""
     reach, plain = round(REACH / spacing), round(PLAIN / spacing)
     rows = np.arange(len(heading))
-    beyond = (np.abs(rows - turn.middle) >= reach) & (np.abs(rows - turn.middle) <= reach + plain)
+    beyond = (np.abs(rows - crossover.middle) >= reach) & (np.abs(rows - crossover.middle) <= reach + plain)
     line = np.polynomial.Polynomial.fit(rows[beyond], heading[beyond], 1)
     return heading - line(rows)
 
 
-def assigned(dips: Dips, share: np.ndarray, turn: Turn, spacing: float) -> dict[str, int]:
+def assigned(dips: Dips, share: np.ndarray, crossover: Crossover, spacing: float) -> dict[str, int]:
     """Which dip is which part, by the share of the crossing angle that the bogie has turned when it gets there."""
-    rows = np.clip(np.rint(dips.place / spacing).astype(np.int64), 0, len(share) - 1)
-    turned = share[rows]
-    near = np.abs(rows - turn.middle) * spacing < REACH
-    found = {}
+    rows = np.clip(np.rint(dips.distance / spacing).astype(np.int64), 0, len(share) - 1)
+    passed = share[rows]
+    near = np.abs(rows - crossover.middle) * spacing < REACH
+    numbers = {}
     for side, letters in LETTERS.items():
-        there = near & ((rows < turn.middle) if side == "before" else (rows >= turn.middle))
+        there = near & ((rows < crossover.middle) if side == "before" else (rows >= crossover.middle))
         ranges = ((0.8, 2.0), (0.12, 0.75), (-1.0, 0.12))
         for letter, (low, high) in zip(letters, ranges, strict=True):
-            candidates = np.flatnonzero(there & (turned > low) & (turned <= high))
+            candidates = np.flatnonzero(there & (passed > low) & (passed <= high))
             if candidates.size:
-                found[letter] = int(candidates[dips.snr[candidates].argmax()])
-    return found
+                numbers[letter] = int(candidates[dips.snr[candidates].argmax()])
+    return numbers
 
 
 def _explained(one: Channel, dips: Dips, scale: float) -> float:
@@ -203,7 +205,7 @@ def _explained(one: Channel, dips: Dips, scale: float) -> float:
     return float(np.sum(fitted.snr**2) / 2)
 
 
-def _middle(places: dict[str, float], otherwise: float) -> float:
+def _middle(distances: dict[str, float], otherwise: float) -> float:
     """Mean of the middles of the pairs A and F, B and E, C and D that are whole, m; `otherwise` where none is."""
-    pairs = [(places[a] + places[b]) / 2 for a, b in ("AF", "BE", "CD") if a in places and b in places]
+    pairs = [(distances[a] + distances[b]) / 2 for a, b in ("AF", "BE", "CD") if a in distances and b in distances]
     return float(np.mean(pairs)) if pairs else otherwise

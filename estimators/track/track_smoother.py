@@ -110,23 +110,23 @@ class TrackSmoother(Estimator, frozen=True):
         )
         moved = attitude(measurements, odometry)
         plane = self.vertical_plane(measurements, odometry, moved)
-        found = {"vertical": fuse(plane, odometry, [bands_of("vertical")], self.distance_error)[0]}
-        found["vertical"] = found["vertical"].raised(*self._settling(vehicle, odometry, moved), CURVE_SHARES)
+        tracks = {"vertical": fuse(plane, odometry, [bands_of("vertical")], self.distance_error)[0]}
+        tracks["vertical"] = tracks["vertical"].raised(*self._settling(vehicle, odometry, moved), CURVE_SHARES)
         if lateral_fusion.fits(measurements):
-            found |= self._sideways(measurements, Lift(plane, found["vertical"], self.distance_error))
+            tracks |= self._sideways(measurements, Lift(plane, tracks["vertical"], self.distance_error))
             canted = self._canted(odometry, moved)
-            level = found["cross_level"].on(odometry.s)
+            level = tracks["cross_level"].on(odometry.s)
             for name, share in (("left_vertical", -0.5), ("right_vertical", 0.5)):
-                found[name] = found["vertical"].with_share(level, share).without(canted | level.hidden)
+                tracks[name] = tracks["vertical"].with_share(level, share).without(canted | level.hidden)
         series = pd.DataFrame({"s [m]": out.s, "time [s]": out.time})
-        for name, fused in found.items():
+        for name, fused in tracks.items():
             add(series, name, fused, out, wheelbase / 2)
-        seen = np.interp(out.s, odometry.s, found["vertical"].seen.astype(float)) > 0.5
+        seen = np.interp(out.s, odometry.s, tracks["vertical"].seen.astype(float)) > 0.5
         series["valid [-]"] = (out.valid & seen).astype(float)
         about: dict[str, Any] = self.model_dump()
-        for name in {"vertical", "cross_level", "lateral"} & set(found):
-            about[f"{name}_level [m rad]"] = found[name].level
-            about |= {f"{name}_{band}_bound [m]": bound for band, bound in found[name].bounds.items()}
+        for name in {"vertical", "cross_level", "lateral"} & set(tracks):
+            about[f"{name}_level [m rad]"] = tracks[name].level
+            about |= {f"{name}_{band}_bound [m]": bound for band, bound in tracks[name].bounds.items()}
         return Estimate(self.name, series, about)
 
     def vertical_plane(self, measurements: Measurements, odometry: Odometry, moved: Attitude | None) -> Plane:
@@ -171,7 +171,7 @@ class TrackSmoother(Estimator, frozen=True):
         curve = np.zeros(len(odometry.s), dtype=bool) if moved is None else curved(moved, odometry)
         curve = maximum_filter1d(curve, max(1, round(CURVE_REACH / odometry.spacing)))
         unbalanced = np.zeros(len(odometry.s)) if moved is None else self._unbalanced(odometry, moved)
-        regimes, kind = lateral_fusion.places(measurements.vehicle, curve, unbalanced)
+        regimes, kind = lateral_fusion.track_regimes(measurements.vehicle, curve, unbalanced)
         unknown = self._unknown_sideways()
         plane = lateral_fusion.across(
             measurements, odometry, unknown, regimes, kind, lambda output: lift(output, odometry)

@@ -83,7 +83,7 @@ class Passes(Figure):
             values = estimates[one.name][BAND].to_numpy()
             found = match(reference, values, SPACING)
             columns[f"{one.name} [mm]"] = MM * laid_on(values, SPACING, found, place)
-            columns[f"lag {one.name} [m]"] = found.other_place(place) - place
+            columns[f"lag {one.name} [m]"] = found.other_distance(place) - place
             heights[one.name] = MM * laid_on(estimates[one.name][WHOLE].to_numpy(), SPACING, found, place)
         later = f"{PASSES[-1].name} [mm]"
         before = np.mean([columns[f"{one.name} [mm]"] for one in PASSES[:-1]], axis=0)

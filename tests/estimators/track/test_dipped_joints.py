@@ -79,9 +79,9 @@ def test_found_in_white_noise_with_the_stated_uncertainty() -> None:
         values[near] += (np.array(slope[: len(x)]) - np.array(slope[len(x) :])) / (2 * BASE)
     one = channel(values, noise, np.ones(16_000, dtype=bool), "chord", BASE, 0.0, SPACING)
     found = find([one], 5.0)
-    assert len(found.place) <= len(places) + 2
-    hits = found.take(np.abs(found.place[None, :] - places[:, None]).argmin(axis=1))
-    assert np.abs(hits.place - places).max() < 0.15
+    assert len(found.distance) <= len(places) + 2
+    hits = found.take(np.abs(found.distance[None, :] - places[:, None]).argmin(axis=1))
+    assert np.abs(hits.distance - places).max() < 0.15
     depth, std = hits.depth()
     assert np.mean(np.abs(depth - 3e-3) < 2 * std) > 0.85
     assert np.sqrt(np.mean((depth / 3e-3 - 1) ** 2)) < 0.15

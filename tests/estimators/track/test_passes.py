@@ -31,7 +31,7 @@ def test_stretch_and_shift_are_found(scale: float, shift: float):
     found = match(first, second, SPACING)
     place = SPACING * np.arange(len(first))
     inside = (place > 100.0) & (place < place[-1] - 100.0)
-    assert found.other_place(place)[inside] == pytest.approx(
+    assert found.other_distance(place)[inside] == pytest.approx(
         ((place + shift) * scale)[inside], abs=0.125
     )  # a cell of the grid
     error = laid_on(second, SPACING, found, place)[inside] - first[inside]
@@ -56,4 +56,4 @@ def test_what_has_grown_is_found_at_its_place_and_nothing_else():
 
 def test_another_track_is_not_taken_for_this_one():
     rng = np.random.default_rng(7)
-    assert len(match(track(rng), track(rng), SPACING).place) < 3
+    assert len(match(track(rng), track(rng), SPACING).distance) < 3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimators.interface import Estimate
-from estimators.track.switches import Switches, levelled, turns
+from estimators.track.switches import Switches, find_crossovers, levelled
 from experiments.scoring.switches import SwitchScorer
 from railsim import load_scenario, measure, simulate
 from railsim.track.switches import Crossover
@@ -46,7 +46,7 @@ def test_wheelbase_gives_the_odometers_error(run) -> None:
 def test_turn_is_found_whatever_the_gyro_drifts(drift: float) -> None:
     s = np.arange(0.0, 400.0, SPACING)
     heading = np.cumsum(SHAPE.curvature(s - 100.0)) * SPACING + drift * s
-    found = turns(heading, np.ones(s.size, dtype=bool), SPACING, 0.03)
+    found = find_crossovers(heading, np.ones(s.size, dtype=bool), SPACING, 0.03)
     assert [turn.middle * SPACING for turn in found] == [pytest.approx(SHAPE.middle + 100.0, abs=1.0)]
     level = levelled(heading, found[0], SPACING)
     assert level[found[0].middle] == pytest.approx(1 / 13, rel=0.01)
@@ -56,4 +56,4 @@ def test_turn_is_found_whatever_the_gyro_drifts(drift: float) -> None:
 def test_a_plain_curve_is_no_crossover() -> None:
     s = np.arange(0.0, 600.0, SPACING)
     heading = np.cumsum(np.clip((s - 100) / 60, 0, 1) / 400 * (s < 500)) * SPACING
-    assert turns(heading, np.ones(s.size, dtype=bool), SPACING, 0.03) == []
+    assert find_crossovers(heading, np.ones(s.size, dtype=bool), SPACING, 0.03) == []
