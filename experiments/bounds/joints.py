@@ -58,17 +58,17 @@ def bounds(table: pd.DataFrame, truth: Truth, measurements: Measurements, speed:
 
 
 def relative_bound(
-    found: Sequence[Feature], vehicle: Mapping[str, Any], speed: float, noise: Noise, band: Band | None
+    joint: Sequence[Feature], vehicle: Mapping[str, Any], speed: float, noise: Noise, band: Band | None
 ) -> float:
     """Least standard deviation of the depth of both rails' mean, over that depth, of one joint.
 
     Parameters
     ----------
-    found : the joint's features, of one rail or both; one length.
+    joint : the joint's features, of one rail or both; one length.
     band : waves that the irregularity has; None: all, by the spectrum's law.
     """
-    size = {one.side: (one.depth or 0.0) for one in found}
-    length = float(found[0].half_length or 1.0)
+    size = {one.side: (one.depth or 0.0) for one in joint}
+    length = float(joint[0].half_length or 1.0)
     left, right = (size.get(side, size.get("both", 0.0)) for side in ("left", "right"))
     mean, half = (left + right) / 2, (left - right) / 2
     mean_noise, half_noise = _noise(vehicle, speed, noise, band)
@@ -106,21 +106,21 @@ def _noise(vehicle: Mapping[str, Any], speed: float, noise: Noise, band: Band | 
     """Two-sided densities over k / (2 pi) of what is not dip, m3: of the rails' mean, and of half their difference."""
     laws, weight = spectra(SPECTRUM), 1.0 if band is None else band.weight(_K)
     omega, arm = _K * speed, _K * float(vehicle["semi_wheelbase"])
-    told = np.zeros(len(_K))
+    information = np.zeros(len(_K))
     if noise.pitch is not None:
-        told += (
+        information += (
             _K**4
             * np.sinc(arm / np.pi) ** 2
             * speed
             / (noise.pitch**2 / 2 * np.abs(pitch_inverse(vehicle).whole(omega)) ** 2)
         )
     if noise.bounce is not None:
-        told += (
+        information += (
             omega**4
             * np.cos(arm) ** 2
             / (noise.bounce**2 / 2 * np.abs(bounce_inverse(vehicle).whole(omega)) ** 2 * speed)
         )
-    mean = np.pi * laws["vertical"].density(_K) * weight + 1 / np.maximum(told, 1e-30)
+    mean = np.pi * laws["vertical"].density(_K) * weight + 1 / np.maximum(information, 1e-30)
     if noise.roll is None:
         return mean, np.full(len(_K), np.inf)
     seen = np.abs(roll_response(vehicle, omega) * np.cos(arm)) * omega * 2 / TRACK_WIDTH

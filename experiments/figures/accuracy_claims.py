@@ -62,7 +62,7 @@ def accuracy_claims(table: pd.DataFrame) -> Iterator[Claim]:
     speeds = sorted(set(rows["speed [m/s]"]))
     yield from _fused(rows)
     yield from _gyro(rows, speeds[0])
-    yield from _place(pick(table, part="place", band="d1", quantity="vertical"))
+    yield from _by_position(pick(table, part="place", band="d1", quantity="vertical"))
     yield from _long_waves(rows, (speeds[0], speeds[-1]))
     for speed in speeds:
         yield from _lateral(pick(rows, grade="mems", band="d1", quantity="lateral", **{"speed [m/s]": speed}), speed)
@@ -123,7 +123,7 @@ def _gyro(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
         yield Claim.definite(what, ratio, at_least(BETTER))
 
 
-def _place(rows: pd.DataFrame) -> Iterator[Claim]:
+def _by_position(rows: pd.DataFrame) -> Iterator[Claim]:
     for name, target in ((ACCELEROMETER, at_least(1.3)), (GYRO, at_most(1.2))):
         one = pick(rows, estimator=name)
         errors = [root_mean_square(group["rms error [mm]"]) for _, group in one.groupby("place [m]")]
@@ -142,12 +142,12 @@ def _long_waves(rows: pd.DataFrame, speeds: tuple[float, float]) -> Iterator[Cla
             (DISPLACEMENT, "mems", False),
         ):
             row = pick(rows, estimator=name, grade=grade, quantity="vertical", band="d2", **{"speed [m/s]": speed})
-            found, true, bound = (_only(row, one) for one in ("rms error [mm]", "true rms [mm]", "bound [mm]"))
+            error, true, bound = (_only(row, one) for one in ("rms error [mm]", "true rms [mm]", "bound [mm]"))
             of = f"±100 g {name}" if lost else f"{name}, {grade}"
             what = f"{of}, {speed:g} m/s: error of D2 over its true size (bound {bound / true:.2f}"
             what += f"; 2 mm at 30 m is {peak:.3f} m/s2, noise alone {1e3 * noise:.2f} mm)" if lost else ")"
             target = at_least(LOST, meaning="lost") if lost else at_most(LOST, meaning="kept")
-            yield Claim.definite(what, found / true, target)
+            yield Claim.definite(what, error / true, target)
 
 
 def _lateral(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:

@@ -218,12 +218,16 @@ def _draw_slope(axes: Axes, table: pd.DataFrame) -> None:
     for (kind, colour), aside in zip(SET_COLOURS.items(), (0.96, 1.04), strict=True):
         for known, face in ((True, colour), (False, "none")):
             rows = _windows(table, kind, 10.0, known)
-            true, found = _numbers(rows, "true slope [-]"), _numbers(rows, "creep_slope [-]")
-            places = np.unique(true)
-            low, middle, high = np.array([np.quantile(found[true == one], (0.05, 0.5, 0.95)) for one in places]).T
+            true, estimated = _numbers(rows, "true slope [-]"), _numbers(rows, "creep_slope [-]")
+            true_slopes = np.unique(true)
+            low, middle, high = np.array(
+                [np.quantile(estimated[true == one], (0.05, 0.5, 0.95)) for one in true_slopes]
+            ).T
             label = f"{SET_NAMES[kind]}, " + ("the levels" if known else "in between")
             reach = [middle - low, high - middle]
-            axes.errorbar(aside * places, middle, reach, fmt="o", ms=5, color=colour, mfc=face, capsize=2, label=label)
+            axes.errorbar(
+                aside * true_slopes, middle, reach, fmt="o", ms=5, color=colour, mfc=face, capsize=2, label=label
+            )
     axes.set(xscale="log", yscale="log", xlabel="true initial slope over Kalker's [-]", ylabel="estimated [-]")
     axes.set_title("creep slope in 10 s windows: median, 5 to 95 %", fontsize=10)
     axes.legend(frameon=False, fontsize=8, loc="lower right")

@@ -47,7 +47,7 @@ ELSEWHERE, DRAWS = 40, 20000
 """Places along the line at which the gauge is taken to be independent; draws for the chance of an exact order."""
 SEARCH = " (cause not proven: the particles' likelihood has a noise of 10 to 30 nats there)"
 UNBOUND = " (not for want of information: the model's bound is below 0.3 of the spacing; it is what the model lacks)"
-BENDS = " (below 1 mm worn wheels bend within the half millimetre of its pieces)"
+CURVED = " (below 1 mm worn wheels bend within the half millimetre of its pieces)"
 ONE_SIZE = " (one model_error for all wheels, which new ones do not need and a search that ended wrongly exceeds)"
 """Why claims are not held, as measured in docs/wheel_rail_geometry.md."""
 BOUNDED, BOUNDED_CASE = 3, "worn 0.1, gauge constant"
@@ -61,7 +61,7 @@ class ConicityBlind(Figure):
         duration = size.of(DURATION, FAST_DURATION, SMOKE_DURATION)
         speeds = np.linspace(*SPEEDS, FAST_SEEDS if size.reduced else SEEDS)
         rows = [
-            one(wear, float(speed), duration, FIRST_SEED + seed, gauge, seed < BOUNDED and name == BOUNDED_CASE)
+            run_row(wear, float(speed), duration, FIRST_SEED + seed, gauge, seed < BOUNDED and name == BOUNDED_CASE)
             | {"part": "seed", "case": name}
             for name, (wear, gauge) in CASES.items()
             for seed, speed in enumerate(speeds)
@@ -69,7 +69,7 @@ class ConicityBlind(Figure):
         engine = "compiled" if size.reduced else "exudyn"
         runs = WEAR[:: size.of(1, len(WEAR) // 3, len(WEAR) - 1)]
         rows += [
-            one(float(wear), 30.0, duration, WEAR_SEED + number, False, known=True, engine=engine)
+            run_row(float(wear), 30.0, duration, WEAR_SEED + number, False, known=True, engine=engine)
             | {"part": "wear", "case": "wear"}
             for number, wear in enumerate(runs)
         ]
@@ -163,7 +163,7 @@ def _case_claims(name: str, rows: pd.DataFrame) -> list[Claim]:
             _share(f"{name}: share of seeds within 0.03", np.abs(error) <= WITHIN, at_least(0.95)),
             SEARCH * (worn and varies),
         ),
-        _because(_rms(f"{name}: function over the inner shifts, rms", shape), BENDS * worn),
+        _because(_rms(f"{name}: function over the inner shifts, rms", shape), CURVED * worn),
         _because(inside, ONE_SIZE * (not varies)),
     ]
     return claims + (_with_gauge(name, rows) if varies else [])
@@ -188,7 +188,7 @@ def _because(claim: Claim, why: str) -> Claim:
     return replace(claim, claim=claim.claim + why) if claim.held is False else claim
 
 
-def one(
+def run_row(
     wear: float,
     speed: float,
     duration: float,
@@ -209,16 +209,16 @@ def one(
     missed = inner["estimate [-]"] - true_conicity(wear, inner["shift [m]"].to_numpy())
     apart, together = by_gauge(wear, true.shift, true.gauge)
     std = float(estimate.about["effective_conicity_std [-]"])
-    found = float(estimate.about["effective_conicity [-]"])
+    effective = float(estimate.about["effective_conicity [-]"])
     row: dict[str, Any] = {
         "wear [-]": wear,
         "speed [m/s]": speed,
         "true [-]": float(true.half_difference @ true.shift / (true.shift @ true.shift)),
         "at nominal gauge [-]": float(at_nominal_gauge @ true.shift**2 / (true.shift @ true.shift)),
-        "estimate [-]": found,
+        "estimate [-]": effective,
         "true at 2 mm [-]": float(true_conicity(wear, np.array([AMPLITUDE]))[0]),
         "at 2 mm [-]": at_shift(function["shift [m]"], function["conicity [-]"]),
-        "best cone [-]": estimate.about["found"].get("best cone over the run [-]", found),
+        "best cone [-]": estimate.about["found"].get("best cone over the run [-]", effective),
         "gauge apart [-]": apart,
         "gauge together [-]": together,
         "std [-]": std,

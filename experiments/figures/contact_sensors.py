@@ -72,11 +72,11 @@ class ContactSensors(Figure):
         axes.set_yticks(range(len(names)), [f"{name}\n{units.get(name, '')}" for name in names], fontsize=8)
         for number, name in enumerate(names):
             whole = _cell(table, name, "all")
-            for place, label in enumerate(sets):
+            for column, label in enumerate(sets):
                 value = _cell(table, name, label)
                 text = f"{value:.3f}" if np.isfinite(value) else "cannot"
                 worse = np.isfinite(value) and value > MUCH * whole
-                axes.text(place, number, text, ha="center", va="center", fontsize=9, color="C3" if worse else "k")
+                axes.text(column, number, text, ha="center", va="center", fontsize=9, color="C3" if worse else "k")
         axes.tick_params(length=0)
         for side in axes.spines.values():
             side.set_visible(False)
@@ -116,7 +116,7 @@ def without(measurements: Measurements, gone: tuple[str, ...]) -> Measurements:
 
 def _error(estimator: Estimator, runs: list[tuple[Truth, Measurements]], gone: tuple[str, ...]) -> tuple[str, float]:
     """Score's name and rms over the runs; ("", NaN) where the estimator cannot run."""
-    found = []
+    named_scores = []
     for truth, measured in runs:
         left = without(measured, gone)
         if not estimator.fits(left):
@@ -125,8 +125,8 @@ def _error(estimator: Estimator, runs: list[tuple[Truth, Measurements]], gone: t
             scores = score(estimator.estimate(left), truth)
         except InputError:
             return "", np.nan
-        found.append(next(((key, scores[key]) for key in SCORES if key in scores), ("", np.nan)))
-    return found[0][0], float(np.sqrt(np.mean([value**2 for _, value in found])))
+        named_scores.append(next(((key, scores[key]) for key in SCORES if key in scores), ("", np.nan)))
+    return named_scores[0][0], float(np.sqrt(np.mean([value**2 for _, value in named_scores])))
 
 
 def _cell(table: pd.DataFrame, name: str, label: str) -> float:

@@ -20,7 +20,7 @@ class CrossoverFigure(Figure):
         return crossover_table(size.reduced)
 
 
-def one_panel(table: pd.DataFrame, title: str, label: str) -> tuple[Picture, Axes, dict[str, np.ndarray]]:
+def single_panel(table: pd.DataFrame, title: str, label: str) -> tuple[Picture, Axes, dict[str, np.ndarray]]:
     """A picture with one pair of axes, the features marked, and the rows to draw in it."""
     picture = Picture(figsize=(10.0, 4.8), layout="constrained")
     axes = picture.subplots()
@@ -33,7 +33,7 @@ def one_panel(table: pd.DataFrame, title: str, label: str) -> tuple[Picture, Axe
 def mark(axes: Any, table: pd.DataFrame, height: float, seed: int = 1) -> None:
     """Vertical lines at the features of one seed, with their letters at `height` of the axes."""
     rows = features(table)
-    for label, place, number in zip(rows["label"], rows[X], rows[SEED], strict=True):
+    for label, distance, number in zip(rows["label"], rows[X], rows[SEED], strict=True):
         if number == seed:
-            axes.axvline(place, color="#8c8c8c", lw=0.7, ls=":")
-            axes.text(place, height, label, transform=axes.get_xaxis_transform(), ha="center", fontweight="bold")
+            axes.axvline(distance, color="#8c8c8c", lw=0.7, ls=":")
+            axes.text(distance, height, label, transform=axes.get_xaxis_transform(), ha="center", fontweight="bold")

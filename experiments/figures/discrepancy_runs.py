@@ -67,23 +67,23 @@ class Sized:
 def three_sizes(candidate: Candidate) -> list[dict[str, float]]:
     """The smallest size worth naming, a middle one and one close to the bound, of all numbers that say a size."""
     free = candidate.parameters
-    found = []
+    sizes = []
     for step in range(len(SIZES)):
         values = {name: min(max(one.default, one.low), one.high) for name, one in free.items()}
-        for name, one in free.items():
-            if one.absent is None or one.smallest is None:
+        for name, parameter in free.items():
+            if parameter.absent is None or parameter.smallest is None:
                 continue
-            sign = 1.0 if one.smallest >= one.absent else -1.0
-            bound = one.high if sign > 0.0 else one.low
-            near, far = abs(one.smallest - one.absent), FAR * abs(bound - one.absent)
+            sign = 1.0 if parameter.smallest >= parameter.absent else -1.0
+            bound = parameter.high if sign > 0.0 else parameter.low
+            near, far = abs(parameter.smallest - parameter.absent), FAR * abs(bound - parameter.absent)
             if near == 0.0:  # another number says the smallest size
-                values[name] = one.absent + sign * far * 0.5 * step
+                values[name] = parameter.absent + sign * far * 0.5 * step
             elif near >= far:
-                values[name] = bound - sign * THRESHOLDS[step] * max(abs(bound - one.absent) - near, 0.0)
+                values[name] = bound - sign * THRESHOLDS[step] * max(abs(bound - parameter.absent) - near, 0.0)
             else:
-                values[name] = one.absent + sign * near * (far / near) ** (0.5 * step)
-        found.append(values)
-    return found
+                values[name] = parameter.absent + sign * near * (far / near) ** (0.5 * step)
+        sizes.append(values)
+    return sizes
 
 
 def expected(scenario: Scenario, only: Sequence[str] | None, progress: Progress) -> list[Sized]:
@@ -92,14 +92,14 @@ def expected(scenario: Scenario, only: Sequence[str] | None, progress: Progress)
     fit = starting_fit(problem, np.zeros(len(problem.forward.nuisances)))
     projection = Projection(problem.differentiated(fit), problem.train, problem.forward.bounds)
     first: dict[str, Candidate] = {}
-    for one in candidates(context_of(problem)):
-        if only is None or one.name in only:
-            first.setdefault(one.name, one)
-    found = []
-    for one in first.values():
-        for size, values in zip(SIZES, three_sizes(one), strict=True):
-            found.append(_sized(problem, projection, fit.stacked, one, size, values))
-    return found
+    for candidate in candidates(context_of(problem)):
+        if only is None or candidate.name in only:
+            first.setdefault(candidate.name, candidate)
+    sized_effects = []
+    for candidate in first.values():
+        for size, values in zip(SIZES, three_sizes(candidate), strict=True):
+            sized_effects.append(_sized(problem, projection, fit.stacked, candidate, size, values))
+    return sized_effects
 
 
 def context_of(problem: Problem) -> Context:
@@ -117,17 +117,22 @@ def context_of(problem: Problem) -> Context:
 
 
 def _sized(
-    problem: Problem, projection: Projection, base: np.ndarray, one: Candidate, size: str, values: dict[str, float]
+    problem: Problem,
+    projection: Projection,
+    base: np.ndarray,
+    candidate: Candidate,
+    size: str,
+    values: dict[str, float],
 ) -> Sized:
-    distance, time = one.context.spots[0]
-    free = one.parameters
+    distance, time = candidate.context.spots[0]
+    free = candidate.parameters
     there = {"distance": distance, "time": time - 1.0}
     moved = {name: there[p.role] for name, p in free.items() if p.role in there}
     values = {**values, **{name: min(max(at, free[name].low), free[name].high) for name, at in moved.items()}}
-    effect = one.build(values)
+    effect = candidate.build(values)
     sized = [(name, p) for name, p in free.items() if p.absent is not None]
     name, p = sized[0] if sized else next(iter(free.items()))
-    head = (one, size, effect, name, values[name], p.unit, p.absent or 0.0)
+    head = (candidate, size, effect, name, values[name], p.unit, p.absent or 0.0)
     with suppress(InputError):
         z = np.zeros(len(problem.forward.nuisances))
         change = problem.stacked(problem.forward.predict(z, (effect,))) - base
@@ -135,7 +140,9 @@ def _sized(
             own = (WEIGHT * problem.whitened(change)[problem.train]).astype(np.float32)
             cleaned = projection.cleaned(own.ravel())
             frames = 0.5 * (cleaned**2).reshape(len(own), -1).sum(axis=1)
-            loudest = 0.0 if one.speaks_in_places else float(np.clip(np.sort(frames)[::-1][:DROPPED], 0.0, None).sum())
+            loudest = (
+                0.0 if candidate.speaks_in_places else float(np.clip(np.sort(frames)[::-1][:DROPPED], 0.0, None).sum())
+            )
             power = 0.5 * float(cleaned @ own.ravel())
             return Sized(*head, max(0.0, power - loudest), power, own.ravel(), cleaned)
     return Sized(*head, 0.0, 0.0, np.zeros(0, np.float32), np.zeros(0, np.float32))
@@ -146,10 +153,10 @@ def detected(gain: float) -> float:
     return _passes(gain - FITTED - ENOUGH, gain)
 
 
-def named(one: Sized, rival: "Rival | None") -> float:
+def named(sized: Sized, rival: "Rival | None") -> float:
     """Probability that it is detected and its nearest rival stays far enough behind, taken as independent."""
     ahead = 1.0 if rival is None else _passes(rival.apart - NAMES, rival.apart)
-    return detected(one.gain) * ahead
+    return detected(sized.gain) * ahead
 
 
 def _passes(mean: float, spread: float) -> float:
@@ -165,58 +172,60 @@ class Rival:
     apart: float
 
 
-def rivals(found: Sequence[Sized]) -> list[Rival | None]:
+def rivals(sized_effects: Sequence[Sized]) -> list[Rival | None]:
     """The nearest rival of each; any size of it, scaled."""
-    whole = [one for one in found if one.own.size]
+    whole = [one for one in sized_effects if one.own.size]
     size = [math.sqrt(max(2.0 * one.power, 1e-12)) for one in whole]
     own = np.stack([one.own / s for one, s in zip(whole, size, strict=True)])
     cleaned = np.stack([one.cleaned / s for one, s in zip(whole, size, strict=True)])
     alike = np.clip(own @ cleaned.T, 0.0, 1.0)
     out: list[Rival | None] = []
-    for one in found:
-        if not one.own.size:
+    for sized in sized_effects:
+        if not sized.own.size:
             out.append(None)
             continue
-        row = alike[next(place for place, other in enumerate(whole) if other is one)]
+        row = alike[next(place for place, other in enumerate(whole) if other is sized)]
         others = [
             (float(cosine), other.candidate.name)
             for cosine, other in zip(row, whole, strict=True)
-            if other.candidate.equivalence != one.candidate.equivalence
+            if other.candidate.equivalence != sized.candidate.equivalence
         ]
         cosine, name = max(others, default=(0.0, ""))
-        out.append(Rival(name, cosine, one.power * (1.0 - cosine**2)) if name else None)
+        out.append(Rival(name, cosine, sized.power * (1.0 - cosine**2)) if name else None)
     return out
 
 
-def blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None, progress: Progress) -> dict[str, Any]:
+def blind(
+    scenario: Scenario, sized: Sized, seed: int, only: Sequence[str] | None, progress: Progress
+) -> dict[str, Any]:
     """What the workflow says of a recording that Exudyn made of a random build with the effect; kept on disk.
 
     Returns
     -------
     "status" (also "refused" or "impossible": this build cannot have it), "effect", "class", "evidence".
     """
-    what = {"rule": rule_hash(), "scenario": scenario.to_yaml(), "effect": one.effect.settings(), "seed": seed}
+    what = {"rule": rule_hash(), "scenario": scenario.to_yaml(), "effect": sized.effect.settings(), "seed": seed}
     folder = cache_folder().parent / "discrepancy_sizes" / digest_of({**what, "only": sorted(only or [])})
     row = folder.with_suffix(".json")
     with suppress(OSError, ValueError):
         return json.loads(row.read_text())
-    found = _blind(scenario, one, seed, only, folder)
-    progress(f"blind: {one.candidate.name}, {one.size}: {found['status']} {found['effect'] or ''}")
+    row_values = _blind(scenario, sized, seed, only, folder)
+    progress(f"blind: {sized.candidate.name}, {sized.size}: {row_values['status']} {row_values['effect'] or ''}")
     part = row.with_suffix(".part")
     with suppress(OSError):
         row.parent.mkdir(parents=True, exist_ok=True)
-        write_json(part, found)
+        write_json(part, row_values)
         part.replace(row)
-    return found
+    return row_values
 
 
-def _blind(scenario: Scenario, one: Sized, seed: int, only: Sequence[str] | None, folder: Path) -> dict[str, Any]:
-    rng = np.random.default_rng([seed, SIZES.index(one.size), *one.candidate.name.encode()])
+def _blind(scenario: Scenario, sized: Sized, seed: int, only: Sequence[str] | None, folder: Path) -> dict[str, Any]:
+    rng = np.random.default_rng([seed, SIZES.index(sized.size), *sized.candidate.name.encode()])
     nothing = {"status": "impossible", "effect": None, "class": None, "evidence": 0.0}
     scores = specimen_scores(scenario, False, rng)
     law = "fastsim" if rng.random() < FASTSIM else "polach"
     try:
-        specimen = build_specimen(scenario, [one.effect], scores, law, rng)
+        specimen = build_specimen(scenario, [sized.effect], scores, law, rng)
         with write_folder_atomically(folder) as aside:
             record_blind(specimen, scenario, aside)
     except InputError:

@@ -67,22 +67,22 @@ class DiscrepancySizes(Figure):
         """Rows: effect and size; what is done is kept on disk, so that a stopped run goes on."""
         only = FEW if size.reduced else None
         scenario = load_scenario(MODEL, {"duration": SHORT if size.reduced else LONG})
-        found = expected(scenario, only, _progress)
+        sized_effects = expected(scenario, only, _progress)
         rows = []
-        for one, rival in zip(found, rivals(found), strict=True):
+        for sized, rival in zip(sized_effects, rivals(sized_effects), strict=True):
             row = {
-                "effect": one.candidate.name,
-                "class": one.candidate.equivalence,
-                "acts on": one.candidate.kind.acts_on,
-                "size": one.size,
-                "parameter": one.name,
-                "value": one.value,
-                "unit": one.unit,
-                "absent": one.absent,
-                "possible": bool(one.own.size),
-                "expected evidence [nats]": one.gain,
-                "detected, expected": detected(one.gain),
-                "named, expected": named(one, rival),
+                "effect": sized.candidate.name,
+                "class": sized.candidate.equivalence,
+                "acts on": sized.candidate.kind.acts_on,
+                "size": sized.size,
+                "parameter": sized.name,
+                "value": sized.value,
+                "unit": sized.unit,
+                "absent": sized.absent,
+                "possible": bool(sized.own.size),
+                "expected evidence [nats]": sized.gain,
+                "detected, expected": detected(sized.gain),
+                "named, expected": named(sized, rival),
                 "nearest rival": rival.name if rival else "",
                 "likeness": rival.likeness if rival else 0.0,
                 "apart [nats]": rival.apart if rival else 0.0,
@@ -90,8 +90,8 @@ class DiscrepancySizes(Figure):
                 "blind effect": "",
                 "blind class": "",
             }
-            if row["possible"] and _is_blind(one.candidate.name, one.size, size):
-                said = blind(scenario, one, SEED, only, _progress)
+            if row["possible"] and _is_blind(sized.candidate.name, sized.size, size):
+                said = blind(scenario, sized, SEED, only, _progress)
                 row |= {f"blind {key}": said[key] or "" for key in ("status", "effect", "class")}
             rows.append(row)
         return pd.DataFrame(rows)
@@ -126,7 +126,7 @@ class DiscrepancySizes(Figure):
         both = [name for name in names if {(name, SIZES[0]), (name, SIZES[2])} <= set(gains)]
         grows = [gains[name, SIZES[2]] >= gains[name, SIZES[0]] for name in both]
         ran = [one for one in rows if one["blind status"] not in ("", "impossible")]
-        found = {
+        outcomes = {
             "surely detectable are detected": [_seen(one) for one in ran if one["detected, expected"] > SURE],
             "surely nameable are named right": [_right(one) for one in ran if one["named, expected"] > SURE],
             "hopeless are left alone or named right": [
@@ -136,7 +136,7 @@ class DiscrepancySizes(Figure):
         claims = [
             Claim.definite("effects at three sizes each", float(len(names)), library),
             _all("effects whose largest size brings most evidence", grows),
-            *(_share(f"blind runs that are {text}", held, AGREED) for text, held in found.items()),
+            *(_share(f"blind runs that are {text}", held, AGREED) for text, held in outcomes.items()),
             _share(
                 "blind runs without a wrong name", [one["blind status"] != "named" or _right(one) for one in ran], 0.97
             ),
@@ -189,19 +189,19 @@ def worst(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
     """
     rows = table.to_dict("records")
     sure = [one for one in rows if one["detected, expected"] > SURE and one["likeness"] > ALIKE]
-    found: dict[frozenset[str], dict[Hashable, Any]] = {}
+    confusions: dict[frozenset[str], dict[Hashable, Any]] = {}
     for one in sorted(sure, key=lambda one: one["apart [nats]"]):
-        found.setdefault(frozenset((one["effect"], one["nearest rival"])), one)
-    return list(found.values())[:WORST]
+        confusions.setdefault(frozenset((one["effect"], one["nearest rival"])), one)
+    return list(confusions.values())[:WORST]
 
 
 def _order(table: pd.DataFrame) -> list[str]:
     """Effects by what they act on, then by how well they are named."""
     score: dict[str, tuple[str, float, float, str]] = {}
-    for one in table.to_dict("records"):
-        name = str(one["effect"])
+    for row in table.to_dict("records"):
+        name = str(row["effect"])
         _, told, seen, _ = score.get(name, ("", 0.0, 0.0, ""))
-        score[name] = (str(one["acts on"]), told - one["named, expected"], seen - one["detected, expected"], name)
+        score[name] = (str(row["acts on"]), told - row["named, expected"], seen - row["detected, expected"], name)
     return sorted(score, key=lambda name: score[name])
 
 
@@ -236,12 +236,12 @@ def _rivals(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
     panel.set(xlim=(0.0, 1.0), ylim=(len(order) - 0.5, -0.5))
     panel.axis("off")
     panel.set_title("at the middle size: number, nearest rival (likeness), nats between", fontsize=9, loc="left")
-    for place, name in enumerate(order):
-        one = middle[name]
+    for line, name in enumerate(order):
+        entry = middle[name]
         text = "this vehicle or run cannot have it"
-        if one["possible"]:
-            unit = str(one["unit"]).split(" of ")[0].split(",")[0].strip("-")
-            size = f"{one['parameter']} {one['value']:.3g} {unit}".strip()
-            text = f"{size};  {one['nearest rival']} ({one['likeness']:.2f}), {one['apart [nats]']:.3g}"
-        colour = "#b03a2e" if {name, str(one["nearest rival"])} in bad else "#333333"
-        panel.text(0.0, place, text, va="center", fontsize=7.2, color=colour)
+        if entry["possible"]:
+            unit = str(entry["unit"]).split(" of ")[0].split(",")[0].strip("-")
+            size = f"{entry['parameter']} {entry['value']:.3g} {unit}".strip()
+            text = f"{size};  {entry['nearest rival']} ({entry['likeness']:.2f}), {entry['apart [nats]']:.3g}"
+        colour = "#b03a2e" if {name, str(entry["nearest rival"])} in bad else "#333333"
+        panel.text(0.0, line, text, va="center", fontsize=7.2, color=colour)

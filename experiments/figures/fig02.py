@@ -36,18 +36,18 @@ class Fig02(Figure):
         measured = measure(truth, scenario).measurements
         joints = DippedJoints().estimate(measured)
         plain, sharp = (AlignmentVertical(compensate=x, cut=35.0).estimate(measured).series for x in (False, True))
-        place = np.interp(np.asarray(joints.series["time [s]"]), truth.time, truth[S])
-        table: dict[str, Any] = {S: place}
+        distance = np.interp(np.asarray(joints.series["time [s]"]), truth.time, truth[S])
+        table: dict[str, Any] = {S: distance}
         for name, series in (("plain", plain), ("sharp", sharp)):
             at = np.interp(np.asarray(series["time [s]"]), truth.time, truth[S])
-            table[f"alignment {name} [m]"] = np.interp(place, at, np.asarray(series["vertical [m]"]))
+            table[f"alignment {name} [m]"] = np.interp(distance, at, np.asarray(series["vertical [m]"]))
         table["vertical_curvature [1/m]"] = np.nan_to_num(np.asarray(joints.series["vertical_curvature [1/m]"]))
         rows = pd.DataFrame(table)
         matches = matched(joints, truth)
-        found = {name: np.asarray(matches[name], dtype=float) for name in ("true s [m]", "angle [rad]")}
-        dips = [dip for dip in true_dips(truth) if place[0] + ENDS < dip.s < place[-1] - ENDS]
+        fitted = {name: np.asarray(matches[name], dtype=float) for name in ("true s [m]", "angle [rad]")}
+        dips = [dip for dip in true_dips(truth) if distance[0] + ENDS < dip.s < distance[-1] - ENDS]
         steps = pd.DataFrame([_steps(rows, dip) for dip in dips])
-        steps["angle [rad]"] = [_angle(found, dip) for dip in dips]
+        steps["angle [rad]"] = [_angle(fitted, dip) for dip in dips]
         return pd.concat([rows, steps], ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
@@ -85,14 +85,14 @@ class Fig02(Figure):
         here = (joint > SHOWN[0]) & (joint < SHOWN[1])
         dips = _dips(rows)
         seen = np.array([np.abs(dips - one).min() < CLOSE for one in joint])
-        found = np.isfinite(steps["angle [rad]"])
+        fitted = np.isfinite(steps["angle [rad]"])
         apart = np.abs(steps["down s [m]"] - steps["up s [m]"] - WHEELBASE)
-        slope, square = _line(steps["true angle [rad]"][found], steps["angle [rad]"][found] / WHEELBASE)
+        slope, square = _line(steps["true angle [rad]"][fitted], steps["angle [rad]"][fitted] / WHEELBASE)
         return [
             _all("share of the joints shown that are dips in the 35 m alignment", seen[here]),
             _all("share of all joints of the run that are dips in the 35 m alignment", seen),
-            _all("share of the joints shown that are found in the curvature", found[here]),
-            _all("share of all joints of the run that are found in the curvature", found),
+            _all("share of the joints shown that are found in the curvature", fitted[here]),
+            _all("share of all joints of the run that are found in the curvature", fitted),
             _within("curvature steps shown: largest deviation from a wheelbase apart", float(apart[here].max())),
             _within("curvature steps of the run: largest deviation from a wheelbase apart", float(apart.max())),
             Claim.definite("step of the fitted curvature over dip angle: r squared", square, at_least(0.95)),
@@ -116,16 +116,16 @@ def _values(length: float) -> dict[str, Any]:
 
 def _steps(rows: pd.DataFrame, dip: TrueDip) -> dict[str, float]:
     """Places (m) where the curvature rises and falls most within 0.6 m of where the wheelsets are at the joint."""
-    place, curvature = np.asarray(rows[S]), np.asarray(rows["vertical_curvature [1/m]"])
+    distance, curvature = np.asarray(rows[S]), np.asarray(rows["vertical_curvature [1/m]"])
     slope = ndimage.gaussian_filter1d(curvature, 1.0, order=1)
-    found = {"joint s [m]": dip.s, "true angle [rad]": dip.angle}
+    step = {"joint s [m]": dip.s, "true angle [rad]": dip.angle}
     for name, sign in (("up", 1.0), ("down", -1.0)):
-        near = np.flatnonzero(np.abs(place - (dip.s - sign * WHEELBASE / 2)) < 0.6)
+        near = np.flatnonzero(np.abs(distance - (dip.s - sign * WHEELBASE / 2)) < 0.6)
         top = int(near[(sign * slope[near]).argmax()])
         low, middle, high = sign * slope[top - 1 : top + 2]
         between = (high - low) / (2 * (2 * middle - low - high))
-        found[f"{name} s [m]"] = float(place[top] + between * (place[top + 1] - place[top]))
-    return found
+        step[f"{name} s [m]"] = float(distance[top] + between * (distance[top + 1] - distance[top]))
+    return step
 
 
 def _angle(found: dict[str, np.ndarray], dip: TrueDip) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures.crossover import CrossoverFigure, one_panel
+from experiments.figures.crossover import CrossoverFigure, single_panel
 from experiments.reporting.claims import Claim, at_least, between
 from experiments.reporting.plots import BLUE, GREY, ORANGE
 from experiments.runs.crossover import PLAIN, X, seeds, series, symmetry
@@ -16,7 +16,7 @@ class Fig03(CrossoverFigure):
 
     def draw(self, table: pd.DataFrame) -> Picture:
         title = "Lateral alignment through a crossover, 5 m/s, MEMS sensors"
-        picture, axes, rows = one_panel(table, title, "35 m lateral alignment [mm], left +")
+        picture, axes, rows = single_panel(table, title, "35 m lateral alignment [mm], left +")
         axes.plot(rows[X], 1e3 * rows["true alignment [m]"], color=GREY, lw=1.2, label="the track's own")
         axes.plot(rows[X], 1e3 * rows["alignment [m]"], color=BLUE, lw=1.5, label="from yaw rate, as in the paper")
         axes.plot(rows[X], 1e3 * rows["compensated [m]"], color=ORANGE, lw=1.2, label="the bogie's own motion undone")
@@ -28,12 +28,12 @@ class Fig03(CrossoverFigure):
         centres = [_zero(rows) for rows in runs]
         centre = max(centres, key=abs)
         pairs = zip(runs, centres, strict=True)
-        turned = min(symmetry(rows[X], rows["alignment [m]"], -1.0, place) for rows, place in pairs)
+        rotated = min(symmetry(rows[X], rows["alignment [m]"], -1.0, place) for rows, place in pairs)
         sharp = min(symmetry(rows[X], rows["compensated [m]"], -1.0) for rows in runs)
         rough = min(_rms(rows, 0.0, PLAIN[0] - 10.0) / _rms(rows, *PLAIN) for rows in runs)
         alike, c_to_d = at_least(0.95), between(-3.5, 3.5, "m")
         return [
-            Claim.definite("rotational symmetry about the zero point: correlation", turned, alike, len(runs)),
+            Claim.definite("rotational symmetry about the zero point: correlation", rotated, alike, len(runs)),
             Claim.definite("that zero point from midway between C and D", centre, c_to_d, len(runs)),
             Claim.definite("compensated: rotational symmetry about midway: correlation", sharp, alike, len(runs)),
             Claim.definite("alignment in the crossover over that on plain track", rough, at_least(3.0), len(runs)),

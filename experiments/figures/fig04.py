@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.figures.crossover import CrossoverFigure, one_panel
+from experiments.figures.crossover import CrossoverFigure, single_panel
 from experiments.reporting.claims import Claim, at_least, near
 from experiments.reporting.plots import BLUE, ORANGE
 from experiments.runs.crossover import SHAPE, X, features, seeds, series, symmetry
@@ -17,7 +17,7 @@ class Fig04(CrossoverFigure):
 
     def draw(self, table: pd.DataFrame) -> Picture:
         title = "Bogie yaw through a crossover, 5 m/s, MEMS gyro (the paper's sign is the opposite)"
-        picture, axes, rows = one_panel(table, title, "yaw [mrad], left +")
+        picture, axes, rows = single_panel(table, title, "yaw [mrad], left +")
         axes.plot(rows[X], 1e3 * rows["yaw [rad]"], color=BLUE, lw=1.6, label="yaw of the bogie")
         axes.axhline(1e3 / 13, color=ORANGE, lw=1.0, ls="--", label="1 in 13")
         axes.set_ylim(-10, 95)

@@ -24,12 +24,12 @@ class Fig05(CrossoverFigure):
         picture = Picture(figsize=(10.0, 8.4), layout="constrained")
         panels = picture.subplots(3, 1, sharex=True, height_ratios=(3, 3, 1.4))
         rows = series(table)
-        lines = (
+        curves = (
             ("vertical_curvature [1/m]", 1e3, RED, "vertical curvature [1/km]"),
             ("lateral_curvature [1/m]", 1e3, BLUE, "lateral curvature [1/km], left +"),
             ("speed [m/s]", 1.0, GREEN, "tachometer [m/s]"),
         )
-        for axes, (name, factor, colour, label) in zip(panels, lines, strict=True):
+        for axes, (name, factor, colour, label) in zip(panels, curves, strict=True):
             axes.plot(rows[X], factor * rows[name], color=colour, lw=1.1)
             axes.axhline(0.0 if name != "speed [m/s]" else 5.0, color=GREY, lw=0.7)
             axes.set_ylabel(label)
@@ -42,15 +42,15 @@ class Fig05(CrossoverFigure):
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         rows, count = features(table), len(seeds(table))
-        found = [int(np.sum(rows["label"] == letter)) == count for letter in LETTERS]
+        complete = [int(np.sum(rows["label"] == letter)) == count for letter in LETTERS]
 
-        def close(what: str, place: np.ndarray) -> Claim:
-            error = float(np.abs(place - rows["feature [m]"]).max()) if all(found) else None
+        def close(what: str, distance: np.ndarray) -> Claim:
+            error = float(np.abs(distance - rows["feature [m]"]).max()) if all(complete) else None
             return Claim.definite(f"A to F {what}: largest error", error, at_most(CLOSE, "m"), count)
 
         left, right = (_mean(series(table), *ends) for ends in ((-24.0, -12.0), (12.0, 24.0)))
         return [
-            Claim.definite("features found, all seeds", float(np.mean(found)), exactly(1.0), count),
+            Claim.definite("features found, all seeds", float(np.mean(complete)), exactly(1.0), count),
             close("from the middle, odometer corrected", rows[X]),
             close("from the middle, tachometer as it is (1 % too much)", rows["odometer [m]"]),
             close("where the bogie truly was when a feature was recognised", rows["true from middle [m]"]),

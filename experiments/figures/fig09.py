@@ -76,7 +76,7 @@ class Fig09(Figure):
 
 def _densities(truth: Truth, measured: Measurements, level: str) -> dict[str, np.ndarray]:
     """Densities of both estimators' forces and of the true creep force, by column."""
-    found: dict[str, np.ndarray] = {}
+    densities: dict[str, np.ndarray] = {}
     plain = AdhesionCreepForces()
     for kind, estimator in ((UNKNOWN, plain), (PROFILE, AdhesionCreepForcesProfile())):
         series = estimator.estimate(measured).series
@@ -84,12 +84,12 @@ def _densities(truth: Truth, measured: Measurements, level: str) -> dict[str, np
         for number in WHEELSETS:
             for quantity, name in ((LATERAL, "lateral_creep_force [N]"), (MOMENT, "creep_yaw_moment [N m]")):
                 values = series[f"wheelset{number}.{name}"].to_numpy(float)[valid]
-                found[FREQUENCY], found[_column(number, kind, quantity, level)] = _density(values, RATE)
+                densities[FREQUENCY], densities[_column(number, kind, quantity, level)] = _density(values, RATE)
     for number in WHEELSETS:
         true = high_pass(true_forces(truth, number)["creep"], plain.corner, rate=truth.rate)
         frequency, density = _density(true[round(SETTLE * truth.rate) :], truth.rate)
-        found[_column(number, TRUE, LATERAL, level)] = np.interp(found[FREQUENCY], frequency, density)
-    return found
+        densities[_column(number, TRUE, LATERAL, level)] = np.interp(densities[FREQUENCY], frequency, density)
+    return densities
 
 
 def _density(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:

@@ -46,15 +46,15 @@ class Fig12(Figure):
         left, below, right = (
             figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1]),
         )  # fmt: skip
-        one = table[table["seed"] == table["seed"].iloc[0]]
-        shift = 1e3 * one["shift [m]"]
-        left.plot(shift, one["true [-]"], color="k", lw=1.4, label="true (mean over the gauge)")
-        left.plot(shift, one["estimate [-]"], color="C1", lw=1.2, label="look-up table at the end")
-        low, high = (one["estimate [-]"] + sign * 2.0 * one["std [-]"] for sign in (-1.0, 1.0))
+        wheelset = table[table["seed"] == table["seed"].iloc[0]]
+        shift = 1e3 * wheelset["shift [m]"]
+        left.plot(shift, wheelset["true [-]"], color="k", lw=1.4, label="true (mean over the gauge)")
+        left.plot(shift, wheelset["estimate [-]"], color="C1", lw=1.2, label="look-up table at the end")
+        low, high = (wheelset["estimate [-]"] + sign * 2.0 * wheelset["std [-]"] for sign in (-1.0, 1.0))
         left.fill_between(shift, low, high, color="C1", alpha=0.2, lw=0)
         left.set(ylabel="conicity, secant", ylim=(0.0, 0.5))
         left.legend(fontsize=8)
-        below.bar(shift, 100 * one["share [-]"], width=0.22, color="0.6")
+        below.bar(shift, 100 * wheelset["share [-]"], width=0.22, color="0.6")
         below.set(xlabel="y - d in mm", ylabel="share of time in %", xlim=left.get_xlim())
         bins = _columns(table)
         right.loglog(

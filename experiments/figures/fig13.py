@@ -115,15 +115,15 @@ def function(case: Case, duration: float, seed: int, speed: float = SPEED, engin
     """Estimated and true conicity on rails of nominal gauge over the visited shifts, and how often each was visited."""
     _, measured = record(case.wear, speed, duration, seed, case.gauge, case.ideal, engine)
     estimate = ConicityLeastSquares().estimate(measured)
-    found = estimate.about["conicity_function"]
-    shift = np.array(found["shift [m]"])
+    estimated = estimate.about["conicity_function"]
+    shift = np.array(estimated["shift [m]"])
     visited = estimate.series["wheelset1.lateral_shift [m]"].dropna().to_numpy()
     edges = np.append(shift, 2 * shift[-1] - shift[-2]) - (shift[1] - shift[0]) / 2
     return pd.DataFrame({
         "shift [m]": shift,
         "true [-]": true_conicity(case.wear, shift),
-        "estimate [-]": found["at_nominal_gauge [-]"],
-        "std [-]": found["conicity_std [-]"],
+        "estimate [-]": estimated["at_nominal_gauge [-]"],
+        "std [-]": estimated["conicity_std [-]"],
         "samples": np.histogram(visited, edges)[0],
     })  # fmt: skip
 

@@ -22,14 +22,14 @@ class Fig14(Figure):
         wheels = contact()
         signals, _ = run(wheels, SEED, True, FAST_DURATION if size.reduced else DURATION)
         shift, gauge = signals.shift[::EVERY], signals.gauge[::EVERY]
-        found = true_geometry(wheels, shift, gauge)
+        true = true_geometry(wheels, shift, gauge)
         level = true_geometry(wheels, shift, np.zeros(len(shift)))
         return pd.DataFrame({
             "shift [m]": shift,
             "gauge [m]": gauge,
-            "sum_of_radii [m]": found.sum_of_radii,
+            "sum_of_radii [m]": true.sum_of_radii,
             "without_gauge [m]": level.sum_of_radii,
-            "sum_of_angles [rad]": found.sum_of_angles,
+            "sum_of_angles [rad]": true.sum_of_angles,
         })  # fmt: skip
 
     def draw(self, table: pd.DataFrame) -> Picture:

@@ -97,16 +97,16 @@ def sections(
     """Estimates at the end of the run and true values, each section that was visited enough; at nominal gauge where
     sections are of the shift alone.
     """
-    found = regress(signals, known, width, degree, gauge, gauge_width=gauge_width)
+    solution = regress(signals, known, width, degree, gauge, gauge_width=gauge_width)
     share = FEWEST * width / WIDTH if gauge_width is None else 0.0
-    enough = found.samples >= max(share * len(signals.shift), LEAST)
-    estimate = geometry(found.coefficients[:, enough], known)
-    true = true_geometry(wheels, found.centres[enough], found.gauges[enough])
+    enough = solution.samples >= max(share * len(signals.shift), LEAST)
+    estimate = geometry(solution.coefficients[:, enough], known)
+    true = true_geometry(wheels, solution.centres[enough], solution.gauges[enough])
     table = pd.DataFrame({
-        "shift [m]": found.centres[enough],
-        "gauge [m]": found.gauges[enough],
-        "samples": found.samples[enough],
-        "condition [-]": found.condition[enough],
+        "shift [m]": solution.centres[enough],
+        "gauge [m]": solution.gauges[enough],
+        "samples": solution.samples[enough],
+        "condition [-]": solution.condition[enough],
     })  # fmt: skip
     for name in NAMES:
         table[name], table[f"true {name}"] = getattr(estimate, name), getattr(true, name)

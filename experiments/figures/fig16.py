@@ -59,7 +59,7 @@ class Fig16(Figure):
         extent_of_radii = float(np.ptp(by_case[STEADY]["true sum_of_radii"]))
         true_radius = float(np.mean(by_case[STEADY]["true sum_of_radii"]))
         enough = whole(by_case[STEADY])
-        found = {
+        values = {
             "(r_L + r_R): rms error by gauge variation over that without": (spread, above(2.0)),
             "(r_L + r_R), gauge left out: rms error over the range ('some spreading' in the article; its range of "
             f"{1e3 * extent_of_radii:.2g} mm is {1e2 * extent_of_radii / true_radius:.2g} % of the radii, which any "
@@ -90,7 +90,7 @@ class Fig16(Figure):
                 at_most(0.05),
             ),
         }
-        return [Claim.definite(text, value, target, enough=enough) for text, (value, target) in found.items()]
+        return [Claim.definite(text, value, target, enough=enough) for text, (value, target) in values.items()]
 
     def notes(self) -> list[str]:
         """What the numbers mean."""
@@ -120,15 +120,15 @@ def conditioning(signals: Signals, known: Coefficients, used: bool) -> dict[str,
     "angle_signal [-]": standard deviation of l W S psi / 2 for a change of S by 0.05 rad over that of the residual.
     "angle_std [rad]": of S from a section's samples, if residuals are alike for 0.1 s.
     """
-    found = regress(signals, known, WIDTH, 2, used)
-    enough = found.samples >= FEWEST * len(signals.shift)
+    solution = regress(signals, known, WIDTH, 2, used)
+    enough = solution.samples >= FEWEST * len(signals.shift)
     output = known_parts(signals, known)[1]
-    turning = found.history[1]
+    turning = solution.history[1]
     left = output - turning[:, 0] * signals.yaw - turning[:, 1] * signals.roll_rate - turning[:, 2]
     late = slice(len(output) // 3, None)
     residual = known.I * float(np.std(left[late]))
     moment = known.l * known.W * 0.05 / 2.0 * float(np.std(signals.yaw))
-    samples = float(np.median(found.samples[enough])) / max(1.0, 0.1 / 1024.0**-1)
+    samples = float(np.median(solution.samples[enough])) / max(1.0, 0.1 / 1024.0**-1)
     return {
         "angle_signal [-]": moment / residual,
         "angle_std [rad]": 2.0 * residual / (known.l * known.W * float(np.std(signals.yaw)) * np.sqrt(samples)),

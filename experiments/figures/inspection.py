@@ -63,15 +63,15 @@ class Inspection(Figure):
         """The targets of the project, one by one."""
         spoilt, clean = table.loc[table["fault"] != "none"], table.loc[table["fault"] == "none"]
         scored = spoilt.loc[spoilt["repaired over clean"].notna()]
-        found = scored.loc[(scored["named"] > 0.5) & ~scored["fault"].isin(GONE)]
+        restored = scored.loc[(scored["named"] > 0.5) & ~scored["fault"].isin(GONE)]
         gaps = scored.loc[(scored["named"] > 0.5) & scored["fault"].isin(GONE)]
-        lost = float(found["lost"].sum() + gaps["lost beside gap"].sum())
+        lost = float(restored["lost"].sum() + gaps["lost beside gap"].sum())
         return [
             _share(f"faults detected, {len(spoilt)} recordings", spoilt["detected"], at_least(0.95)),
             _share("kind named right", spoilt["named"], at_least(0.90)),
             _share("begin and end within 0.5 s", spoilt["placed"], at_least(0.90)),
             _share(f"false alarms, {len(clean)} clean recordings", clean["alarms"] > 0, at_most(0.01)),
-            _worst("worst error after a repair over clean, samples restored", found["repaired over clean"]),
+            _worst("worst error after a repair over clean, samples restored", restored["repaired over clean"]),
             _worst("worst error after a repair over clean, samples left out", gaps["repaired over clean"]),
             _worst(f"{_GAP}, worst error", gaps["repaired over gap"]),
             Claim.definite(

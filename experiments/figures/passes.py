@@ -66,9 +66,9 @@ class Passes(Figure):
     """
 
     def compute(self, size: Size) -> pd.DataFrame:
-        return pd.concat([self._one(size.reduced), growing_defects(size.reduced)], ignore_index=True)
+        return pd.concat([self._compared(size.reduced), growing_defects(size.reduced)], ignore_index=True)
 
-    def _one(self, fast: bool) -> pd.DataFrame:
+    def _compared(self, fast: bool) -> pd.DataFrame:
         length = 600.0 if fast else 1900.0
         first = PASSES[0]
         columns: dict[str, np.ndarray] = {}
@@ -77,14 +77,14 @@ class Passes(Figure):
             grown = _grown(Path(folder), first.start + GROWN_AT * length)
             estimates = {one.name: _ride(one, length, grown, fast) for one in PASSES}
         reference = estimates[first.name][BAND].to_numpy()
-        place = SPACING * np.arange(len(reference))
-        columns["s [m]"] = place
-        for one in PASSES:
-            values = estimates[one.name][BAND].to_numpy()
-            found = match(reference, values, SPACING)
-            columns[f"{one.name} [mm]"] = MM * laid_on(values, SPACING, found, place)
-            columns[f"lag {one.name} [m]"] = found.other_distance(place) - place
-            heights[one.name] = MM * laid_on(estimates[one.name][WHOLE].to_numpy(), SPACING, found, place)
+        distance = SPACING * np.arange(len(reference))
+        columns["s [m]"] = distance
+        for ride in PASSES:
+            values = estimates[ride.name][BAND].to_numpy()
+            pairing = match(reference, values, SPACING)
+            columns[f"{ride.name} [mm]"] = MM * laid_on(values, SPACING, pairing, distance)
+            columns[f"lag {ride.name} [m]"] = pairing.other_distance(distance) - distance
+            heights[ride.name] = MM * laid_on(estimates[ride.name][WHOLE].to_numpy(), SPACING, pairing, distance)
         later = f"{PASSES[-1].name} [mm]"
         before = np.mean([columns[f"{one.name} [mm]"] for one in PASSES[:-1]], axis=0)
         columns["before [mm]"] = before
@@ -92,28 +92,30 @@ class Passes(Figure):
         columns["height change [mm]"] = last - np.mean(earlier, axis=0)
         columns["change [mm]"] = columns[later] - before
         events = changes(before / MM, columns[later] / MM, SPACING)
-        mark = np.full(len(place), np.nan)
+        mark = np.full(len(distance), np.nan)
         for event in events:
             mark[round(event["s [m]"] / SPACING)] = MM * event["change [m]"]
         columns["found [mm]"] = mark
-        columns["true place [m]"] = np.full(len(place), GROWN_AT * length * (1.0 + first.radius_error))
+        columns["true place [m]"] = np.full(len(distance), GROWN_AT * length * (1.0 + first.radius_error))
         return pd.DataFrame(columns)
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(11.0, 10.5), layout="constrained")
         *panels, last = picture.subplots(4, 1, height_ratios=(1.0, 1.4, 1.0, 1.0))
         _draw_shares(last, table)
-        table = _lines(table)
-        place = table["s [m]"].to_numpy()
+        table = _distance_rows(table)
+        distance = table["s [m]"].to_numpy()
         at = float(table["true place [m]"].iloc[0])
-        near = np.abs(place - at) < CLOSE
-        for one, colour in zip(PASSES, (*COLOURS, RED), strict=True):
-            style = {"color": colour, "lw": 1.4, "ls": "--" if one.grown else "-"}
-            panels[0].plot(place, table[f"lag {one.name} [m]"], label=one.name, **style)
-            panels[1].plot(place[near], table[f"{one.name} [mm]"][near], label=one.name, **style)
-        panels[2].plot(place, table["change [mm]"], color=GREY, lw=1.0, label="later pass less mean of the first three")
+        near = np.abs(distance - at) < CLOSE
+        for ride, colour in zip(PASSES, (*COLOURS, RED), strict=True):
+            style = {"color": colour, "lw": 1.4, "ls": "--" if ride.grown else "-"}
+            panels[0].plot(distance, table[f"lag {ride.name} [m]"], label=ride.name, **style)
+            panels[1].plot(distance[near], table[f"{ride.name} [mm]"][near], label=ride.name, **style)
+        panels[2].plot(
+            distance, table["change [mm]"], color=GREY, lw=1.0, label="later pass less mean of the first three"
+        )
         found = table["found [mm]"].notna()
-        panels[2].plot(place[found], table["found [mm]"][found], "o", color=RED, label="reported as change")
+        panels[2].plot(distance[found], table["found [mm]"][found], "o", color=RED, label="reported as change")
         panels[2].axvline(at, color=RED, lw=0.8, ls=":", label="where the defect grew")
         titles = ("Odometer against the first pass", "Vertical alignment D1 around the defect", "What has changed")
         labels = ("difference [m]", "D1 [mm]", "change of D1 [mm]")
@@ -130,14 +132,14 @@ class Passes(Figure):
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         claims = _study_claims(table)
-        table = _lines(table)
-        for one, two in itertools.combinations([one.name for one in PASSES if not one.grown], 2):
-            error = table[f"{one} [mm]"].to_numpy() - table[f"{two} [mm]"].to_numpy()
+        table = _distance_rows(table)
+        for first, second in itertools.combinations([one.name for one in PASSES if not one.grown], 2):
+            error = table[f"{first} [mm]"].to_numpy() - table[f"{second} [mm]"].to_numpy()
             rms = float(np.sqrt(np.nanmean(error**2)))
-            claims.append(Claim.definite(f"D1 at {one} and {two}: difference", rms, at_most(AGREE, "mm rms")))
+            claims.append(Claim.definite(f"D1 at {first} and {second}: difference", rms, at_most(AGREE, "mm rms")))
         compared = float(np.mean(np.isfinite(table["change [mm]"].to_numpy())))
-        found = table.loc[np.isfinite(table["found [mm]"].to_numpy())]
-        away = np.abs(found["s [m]"].to_numpy() - found["true place [m]"].to_numpy())
+        reported = table.loc[np.isfinite(table["found [mm]"].to_numpy())]
+        away = np.abs(reported["s [m]"].to_numpy() - reported["true place [m]"].to_numpy())
         nearest = float(away.min()) if len(away) else np.inf
         others, target = int(np.sum(away > NEAR)), MM * GROWN_BY
         growth = near(target, 0.3 * target, "mm")
@@ -146,11 +148,11 @@ class Passes(Figure):
             Claim.definite("share of the way that could be compared", compared, at_least(0.85)),
             Claim.definite("defect that grew by 1 mm: found how far away", nearest, at_most(NEAR, "m")),
             Claim.definite("changes reported elsewhere", float(others), exactly(0.0)),
-            Claim.definite("its growth in the 70 m alignment", _growth(table, found, away), growth),
+            Claim.definite("its growth in the 70 m alignment", _growth(table, reported, away), growth),
         ]
 
 
-def _lines(table: pd.DataFrame) -> pd.DataFrame:
+def _distance_rows(table: pd.DataFrame) -> pd.DataFrame:
     """The rows over distance."""
     return table.loc[table["seed [-]"].isna().to_numpy()].reset_index(drop=True)
 
@@ -200,26 +202,26 @@ def _study_claims(table: pd.DataFrame) -> list[Claim]:
     ]
 
 
-def _growth(table: pd.DataFrame, found: pd.DataFrame, away: np.ndarray) -> float:
+def _growth(table: pd.DataFrame, reported: pd.DataFrame, away: np.ndarray) -> float:
     """How much deeper the track is at the nearest change than around it, mm; D1 shows a part of so long a dip only."""
     if not len(away):
         return 0.0
-    at = float(found["s [m]"].iloc[int(away.argmin())])
+    at = float(reported["s [m]"].iloc[int(away.argmin())])
     distance = np.abs(table["s [m]"].to_numpy() - at)
     change = table["height change [mm]"].to_numpy()
     around = (distance > 3.0 * GROWN_OVER) & (distance < 5.0 * GROWN_OVER)
     return float(np.nanmean(change[around]) - np.nanmean(change[distance < 0.5]))
 
 
-def _ride(one: Pass, length: float, grown: Path, fast: bool) -> pd.DataFrame:
+def _ride(ride: Pass, length: float, grown: Path, fast: bool) -> pd.DataFrame:
     """The estimate's series."""
     values = {
-        "track": str(grown) if one.grown else TRACK,
+        "track": str(grown) if ride.grown else TRACK,
         "vehicle": "manchester",
-        "speed": {"kind": "constant", "speed": one.speed},
-        "start": one.start,
-        "duration": round((length + 20.0 - one.start) / one.speed, 1),
-        "seed": one.seed,
+        "speed": {"kind": "constant", "speed": ride.speed},
+        "start": ride.start,
+        "duration": round((length + 20.0 - ride.start) / ride.speed, 1),
+        "seed": ride.seed,
         "sensors": [
             {"kind": "gyro", "name": "bogie", "body": "bogie", "axes": ["pitch"], "rate": 256, "errors": "mems"},
             {
@@ -227,7 +229,7 @@ def _ride(one: Pass, length: float, grown: Path, fast: bool) -> pd.DataFrame:
                 "name": "wheelset1",
                 "body": "wheelset1",
                 "rate": 64,
-                "radius_error": one.radius_error,
+                "radius_error": ride.radius_error,
             },
         ],
     }

@@ -65,10 +65,10 @@ class SuspensionFaults(Figure):
                 100 * rows["share"], 100 * rows["health"], 200 * rows["std"], fmt="o-", color=colour, ms=4, capsize=2
             )
             steps = table[(table["what"] == "step") & (table["component"] == component)]
-            for share, one in steps.groupby("share"):
+            for share, run_rows in steps.groupby("share"):
                 style = "-" if share > 0 else "--"
                 label = f"{NAMES[component]}, to {100 * float(str(share)):.0f} %"
-                axes[1].plot(one[TIME], 100 * one["health"], style, color=colour, lw=1.2, label=label)
+                axes[1].plot(run_rows[TIME], 100 * run_rows["health"], style, color=colour, lw=1.2, label=label)
             healthy = table[table["what"] == "healthy"]
             values = 100 * healthy.loc[healthy[TIME] >= SETTLED, ["health", "health of yaw dampers"][component]]
             axes[2].hist(values, bins=np.arange(50, 151, 2).tolist(), color=colour, alpha=0.5, label=NAMES[component])
@@ -127,13 +127,13 @@ def run(job: dict[str, Any], folder: Path, seconds: float | None = None) -> pd.D
     measurements = measure(simulate(scenario, engine="compiled"), scenario, seed=job.get("seed", 1)).measurements
     series = SuspensionRbpf(wheelset_sensors=False, keep_every=EVERY).estimate(measurements).series
     built = nominal(measurements.vehicle).tolist()
-    found = pd.DataFrame({TIME: series[TIME], **job, "seed": job.get("seed", 1)})
+    health_rows = pd.DataFrame({TIME: series[TIME], **job, "seed": job.get("seed", 1)})
     for i, (health, std, verdict) in enumerate((("health", "std", "verdict"), (*_OTHER,))):
         index = job["component"] if i == 0 else 1 - job["component"]
         mean, spread = series[PARAMETERS[index]].to_numpy(), series[std_name(PARAMETERS[index])].to_numpy()
-        found[health], found[std] = mean / built[index], spread / built[index]
-        found[verdict] = [damper(m, s, built[index]) for m, s in zip(mean, spread, strict=True)]
-    return found
+        health_rows[health], health_rows[std] = mean / built[index], spread / built[index]
+        health_rows[verdict] = [damper(m, s, built[index]) for m, s in zip(mean, spread, strict=True)]
+    return health_rows
 
 
 _OTHER = ("health of yaw dampers", "std of yaw dampers", "verdict on yaw dampers")

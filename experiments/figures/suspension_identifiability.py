@@ -50,12 +50,12 @@ class SuspensionIdentifiability(Figure):
         for number in range(1 if size.reduced else TRACKS):
             true, measurements = _run(JUDGED + number, seconds, engine)
             if not size.reduced:
-                found = estimator.but(fit_level=True).estimate(measurements)
-                last = found.series.iloc[-1]
+                estimate = estimator.but(fit_level=True).estimate(measurements)
+                last = estimate.series.iloc[-1]
                 for name, value in zip(PARAMETERS, true, strict=True):
                     rows.append({WHAT: f"estimate of {name}", VALUE: float(last[name]), "true": float(value)})
                 rows[-1]["std"] = float(last[std_name(PARAMETERS[2])])
-                rows.append({WHAT: "level", VALUE: found.about["track_level"]})
+                rows.append({WHAT: "level", VALUE: estimate.about["track_level"]})
             if number == 0:
                 rows += _profiles(estimator, measurements, size)
                 rows += _information(estimator, measurements, size.of(MADE, 60.0, 20.0))
@@ -96,13 +96,12 @@ class SuspensionIdentifiability(Figure):
 
     def check(self, table: Any) -> list[Claim]:
         claims = []
-        found = table[table[WHAT] == f"estimate of {PARAMETERS[2]}"]
-        if len(found):
-            error = float((found[VALUE] - found["true"]).abs().max())
-            text = (
-                f"conicity from bogie and body, track and its level estimated too: largest error of {len(found)} tracks"
-            )
-            claims.append(Claim.definite(text, error, at_most(0.03), len(found)))
+        tracks = table[table[WHAT] == f"estimate of {PARAMETERS[2]}"]
+        if len(tracks):
+            error = float((tracks[VALUE] - tracks["true"]).abs().max())
+            text = "conicity from bogie and body, track and its level estimated too: "
+            text += f"largest error of {len(tracks)} tracks"
+            claims.append(Claim.definite(text, error, at_most(0.03), len(tracks)))
             for name, short in zip(PARAMETERS[:2], ("C_sy", "C_spsi"), strict=True):
                 rows = table[table[WHAT] == f"estimate of {name}"]
                 worst = 100.0 * float((rows[VALUE] / rows["true"] - 1.0).abs().max())
@@ -145,22 +144,22 @@ def _profiles(estimator: SuspensionMl, measurements: Measurements, size: Size) -
     return rows
 
 
-def _best_dampers(problem: Problem, start: np.ndarray, place: float) -> tuple[np.ndarray, float]:
+def _best_dampers(problem: Problem, start: np.ndarray, conicity: float) -> tuple[np.ndarray, float]:
     size = problem.high - problem.low
 
     def cost(two: np.ndarray) -> float:
-        one = np.append(two, place)
+        one = np.append(two, conicity)
         return -problem.trust * float(problem.likelihood((problem.low + one * size)[None, :])[0])
 
-    found = minimize(
+    solution = minimize(
         cost,
         start,
         method="L-BFGS-B",
-        jac=lambda two: gradient(problem, np.append(two, place))[:2],
+        jac=lambda two: gradient(problem, np.append(two, conicity))[:2],
         bounds=[(0.0, 1.0)] * 2,
         options={"maxiter": 8},
     )
-    return found.x, float(found.fun)
+    return solution.x, float(solution.fun)
 
 
 def _information(estimator: SuspensionMl, measurements: Measurements, seconds: float) -> list[dict[str, Any]]:
@@ -172,10 +171,10 @@ def _information(estimator: SuspensionMl, measurements: Measurements, seconds: f
     rate, middle = problem.record.rate, np.append(problem.nominal, 0.0)
 
     def system(parameters: np.ndarray) -> Discrete:
-        one = estimator.but(track_level=float(np.exp(parameters[3])))
-        unknowns = one.unknowns(problem.vehicle, WITHOUT_WHEELSETS, problem.record.noise, rate)
+        settings = estimator.but(track_level=float(np.exp(parameters[3])))
+        unknowns = settings.unknowns(problem.vehicle, WITHOUT_WHEELSETS, problem.record.noise, rate)
         plan = layout(2.0 * problem.vehicle["semi_wheelbase"], speed, rate, unknowns)
-        vehicle = half_vehicle(problem.vehicle, speed, WITHOUT_WHEELSETS, one.creep)
+        vehicle = half_vehicle(problem.vehicle, speed, WITHOUT_WHEELSETS, settings.creep)
         return discrete(vehicle, parameters[:3], speed, rate, unknowns, plan)
 
     information = fisher(system, middle, rate, 0.01, 60.0)
@@ -202,14 +201,16 @@ def _curvature(problem: Problem, system: Discrete, middle: np.ndarray, seconds: 
         return float(likelihoods[float(np.sign(change[3]))]((middle + change * steps)[:3]))
 
     unit = np.eye(4)
-    found = np.zeros((4, 4))
+    information = np.zeros((4, 4))
     for i in range(4):
         for j in range(i):
             ends = [(a, b, value(a * unit[i] + b * unit[j])) for a in (1, -1) for b in (1, -1)]
-            found[i, j] = found[j, i] = -sum(a * b * one for a, b, one in ends) / (4.0 * steps[i] * steps[j])
+            information[i, j] = information[j, i] = -sum(a * b * one for a, b, one in ends) / (
+                4.0 * steps[i] * steps[j]
+            )
         ends = [value(a * unit[i]) for a in (1, 0, -1)]
-        found[i, i] = -(ends[0] - 2.0 * ends[1] + ends[2]) / steps[i] ** 2
-    return found
+        information[i, i] = -(ends[0] - 2.0 * ends[1] + ends[2]) / steps[i] ** 2
+    return information
 
 
 def _of_level(problem: Problem, readings: np.ndarray, level: float) -> Callable[[np.ndarray], float]:
@@ -225,10 +226,10 @@ def _of_level(problem: Problem, readings: np.ndarray, level: float) -> Callable[
         inputs=np.zeros((count, record.inputs.shape[1])),
         later=np.zeros((count, record.inputs.shape[1])),
     )
-    one = Problem(
+    modelled = Problem(
         made, problem.vehicle, problem.settings.but(track_level=level), problem.low, problem.high, problem.nominal
     )
-    return lambda parameters: float(one.likelihood(parameters[None, :], interpolated=False)[0])
+    return lambda parameters: float(modelled.likelihood(parameters[None, :], interpolated=False)[0])
 
 
 def _made(system: Discrete, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -237,9 +238,9 @@ def _made(system: Discrete, count: int, rng: np.random.Generator) -> np.ndarray:
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     noise = np.sqrt(np.diag(system.R))
     z, warm = np.zeros(len(system.F)), 2000
-    found = np.empty((count, len(noise)))
+    readings = np.empty((count, len(noise)))
     for k in range(-warm, count):
         if k >= 0:
-            found[k] = system.C @ z + noise * rng.standard_normal(len(noise))
+            readings[k] = system.C @ z + noise * rng.standard_normal(len(noise))
         z = system.F @ z + root @ rng.standard_normal(len(z))
-    return found
+    return readings

@@ -84,7 +84,7 @@ class TrackAccuracy(Figure):
         for axes, (quantity, band) in zip(panels.flat, SHOWN, strict=False):
             _errors(axes, pick(table, part="accuracy", quantity=quantity, band=band, grade="mems"))
             axes.set_title(f"{quantity.replace('_', ' ')} {band.upper()}", loc="left")
-        _places(panels[1][2], pick(table, part="place", band="d1"))
+        _over_position(panels[1][2], pick(table, part="place", band="d1"))
         _honesty(panels[1][3], pick(table, part="coverage"))
         shown: dict[str, Any] = {}
         for axes in panels.flat[: len(SHOWN)]:
@@ -105,15 +105,29 @@ def _call(task: Callable[[], list[dict[str, Any]]]) -> list[dict[str, Any]]:
 
 def _errors(axes: Axes, rows: pd.DataFrame) -> None:
     for name, (colour, line) in STYLES.items():
-        one = pick(rows, estimator=name).sort_values("speed [m/s]")
-        if not one.empty:
+        rows_of_estimator = pick(rows, estimator=name).sort_values("speed [m/s]")
+        if not rows_of_estimator.empty:
             width = 2.0 if name == FUSED else 1.0
-            axes.loglog(one["speed [m/s]"], one["rms error [mm]"], line, color=colour, ms=4, lw=width, label=name)
+            axes.loglog(
+                rows_of_estimator["speed [m/s]"],
+                rows_of_estimator["rms error [mm]"],
+                line,
+                color=colour,
+                ms=4,
+                lw=width,
+                label=name,
+            )
     fused = pick(rows, estimator=FUSED).sort_values("speed [m/s]")
     axes.loglog(fused["speed [m/s]"], fused["bound [mm]"], ":", color=BLACK, label="Cramér–Rao bound of track_smoother")
     if not pick(rows, estimator=AXLEBOXES).empty:
-        one = pick(rows, estimator=AXLEBOXES).sort_values("speed [m/s]")
-        axes.loglog(one["speed [m/s]"], one["bound [mm]"], ":", color=ORANGE, label="Cramér–Rao bound of axleboxes")
+        rows_of_estimator = pick(rows, estimator=AXLEBOXES).sort_values("speed [m/s]")
+        axes.loglog(
+            rows_of_estimator["speed [m/s]"],
+            rows_of_estimator["bound [mm]"],
+            ":",
+            color=ORANGE,
+            label="Cramér–Rao bound of axleboxes",
+        )
     axes.loglog(fused["speed [m/s]"], fused["true rms [mm]"], "--", color=GREY, lw=1.0, label="true irregularity")
     _ticks(axes, rows)
     axes.set_ylabel("rms [mm]")
@@ -131,7 +145,7 @@ def _ticks(axes: Axes, rows: pd.DataFrame) -> None:
     axes.set_xlabel("speed [m/s]")
 
 
-def _places(axes: Axes, rows: pd.DataFrame) -> None:
+def _over_position(axes: Axes, rows: pd.DataFrame) -> None:
     """Error over the place of the sensor on the bogie."""
     for name in (ACCELEROMETER, GYRO):
         one = pick(rows, estimator=name).groupby("place [m]")["rms error [mm]"]
@@ -146,15 +160,21 @@ def _places(axes: Axes, rows: pd.DataFrame) -> None:
 def _honesty(axes: Axes, rows: pd.DataFrame) -> None:
     rows = where(rows, rows["band"].isin(["d1", "d2"]) & rows["quantity"].isin(JUDGED) & rows["engine"].ne("exudyn"))
     labels, named = [], set()
-    for place, (track, speed, case) in enumerate(cases(rows)):
+    for column, (track, speed, case) in enumerate(cases(rows)):
         for number, (quantity, colour) in enumerate(zip(JUDGED, (BLUE, ORANGE, GREEN), strict=True)):
             for band, marker in (("d1", "o"), ("d2", "s")):
-                one = pick(case, quantity=quantity, band=band)
-                if not one.empty:
+                selected = pick(case, quantity=quantity, band=band)
+                if not selected.empty:
                     label = f"{quantity.replace('_', ' ')} {band.upper()}"
-                    at = place + 0.2 * (number - 1)
+                    at = column + 0.2 * (number - 1)
                     axes.plot(
-                        at, share(one), marker, color=colour, ms=4, alpha=0.8, label=None if label in named else label
+                        at,
+                        share(selected),
+                        marker,
+                        color=colour,
+                        ms=4,
+                        alpha=0.8,
+                        label=None if label in named else label,
                     )
                     named.add(label)
         labels.append(f"{str(track).removeprefix('unseen_')}, {speed:g}")

@@ -16,7 +16,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, above, at_least, at_most, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from experiments.reporting.size import Size
-from experiments.runs.track import PLACES, SHARE, errors, gyro_at, noise_limit, place_name, run
+from experiments.runs.track import POSITIONS, SHARE, errors, gyro_at, noise_limit, run, sensor_name
 from railsim.sensors.accelerometer import AXLEBOX
 from railsim.sensors.accelerometer import MEMS as MEMS_ACCELEROMETER
 from railsim.sensors.gyro import MEMS as MEMS_GYRO
@@ -37,7 +37,7 @@ class TrackSensors(Figure):
         for speed in (SLOW, MIDDLE, FAST) if size.reduced else SPEEDS:
             truth, measured = run(speed, size.reduced, size.of(1850.0, 700.0, 300.0), ("mems", "industrial"))
             mems, industrial = measured["mems"], measured["industrial"]
-            found = [
+            tables = [
                 errors(AlignmentVertical(compensate=True), mems, truth, GYRO),
                 errors(AlignmentAccelerometer(), mems, truth, ACCELEROMETER),
                 errors(AlignmentDisplacement(), industrial, truth, DISPLACEMENT),
@@ -45,18 +45,18 @@ class TrackSensors(Figure):
                 errors(AlignmentLateral(compensation=False), mems, truth, PLAIN),
                 errors(AlignmentLateral(), mems, truth, COMPENSATED),
             ]
-            for x in PLACES if speed == MIDDLE else ():
-                accelerometer = AlignmentAccelerometer(sensor=place_name(x))
-                found.append(errors(accelerometer, mems, truth, ACCELEROMETER).assign(**{"place [m]": x}))
+            for x in POSITIONS if speed == MIDDLE else ():
+                accelerometer = AlignmentAccelerometer(sensor=sensor_name(x))
+                tables.append(errors(accelerometer, mems, truth, ACCELEROMETER).assign(**{"place [m]": x}))
                 moved = [gyro_at(x, one) for one in mems]
-                found.append(errors(AlignmentVertical(compensate=True), moved, truth, GYRO).assign(**{"place [m]": x}))
-            parts.append(pd.concat(found).assign(**{"speed [m/s]": speed}))
+                tables.append(errors(AlignmentVertical(compensate=True), moved, truth, GYRO).assign(**{"place [m]": x}))
+            parts.append(pd.concat(tables).assign(**{"speed [m/s]": speed}))
         table = pd.concat(parts, ignore_index=True)
         return table.loc[np.isin(table["band"].to_numpy(str), ("D1", "D2"))].reset_index(drop=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(11.5, 8.2), layout="constrained")
-        long, rails, place, lateral = picture.subplots(2, 2).ravel()
+        long, rails, over_position, lateral = picture.subplots(2, 2).ravel()
         names = (GYRO, ACCELEROMETER, DISPLACEMENT, AXLEBOXES)
         _over_speed(long, table, "vertical", "D2", names, "Vertical, waves of 25 to 70 m (D2)")
         _over_speed(rails, table, "left_vertical", "D1", (DISPLACEMENT, AXLEBOXES), "Left rail, 3 to 25 m (D1)")
@@ -67,10 +67,10 @@ class TrackSensors(Figure):
         _over_speed(lateral, table, "lateral", "D1", (PLAIN, COMPENSATED), "Lateral, 3 to 25 m (D1)")
         for name in (ACCELEROMETER, GYRO):
             rows = _rows(table, name, "vertical", "D1", MIDDLE, placed=True)
-            place.plot(rows["place [m]"], rows["error [mm]"], "o-", color=COLOURS[name], label=name)
-        place.set(title=f"Vertical D1 at {MIDDLE:g} m/s over the sensor's place", ylim=(0.0, None))
-        place.set_xlabel("place before the bogie's centre [m]")
-        for axes in (long, rails, lateral, place):
+            over_position.plot(rows["place [m]"], rows["error [mm]"], "o-", color=COLOURS[name], label=name)
+        over_position.set(title=f"Vertical D1 at {MIDDLE:g} m/s over the sensor's place", ylim=(0.0, None))
+        over_position.set_xlabel("place before the bogie's centre [m]")
+        for axes in (long, rails, lateral, over_position):
             axes.set_ylabel("error [mm rms]")
             axes.grid(True, color="#dddddd", lw=0.6, which="both")
             axes.set_axisbelow(True)
@@ -82,7 +82,7 @@ class TrackSensors(Figure):
     def check(self, table: pd.DataFrame) -> list[Claim]:
         return [
             *self._gyro(table),
-            *self._place(table),
+            *self._by_position(table),
             *self._long_waves(table),
             *self._lateral(table),
             *self._apart(table),
@@ -97,7 +97,7 @@ class TrackSensors(Figure):
             Claim.definite("15 km/h, D2, accelerometer's error over the gyro's", ratio, at_least(1.5)),
         ]
 
-    def _place(self, table: pd.DataFrame) -> list[Claim]:
+    def _by_position(self, table: pd.DataFrame) -> list[Claim]:
         spread = {}
         for name in (ACCELEROMETER, GYRO):
             found = _rows(table, name, "vertical", "D1", MIDDLE, placed=True)["error [mm]"].to_numpy(float)

@@ -39,11 +39,11 @@ class Validation(Figure):
         parts = [(part, rows) for part, rows in parts if rows]
         picture = Picture(figsize=(11.0, 1.6 + 0.42 * len(parts)), layout="constrained")
         axes = picture.subplots()
-        for place, (_, rows) in enumerate(parts):
+        for line, (_, rows) in enumerate(parts):
             used = np.clip([row.used or 0.0 for row in rows], 1e-4, 100.0)
             spread = np.linspace(-0.25, 0.25, len(used)) if len(used) > 1 else np.zeros(1)
             colours = [BLUE if row.held else RED for row in rows]
-            axes.scatter(used, place + spread, s=18, color=colours, zorder=3)
+            axes.scatter(used, line + spread, s=18, color=colours, zorder=3)
         axes.axvline(1.0, color=RED, lw=1.0, ls=":")
         axes.set_yticks(range(len(parts)), [f"{part.number}  {part.title}" for part, _ in parts])
         axes.invert_yaxis()

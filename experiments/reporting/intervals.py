@@ -96,7 +96,7 @@ def of_statistic(statistic: Callable[[np.ndarray], float], cases: int) -> Interv
     for method in ("BCa", "percentile"):  # the second where all resamples lie to one side of the value
         with warnings.catch_warnings(), np.errstate(invalid="ignore", divide="ignore"):
             warnings.simplefilter("ignore", DegenerateDataWarning)
-            found = bootstrap(
+            interval = bootstrap(
                 (np.arange(cases),),
                 statistic,
                 n_resamples=RESAMPLES,
@@ -105,8 +105,8 @@ def of_statistic(statistic: Callable[[np.ndarray], float], cases: int) -> Interv
                 method=method,
                 rng=np.random.default_rng(0),
             ).confidence_interval
-        if np.isfinite([found.low, found.high]).all() and found.low < found.high:
-            return Interval(float(found.low), float(found.high), cases)
+        if np.isfinite([interval.low, interval.high]).all() and interval.low < interval.high:
+            return Interval(float(interval.low), float(interval.high), cases)
     return unbounded(cases)
 
 

@@ -170,17 +170,17 @@ def _over_distance(results: Results, rows: list[Row], colours: tuple[str, ...], 
     """Left the whole run, right a stretch of it from close by; what the vehicle does not have is left out."""
     truth = results.truth
     rows = [row for row in rows if any(line.channel in truth for line in row.lines.values())]
-    place = truth["s [m]"]
-    middle = 0.5 * (place[0] + place[-1])
-    close = np.abs(place - middle) <= 0.5 * min(CLOSE, float(np.ptp(place)))
+    distance = truth["s [m]"]
+    middle = 0.5 * (distance[0] + distance[-1])
+    close = np.abs(distance - middle) <= 0.5 * min(CLOSE, float(np.ptp(distance)))
     figure, panels = _panels(results, tuple(row.height for row in rows), columns=2)
     for number, row in enumerate(rows):
         whole, stretch = panels[number]
         for (name, line), colour in zip(row.lines.items(), colours, strict=False):
             if line.channel in truth:
                 y = line.factor * truth[line.channel] + line.offset
-                _line(whole, place, y, color=colour, lw=0.8, label=name)
-                _line(stretch, place[close], y[close], color=colour, lw=1.2)
+                _line(whole, distance, y, color=colour, lw=0.8, label=name)
+                _line(stretch, distance[close], y[close], color=colour, lw=1.2)
         whole.set_ylabel(row.label)
         _legend(whole, len(row.lines) > 1 and number < (legends or len(rows)))
     panels[-1, 0].set_xlabel("distance [m]")

@@ -48,11 +48,11 @@ def scenario(
 
 
 def run(
-    one: Scenario, seed: int, engine: str = "compiled", stated: Scenario | None = None
+    simulated: Scenario, seed: int, engine: str = "compiled", stated: Scenario | None = None
 ) -> tuple[Truth, Measurements]:
     """Truth and what is measured of it; `stated`: the scenario that the recording knows, where it is another."""
-    truth = simulate(one, engine=engine)
-    return truth, measure(truth, stated or one, seed).measurements
+    truth = simulate(simulated, engine=engine)
+    return truth, measure(truth, stated or simulated, seed).measurements
 
 
 def recording(

@@ -114,8 +114,8 @@ def _friction_changes(file: Path, speeds: Sequence[float], engine: str) -> pd.Da
     track = read_track(str(file))
     for speed in speeds:
         for friction in FRICTIONS:
-            place = START + SPLICE * speed
-            column = np.where(track.s < place, CONDITIONS["dry"].friction, friction)
+            change = START + SPLICE * speed
+            column = np.where(track.s < change, CONDITIONS["dry"].friction, friction)
             path = file.with_name(f"friction_{speed:g}_{friction:g}.csv")
             write_track(Track(track.s, {**track.columns(), "friction": column}, path.stem, track.comments), path)
             settings = {"track": str(path), "vehicle": {"name": VEHICLE, "adhesion": "dry"}}
@@ -152,7 +152,7 @@ def _changes(track: str, speed: float, recordings: dict[tuple[str, str], Measure
             joined = spliced(recordings[before, kind], recordings[after, kind], SPLICE)
             named = AdhesionLevel().estimate(joined).about["changes"]
             right = [one for one in named if (one["before"], one["after"]) == (before, after)]
-            place = min((one["time"] for one in right), key=lambda time: abs(time - SPLICE), default=np.nan)
+            nearest = min((one["time"] for one in right), key=lambda time: abs(time - SPLICE), default=np.nan)
             row: dict[str, Any] = {
                 "kind": "change",
                 "track": track,
@@ -161,6 +161,6 @@ def _changes(track: str, speed: float, recordings: dict[tuple[str, str], Measure
                 "after": after,
             }
             rows.append(
-                row | {"sensors": kind, "true time [s]": SPLICE, "time [s]": place, "changes named": len(named)}
+                row | {"sensors": kind, "true time [s]": SPLICE, "time [s]": nearest, "changes named": len(named)}
             )
     return pd.DataFrame(rows)

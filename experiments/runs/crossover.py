@@ -38,7 +38,7 @@ def crossover_table(fast: bool) -> pd.DataFrame:
     """
     scenario = load_scenario("crossover")
     truth = simulate(scenario, engine="compiled" if fast else "exudyn")
-    return pd.concat([_one(truth, scenario, seed) for seed in range(1, 2 if fast else 11)], ignore_index=True)
+    return pd.concat([_events(truth, scenario, seed) for seed in range(1, 2 if fast else 11)], ignore_index=True)
 
 
 def series(table: pd.DataFrame, seed: int = 1) -> dict[str, np.ndarray]:
@@ -65,7 +65,7 @@ def symmetry(x: np.ndarray, values: np.ndarray, sign: float, centre: float = 0.0
     return float(np.corrcoef(before, sign * after)[0, 1])
 
 
-def _one(truth: Truth, scenario: Scenario, seed: int) -> pd.DataFrame:
+def _events(truth: Truth, scenario: Scenario, seed: int) -> pd.DataFrame:
     measured = measure(truth, scenario, seed=seed).measurements
     estimate = Switches().estimate(measured)
     scale, middle = (estimate.about["crossovers"][0][key] for key in ("odometer_scale [-]", "middle [m]"))

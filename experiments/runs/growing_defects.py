@@ -21,7 +21,7 @@ TRACK = "straight_erri_low"
 SPEEDS = (10.0, 20.0, 40.0)  # m/s; of the passes before
 LATER = 20.0  # m/s; of the pass after
 LENGTH, START = 1000.0, 20.0  # m
-PLACES = (220.0, 400.0, 580.0, 760.0)  # m
+POSITIONS = (220.0, 400.0, 580.0, 760.0)  # m
 JITTER = 40.0  # m; each place anywhere within so much
 KINDS = ("dip", "void", "one rail", "cross level")
 SIZES = (0.0, 0.5, 0.75, 1.0, 1.5)  # mm
@@ -52,17 +52,21 @@ def growing_defects(fast: bool) -> pd.DataFrame:
     for seed in range(1, 3 if fast else SEEDS + 1):
         rng = np.random.default_rng([seed, 713])
         earlier = [_ride(before[speed], speed, seed, rng) for speed in SPEEDS]
-        places = dict(zip(rng.permutation(KINDS), np.asarray(PLACES) + rng.uniform(-JITTER, JITTER, 4), strict=True))
+        positions = dict(
+            zip(rng.permutation(KINDS), np.asarray(POSITIONS) + rng.uniform(-JITTER, JITTER, 4), strict=True)
+        )
         for size in (1.0,) if fast else SIZES:
             with tempfile.TemporaryDirectory() as folder:
-                truth = _truth(LATER, str(_grown(Path(folder), places, size * 1e-3)))
+                truth = _truth(LATER, str(_grown(Path(folder), positions, size * 1e-3)))
                 later = _ride(truth, LATER, seed, rng)
-                tables.append(_reported(earlier, later, places, before).assign(**{"seed [-]": seed, "size [mm]": size}))
+                tables.append(
+                    _reported(earlier, later, positions, before).assign(**{"seed [-]": seed, "size [mm]": size})
+                )
     return pd.concat(tables, ignore_index=True)
 
 
 def _reported(
-    earlier: list[pd.DataFrame], later: pd.DataFrame, places: dict[str, float], before: dict[float, Truth]
+    earlier: list[pd.DataFrame], later: pd.DataFrame, positions: dict[str, float], before: dict[float, Truth]
 ) -> pd.DataFrame:
     """Rows of one later pass: each defect, then each report that belongs to none.
 
@@ -74,7 +78,7 @@ def _reported(
     reports: list[dict[str, Any]] = []
     on = SPACING * np.arange(len(reference))
     laid = {
-        name: [laid_on(one[name].to_numpy(), SPACING, _found(reference, one), on) for one in (*earlier, later)]
+        name: [laid_on(one[name].to_numpy(), SPACING, _pairing(reference, one), on) for one in (*earlier, later)]
         for name in (VERTICAL, LEVEL)
     }
     height, level = np.mean(laid[VERTICAL][:-1], axis=0), laid[LEVEL][SPEEDS.index(LATER)]
@@ -82,20 +86,20 @@ def _reported(
         base = share_of_height * height + share_of_level * level
         now = share_of_height * laid[VERTICAL][-1] + share_of_level * laid[LEVEL][-1]
         for event in changes(base, now, SPACING):
-            place = float(np.interp(event["s [m]"], on, true))
-            reports.append({"quantity": name, "place": place, "change [mm]": 1e3 * event["change [m]"]})
+            position = float(np.interp(event["s [m]"], on, true))
+            reports.append({"quantity": name, "place": position, "change [mm]": 1e3 * event["change [m]"]})
     rows = []
-    for kind, at in places.items():
+    for kind, at in positions.items():
         near = [one for one in reports if abs(one["place"] - at) <= NEAR]
         best = min(near, key=lambda one: abs(one["place"] - at)) if near else {}
         rows.append({"defect": str(kind), "at [m]": at, "away [m]": abs(best["place"] - at) if near else np.nan} | best)
     for one in reports:
-        if min(abs(one["place"] - at) for at in places.values()) > NEAR:
+        if min(abs(one["place"] - at) for at in positions.values()) > NEAR:
             rows.append({"defect": "", "at [m]": one["place"]} | one)
     return pd.DataFrame(rows).drop(columns="place", errors="ignore")
 
 
-def _found(reference: pd.DataFrame, later: pd.DataFrame) -> Match:
+def _pairing(reference: pd.DataFrame, later: pd.DataFrame) -> Match:
     return match(reference[VERTICAL].to_numpy(), later[VERTICAL].to_numpy(), SPACING)
 
 
@@ -124,12 +128,12 @@ def _values(speed: float, track: str, radius_error: float) -> dict[str, Any]:
     }
 
 
-def _grown(folder: Path, places: dict[str, float], size: float) -> Path:
+def _grown(folder: Path, positions: dict[str, float], size: float) -> Path:
     """The track with each defect deeper by `size`, m."""
     track = read_track(TRACK)
     columns = dict(track.columns())
     left, right = np.zeros(track.s.size), np.zeros(track.s.size)
-    for kind, at in places.items():
+    for kind, at in positions.items():
         x = track.s - at
         shape = void(x, size) if kind == "void" else -size * np.exp(-((x / HALF_LENGTH) ** 2))
         left += shape * (0.5 if kind == "cross level" else 1.0)

@@ -70,7 +70,7 @@ def over_seeds(
         scenario = load_scenario("suspension", {"duration": duration, "track": track})
         truth = simulate(scenario, engine=engine)
 
-    def one(name: str, seed: int) -> pd.DataFrame:
+    def estimated(name: str, seed: int) -> pd.DataFrame:
         estimator, share = cases[name]
         measurements = measure(truth, scenario, seed=seed).measurements
         if share > 0.0:
@@ -80,5 +80,5 @@ def over_seeds(
         return series[columns].assign(**{CASE: name, SEED: seed})
 
     jobs = [(name, seed) for seed in range(1, seeds + 1) for name in cases]
-    tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(delayed(one)(*job) for job in jobs)
+    tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(delayed(estimated)(*job) for job in jobs)
     return pd.concat(tables, ignore_index=True), true_parameters(truth)

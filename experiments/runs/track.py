@@ -18,7 +18,7 @@ TRACK = "straight_erri_low"
 LONGEST = 240.0  # s of a run
 RADIUS_ERROR = 0.005
 SHARE = np.hypot(0.875, 0.125)  # noise of a rail's height over that of one axlebox: 0.75 m against 1 m from the middle
-PLACES = (-1.28, -0.64, 0.0, 0.64, 1.28)  # m before the bogie's centre; the outer ones are above the wheelsets
+POSITIONS = (-1.28, -0.64, 0.0, 0.64, 1.28)  # m before the bogie's centre; the outer ones are above the wheelsets
 
 
 def sensors(grade: str) -> list[dict[str, Any]]:
@@ -28,13 +28,13 @@ def sensors(grade: str) -> list[dict[str, Any]]:
     return [
         {"kind": "accelerometer", "name": "bogie", **shared},
         *(
-            {"kind": "accelerometer", "name": place_name(x), "axes": ["z"], "position": [x, 0.0, 0.0], **shared}
-            for x in PLACES
+            {"kind": "accelerometer", "name": sensor_name(x), "axes": ["z"], "position": [x, 0.0, 0.0], **shared}
+            for x in POSITIONS
         ),
         {"kind": "gyro", "name": "bogie", **shared},
         *(
-            {"kind": "gyro", "name": place_name(x), "axes": ["pitch"], "position": [x, 0.0, 0.0], **shared}
-            for x in PLACES
+            {"kind": "gyro", "name": sensor_name(x), "axes": ["pitch"], "position": [x, 0.0, 0.0], **shared}
+            for x in POSITIONS
         ),
         {**axlebox, "name": "axlebox1_left", "position": [0.0, 1.0, 0.0]},
         {**axlebox, "name": "axlebox1_right", "position": [0.0, -1.0, 0.0]},
@@ -44,14 +44,14 @@ def sensors(grade: str) -> list[dict[str, Any]]:
     ]
 
 
-def place_name(x: float) -> str:
+def sensor_name(x: float) -> str:
     """Name of the bogie's sensors at x m before its centre."""
     return f"bogie_{'m' if x < 0 else 'p'}{round(100 * abs(x)):03d}"
 
 
 def gyro_at(x: float, recording: Measurements) -> Measurements:
-    """The recording with the gyro at that place in the role of the bogie's."""
-    wanted, given = "bogie.rate_pitch [rad/s]", f"{place_name(x)}.rate_pitch [rad/s]"
+    """The recording with the gyro at that position in the role of the bogie's."""
+    wanted, given = "bogie.rate_pitch [rad/s]", f"{sensor_name(x)}.rate_pitch [rad/s]"
     tables: dict[float, dict[str, np.ndarray]] = {}
     for name in (wanted, "wheelset1.speed [m/s]"):
         source = given if name == wanted else name
@@ -99,16 +99,17 @@ def errors(estimator: Estimator, recordings: list[Measurements], truth: Truth, l
     return pd.DataFrame(rows, columns=["estimator", "quantity", "band", "error [mm]", "true [mm]"])
 
 
-def noise_limit(density: float, speed: float, quantity: str, band: str, turns: int) -> float:
+def noise_limit(density: float, speed: float, quantity: str, band: str, derivatives: int) -> float:
     """Error that white sensor noise alone leaves in a band, m rms: the least that the sensor allows.
 
-    S(n) = density^2 V / (V^turns (2 pi n)^2)^2 for n in cycles/m, times the band's response squared, integrated.
+    S(n) = density^2 V / (V^derivatives (2 pi n)^2)^2 for n in cycles/m, times the band's response squared, integrated.
 
     Parameters
     ----------
-    density : one-sided, m/s2/sqrt(Hz) for an accelerometer (turns = 2), rad/s/sqrt(Hz) for a gyro (turns = 1).
+    density : one-sided, m/s2/sqrt(Hz) for an accelerometer, rad/s/sqrt(Hz) for a gyro.
+    derivatives : of the height, by distance, that the sensor measures: 2 for an accelerometer, 1 for a gyro.
     """
     n = np.geomspace(1e-4, 4.0, 20000)
     gain = response(2.0 * np.pi * n, bands_of(quantity)[band.lower()])
-    power = density**2 * speed / (speed**turns * (2.0 * np.pi * n) ** 2) ** 2 * gain**2
+    power = density**2 * speed / (speed**derivatives * (2.0 * np.pi * n) ** 2) ** 2 * gain**2
     return float(np.sqrt(np.trapezoid(power, n)))

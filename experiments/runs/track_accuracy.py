@@ -22,7 +22,7 @@ from estimators.track.observations import attitude
 from estimators.track.track_smoother import LATERAL_DAMPED, LATERAL_STIFF_AND_HEAVY, STIFF_AND_HEAVY, TrackSmoother
 from experiments.reporting.size import Size
 from experiments.reporting.units import MM
-from experiments.runs.track import PLACES, SHARE, gyro_at, place_name, sensors
+from experiments.runs.track import POSITIONS, SHARE, gyro_at, sensor_name, sensors
 from experiments.scoring.track import band_errors, true_track
 from railsim import measure, simulate
 from railsim.analysis.statistics import root_mean_square
@@ -109,24 +109,24 @@ def _accuracy(speed: float, length: float, fast: bool, cost: float) -> list[dict
             for row in _bands(estimator.estimate(recordings[suite]), truth):
                 limit = limits.get((name.partition(",")[0], row["quantity"], row["band"]))
                 rows.append(head | row | ({} if limit is None else {"bound [mm]": MM * limit}))
-    return rows + (_places(truth, speed) if speed == PLACED else [])
+    return rows + (_by_position(truth, speed) if speed == PLACED else [])
 
 
-def _places(truth: Truth, speed: float) -> list[dict[str, Any]]:
+def _by_position(truth: Truth, speed: float) -> list[dict[str, Any]]:
     """Vertical D1 by an accelerometer and by a gyro at several places on the bogie; three specimens each."""
     suite = scenario("manchester", speed, "mems", sensors=sensors("mems"))
     recordings = [measure(truth, suite, seed).measurements for seed in (1, 2, 3)]
     rows = []
-    for x in PLACES:
+    for x in POSITIONS:
         moved = [gyro_at(x, one) for one in recordings]
-        for name, one, on in (
-            (ACCELEROMETER, AlignmentAccelerometer(sensor=place_name(x)), recordings),
+        for name, estimator, on in (
+            (ACCELEROMETER, AlignmentAccelerometer(sensor=sensor_name(x)), recordings),
             (GYRO, AlignmentVertical(compensate=True), moved),
         ):
             head = {"part": "place", "estimator": name, "speed [m/s]": speed, "grade": "mems", "place [m]": x}
             for seed, recording in enumerate(on):
-                found = _bands(one.estimate(recording), truth)
-                rows += [head | {"seed": seed} | row for row in found if row["quantity"] == "vertical"]
+                errors = _bands(estimator.estimate(recording), truth)
+                rows += [head | {"seed": seed} | row for row in errors if row["quantity"] == "vertical"]
     return rows
 
 
@@ -149,24 +149,28 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
         "alignment_lateral": ((), ("bogie.rate_yaw", "bogie.rate_roll")),
         "cross_level": ((), ("bogie.rate_roll",)),
     }
-    found: dict[tuple[str, str, str], float] = {}
+    bounds_by_case: dict[tuple[str, str, str], float] = {}
     for estimator, regimes in by.items():
         for plane, starts, names in ((up, regimes[0], ("vertical",)), (side, regimes[1], ("lateral", "cross_level"))):
             own = [one.name for one in plane.observations if starts and one.name.startswith(starts)]
             if own:
                 bounds = plane.only(own).bounds(speed, plane.priors, [BANDS] * len(names))
-                found |= {
+                bounds_by_case |= {
                     (estimator, name, band): value
                     for name, of in zip(names, bounds, strict=True)
                     for band, value in of.items()
                 }
         for band in BANDS if all(regimes) else ():
-            rail = float(np.hypot(found[estimator, "vertical", band], found[estimator, "cross_level", band] / 2.0))
-            found |= {(estimator, f"{name}_vertical", band): rail for name in ("left", "right")}
+            rail = float(
+                np.hypot(
+                    bounds_by_case[estimator, "vertical", band], bounds_by_case[estimator, "cross_level", band] / 2.0
+                )
+            )
+            bounds_by_case |= {(estimator, f"{name}_vertical", band): rail for name in ("left", "right")}
     heights = up.priors[0].density(wavenumbers()) + side.priors[1].density(wavenumbers()) / 4.0
     for band, value in _rail(heights, AXLEBOX.noise_density, speed).items():
-        found |= {(AXLEBOXES, f"{name}_vertical", band): value for name in ("left", "right")}
-    return found
+        bounds_by_case |= {(AXLEBOXES, f"{name}_vertical", band): value for name in ("left", "right")}
+    return bounds_by_case
 
 
 def _rail(heights: np.ndarray, density: float, speed: float) -> dict[str, float]:

@@ -40,16 +40,16 @@ class ConicityScorer(Scorer):
         if not settled.any():
             return {"valid share [-]": 0.0}
         error = value[settled] - np.interp(time[settled], true.time, true.effective(WINDOW))
-        found = {
+        scores = {
             "conicity rms error [-]": root_mean_square(error),
             "conicity bias [-]": float(np.mean(error)),
             "conicity largest error [-]": float(np.abs(error).max()),
         }
         if spread is not None:
-            found["conicity within 2 std [-]"] = float(np.mean(np.abs(error) <= 2.0 * spread[settled]))
+            scores["conicity within 2 std [-]"] = float(np.mean(np.abs(error) <= 2.0 * spread[settled]))
         if isinstance(estimate.about.get("conicity_function"), Mapping):
-            found |= function_scores(function_errors(estimate.about["conicity_function"], true))
-        return found
+            scores |= function_scores(function_errors(estimate.about["conicity_function"], true))
+        return scores
 
 
 def function_errors(function: Mapping[str, Any], true: ContactTruth) -> pd.DataFrame:
@@ -63,14 +63,14 @@ def function_errors(function: Mapping[str, Any], true: ContactTruth) -> pd.DataF
     table = {name: values.to_numpy() for name, values in true.table.items()}
     common = table["share [-]"] >= RARE
     shift = table["shift [m]"][common]
-    place = np.asarray(function["shift [m]"], dtype=float)
-    outside = (shift < place.min()) | (shift > place.max())
+    nodes = np.asarray(function["shift [m]"], dtype=float)
+    outside = (shift < nodes.min()) | (shift > nodes.max())
 
     def at(name: str) -> np.ndarray:
         values = function.get(name)
         if values is None:
             return np.full(len(shift), np.nan)
-        return np.where(outside, np.nan, np.interp(shift, place, np.asarray(values, dtype=float)))
+        return np.where(outside, np.nan, np.interp(shift, nodes, np.asarray(values, dtype=float)))
 
     middle, half = (shift.max() + shift.min()) / 2.0, (shift.max() - shift.min()) / 2.0
     return pd.DataFrame(
@@ -93,16 +93,16 @@ def function_scores(errors: pd.DataFrame) -> dict[str, float]:
     error = (known["estimate [-]"] - known["true [-]"]).to_numpy()
     share = known["share [-]"].to_numpy()
     inner = known["inner [-]"].to_numpy() > 0.5
-    found = {
+    scores = {
         "function rms error by data [-]": float(np.sqrt(np.average(error**2, weights=share))),
         "function rms error by shift [-]": root_mean_square(error),
         "function covered [-]": float(share.sum() / errors["share [-]"].sum()),
     }
     if inner.any():
-        found["function inner rms error [-]"] = root_mean_square(error[inner])
-        found["function inner largest error [-]"] = float(np.abs(error[inner]).max())
+        scores["function inner rms error [-]"] = root_mean_square(error[inner])
+        scores["function inner largest error [-]"] = float(np.abs(error[inner]).max())
     stated = known["std [-]"].notna().to_numpy()
     if stated.any():
         within = np.abs(error[stated]) <= 2.0 * known["std [-]"].to_numpy()[stated]
-        found["function within 2 std [-]"] = float(np.average(within, weights=share[stated]))
-    return found
+        scores["function within 2 std [-]"] = float(np.average(within, weights=share[stated]))
+    return scores

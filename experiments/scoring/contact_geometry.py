@@ -55,13 +55,13 @@ def _signal_scores(column: str, estimate: Estimate, true: ContactTruth) -> dict[
         error = error - _moving_mean(np.where(np.isfinite(error), error, 0.0), time)
     error = error[settled]
     low, high = np.quantile(actual[settled], [0.005, 0.995])
-    found = {
+    scores = {
         f"{name} rms error [m{unit}]": MM * root_mean_square(error),
         f"{name} rms error of range [-]": root_mean_square(error) / max(high - low, 1e-12),
     }
     if spread is not None:
-        found[f"{name} within 2 std [-]"] = float(np.mean(np.abs(error) <= 2.0 * spread[settled]))
-    return found
+        scores[f"{name} within 2 std [-]"] = float(np.mean(np.abs(error) <= 2.0 * spread[settled]))
+    return scores
 
 
 def series_of(estimate: Estimate, column: str) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:

@@ -15,12 +15,12 @@ def damping_left(truth: Truth) -> tuple[np.ndarray, np.ndarray]:
     """Share of the lateral and yaw damping that the run had at its end, and since when (s), shapes (2,)."""
     share, onset, kinds = np.ones(2), np.zeros(2), EFFECTS.classes()
     dampers = [name.partition(" [")[0] for name in PARAMETERS[:2]]
-    for one in truth.about.get("effects", []):
-        damping = kinds[one["kind"]].weakens if one.get("kind") in kinds else ""
+    for effect in truth.about.get("effects", []):
+        damping = kinds[effect["kind"]].weakens if effect.get("kind") in kinds else ""
         if damping in dampers:
             which = dampers.index(damping)
-            share[which] *= float(one["factor"])
-            onset[which] = max(onset[which], float(one.get("onset", 0.0)))
+            share[which] *= float(effect["factor"])
+            onset[which] = max(onset[which], float(effect.get("onset", 0.0)))
     return share, onset
 
 
@@ -54,11 +54,11 @@ def score_detection(estimate: Estimate, truth: Truth) -> dict[str, float]:
         if share[which] < 1.0:
             first = time[raised(bad, weak)]
             delays.append(float(first[0] - onset[which]) if len(first) else np.inf)
-    found = {"false alarms [-]": float(alarms), "time under false alarm [s]": under}
+    scores = {"false alarms [-]": float(alarms), "time under false alarm [s]": under}
     if delays:
         seen = bool(np.isfinite(delays).all())
-        found |= {"detected [-]": float(seen)} | ({"detection delay [s]": max(delays)} if seen else {})
-    return found
+        scores |= {"detected [-]": float(seen)} | ({"detection delay [s]": max(delays)} if seen else {})
+    return scores
 
 
 def raised(bad: np.ndarray, weak: np.ndarray) -> np.ndarray:

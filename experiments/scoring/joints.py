@@ -43,13 +43,13 @@ class JointScorer(Scorer):
         """Recall, precision, and errors of position, depth, angle and side of the dips that were found."""
         table = matched(estimate, truth)
         columns = {str(name): np.asarray(table[name]) for name in table.columns}
-        true, found = np.isfinite(columns["true s [m]"]), np.isfinite(columns["s [m]"])
-        scores = {"true dips [-]": float(true.sum()), "events [-]": float(found.sum())}
+        true, detected = np.isfinite(columns["true s [m]"]), np.isfinite(columns["s [m]"])
+        scores = {"true dips [-]": float(true.sum()), "events [-]": float(detected.sum())}
         if true.any():
-            scores["recall [-]"] = float(found[true].mean())
-        if found.any():
-            scores["precision [-]"] = float(true[found].mean())
-        hits = {name: values[true & found] for name, values in columns.items()}
+            scores["recall [-]"] = float(detected[true].mean())
+        if detected.any():
+            scores["precision [-]"] = float(true[detected].mean())
+        hits = {name: values[true & detected] for name, values in columns.items()}
         return scores | (_sizes(hits) if len(hits["s [m]"]) else {})
 
 
@@ -60,13 +60,15 @@ def true_dips(truth: Truth) -> list[TrueDip]:
 
 def true_groups(truth: Truth) -> list[list[Feature]]:
     """Features that make each dip: those of both rails that are abreast are one."""
-    found = [from_stated(values) for values in truth.about.get("features", [])]
+    features = [from_stated(values) for values in truth.about.get("features", [])]
     groups: list[list[Feature]] = []
-    for one in sorted((one for one in found if one.depth is not None and one.length is None), key=lambda one: one.s):
-        if groups and one.s - groups[-1][0].s < ABREAST:
-            groups[-1].append(one)
+    for feature in sorted(
+        (one for one in features if one.depth is not None and one.length is None), key=lambda one: one.s
+    ):
+        if groups and feature.s - groups[-1][0].s < ABREAST:
+            groups[-1].append(feature)
         else:
-            groups.append([one])
+            groups.append([feature])
     return groups
 
 
@@ -82,23 +84,23 @@ def matched(estimate: Estimate, truth: Truth) -> pd.DataFrame:
     true = truth["s [m]"]
     every = true_dips(truth)
     dips = [dip for dip in every if _counts(dip.s, estimate, truth)]
-    found = list(estimate.about.get("events", []))
-    places = np.array([np.interp(event["time [s]"], truth.time, true) for event in found])
-    free = np.ones(len(found), dtype=bool)
+    events = list(estimate.about.get("events", []))
+    distances = np.array([np.interp(event["time [s]"], truth.time, true) for event in events])
+    free = np.ones(len(events), dtype=bool)
     rows: list[dict[str, Any]] = []
     for dip in dips:
         row: dict[str, Any] = {"true s [m]": dip.s, "true depth [m]": dip.depth, "true angle [rad]": dip.angle}
         row["true side"] = dip.side
-        distance = np.where(free, np.abs(places - dip.s), np.inf)
+        distance = np.where(free, np.abs(distances - dip.s), np.inf)
         if distance.size and distance.min() < NEAR:
             nearest = int(distance.argmin())
             free[nearest] = False
-            row |= _found(found[nearest], float(places[nearest]))
+            row |= _event_columns(events[nearest], float(distances[nearest]))
         rows.append(row)
     everything = np.array([dip.s for dip in every])
     for i in np.flatnonzero(free):
-        if not everything.size or np.abs(everything - places[i]).min() > NEAR:
-            rows.append(_found(found[i], float(places[i])))
+        if not everything.size or np.abs(everything - distances[i]).min() > NEAR:
+            rows.append(_event_columns(events[i], float(distances[i])))
     numbers = ("true s [m]", "true depth [m]", "true angle [rad]", "s [m]", "depth [m]", "depth_std [m]", "angle [rad]")
     table: dict[str, Any] = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in numbers}
     texts = {name: np.array([row.get(name, "") for row in rows], dtype=object) for name in ("true side", "side")}
@@ -137,12 +139,12 @@ def _joined(group: list[Feature]) -> TrueDip:
 def _counts(s: float, estimate: Estimate, truth: Truth) -> bool:
     """Whether the record is valid for `ENDS` on both sides of a place."""
     series = estimate.series
-    places = np.interp(np.asarray(series[TIME]), truth.time, truth["s [m]"])
+    distance = np.interp(np.asarray(series[TIME]), truth.time, truth["s [m]"])
     valid = np.asarray(series["valid [-]"]) > 0.5
-    near = np.abs(places - s) <= ENDS
-    return bool(places[0] <= s - ENDS and places[-1] >= s + ENDS and valid[near].all())
+    near = np.abs(distance - s) <= ENDS
+    return bool(distance[0] <= s - ENDS and distance[-1] >= s + ENDS and valid[near].all())
 
 
-def _found(event: dict[str, Any], place: float) -> dict[str, Any]:
+def _event_columns(event: dict[str, Any], distance: float) -> dict[str, Any]:
     sizes = {key: event.get(key, np.nan) for key in ("depth [m]", "depth_std [m]", "angle [rad]")}
-    return {"s [m]": place, **sizes, "side": event.get("side", "")}
+    return {"s [m]": distance, **sizes, "side": event.get("side", "")}

@@ -45,12 +45,12 @@ class SpeedScorer(Scorer):
 
 def all_speed_errors(estimates: Mapping[str, Estimate], truth: Truth) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """`speed_errors` of every estimate that has a speed over time that can be compared with the truth."""
-    found = {}
+    errors = {}
     for name, estimate in estimates.items():
         if {SPEED, TIME} <= set(estimate.series.columns):
             with suppress(InputError, PluginError), plugin_code(name, estimate):
-                found[name] = speed_errors(estimate, truth)
-    return found
+                errors[name] = speed_errors(estimate, truth)
+    return errors
 
 
 def speed_errors(estimate: Estimate, truth: Truth) -> tuple[np.ndarray, np.ndarray]:

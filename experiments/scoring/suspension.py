@@ -47,10 +47,10 @@ def true_parameters(truth: Truth) -> np.ndarray:
     vehicle = truth.about.get("vehicle", {})
     try:
         lateral = 2.0 * float(vehicle["secondary_lateral_damping [N s/m]"])
-        turn = 2.0 * float(vehicle["yaw_damper_damping [N s/m]"]) * float(vehicle["yaw_damper_half_spacing [m]"]) ** 2
+        yaw = 2.0 * float(vehicle["yaw_damper_damping [N s/m]"]) * float(vehicle["yaw_damper_half_spacing [m]"]) ** 2
     except KeyError as error:
         raise InputError(f"the run's vehicle states no {error}; simulate it again") from None
-    return np.array([lateral, turn, true_conicity(truth)])
+    return np.array([lateral, yaw, true_conicity(truth)])
 
 
 def true_conicity(truth: Truth) -> float:

@@ -118,11 +118,11 @@ def band_errors(
     if quantity in _DESIGN:
         name, integrate = _DESIGN[quantity]
         wanted += band_pass(true[name].to_numpy(), spacing, edges, integrate)
-    found = estimated_band(estimate, quantity, band)
-    counts = settled(np.ones(len(found), dtype=bool), spacing, edges.longest) & np.isfinite(found)
+    estimated = estimated_band(estimate, quantity, band)
+    counts = settled(np.ones(len(estimated), dtype=bool), spacing, edges.longest) & np.isfinite(estimated)
     name = f"{quantity}_{band}_std [m]"
-    spread = series[name].to_numpy() if name in series.columns else np.full(len(found), np.nan)
-    table = {S: true[S].to_numpy(), "true [m]": wanted, "estimated [m]": found, "std [m]": spread}
+    spread = series[name].to_numpy() if name in series.columns else np.full(len(estimated), np.nan)
+    table = {S: true[S].to_numpy(), "true [m]": wanted, "estimated [m]": estimated, "std [m]": spread}
     return pd.DataFrame({key: values[counts] for key, values in table.items()})
 
 
@@ -198,13 +198,13 @@ def _plain(what: str, error: np.ndarray, estimate: Estimate, unit: str, factor: 
 def _under(truth: Truth, name: str, centre: np.ndarray, arm: float, at: np.ndarray, spacing: float) -> np.ndarray:
     """A track channel at the places `at` of the bogie's centre: seen by the leading wheelset, at first by the other."""
     lead, trail = f"track1.{name}", f"track2.{name}"
-    place, values = centre + arm, truth[lead]
+    distance, values = centre + arm, truth[lead]
     if trail in truth:
-        early = centre - arm < place[0]
-        place = np.concatenate([(centre - arm)[early], place])
+        early = centre - arm < distance[0]
+        distance = np.concatenate([(centre - arm)[early], distance])
         values = np.concatenate([truth[trail][early], values])
-    moved = np.concatenate([[True], np.diff(np.maximum.accumulate(place)) > 1e-6])
-    place, values = place[moved] - place[0], values[moved]
-    odometry = Odometry(place, place, np.ones(len(place)), np.ones(len(place), dtype=bool), 0.0, spacing)
-    smooth, _ = odometry.resample(place, values)
+    moved = np.concatenate([[True], np.diff(np.maximum.accumulate(distance)) > 1e-6])
+    distance, values = distance[moved] - distance[0], values[moved]
+    odometry = Odometry(distance, distance, np.ones(len(distance)), np.ones(len(distance), dtype=bool), 0.0, spacing)
+    smooth, _ = odometry.resample(distance, values)
     return np.interp(at - (centre[0] + arm if trail not in truth else centre[0] - arm), odometry.s, smooth)

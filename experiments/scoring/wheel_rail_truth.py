@@ -62,12 +62,12 @@ class ContactTruth:
         """Columns "shift [m]", "secant [-]", "local [-]", "local_spread [-]" (by gauge), "share [-]" of the time."""
         number = np.round(self.shift / BIN).astype(int)
         rows = []
-        for one in np.unique(number):
-            inside = number == one
+        for bin_number in np.unique(number):
+            inside = number == bin_number
             if inside.sum() >= FEWEST:
                 x, half, local = self.shift[inside], self.half_difference[inside], self.local[inside]
-                secant = float(half @ x / (x @ x)) if one else float(local.mean())
-                rows.append((one * BIN, secant, local.mean(), local.std(), inside.mean()))
+                secant = float(half @ x / (x @ x)) if bin_number else float(local.mean())
+                rows.append((bin_number * BIN, secant, local.mean(), local.std(), inside.mean()))
         return pd.DataFrame(rows, columns=["shift [m]", "secant [-]", "local [-]", "local_spread [-]", "share [-]"])
 
     def equivalent(self, amplitude: float) -> float:
@@ -111,9 +111,9 @@ def contact_truth(truth: Truth, wheelset: int = 1) -> ContactTruth:
 def _slope(shift: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Change of the rolling radius by the shift of the wheel, at every sample: means of narrow cells, differences."""
     cell = np.round(shift / CELL).astype(int)
-    numbers, place, count = np.unique(cell, return_inverse=True, return_counts=True)
+    numbers, index, count = np.unique(cell, return_inverse=True, return_counts=True)
     if len(numbers) < 3:
         return np.zeros_like(shift)
-    middle = np.bincount(place, shift) / count
-    slope = np.gradient(np.bincount(place, radius) / count, middle)
+    middle = np.bincount(index, shift) / count
+    slope = np.gradient(np.bincount(index, radius) / count, middle)
     return np.interp(shift, middle, slope)

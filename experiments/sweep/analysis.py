@@ -66,10 +66,10 @@ def messages(frame: Frame) -> Frame:
     """Failures and notes by status and estimator, with the number of rows and the first point."""
     bad = frame[(frame["status"] != OK) | (frame["message"] != "")]
     keys = ["status", "estimator", "message"]
-    found = bad.groupby(keys, sort=False, dropna=False, as_index=False).agg(
+    counted = bad.groupby(keys, sort=False, dropna=False, as_index=False).agg(
         rows=("point", "size"), first_point=("point", "min")
     )
-    return found.sort_values(["status", "rows"], ascending=[True, False], kind="stable")
+    return counted.sort_values(["status", "rows"], ascending=[True, False], kind="stable")
 
 
 def indices(scores: Frame, response: str, factors: Sequence[str], design: Mapping[str, Any]) -> tuple[Frame, list[str]]:
@@ -99,17 +99,17 @@ def indices(scores: Frame, response: str, factors: Sequence[str], design: Mappin
             warnings.simplefilter("ignore")  # a bootstrap of few points warns that its interval is degenerate
             result = sobol_indices(func=given, n=base)
             spread = result.bootstrap(confidence_level=0.95, n_resamples=499)
-        for place, name in enumerate(factors):
+        for index, name in enumerate(factors):
             row = {"estimator": label, "sensors": sensors, "factor": name}
             for order, mean, interval in (
                 ("first", result.first_order, spread.first_order),
                 ("total", result.total_order, spread.total_order),
             ):
                 bounds = interval.confidence_interval
-                row[order] = float(mean.ravel()[place])
+                row[order] = float(mean.ravel()[index])
                 row[f"{order}_low"], row[f"{order}_high"] = (
-                    float(np.ravel(bounds.low)[place]),
-                    float(np.ravel(bounds.high)[place]),
+                    float(np.ravel(bounds.low)[index]),
+                    float(np.ravel(bounds.high)[index]),
                 )
             rows.append(row)
     return pd.DataFrame(rows), notes
@@ -125,10 +125,12 @@ def by_set(scores: Frame, response: str, costs: Mapping[str, float]) -> Frame:
         chosen = chosen.assign(value=chosen["value"].abs())
     mean = chosen.groupby(["estimator", "sensors"], sort=False, as_index=False)["value"].mean()
     mean["cost"] = mean["sensors"].map(dict(costs)).astype(float)
-    return mean.assign(front=_front(mean["cost"].to_numpy(), mean["value"].to_numpy(), smaller_is_better(response)))
+    return mean.assign(
+        front=_pareto_front(mean["cost"].to_numpy(), mean["value"].to_numpy(), smaller_is_better(response))
+    )
 
 
-def _front(cost: np.ndarray, value: np.ndarray, smaller: bool) -> np.ndarray:
+def _pareto_front(cost: np.ndarray, value: np.ndarray, smaller: bool) -> np.ndarray:
     """Whether no other has at most this cost and a value as good, one of them strictly."""
     loss = value if smaller else -value
     beaten = [

@@ -88,13 +88,13 @@ def index_bars(table: Frame, response: str) -> Figure:
     figure = Figure(figsize=(1.0 + 4.0 * len(groups), 3.6), layout="constrained")
     panels = figure.subplots(1, len(groups), squeeze=False, sharey=True)[0]
     for panel, ((label, _), part) in zip(panels, groups, strict=True):
-        place = np.arange(len(part))
+        positions = np.arange(len(part))
         for shift, order, colour in ((-0.2, "first", SKY), (0.2, "total", BLUE)):
             mean = part[order].to_numpy(float)
             reach = [mean - part[f"{order}_low"].to_numpy(float), part[f"{order}_high"].to_numpy(float) - mean]
-            panel.bar(place + shift, mean, 0.38, color=colour, label=f"{order} order")
-            panel.errorbar(place + shift, mean, np.maximum(reach, 0.0), fmt="none", ecolor=BLACK, capsize=3, lw=1)
-        panel.set_xticks(place, [_short(str(name)) for name in part["factor"]], rotation=20, ha="right")
+            panel.bar(positions + shift, mean, 0.38, color=colour, label=f"{order} order")
+            panel.errorbar(positions + shift, mean, np.maximum(reach, 0.0), fmt="none", ecolor=BLACK, capsize=3, lw=1)
+        panel.set_xticks(positions, [_short(str(name)) for name in part["factor"]], rotation=20, ha="right")
         panel.set_title(str(label), fontsize=10)
         _tidy(panel)
     panels[0].set_ylabel(f"Sobol' index of\n{response}")
@@ -170,13 +170,19 @@ def _cloud(panel: Axes, table: Frame, response: str, title: str) -> None:
     for number, (label, part) in enumerate(table.groupby("estimator", sort=False)):
         colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % 8]
         panel.plot(part["cost"], part["value"], marker, ms=6, color=colour, label=str(label), alpha=0.85, mew=0)
-    front = table[table["front"]].sort_values(["cost", "value"])
-    front = front.drop_duplicates("cost")
+    pareto_front = table[table["front"]].sort_values(["cost", "value"])
+    pareto_front = pareto_front.drop_duplicates("cost")
     right = 1.08 * float(table["cost"].max())
-    panel.step([*front["cost"], right], [*front["value"], *front["value"].tail(1)], where="post", color=GREY, lw=1.2)
-    for number, (cost, value) in enumerate(zip(front["cost"], front["value"], strict=True), 1):
+    panel.step(
+        [*pareto_front["cost"], right],
+        [*pareto_front["value"], *pareto_front["value"].tail(1)],
+        where="post",
+        color=GREY,
+        lw=1.2,
+    )
+    for number, (cost, value) in enumerate(zip(pareto_front["cost"], pareto_front["value"], strict=True), 1):
         panel.annotate(str(number), (cost, value), (4, 4), textcoords="offset points", fontsize=9, color=BLACK)
-    names = "\n".join(f"{number}  {name}" for number, name in enumerate(front["sensors"], 1))
+    names = "\n".join(f"{number}  {name}" for number, name in enumerate(pareto_front["sensors"], 1))
     panel.text(0.0, -0.2, names, transform=panel.transAxes, va="top", fontsize=8, color=BLACK)
     panel.set(xlabel="cost class of the sensor set", ylabel=response, xlim=(0.0, 1.05 * right))
     _scale(panel, table["value"].to_numpy())

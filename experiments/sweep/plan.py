@@ -151,7 +151,7 @@ def program_digest() -> str:
 
 def _estimator_settings(sweep: Sweep, changes: dict[str, Any], checked: set[str]) -> dict[str, dict[str, Any]]:
     """Settings that a point changes, by label; each combination is tried once."""
-    found: dict[str, dict[str, Any]] = {}
+    settings: dict[str, dict[str, Any]] = {}
     for key, value in changes.items():
         if key.startswith(SETTINGS):
             label, _, field = key.removeprefix(SETTINGS).partition(".")
@@ -159,13 +159,13 @@ def _estimator_settings(sweep: Sweep, changes: dict[str, Any], checked: set[str]
                 known = ", ".join(variant.label for variant in sweep.variants)
                 where = f"set.{key}" if key in sweep.fixed else f"design.keys.{key}"
                 raise InputError(f"{where}: write estimators.LABEL.SETTING; labels are: {known}")
-            found.setdefault(label, {})[field] = value
+            settings.setdefault(label, {})[field] = value
     for variant in sweep.variants:
-        given = digest_of([variant.label, found.get(variant.label, {})])
+        given = digest_of([variant.label, settings.get(variant.label, {})])
         if given not in checked:
-            variant.build(found.get(variant.label, {}))
+            variant.build(settings.get(variant.label, {}))
             checked.add(given)
-    return found
+    return settings
 
 
 def _check_fit(sweep: Sweep, seen: list[Suite]) -> dict[str, str]:

@@ -145,7 +145,7 @@ def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, scored:
     page.heading("Sets of sensors")
     sets = [
         {"set": name, "cost class": chosen["cost"], "channels": ", ".join(chosen["channels"])}
-        | _places(chosen.get("at", {}))
+        | _positions(chosen.get("at", {}))
         for name, chosen in settings["sensors"].items()
     ]
     page.table(pd.DataFrame(sets))
@@ -163,8 +163,8 @@ def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, scored:
     )
     page.table(analysis.smallest_sets(frame, scored, costs, panels))
     for title, (score, table) in tables.items():
-        places = "; ".join(_places(panels[title]["at"]).values())
-        page.line(f"{title}: {score}{f' ({places})' if places else ''}")
+        positions = "; ".join(_positions(panels[title]["at"]).values())
+        page.line(f"{title}: {score}{f' ({positions})' if positions else ''}")
         wide = table.pivot(index="sensors", columns="estimator", values="value")
         page.table(wide.reindex([name for name in costs if name in wide.index]).reset_index())
 
@@ -174,7 +174,7 @@ def _own_panels(scored: Frame) -> dict[str, dict[str, Any]]:
     return {name: {"score": name, "at": {}} for name in dict.fromkeys(analysis.main_responses(scored).values())}
 
 
-def _places(at: Mapping[str, Any]) -> dict[str, str]:
+def _positions(at: Mapping[str, Any]) -> dict[str, str]:
     """Where a set or a panel counts, in words; empty for everywhere."""
     return {"at": "; ".join(f"{name} {', '.join(map(str, one))}" for name, one in at.items())} if at else {}
 

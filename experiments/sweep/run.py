@@ -137,7 +137,7 @@ def _speed(
     rate, busy, used = simulated / wall, sum(map(_duration, steady)), sum(one["cpu"] for one in steady)
     one_worker = sum(one["simulated"] for one in alone) / sum(map(_duration, alone))
     cost = sum(one["cpu"] for one in alone) / max(sum(one["simulated"] for one in alone), 1e-9)
-    found = {
+    speed = {
         "workers": workers.workers,
         "tasks": len(mine),
         "simulated [s]": sum(one["simulated"] for one in mine),
@@ -152,7 +152,7 @@ def _speed(
         "load average": os.getloadavg()[1],
         "repeated tasks agree": same,
     }
-    return found, same
+    return speed, same
 
 
 def _duration(one: dict[str, Any]) -> float:

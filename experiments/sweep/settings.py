@@ -241,13 +241,13 @@ def _panels(given: Any, design: Design) -> tuple[Panel, ...]:
             "report.panels: give names, each with score and at, for example {speed: {score: 'rms error [km/h]'}}"
         )
     made = []
-    for title, one in given.items():
+    for title, panel in given.items():
         where = f"report.panels.{title}"
         if (
-            not isinstance(one, Mapping)
-            or not {"score"} <= set(one) <= {"score", "at"}
-            or not isinstance(one["score"], str)
+            not isinstance(panel, Mapping)
+            or not {"score"} <= set(panel) <= {"score", "at"}
+            or not isinstance(panel["score"], str)
         ):
             raise InputError(f"{where}: give the score with its unit, and optionally the points as at")
-        made.append(Panel(str(title), one["score"], read_selection(one.get("at"), f"{where}.at", design)))
+        made.append(Panel(str(title), panel["score"], read_selection(panel.get("at"), f"{where}.at", design)))
     return tuple(made)

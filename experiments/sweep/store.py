@@ -19,7 +19,7 @@ from railsim.recording import software_versions
 FORMAT, FORMAT_VERSION = "railsim sweep", 1
 SETTINGS, TABLE, REPORT, RUNNING = "sweep.json", "table.parquet", "report.html", "running"
 FAILURES = "failures.txt"
-_TASKS, _LOCK = "tasks", ".lock"
+_TASKS, _LOCK_FILE = "tasks", ".lock"
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Store:
     def finished(self, task: Task) -> dict[str, Any] | None:
         """What `perform` gave for the task; None where it is not finished or its file is damaged."""
         try:
-            found = json.loads(self._path(task).read_text(encoding="utf-8"))
+            stored = json.loads(self._path(task).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        return found if isinstance(found, dict) and found.get("task") == task.digest() else None
+        return stored if isinstance(stored, dict) and stored.get("task") == task.digest() else None
 
     def keep(self, task: Task, result: dict[str, Any]) -> None:
         """Store what `perform` gave: aside, flushed to the disk, then renamed."""
@@ -61,7 +61,7 @@ def open_store(folder: Path, plan: Plan) -> Iterator[Store]:
     _check(folder, plan)
     try:
         (folder / _TASKS).mkdir(parents=True, exist_ok=True)
-        with (folder / _LOCK).open("w") as lock:
+        with (folder / _LOCK_FILE).open("w") as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -151,7 +151,7 @@ def _check(folder: Path, plan: Plan) -> None:
     if not folder.is_dir():
         return
     if not (folder / SETTINGS).exists():
-        if any(entry.name not in (_LOCK, _TASKS, RUNNING) for entry in folder.iterdir()):
+        if any(entry.name not in (_LOCK_FILE, _TASKS, RUNNING) for entry in folder.iterdir()):
             raise InputError(f"'{folder}' holds something that is not a sweep; name a new or empty folder")
         return
     stated = read_settings(folder)

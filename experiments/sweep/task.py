@@ -188,14 +188,14 @@ class _Maker:
 
     def rows(self, points: list[tuple[PointTask, Scenario]]) -> list[Row]:
         """In the order of points, sensor sets, variants, seeds, scores."""
-        found: dict[tuple[int, int, int, int], list[Row]] = {}
+        by_case: dict[tuple[int, int, int, int], list[Row]] = {}
         for point, scenario in points:
             for seed in self._task.seeds:
                 for (at, which), rows in self._of_recording(point, scenario, seed):
-                    found[point.number, at, which, seed] = rows
+                    by_case[point.number, at, which, seed] = rows
         places = {seed: place for place, seed in enumerate(self._task.seeds)}
-        ordered = sorted(found, key=lambda key: (*key[:3], places[key[3]]))
-        return [[*key, *row] for key in ordered for row in found[key]]
+        ordered = sorted(by_case, key=lambda key: (*key[:3], places[key[3]]))
+        return [[*key, *row] for key in ordered for row in by_case[key]]
 
     def _of_recording(
         self, point: PointTask, scenario: Scenario, seed: int

@@ -106,8 +106,8 @@ def draw_curves(table: pd.DataFrame, picture: FigureBase) -> None:
     """Whole curves, and their start."""
     whole, close = picture.subplots(1, 2, width_ratios=(1.5, 1.0))
     for (name, condition), colour in zip(CONDITIONS.items(), COLOURS, strict=True):
-        _lines(whole, table, name, colour)
-        _lines(close, table, name, colour)
+        _draw_curve(whole, table, name, colour)
+        _draw_curve(close, table, name, colour)
         slope = _slope(table, name)
         reach = 0.45 * condition.friction * LOAD / slope
         close.plot([0.0, 100.0 * reach], [0.0, 1e-3 * slope * reach], color=colour, lw=5.0, alpha=0.3, zorder=1)
@@ -167,7 +167,7 @@ def _slope(table: pd.DataFrame, name: str) -> float:
     return float(_forces(table, name)[0] / table[CREEPAGE].to_numpy(float)[0])
 
 
-def _lines(axes: Axes, table: pd.DataFrame, name: str, colour: str) -> None:
+def _draw_curve(axes: Axes, table: pd.DataFrame, name: str, colour: str) -> None:
     creepage = 100.0 * table[CREEPAGE]
     axes.plot(creepage, 1e-3 * table[_column(name)], color=colour, lw=2.0, zorder=3)
     axes.plot(creepage, 1e-3 * table[_column(name, "FASTSIM")], color=colour, lw=1.4, ls=":", zorder=3)
@@ -177,12 +177,12 @@ def _label(axes: Axes, table: pd.DataFrame, name: str, colour: str) -> None:
     """Name and maximum above the curve's maximum; the lowest curve has more room below."""
     force = _forces(table, name)
     peak = int(force.argmax())
-    place = (100.0 * table[CREEPAGE].to_numpy(float)[peak], 1e-3 * force[peak])
+    point = (100.0 * table[CREEPAGE].to_numpy(float)[peak], 1e-3 * force[peak])
     below = name == list(CONDITIONS)[-1]
-    axes.plot(*place, "o", color=colour, ms=5.0, zorder=4)
+    axes.plot(*point, "o", color=colour, ms=5.0, zorder=4)
     axes.annotate(
-        f"{name}: {place[1]:.1f} kN at {place[0]:.1f} %",
-        place,
+        f"{name}: {point[1]:.1f} kN at {point[0]:.1f} %",
+        point,
         (0.0, -5.0 if below else 7.0),
         textcoords="offset points",
         color=colour,

@@ -99,35 +99,33 @@ class Braking(Section):
 
 def braking_rows(section: Section, table: pd.DataFrame) -> list[Row]:
     """No slide on dry, a slide on very low, and who knows the speed."""
-    found = []
+    rows = []
     for adhesion in CONDITIONS:
         part = _part(table, adhesion)
         largest = float(part[SLIP].to_numpy(float).max())
         low, high = (-np.inf, 0.01) if adhesion == "dry" else (0.2, np.inf)
-        found.append(section.bounded(f"{adhesion}: largest slip", largest, low, high))
+        rows.append(section.bounded(f"{adhesion}: largest slip", largest, low, high))
         apart = _relative(part, TACHOMETER) + part[CREEPAGE].to_numpy(float)
-        found.append(
+        rows.append(
             section.bounded(f"{adhesion}: tachometer error and slip, rms of the sum", _rms_of_known(apart), high=0.01)
         )
-        found.append(
+        rows.append(
             section.bounded(
                 f"{adhesion}: tachometer error and slip, largest sum", float(np.abs(apart).max()), high=0.01
             )
         )
         error = _relative(part, "refined [m/s]")
-        found.append(
-            section.bounded(f"{adhesion}: cross-correlation speed, rms error", _rms_of_known(error), high=0.01)
-        )
-        found.append(
+        rows.append(section.bounded(f"{adhesion}: cross-correlation speed, rms error", _rms_of_known(error), high=0.01))
+        rows.append(
             section.bounded(
                 f"{adhesion}: cross-correlation speed, largest error", float(np.nanmax(np.abs(error))), high=0.01
             )
         )
         valid = float(np.isfinite(error).mean())
-        found.append(section.bounded(f"{adhesion}: share of the run with a valid estimate", valid, low=0.9))
+        rows.append(section.bounded(f"{adhesion}: share of the run with a valid estimate", valid, low=0.9))
         plain = _rms_of_known(_relative(part, "plain [m/s]"))
-        found.append(section.noted(f"{adhesion}: plain cross-correlation, rms error", plain, None, "-"))
-    return found
+        rows.append(section.noted(f"{adhesion}: plain cross-correlation, rms error", plain, None, "-"))
+    return rows
 
 
 def _part(table: pd.DataFrame, adhesion: str) -> pd.DataFrame:

@@ -18,7 +18,7 @@ from railsim.profiles.wheelset import WheelsetOnTrack
 CASES = ("E1", "E2", "E3", "E4", "E5", "E8")
 KINDS = ("rolling_radius_difference", "equivalent_conicity")
 CHAIN = "profiles"
-AMPLITUDE, FOUND, TABLED = "amplitude [mm]", "found [-]", "tabled [-]"
+AMPLITUDE, COMPUTED, TABLED = "amplitude [mm]", "found [-]", "tabled [-]"
 BANDS = ("upper_1 [-]", "lower_1 [-]", "upper_2 [-]", "lower_2 [-]")
 SHIFT = np.arange(-65, 66, 5) * 1e-4
 """Lateral shifts of the chain from profiles [m]."""
@@ -51,26 +51,27 @@ class Conicity(Section):
         return pd.concat([*(benchmark_case(case) for case in CASES), _chain()], ignore_index=True)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
-        found = []
+        rows = []
         for case in CASES:
             part = _reached(table, case)
             low, high = band(part)
-            ours = values(part, FOUND)
+            ours = values(part, COMPUTED)
             room = np.minimum(high - ours, ours - low) / (0.5 * (high - low))
             at = int(np.argmin(room))
-            place = values(part, AMPLITUDE)
-            words = f"{case}: amplitude {place[0]:g} … {place[-1]:g} mm, nearest to the band's edge at {place[at]:g} mm"
-            found.append(self.bounded(words, ours[at], low[at], high[at]))
-            row = part.iloc[int(np.argmin(np.abs(place - 3.0)))]
-            found.append(
-                self.agrees(f"{case}: at 3 mm", row[FOUND], row[TABLED], 0.006 if case == "E2" else 0.004, "-")
+            amplitudes = values(part, AMPLITUDE)
+            words = f"{case}: amplitude {amplitudes[0]:g} … {amplitudes[-1]:g} mm, "
+            words += f"nearest to the band's edge at {amplitudes[at]:g} mm"
+            rows.append(self.bounded(words, ours[at], low[at], high[at]))
+            row = part.iloc[int(np.argmin(np.abs(amplitudes - 3.0)))]
+            rows.append(
+                self.agrees(f"{case}: at 3 mm", row[COMPUTED], row[TABLED], 0.006 if case == "E2" else 0.004, "-")
             )
         source = "CONTACT open r2707, A-2.2, from its contact places"
         for amplitude, expected in FROM_CONTACT.items():
             part = table[(table["case"] == CHAIN) & np.isclose(table[AMPLITUDE], amplitude)]
             words = f"from the two profile files, at {amplitude:g} mm"
-            found.append(self.agrees(words, part[FOUND].item(), expected, 0.02, "-", source))
-        return found
+            rows.append(self.agrees(words, part[COMPUTED].item(), expected, 0.02, "-", source))
+        return rows
 
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         panels = picture.subplots(2, 4).flat
@@ -90,7 +91,7 @@ def benchmark_case(case: str) -> pd.DataFrame:
     table = read(f"conicity/equivalent_conicity_{case}.csv").rename(columns={"tan_gamma_e [-]": TABLED})
     found = equivalent_conicity(shift, difference, table[AMPLITUDE].to_numpy(float))
     table.insert(0, "case", case)
-    table.insert(2, FOUND, found)
+    table.insert(2, COMPUTED, found)
     return table
 
 
@@ -107,12 +108,12 @@ def manchester_conicity(amplitude: np.ndarray) -> np.ndarray:
 
 def _chain() -> pd.DataFrame:
     amplitude = np.arange(1.0, 6.01, 0.25)
-    table = pd.DataFrame({"case": CHAIN, AMPLITUDE: amplitude, FOUND: manchester_conicity(1e-3 * amplitude)})
+    table = pd.DataFrame({"case": CHAIN, AMPLITUDE: amplitude, COMPUTED: manchester_conicity(1e-3 * amplitude)})
     return table.merge(pd.DataFrame({AMPLITUDE: FROM_CONTACT.keys(), TABLED: FROM_CONTACT.values()}), how="left")
 
 
 def _reached(table: pd.DataFrame, case: str) -> pd.DataFrame:
-    return where(table, (table["case"] == case) & np.isfinite(table[FOUND]))
+    return where(table, (table["case"] == case) & np.isfinite(table[COMPUTED]))
 
 
 def _panel(axes: Axes, part: pd.DataFrame, case: str) -> None:
@@ -124,9 +125,9 @@ def _panel(axes: Axes, part: pd.DataFrame, case: str) -> None:
         axes.fill_between(amplitude, *band(part), color=GREY, alpha=0.25, lw=0)
         axes.plot(amplitude, part[TABLED], color=GREY, lw=3.0, alpha=0.6)
         axes.set(title=case, ylim=(0.0, None))
-        last = amplitude[np.isfinite(values(part, FOUND))][-1]
+        last = amplitude[np.isfinite(values(part, COMPUTED))][-1]
         axes.axvline(last, color=RED, lw=0.8, ls=":")
         axes.annotate("end of\ngiven y ", (last, 0.02), ha="right", va="bottom", color=RED, fontsize=7)
-    axes.plot(amplitude, part[FOUND], color=BLUE, lw=1.4)
+    axes.plot(amplitude, part[COMPUTED], color=BLUE, lw=1.4)
     axes.set(xlabel="amplitude in mm", ylabel="tan γe")
     grid(axes)

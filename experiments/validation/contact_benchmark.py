@@ -77,19 +77,19 @@ class ContactBenchmark(Section):
     def rows(self, table: pd.DataFrame) -> list[Row]:
         far = where(table, table[SHIFT] > CONFORMAL)
         near = where(table, table[SHIFT] < CONFORMAL)
-        found = []
-        for part, words, place in ((far, "1 mm and more", 0.5), (near, "0 and 0.5 mm", 0.7)):
-            limits = {"wheel place": place, "rail place": place, "contact angle": 0.02, "height": 0.05}
+        rows = []
+        for part, words, tolerance in ((far, "1 mm and more", 0.5), (near, "0 and 0.5 mm", 0.7)):
+            limits = {"wheel place": tolerance, "rail place": tolerance, "contact angle": 0.02, "height": 0.05}
             for what, limit in limits.items():
-                found.append(self._largest(part, what, GEOMETRY[what], limit, words))
+                rows.append(self._largest(part, what, GEOMETRY[what], limit, words))
         for what, unit in CREEPAGES.items():
-            found += self._creepage(table, what, unit)
-        found += self._with_their_approach(table)
+            rows += self._creepage(table, what, unit)
+        rows += self._with_their_approach(table)
         for law, limit in (("FASTSIM", 0.10), ("Polach", 0.15)):
-            for way in ("chain", "law alone"):
+            for method in ("chain", "law alone"):
                 for direction in "xy":
-                    found.append(self._largest(table, f"{law} {way} F{direction}", "mu N", limit, "all positions"))
-        return found
+                    rows.append(self._largest(table, f"{law} {method} F{direction}", "mu N", limit, "all positions"))
+        return rows
 
     def listing(self, table: pd.DataFrame) -> pd.DataFrame:
         """Ours minus CONTACT's at every position."""
@@ -140,16 +140,16 @@ class ContactBenchmark(Section):
     def _creepage(self, table: pd.DataFrame, what: str, unit: str) -> list[Row]:
         """Within 2 %: the value at 0 mm by itself, the worst of the others, and all as a share of the largest."""
         ours, theirs, shift = _ours(table, what), _theirs(table, what), values(table, SHIFT)
-        found = []
+        rows = []
         if theirs[0] != 0.0:
-            found.append(self.agrees_relatively(f"{what} at 0 mm", ours[0], theirs[0], 0.02, unit))
+            rows.append(self.agrees_relatively(f"{what} at 0 mm", ours[0], theirs[0], 0.02, unit))
         at = 1 + worst(ours[1:], theirs[1:], relative=True)
         words = f"{what}, 0.5 mm and more (worst, at {shift[at]:g} mm)"
-        found.append(self.agrees_relatively(words, ours[at], theirs[at], 0.02, unit))
+        rows.append(self.agrees_relatively(words, ours[at], theirs[at], 0.02, unit))
         largest = float(np.abs(theirs).max())
         share = float(np.abs(ours - theirs).max()) / largest
-        found.append(self.noted(f"{what}, largest deviation over the series' largest value", 100.0 * share, None, "%"))
-        return found
+        rows.append(self.noted(f"{what}, largest deviation over the series' largest value", 100.0 * share, None, "%"))
+        return rows
 
     def _with_their_approach(self, table: pd.DataFrame) -> list[Row]:
         """At 0 mm, with the interpenetration that CONTACT's height asks for."""
@@ -174,7 +174,7 @@ def law_alone(pair: tuple[Profile, Profile], row: Mapping[Any, Any]) -> dict[str
 
 def _position(side: Side, row: Mapping[Any, Any]) -> dict[str, float]:
     """One position. CONTACT: x forward, y right, z down; a left wheel's y to the field is -y; rail over wheel."""
-    contact, ours = _found(side, row)
+    contact, ours = _contact_at(side, row)
     theirs = {
         "wheel place": -row["ycp_w_mm"],
         "rail place": -row["ycp_rail_mm"],
@@ -195,7 +195,7 @@ def _position(side: Side, row: Mapping[Any, Any]) -> dict[str, float]:
     return columns | _forces("chain", creep, along, contact.curvature, row)
 
 
-def _found(side: Side, row: Mapping[Any, Any]) -> tuple[ProfileContact, dict[str, float]]:
+def _contact_at(side: Side, row: Mapping[Any, Any]) -> tuple[ProfileContact, dict[str, float]]:
     """Our contact, and its numbers in the units and with the signs of the table."""
     roll, yaw = row["roll_ws_rad"], -row["yaw_ws_rad"]
     contact = side.at(-1e-3 * row["y_ws_mm"], roll, yaw)
@@ -218,27 +218,27 @@ def _as_deep(side: Side, row: Mapping[Any, Any]) -> dict[str, float]:
 
     def excess(exponent: float) -> float:
         deep.content = side.content * 10.0**exponent
-        return _found(deep, row)[1]["height"] + row["z_ws_mm"]
+        return _contact_at(deep, row)[1]["height"] + row["z_ws_mm"]
 
     excess(root_scalar(excess, bracket=(-1.0, 1.0), xtol=1e-6).root)
-    return _found(deep, row)[1]
+    return _contact_at(deep, row)[1]
 
 
 def _forces(
-    way: str, creep: tuple[float, float, float], along: float, across: float, row: Mapping[Any, Any]
+    method: str, creep: tuple[float, float, float], along: float, across: float, row: Mapping[Any, Any]
 ) -> dict[str, float]:
     """Creep forces over mu N by both laws; `along`, `across`: sums of curvatures [1/m]."""
     normal = row["Fn_N"]
     ellipse = hertz_ellipse(along, across)
     a, b = ellipse.longitudinal * math.cbrt(normal), ellipse.lateral * math.cbrt(normal)
-    found = {}
+    columns = {}
     for name, law in LAWS.items():
         force = law(*creep, a, b, *kalker_coefficients(a / b), normal, FRICTION, 1.0, 1.0)
         for direction, value in zip("xy", force, strict=True):
-            column = f"{name} {way} F{direction}"
-            found |= {f"{column}, ours": value / (FRICTION * normal)}
-            found |= {f"{column}, CONTACT": row[f"F{direction}_over_muN"]}
-    return found
+            column = f"{name} {method} F{direction}"
+            columns |= {f"{column}, ours": value / (FRICTION * normal)}
+            columns |= {f"{column}, CONTACT": row[f"F{direction}_over_muN"]}
+    return columns
 
 
 def _curvature(profile: Profile, y: float, reach: float = 2.5) -> float:

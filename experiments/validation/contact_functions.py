@@ -68,8 +68,8 @@ class ContactFunctionsOverGauge(Section):
         mirror = float(np.abs(left - right[:, ::-1]).max())
         rise = float(np.abs(values(table, "rise - tan(angle) [-]")).max())
         conicity = {gauge: _conicity(table, gauge) for gauge in COLOURS}
-        touch = {gauge: _flange(table, gauge) for gauge in COLOURS}
-        found = [
+        flange_contact = {gauge: _flange(table, gauge) for gauge in COLOURS}
+        rows = [
             self.bounded(
                 "rolling radius, right over mirrored left: largest difference", 1e6 * mirror, high=1.0, unit="µm"
             ),
@@ -78,10 +78,14 @@ class ContactFunctionsOverGauge(Section):
         ]
         for narrow, wide in ((1430.0, 1435.0), (1435.0, 1440.0)):
             words = f"gauge {narrow:g} over {wide:g} mm: conicity at 3 mm, ratio"
-            found.append(self.bounded(words, conicity[narrow] / conicity[wide], low=1.0))
+            rows.append(self.bounded(words, conicity[narrow] / conicity[wide], low=1.0))
             words = f"gauge {narrow:g} to {wide:g} mm: flange touches later by"
-            found.append(self.agrees(words, touch[wide] - touch[narrow], 2.5, 0.2, "mm", "half of the gauge's change"))
-        return found
+            rows.append(
+                self.agrees(
+                    words, flange_contact[wide] - flange_contact[narrow], 2.5, 0.2, "mm", "half of the gauge's change"
+                )
+            )
+        return rows
 
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         panels = picture.subplots(2, 4)

@@ -53,57 +53,57 @@ class CreepLimits(Section):
 
     def compute(self, size: Size) -> pd.DataFrame:
         del size
-        found = []
+        cases = []
         sizes = np.geomspace(SMALL, 30.0, 120)
         for kind, direction in PURE.items():
             for creepage in sizes:
                 creep = _scaled(direction, UNIT * creepage)
                 force, opposite = _force(creep), _force(_scaled(creep, -1.0))
                 linear = math.hypot(*linear_force(*creep, A, B, *KALKER))
-                found.append(_row(kind, creepage, math.hypot(*force), linear) | {"oddness [N]": _sum(force, opposite)})
+                cases.append(_row(kind, creepage, math.hypot(*force), linear) | {"oddness [N]": _sum(force, opposite)})
         for creepage in sizes:
             for creep in _COMBINED:
                 given = _scaled(creep, UNIT * creepage)
                 force, opposite = _force(given), _force(_scaled(given, -1.0))
                 linear = math.hypot(*linear_force(*given, A, B, *KALKER))
                 row = _row("combined with spin", creepage, math.hypot(*force), linear)
-                found.append(row | {"oddness [N]": _sum(force, opposite)})
+                cases.append(row | {"oddness [N]": _sum(force, opposite)})
         for angle in np.linspace(0.0, 0.5 * math.pi, 31):
             creep = (UNIT * SMALL * math.cos(angle), UNIT * SMALL * math.sin(angle), 0.0)
             linear = np.array(linear_force(*creep, A, B, *KALKER))
             apart = float(np.linalg.norm(np.array(_force(creep)) - linear))
-            found.append(_row("both directions", SMALL, apart, float(np.linalg.norm(linear))))
+            cases.append(_row("both directions", SMALL, apart, float(np.linalg.norm(linear))))
         for creepage in np.geomspace(1e-4, 0.5, 80):
             friction = friction_coefficient(STATIC, RATIO, DECAY, SPEED * creepage)
             force = polach_force(creepage, 0.0, 0.0, A, B, *KALKER, NORMAL, friction, 1.0, 1.0)
             stated = STATIC * ((1.0 - RATIO) * math.exp(-DECAY * SPEED * creepage) + RATIO) * NORMAL
-            found.append(_row("falling friction", creepage, -force[0], stated))
-        return pd.DataFrame(found)
+            cases.append(_row("falling friction", creepage, -force[0], stated))
+        return pd.DataFrame(cases)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
-        found = []
+        rows = []
         for kind in PURE:
             part = of(table, "kind", kind)
-            found.append(
+            rows.append(
                 self.agrees_relatively(
                     f"{kind}: slope at vanishing creepage over Kalker's", _over_kalker(part), 1.0, 0.01, "-"
                 )
             )
         bounded = where(table, ~table["kind"].isin(["both directions", "falling friction"]))
         odd = float(values(bounded, "oddness [N]").max()) / LIMIT
-        found.append(self.bounded("force of opposite creepages added, over mu N", odd, high=1e-9))
-        found.append(
+        rows.append(self.bounded("force of opposite creepages added, over mu N", odd, high=1e-9))
+        rows.append(
             self.bounded("largest force over mu N", float(values(bounded, "ours [N]").max()) / LIMIT, high=1.0 + 1e-12)
         )
         for kind in ("longitudinal", "lateral"):
             last = float(values(of(table, "kind", kind), "ours [N]")[-1])
-            found.append(self.agrees_relatively(f"{kind}: force at 30 times, over mu N", last / LIMIT, 1.0, 0.02, "-"))
+            rows.append(self.agrees_relatively(f"{kind}: force at 30 times, over mu N", last / LIMIT, 1.0, 0.02, "-"))
         both = of(table, "kind", "both directions")
         apart = float((values(both, "ours [N]") / values(both, "stated [N]")).max())
-        found.append(
+        rows.append(
             self.noted("longitudinal and lateral together: largest deviation from Kalker", 100.0 * apart, 0.0, "%")
         )
-        return found + self._falling(table)
+        return rows + self._falling(table)
 
     def _falling(self, table: pd.DataFrame) -> list[Row]:
         part = where(table, (table["kind"] == "falling friction") & (table[SIZE] >= 0.05))

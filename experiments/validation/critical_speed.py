@@ -52,7 +52,7 @@ class CriticalSpeed(Section):
         return critical_speed_table(size.reduced)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
-        found = []
+        rows = []
         for key, group in table.groupby(["vehicle", "conicity [-]"], sort=False):
             name, conicity = cast(tuple[str, float], key)
             speeds = dict(zip(group["kind"].tolist(), group["V [m/s]"].tolist(), strict=True))
@@ -60,14 +60,14 @@ class CriticalSpeed(Section):
             if np.isnan(small) or np.isnan(nonlinear):
                 continue
             case = f"{name}, conicity {conicity:g}"
-            found.append(self.noted(f"{case}: smallest motions, beside the eigenvalues", small, matrices, "m/s"))
-            found.append(
+            rows.append(self.noted(f"{case}: smallest motions, beside the eigenvalues", small, matrices, "m/s"))
+            rows.append(
                 self.bounded(f"{case}: end of the limit cycle over that", nonlinear / small, high=1.0 + TOLERANCE)
             )
             largest = 1e3 * float(np.nanmax(group["amplitude [m]"].to_numpy()))
             low, high = 1e3 * LEAST_SHARE * CLEARANCE, 1e3 * (CLEARANCE + COMPLIANCE)
-            found.append(self.bounded(f"{case}: amplitude of the limit cycle", largest, low, high, "mm"))
-        return found
+            rows.append(self.bounded(f"{case}: amplitude of the limit cycle", largest, low, high, "mm"))
+        return rows
 
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         draw_critical_speed(table, picture.subplots(1, 2))
@@ -88,13 +88,13 @@ def critical_speed_table(fast: bool = False) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _rows(found: Hunting) -> list[dict[str, Any]]:
+def _rows(solved: Hunting) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for kind in KINDS:
-        speed = getattr(found, kind)
+        speed = getattr(solved, kind)
         rows.append({"kind": kind, "V [m/s]": NONE if speed is None else speed, "amplitude [m]": NONE})
-    if found.ramp is not None:
-        for speed, amplitude in zip(found.ramp.speed, found.ramp.amplitude, strict=True):
+    if solved.ramp is not None:
+        for speed, amplitude in zip(solved.ramp.speed, solved.ramp.amplitude, strict=True):
             rows.append({"kind": "ramp", "V [m/s]": float(speed), "amplitude [m]": float(amplitude)})
     return rows
 

@@ -61,12 +61,12 @@ class SteadyCurving(Section):
         return curving_table(size.reduced)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
-        found = []
+        rows = []
         for key, group in table.groupby(["vehicle", "engine", "kind"], sort=False):
             name, engine, kind = cast(tuple[str, str, str], key)
             worst = group.loc[group["difference [-]"].idxmax()]
             used = float(worst["difference [-]"]) / LIMIT
-            found.append(
+            rows.append(
                 Row(
                     self.number,
                     f"{name}, {engine}: {kind}, worst: {worst['quantity']} at {worst['V [m/s]']:g} m/s",
@@ -80,7 +80,7 @@ class SteadyCurving(Section):
                     kept=used <= 1.0,
                 )
             )
-        return found
+        return rows
 
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         draw_curving(table, picture.subplots())
@@ -123,18 +123,18 @@ def settled(vehicle: HalfVehicle, speed: float, engine: str = "compiled") -> dic
     return dict(zip(channel_names(model), last.mean(axis=0).tolist(), strict=True))
 
 
-def compared(found: dict[str, float], solved: Curving) -> list[dict[str, Any]]:
+def compared(simulated: dict[str, float], solved: Curving) -> list[dict[str, Any]]:
     """Rows of the table of one run."""
     rows = []
     for axis, unit in (("y", "m"), ("yaw", "rad")):
-        pairs = [(found[f"wheelset{i}.{axis} [{unit}]"], solved.values[f"wheelset{i}.{axis}"]) for i in (1, 2)]
+        pairs = [(simulated[f"wheelset{i}.{axis} [{unit}]"], solved.values[f"wheelset{i}.{axis}"]) for i in (1, 2)]
         size = max(abs(reference) for _, reference in pairs)
         for i, (ours, reference) in enumerate(pairs, 1):
             difference = abs(ours - reference) / size
             kind = "lateral position" if axis == "y" else "yaw"
             rows.append(_row(kind, f"wheelset {i} {kind}", ours, reference, difference, unit))
     for name, wheel in solved.wheels.items():
-        force = np.array([found[f"{name}.creep_force_{axis} [N]"] for axis in "xy"])
+        force = np.array([simulated[f"{name}.creep_force_{axis} [N]"] for axis in "xy"])
         reference = np.array([wheel.creep_force_x, wheel.creep_force_y])
         size = float(np.hypot(*reference))
         difference = float(np.hypot(*(force - reference))) / size

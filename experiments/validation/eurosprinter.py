@@ -59,18 +59,18 @@ class Eurosprinter(Section):
         return pd.concat([_series(name) for name in WORDS], ignore_index=True)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
-        found = []
+        rows = []
         for series in (COULOMB, MODIFIED):
             part = of(table, "series", series)
-            found.append(self._largest(part, "FASTSIM", "FASTSIM, engines' grid", 0.02))
+            rows.append(self._largest(part, "FASTSIM", "FASTSIM, engines' grid", 0.02))
             ours, theirs = values(part, "FASTSIM on CONTACT's grid [Fx/N]"), values(part, THEIRS)
             at = worst(ours, theirs, relative=True)
             words = f"{WORDS[series]}: FASTSIM, CONTACT's grid (worst share, at {_percent(part, at)})"
-            found.append(self.agrees_relatively(words, ours[at], theirs[at], 0.02, "Fx/N"))
+            rows.append(self.agrees_relatively(words, ours[at], theirs[at], 0.02, "Fx/N"))
         for series in (LAYER, MODIFIED):
             part = of(table, "series", series)
-            found.append(self._largest(part, "Polach, fitted", "Polach with fitted kA, kS, A, B", 0.03))
-            found += [
+            rows.append(self._largest(part, "Polach, fitted", "Polach with fitted kA, kS, A, B", 0.03))
+            rows += [
                 self.noted(f"{WORDS[series]}: fitted {name}", float(values(part, name)[0]), None, _unit(name))
                 for name in PARAMETERS
             ]
@@ -78,8 +78,8 @@ class Eurosprinter(Section):
         ours, theirs = values(part, "FASTSIM [Fx/N]"), values(part, THEIRS)
         at = worst(ours, theirs)
         words = f"CONTACT, Coulomb: FASTSIM (worst, at {_percent(part, at)})"
-        found.append(self.noted(words, ours[at] / FRICTION, theirs[at] / FRICTION, "mu N"))
-        return found
+        rows.append(self.noted(words, ours[at] / FRICTION, theirs[at] / FRICTION, "mu N"))
+        return rows
 
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         panels = picture.subplots(2, 3, height_ratios=(1.6, 1.0), sharex=True)

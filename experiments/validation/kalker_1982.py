@@ -35,33 +35,33 @@ class Kalker1982(Section):
 
     def compute(self, size: Size) -> pd.DataFrame:
         del size
-        found = []
+        cases = []
         for given, *printed in PRINTED:
             force = kalker_1982(*given, 5, 5)
             for name, ours, (low, high) in zip(("|Tx|", "Ty"), (abs(force[0]), force[1]), printed, strict=True):
                 case = ", ".join(f"{value:g}" for value in given)
-                found.append({"case": f"{name} of ({case})", "ours": ours, "lowest": low, "highest": high})
-        return pd.DataFrame(found)
+                cases.append({"case": f"{name} of ({case})", "ours": ours, "lowest": low, "highest": high})
+        return pd.DataFrame(cases)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
-        found = []
+        rows = []
         for row in table.to_dict("records"):
             low, high = row["lowest"], row["highest"]
             if low == high:
-                found.append(self.agrees(row["case"], row["ours"], low, 1.02 * HALF_A_DIGIT, "mu N"))
+                rows.append(self.agrees(row["case"], row["ours"], low, 1.02 * HALF_A_DIGIT, "mu N"))
             else:
-                found.append(self.bounded(row["case"], row["ours"], low - HALF_A_DIGIT, high + HALF_A_DIGIT, "mu N"))
-        return found
+                rows.append(self.bounded(row["case"], row["ours"], low - HALF_A_DIGIT, high + HALF_A_DIGIT, "mu N"))
+        return rows
 
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         axes = picture.subplots()
         middle = 0.5 * (table["lowest"] + table["highest"])
         half = 0.5 * (table["highest"] - table["lowest"]) + HALF_A_DIGIT
-        place = list(range(len(table)))
-        axes.vlines(place, -1e4 * half, 1e4 * half, color=GREY, lw=12.0, alpha=0.4, label="Kalker (1982)")
-        axes.plot(place, 1e4 * (table["ours"] - middle), "o", color=BLUE, ms=5, label="railsim")
+        columns = list(range(len(table)))
+        axes.vlines(columns, -1e4 * half, 1e4 * half, color=GREY, lw=12.0, alpha=0.4, label="Kalker (1982)")
+        axes.plot(columns, 1e4 * (table["ours"] - middle), "o", color=BLUE, ms=5, label="railsim")
         titles = [f"{case}\n{value:.4f}" for case, value in zip(table["case"], middle, strict=True)]
-        axes.set_xticks(place, [title.replace(" of ", "\n") for title in titles], fontsize=8)
+        axes.set_xticks(columns, [title.replace(" of ", "\n") for title in titles], fontsize=8)
         axes.set(ylabel="from the middle of what is\nprinted, 10⁻⁴ mu N", xlim=(-0.5, len(table) - 0.5))
         axes.legend(frameon=False, loc="upper left")
         grid(axes)

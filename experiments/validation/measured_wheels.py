@@ -23,7 +23,7 @@ COLOURS = {NEW: GREY, WHEELS[0]: BLUE, WHEELS[1]: RED, WHEELS[2]: GREEN}
 WHEEL_TOLERANCE, RAIL_TOLERANCE = 5e-5, 2e-5  # m, rms; smoothing of the measured profiles
 AMPLITUDES = np.arange(1.0, 8.01, 0.5)  # mm
 FLANGE_CONTACT = 0.3  # rad; contact angle beyond which it is the flange that touches
-PLACE, HEIGHT, AMPLITUDE, CONICITY = "y [mm]", "z [mm]", "amplitude [mm]", "conicity [-]"
+LATERAL, HEIGHT, AMPLITUDE, CONICITY = "y [mm]", "z [mm]", "amplitude [mm]", "conicity [-]"
 SHIFT, DIFFERENCE, ANGLE, ON_WHEEL = "shift [mm]", "difference [mm]", "left angle [rad]", "left place on wheel [mm]"
 CURVATURE, RAIL_CURVATURE = "left wheel curvature [1/m]", "left rail curvature [1/m]"
 PLAUSIBLE = "plausibility, our limit; S1002: EN 13715"
@@ -68,17 +68,17 @@ class MeasuredWheels(Section):
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         new = _part(table, "flange", NEW).iloc[0]
-        found = []
+        rows = []
         for wheel in WHEELS:
             flange = _part(table, "flange", wheel).iloc[0]
-            found += [
+            rows += [
                 self.agrees(f"{wheel}: flange height", flange["Sh [mm]"], new["Sh [mm]"], 3.0, "mm", PLAUSIBLE),
                 self.agrees(f"{wheel}: flange thickness", flange["Sd [mm]"], new["Sd [mm]"], 4.0, "mm", PLAUSIBLE),
                 self.bounded(f"{wheel}: qR", flange["qR [mm]"], low=6.5, unit="mm", source="EN 15313: in service"),
             ]
             for rail in (MEASURED_RAIL, OTHER_RAIL):
-                found += self._of_pair(table, wheel, rail)
-        return found
+                rows += self._of_pair(table, wheel, rail)
+        return rows
 
     def _of_pair(self, table: pd.DataFrame, wheel: str, rail: str) -> list[Row]:
         function, conicity = _part(table, "function", wheel, rail), _part(table, "conicity", wheel, rail)
@@ -86,17 +86,17 @@ class MeasuredWheels(Section):
         rise = np.diff(values(function, DIFFERENCE)) / np.diff(values(function, SHIFT))
         free = play(function)
         within = where(conicity, conicity[AMPLITUDE] < free)
-        found, amplitudes = values(within, CONICITY), values(within, AMPLITUDE)
-        low, high = int(np.argmin(found)), int(np.argmax(found))
-        at_2 = float(np.interp(2.0, amplitudes, found))
+        conicities, amplitudes = values(within, CONICITY), values(within, AMPLITUDE)
+        low, high = int(np.argmin(conicities)), int(np.argmax(conicities))
+        at_2 = float(np.interp(2.0, amplitudes, conicities))
         middle = where(function, function[SHIFT].abs() <= 2.0)
         share = middle[RAIL_CURVATURE] / (middle[RAIL_CURVATURE] + middle[CURVATURE])
         estimate = float((np.tan(middle[ANGLE]) * share).mean())
         return [
             self.bounded(f"{words}: least slope of the radius difference over the shift", float(rise.min()), low=0.0),
             self.noted(f"{words}: shift at which a flange touches", free, None, "mm"),
-            self.bounded(f"{words}: least conicity (at {amplitudes[low]:g} mm)", found[low], low=0.025),
-            self.bounded(f"{words}: largest conicity (at {amplitudes[high]:g} mm)", found[high], high=0.6),
+            self.bounded(f"{words}: least conicity (at {amplitudes[low]:g} mm)", conicities[low], low=0.025),
+            self.bounded(f"{words}: largest conicity (at {amplitudes[high]:g} mm)", conicities[high], high=0.6),
             self.noted(f"{words}: conicity at 2 mm, beside slope times share of curvature", at_2, estimate, "-"),
         ]
 
@@ -141,17 +141,17 @@ def play(function: pd.DataFrame) -> float:
 
 def _functions(wheel: Profile, rail: Profile, shifts: np.ndarray) -> list[pd.DataFrame]:
     """Contact functions over the shift [mm], and the equivalent conicity."""
-    found = WheelsetOnTrack((wheel, rail)).over(1e-3 * shifts)
-    difference = 1e3 * (found["left.rolling_radius [m]"] - found["right.rolling_radius [m]"])
+    functions = WheelsetOnTrack((wheel, rail)).over(1e-3 * shifts)
+    difference = 1e3 * (functions["left.rolling_radius [m]"] - functions["right.rolling_radius [m]"])
     function = pd.DataFrame(
         {
             "kind": "function",
             SHIFT: shifts,
             DIFFERENCE: difference,
-            ANGLE: found["left.contact_angle [rad]"],
-            ON_WHEEL: 1e3 * found["left.wheel_place [m]"],
-            CURVATURE: found["left.wheel_curvature [1/m]"],
-            RAIL_CURVATURE: found["left.rail_curvature [1/m]"],
+            ANGLE: functions["left.contact_angle [rad]"],
+            ON_WHEEL: 1e3 * functions["left.wheel_place [m]"],
+            CURVATURE: functions["left.wheel_curvature [1/m]"],
+            RAIL_CURVATURE: functions["left.rail_curvature [1/m]"],
         }
     )
     tangent = equivalent_conicity(shifts, difference.to_numpy(), AMPLITUDES)
@@ -159,7 +159,7 @@ def _functions(wheel: Profile, rail: Profile, shifts: np.ndarray) -> list[pd.Dat
 
 
 def _outline(profile: Profile) -> pd.DataFrame:
-    return pd.DataFrame({PLACE: 1e3 * profile.y, HEIGHT: 1e3 * profile.z})
+    return pd.DataFrame({LATERAL: 1e3 * profile.y, HEIGHT: 1e3 * profile.z})
 
 
 def _part(table: pd.DataFrame, kind: str, wheel: str | None = None, rail: str | None = None) -> pd.DataFrame:
@@ -170,10 +170,10 @@ def _part(table: pd.DataFrame, kind: str, wheel: str | None = None, rail: str | 
 
 def _draw_wheel(panels: np.ndarray, table: pd.DataFrame, name: str, colour: str) -> None:
     outline, new = _part(table, "profile", name), _part(table, "profile", NEW)
-    panels[0, 0].plot(outline[PLACE], outline[HEIGHT], color=colour, lw=1.2, label=name)
-    tread = outline[outline[PLACE] > -45.0]
-    level = np.interp(tread[PLACE], *(new.loc[new[PLACE] > -55.0, column] for column in (PLACE, HEIGHT)))
-    panels[0, 1].plot(tread[PLACE], tread[HEIGHT] - level, color=colour, lw=1.2)
+    panels[0, 0].plot(outline[LATERAL], outline[HEIGHT], color=colour, lw=1.2, label=name)
+    tread = outline[outline[LATERAL] > -45.0]
+    level = np.interp(tread[LATERAL], *(new.loc[new[LATERAL] > -55.0, column] for column in (LATERAL, HEIGHT)))
+    panels[0, 1].plot(tread[LATERAL], tread[HEIGHT] - level, color=colour, lw=1.2)
     for rail, axes, last in ((MEASURED_RAIL, panels[1, 0], panels[1, 3]), (OTHER_RAIL, panels[1, 1], panels[0, 3])):
         function, conicity = _part(table, "function", name, rail), _part(table, "conicity", name, rail)
         axes.plot(function[SHIFT], function[DIFFERENCE], color=colour, lw=1.4)
@@ -188,7 +188,7 @@ def _draw_rails(axes: Axes, table: pd.DataFrame) -> None:
     for rail, colour in ((MEASURED_RAIL, BLACK), (OTHER_RAIL, GREY)):
         outline = _part(table, "rail", rail=rail)
         outline = where(outline, outline[HEIGHT] > -20.0)
-        face = float(values(where(outline, outline[HEIGHT] < -13.0), PLACE).min())
-        axes.plot(outline[PLACE] - face, outline[HEIGHT], color=colour, lw=1.2, label=rail)
+        face = float(values(where(outline, outline[HEIGHT] < -13.0), LATERAL).min())
+        axes.plot(outline[LATERAL] - face, outline[HEIGHT], color=colour, lw=1.2, label=rail)
     axes.set(xlabel="y from the gauge face in mm", ylabel="z in mm", aspect="equal")
     axes.legend(frameon=False, fontsize=8)

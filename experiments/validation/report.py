@@ -69,12 +69,12 @@ def _results(rows: Sequence[Row], listing: pd.DataFrame | None, picture: bytes) 
         values = [number(row.ours), number(row.reference), number(row.difference)]
         cells.append([*words, *values, escape(row.unit), escape(row.limit), _verdict(row.held), escape(row.source)])
     titles = ["quantity", "ours", "reference", "difference", "unit", "limit", "", "source"]
-    found = [_table(titles, cells, words=1), html.image("plots", picture)]
+    parts = [_table(titles, cells, words=1), html.image("plots", picture)]
     if listing is not None:
-        found.append("<p>Every deviation (ours minus reference):</p>")
-        lines = [[f"{value:.3g}" for value in line] for line in listing.to_numpy(float)]
-        found.append(_table([escape(str(column)) for column in listing], lines, words=0))
-    return found
+        parts.append("<p>Every deviation (ours minus reference):</p>")
+        cells_of_listing = [[f"{value:.3g}" for value in line] for line in listing.to_numpy(float)]
+        parts.append(_table([escape(str(column)) for column in listing], cells_of_listing, words=0))
+    return parts
 
 
 def _verdict(held: bool | None) -> str:

@@ -43,27 +43,27 @@ class Speed(Section):
 
     def compute(self, size: Size) -> pd.DataFrame:
         duration = FAST_DURATION if size.reduced else DURATION
-        ways: dict[str, tuple[Callable[[], object], float]] = {}
+        tasks: dict[str, tuple[Callable[[], object], float]] = {}
         for pair, settings in PAIRS.items():
             run = build_run(load_scenario(SCENARIO, {"duration": duration} | settings))
             for engine in ENGINES:
-                ways[f"{pair}; {engine}"] = (_task(run, engine), duration)
-        found = rates(ways, FAST_REPEATS if size.reduced else REPEATS)
-        split = [name.split("; ") for name in found]
+                tasks[f"{pair}; {engine}"] = (_task(run, engine), duration)
+        measured = rates(tasks, FAST_REPEATS if size.reduced else REPEATS)
+        split = [name.split("; ") for name in measured]
         return pd.DataFrame(
-            {"pair": [one[0] for one in split], "engine": [one[1] for one in split], SPEED: found.values()}
+            {"pair": [one[0] for one in split], "engine": [one[1] for one in split], SPEED: measured.values()}
         )
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         analytic, tables = PAIRS
-        found = []
+        rows = []
         for engine in ENGINES:
             with_tables, without = (
                 values(of(of(table, "pair", pair), "engine", engine), SPEED)[0] for pair in (tables, analytic)
             )
-            found.append(self.noted(f"engine {engine}: tables; analytic pair as reference", with_tables, without, UNIT))
-            found.append(self.bounded(f"engine {engine}: ratio of both", with_tables / without, low=LEAST))
-        return found
+            rows.append(self.noted(f"engine {engine}: tables; analytic pair as reference", with_tables, without, UNIT))
+            rows.append(self.bounded(f"engine {engine}: ratio of both", with_tables / without, low=LEAST))
+        return rows
 
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         axes = picture.subplots()

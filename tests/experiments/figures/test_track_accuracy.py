@@ -5,7 +5,7 @@ import pytest
 
 from experiments.figures.accuracy_claims import JUDGED
 from experiments.figures.track_accuracy import TrackAccuracy
-from experiments.runs.track import PLACES, noise_limit
+from experiments.runs.track import POSITIONS, noise_limit
 from experiments.runs.track_accuracy import (
     ACCELEROMETER,
     AXLEBOXES,
@@ -56,7 +56,7 @@ def _table(error: float, share: float) -> pd.DataFrame:
         rows[0]
         | {"part": "place", "speed [m/s]": PLACED, "estimator": name, "place [m]": x}
         | {"rms error [mm]": 0.1 * (factor if x > 0.0 else 1.0)}
-        for x in PLACES
+        for x in POSITIONS
         for name, factor in ((ACCELEROMETER, uneven), (GYRO, even))
     ]
     rows += [

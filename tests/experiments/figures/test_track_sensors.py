@@ -5,7 +5,7 @@ import pytest
 
 from estimators.track.alignment_accelerometer import AlignmentAccelerometer
 from estimators.track.alignment_vertical import AlignmentVertical
-from experiments.runs.track import PLACES, noise_limit, place_name, sensors
+from experiments.runs.track import POSITIONS, noise_limit, sensor_name, sensors
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
 
@@ -43,4 +43,4 @@ def test_sensors_of_the_runs_fit_together():
     values = {"track": "straight_erri_low", "vehicle": "manchester", "speed": {"speed": 20.0}, "duration": 1.0}
     scenario = Scenario.build({**values, "sensors": sensors("mems")})
     names = {channel for sensor in scenario.sensors for channel in sensor.channels()}
-    assert {f"{place_name(x)}.acceleration_z [m/s2]" for x in PLACES} <= names
+    assert {f"{sensor_name(x)}.acceleration_z [m/s2]" for x in POSITIONS} <= names
