@@ -38,16 +38,16 @@ def cached(key: str, write: Callable[[Path], None], again: bool = False) -> Trut
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with _alone(folder / f"{key}.lock"):
-            found = None if again else _open(target)
-            if found is None:
+            truth = None if again else _open(target)
+            if truth is None:
                 write(target)
-                found = Truth.open(target)
+                truth = Truth.open(target)
             os.utime(target)
     except OSError as error:
         text = f"cannot write the cache '{folder}': {error.strerror}; set {VARIABLE} to a folder that can be written"
         raise InputError(text) from None
     _prune(folder, keep=target)
-    return found
+    return truth
 
 
 def _open(target: Path) -> Truth | None:

@@ -81,9 +81,9 @@ def channels_on(measurements: Measurements, body: str, quantity: str) -> list[st
 
     Where no data sheet tells the body, the sensor's name does.
     """
-    found = []
+    names = []
     for name in measurements.channels:
         sensor, _, what = name.partition(".")
         if what.startswith(quantity) and data_sheet(measurements.about, name).stated.get("body", sensor) == body:
-            found.append(name)
-    return found
+            names.append(name)
+    return names

@@ -24,12 +24,12 @@ def check_packages() -> None:
     """Raise `InputError` that names a package of another program that hides one of ours."""
     for name in CODE:
         spec = find_spec(name)
-        places = (spec.submodule_search_locations or [spec.origin or name]) if spec else []
-        found = [Path(place).resolve() for place in places]
-        if ROOT / name not in found:
+        locations = (spec.submodule_search_locations or [spec.origin or name]) if spec else []
+        folders = [Path(place).resolve() for place in locations]
+        if ROOT / name not in folders:
             raise InputError(
-                f"package '{name}' of railsim is hidden by '{found[0]}'; rename that, or take its folder off the path "
-                "(PYTHONPATH, or start 'railsim' in place of 'python -m')"
-                if found
+                f"package '{name}' of railsim is hidden by '{folders[0]}'; rename that, or take its folder off "
+                "the path (PYTHONPATH, or start 'railsim' in place of 'python -m')"
+                if folders
                 else f"package '{name}' of railsim is not installed beside '{ROOT / 'railsim'}'; install railsim again"
             )

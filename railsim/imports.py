@@ -13,13 +13,13 @@ _WORD = re.compile(r"[.\w]+")
 
 def imported_files(file: Path) -> set[Path]:
     """Files that `file` imports from its own folder or package, and from the packages of this program."""
-    found: set[Path | None] = set()
+    files: set[Path | None] = set()
     for module, names, modules in _IMPORT.findall(file.read_bytes()):
         start = module.decode()
         dot = "" if start.endswith(".") else "."
         inner = [f"{start}{dot}{name}" for name in _WORD.findall(names.decode())] if start else []
-        found |= {_file_of(one, file) for one in (start, *inner, *_WORD.findall(modules.decode())) if one}
-    return {path for path in found if path and path != file}
+        files |= {_file_of(one, file) for one in (start, *inner, *_WORD.findall(modules.decode())) if one}
+    return {path for path in files if path and path != file}
 
 
 def followed(file: Path) -> set[Path]:

@@ -23,8 +23,8 @@ def override(values: Any, key: str, value: Any) -> Any:
 def _set(values: Any, parts: list[str], value: Any, key: str) -> Any:
     part, rest = parts[0], parts[1:]
     if isinstance(values, list):
-        places = _places(values, part, key)
-        return [_inner(old, rest, part, value, key) if at in places else old for at, old in enumerate(values)]
+        indices = _indices(values, part, key)
+        return [_inner(old, rest, part, value, key) if at in indices else old for at, old in enumerate(values)]
     if values is None:
         values = {}
     if not isinstance(values, dict):
@@ -40,11 +40,11 @@ def _inner(old: Any, rest: list[str], part: str, value: Any, key: str) -> Any:
     return _set(old, rest, value, key)
 
 
-def _places(values: list[Any], part: str, key: str) -> list[int]:
+def _indices(values: list[Any], part: str, key: str) -> list[int]:
     if part.isdigit():
-        found = [int(part)] if int(part) < len(values) else []
+        indices = [int(part)] if int(part) < len(values) else []
     else:
-        found = [at for at, one in enumerate(values) if isinstance(one, dict) and one.get("name") == part]
-    if not found:
+        indices = [at for at, one in enumerate(values) if isinstance(one, dict) and one.get("name") == part]
+    if not indices:
         raise InputError(f"{key}: no entry '{part}' in a list of {len(values)}; give a place from 0 or a name")
-    return found
+    return indices

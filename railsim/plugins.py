@@ -78,14 +78,14 @@ def modules_outside(kind: str) -> list[str]:
     ------
     InputError : an entry point names nothing that can be found.
     """
-    found = []
+    names = []
     for name, folder in _advertised(kind):
         if folder is None:
-            found.append(name)
+            names.append(name)
         else:
             inner = pkgutil.iter_modules([str(folder)])
-            found += [f"{name}.{one.name}" for one in inner if not one.ispkg and not one.name.startswith(_APART)]
-    return list(dict.fromkeys(found))
+            names += [f"{name}.{one.name}" for one in inner if not one.ispkg and not one.name.startswith(_APART)]
+    return list(dict.fromkeys(names))
 
 
 def data_outside(kind: str, pattern: str) -> list[Path]:

@@ -21,7 +21,7 @@ from railsim.imports import followed
 from railsim.plugins import data_outside, files_outside, load, modules_outside
 
 T = TypeVar("T")
-Place = str | Path
+Origin = str | Path
 """Full name of a module, or the file of one outside all packages."""
 
 
@@ -54,7 +54,7 @@ class Kind(Generic[T]):
         InputError : a plug-in from outside cannot be imported or lacks a method, a module defines two, or two have the
             same name.
         """
-        return self._found(self._places())
+        return self._classes(self._origins())
 
     def pick(self, name: str) -> type[T]:
         """The class of that name.
@@ -67,7 +67,7 @@ class Kind(Generic[T]):
 
     def find(self, name: str) -> type[T] | None:
         """The class of that name, where there is one; no other plug-in is imported for it."""
-        return self._found(place for place in self._places() if _name(place) == name).get(name)
+        return self._classes(place for place in self._origins() if _name(place) == name).get(name)
 
     def resolve(self, name: str) -> type[T]:
         """As `pick`, of a name that a user gives, which may also be the path of a file: its code is run."""
@@ -75,7 +75,7 @@ class Kind(Generic[T]):
 
     def in_file(self, file: Path) -> type[T]:
         """The class that a file defines; raises `InputError` where that is not one."""
-        own = self._defined(_module(_place(file)))
+        own = self._defined(_module(_origin(file)))
         if len(own) != 1:
             base = f"{self.base.__module__}.{self.base.__name__}"
             raise InputError(f"'{file}' defines {len(own)} subclasses of {base}; one file holds one")
@@ -83,36 +83,36 @@ class Kind(Generic[T]):
 
     def has(self, file: Path) -> bool:
         """Whether a file defines a class of this kind, complete or not."""
-        return bool(self._subclasses(_module(_place(file))))
+        return bool(self._subclasses(_module(_origin(file))))
 
-    def _places(self) -> Iterator[Place]:
+    def _origins(self) -> Iterator[Origin]:
         home = import_module(self.package)
         walked = pkgutil.walk_packages(home.__path__, f"{self.package}.")
         yield from (found.name for found in walked if not found.ispkg and "._" not in found.name)
         yield from modules_outside(self.name)
         yield from files_outside(self.name, self.package.replace(".", "/"), "**/*.py")
 
-    def _found(self, places: Iterable[Place]) -> dict[str, type[T]]:
-        found: dict[str, type[T]] = {}
-        origin: dict[str, Place] = {}
-        for place in sorted(places, key=_name):
-            name, own = _name(place), self._defined(_module(place))
+    def _classes(self, origins: Iterable[Origin]) -> dict[str, type[T]]:
+        classes: dict[str, type[T]] = {}
+        origin_of: dict[str, Origin] = {}
+        for source in sorted(origins, key=_name):
+            name, own = _name(source), self._defined(_module(source))
             if len(own) > 1:
-                raise InputError(f"'{place}' defines {len(own)} plug-ins; one file holds one")
-            if own and name in found:
-                both = f"'{origin[name]}' and in '{place}'"
+                raise InputError(f"'{source}' defines {len(own)} plug-ins; one file holds one")
+            if own and name in classes:
+                both = f"'{origin_of[name]}' and in '{source}'"
                 raise InputError(f"{self.word} '{name}' stands in {both}; rename one of them")
             if own:
-                found[name], origin[name] = own[0], place
-        return found
+                classes[name], origin_of[name] = own[0], source
+        return classes
 
     def _defined(self, module: ModuleType) -> list[type[T]]:
         """Subclasses of the base that the module defines, without those of ours that are not complete."""
         own = self._subclasses(module)
-        for one in own:
-            if inspect.isabstract(one) and not _is_ours(module.__name__):
-                lacking = ", ".join(sorted(getattr(one, "__abstractmethods__", ())))
-                place = f"{one.__name__} in '{module.__file__}'"
+        for candidate in own:
+            if inspect.isabstract(candidate) and not _is_ours(module.__name__):
+                lacking = ", ".join(sorted(getattr(candidate, "__abstractmethods__", ())))
+                place = f"{candidate.__name__} in '{module.__file__}'"
                 raise InputError(f"{place} lacks {lacking}; add that, or begin the name of a mere base with '_'")
         return [one for one in own if not inspect.isabstract(one)]
 
@@ -148,13 +148,13 @@ class Files:
         ------
         InputError : two have the same name.
         """
-        found, pattern = self.shipped(), f"*{self.suffix}"
+        paths, pattern = self.shipped(), f"*{self.suffix}"
         for path in (*data_outside(self.name, pattern), *files_outside(self.name, self.home, pattern)):
-            if path.stem in found:
-                both = f"'{found[path.stem]}' and in '{path}'"
+            if path.stem in paths:
+                both = f"'{paths[path.stem]}' and in '{path}'"
                 raise InputError(f"{self.word} '{path.stem}' stands in {both}; rename one of them")
-            found[path.stem] = path
-        return dict(sorted(found.items()))
+            paths[path.stem] = path
+        return dict(sorted(paths.items()))
 
     def read(self, source: str | os.PathLike[str]) -> tuple[Path, str]:
         """Path and text of a file, by its name or its path.
@@ -180,12 +180,12 @@ class Files:
             raise InputError(text) from None
 
 
-def pick(found: Mapping[str, T], name: str, what: str) -> T:
+def pick(known_entries: Mapping[str, T], name: str, what: str) -> T:
     """Entry `name`; raise `InputError` that lists what there is otherwise."""
-    if name not in found:
-        known = ", ".join(sorted(found)) or "none"
-        raise InputError(f"unknown {what} '{name}'; {nearest(name, found)}there are: {known}")
-    return found[name]
+    if name not in known_entries:
+        known = ", ".join(sorted(known_entries)) or "none"
+        raise InputError(f"unknown {what} '{name}'; {nearest(name, known_entries)}there are: {known}")
+    return known_entries[name]
 
 
 def source_digest(classes: Iterable[type]) -> str:
@@ -202,27 +202,27 @@ def _is_ours(module: str) -> bool:
     return module.partition(".")[0] in CODE
 
 
-def _name(place: Place) -> str:
-    return place.stem if isinstance(place, Path) else place.rpartition(".")[2]
+def _name(origin: Origin) -> str:
+    return origin.stem if isinstance(origin, Path) else origin.rpartition(".")[2]
 
 
-def _place(file: Path) -> Place:
+def _origin(file: Path) -> Origin:
     """The file, or the full name of the module where it is one of ours."""
     file = file.absolute()
     return ".".join(file.with_suffix("").relative_to(ROOT).parts) if is_ours(file) else file
 
 
-def _module(place: Place) -> ModuleType:
+def _module(origin: Origin) -> ModuleType:
     """The module; what goes wrong in one of ours is an error of the program, in another a user's."""
-    if not isinstance(place, Path) and _is_ours(place):
-        return import_module(place)
+    if not isinstance(origin, Path) and _is_ours(origin):
+        return import_module(origin)
     try:
-        return load(place) if isinstance(place, Path) else import_module(place)
+        return load(origin) if isinstance(origin, Path) else import_module(origin)
     except InputError:
         raise
     except Exception as error:
-        reason = _reason(error, _name(place))
-        raise InputError(f"plug-in '{place}' cannot be imported: {reason}; mend it or take it away") from error
+        reason = _reason(error, _name(origin))
+        raise InputError(f"plug-in '{origin}' cannot be imported: {reason}; mend it or take it away") from error
 
 
 def _reason(error: Exception, name: str) -> str:

@@ -205,19 +205,19 @@ class Scenario(Spec, frozen=True):
             )
 
     def _check_track(self) -> None:
-        track, (rear, front) = self.setup.track, self.overhang
+        track, (behind, ahead) = self.setup.track, self.overhang
         first, last = float(track.s[0]), float(track.s[-1])
-        if self.start + rear < first:
+        if self.start + behind < first:
             raise InputError(
-                f"start: {self.start:g} m puts the rear wheelset at {self.start + rear:g} m, before track "
-                f"'{track.name}' begins ({first:g} m); start at {first - rear:g} m or later"
+                f"start: {self.start:g} m puts the rear wheelset at {self.start + behind:g} m, before track "
+                f"'{track.name}' begins ({first:g} m); start at {first - behind:g} m or later"
             )
         end = self.start + (self.distance or 0.0)
-        if end + front > last:
+        if end + ahead > last:
             raise InputError(
                 f"track: '{track.name}' ends at {last:.1f} m, but the run goes from {self.start:g} m to {end:.1f} m "
-                f"and its front wheelset to {end + front:.1f} m; shorten duration to "
-                f"{self._longest(last - front):.2f} s, drive slower or use a longer track"
+                f"and its front wheelset to {end + ahead:.1f} m; shorten duration to "
+                f"{self._longest(last - ahead):.2f} s, drive slower or use a longer track"
             )
 
     def _longest(self, end: float) -> float:

@@ -39,18 +39,18 @@ def module_problem(module: str, package: str) -> "str | None":
 
 def problems() -> "list[str]":
     """Everything that is missing: a list of lines, empty when railsim can run here."""
-    found = [python_problem()]
-    found += [library_problem(library, package) for library, package in LIBRARIES.items()]
-    found += [module_problem(module, package) for module, package in MODULES.items()]
-    return [line for line in found if line]
+    messages = [python_problem()]
+    messages += [library_problem(library, package) for library, package in LIBRARIES.items()]
+    messages += [module_problem(module, package) for module, package in MODULES.items()]
+    return [line for line in messages if line]
 
 
 def main() -> int:
     """Print what is missing to stderr; exit code 2 where something is, 0 otherwise."""
-    lines = problems()
-    for line in lines:
+    messages = problems()
+    for line in messages:
         print("railsim: " + line, file=sys.stderr)
-    return 2 if lines else 0
+    return 2 if messages else 0
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from estimators.adhesion.adhesion_level import AdhesionLevel
 from estimators.adhesion.channels import RATE, LateralRecord, read
 from estimators.adhesion.classifier import vehicles
 from estimators.adhesion.creep_forces import FORCE_NAMES
-from estimators.adhesion.creep_law import Contact, LawShaping, with_law
+from estimators.adhesion.creep_law import ForceOutputs, LawShaping, with_law
 from estimators.adhesion.creep_model import ROLL_BODIES, Floating, parameters
 from estimators.filters.dropout_filter import run_filter, shifted
 from estimators.interface import Estimate
@@ -69,7 +69,7 @@ class AdhesionCreepForcesProfile(CreepForceEstimator, frozen=True):
         shaping = LawShaping(self.law_force, self.law_moment, self.law_time, self.secondary)
 
         @lru_cache(maxsize=512)
-        def model(speed: int, share: int) -> tuple[Floating, Contact]:
+        def model(speed: int, share: int) -> tuple[Floating, ForceOutputs]:
             given = float(np.exp(FINE * speed)), float(np.exp(FINE * share))
             return with_law(p, RATE, *given, self.track_level, self.corner, shaping)
 

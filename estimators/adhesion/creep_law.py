@@ -59,7 +59,7 @@ class LawShaping:
 
 
 @dataclass(frozen=True)
-class Contact:
+class ForceOutputs:
     """Rows that give forces by the states and inputs: creep forces and moments F1, M1, F2, M2, then gravity's on both.
 
     Attributes
@@ -73,7 +73,7 @@ class Contact:
 
 def with_law(
     p: Mapping[str, float], rate: float, speed: float, share: float, level: float, corner: float, shaping: LawShaping
-) -> tuple[Floating, Contact]:
+) -> tuple[Floating, ForceOutputs]:
     """Model at one speed (m/s), share of Kalker's slope and level of the track (1: ERRI low, lateral).
 
     Parameters
@@ -95,7 +95,7 @@ def with_law(
     by_roll = inverse @ (by_creep.inputs + by_weight.inputs + roll_forces(free))
     model = _discretised(inverse @ forces, by_roll, rate, speed, level, corner, shaping)
     shown = [np.vstack([one[ON_WHEELSETS], other[LATERAL]]) for one, other in zip(by_creep, by_weight, strict=True)]
-    return model, Contact(*shown)
+    return model, ForceOutputs(*shown)
 
 
 class _ByStates(NamedTuple):

@@ -28,10 +28,10 @@ def suspension_rows(fast: bool = False) -> list[dict[str, Any]]:
     estimator.estimate(measurements)
     whole = (float(measurements.time(FULL[0])[-1])) / (time.process_time() - began)
     problem = estimator.prepare(measurements)
-    bank, objects = kernel_speed(problem), objects_speed(problem)
+    kernel, objects = kernel_speed(problem), objects_speed(problem)
     return [
         _row(f"estimator suspension_rbpf, {PARTICLES} particles", whole, OBJECT_BASELINE, whole / objects),
-        _row(f"kernel of suspension_rbpf, {PARTICLES} particles", bank, OBJECT_BASELINE, bank / objects),
+        _row(f"kernel of suspension_rbpf, {PARTICLES} particles", kernel, OBJECT_BASELINE, kernel / objects),
         _row(OBJECT_BASELINE, objects, None, None),
     ]
 

@@ -49,12 +49,12 @@ def condition(estimate: Estimate, section: float = SECTION) -> pd.DataFrame:
     Columns "from [m]", "to [m]", "valid [-]", then "vertical_d1 std [mm]" and the like.
     """
     series = estimate.series
-    place = series["s [m]"].to_numpy()
-    number = np.floor(place / section).astype(int)
+    distance = series["s [m]"].to_numpy()
+    number = np.floor(distance / section).astype(int)
     rows = []
     for index in range(int(number.max()) + 1 if len(number) else 0):
         inside = number == index
-        row = {"from [m]": index * section, "to [m]": min((index + 1) * section, float(place[-1]))}
+        row = {"from [m]": index * section, "to [m]": min((index + 1) * section, float(distance[-1]))}
         valid = _valid(series)[inside]
         row["valid [-]"] = float(np.mean(valid))
         for name in _bands(series):
@@ -75,8 +75,8 @@ def defects(estimate: Estimate, limits: tuple[Limit, ...] = LIMITS) -> pd.DataFr
     (beyond the limit), "limit [mm or mm/m]", "speed [km/h]".
     """
     series = estimate.series
-    place, time = series["s [m]"].to_numpy(), series["time [s]"].to_numpy()
-    speed = KMH * np.gradient(place, time) if len(place) > 1 else np.zeros(len(place))
+    distance, time = series["s [m]"].to_numpy(), series["time [s]"].to_numpy()
+    speed = KMH * np.gradient(distance, time) if len(distance) > 1 else np.zeros(len(distance))
     rows = []
     for name in [name for name in _bands(series) if "_d1 " in name] + ["twist [m/m]"] * ("twist [m/m]" in series):
         limit = _limit(name, speed, limits)
@@ -86,10 +86,10 @@ def defects(estimate: Estimate, limits: tuple[Limit, ...] = LIMITS) -> pd.DataFr
             rows.append(
                 (
                     name.split(" ")[0],
-                    place[peak],
+                    distance[peak],
                     time[peak],
                     MM * values[peak],
-                    place[last - 1] - place[first],
+                    distance[last - 1] - distance[first],
                     MM * limit[peak],
                     speed[peak],
                 )

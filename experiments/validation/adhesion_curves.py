@@ -29,7 +29,7 @@ COLOURS = (GREEN, BLUE, RED, PURPLE)
 CREEPAGE = "creepage [-]"
 
 
-class Contact(NamedTuple):
+class ContactConditions(NamedTuple):
     """Semi-axes [m] and Kalker's coefficients, in the order in which creep laws take them."""
 
     a: float
@@ -136,14 +136,17 @@ def _curvatures() -> tuple[float, float]:
     return 1.0 / WHEEL_RADIUS, 1.0 / RAIL_RADIUS
 
 
-def _contact() -> Contact:
+def _contact() -> ContactConditions:
     ellipse = hertz_ellipse(*_curvatures())
     a, b = ellipse.longitudinal * LOAD ** (1.0 / 3.0), ellipse.lateral * LOAD ** (1.0 / 3.0)
-    return Contact(a, b, *kalker_coefficients(a / b))
+    return ContactConditions(a, b, *kalker_coefficients(a / b))
 
 
 def _curve(
-    law: Callable[..., tuple[float, float]], condition: AdhesionCondition, contact: Contact, creepage: np.ndarray
+    law: Callable[..., tuple[float, float]],
+    condition: AdhesionCondition,
+    contact: ContactConditions,
+    creepage: np.ndarray,
 ) -> np.ndarray:
     """Size of the longitudinal creep force [N]."""
     c = condition

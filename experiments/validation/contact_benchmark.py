@@ -201,8 +201,8 @@ def _contact_at(side: Side, row: Mapping[Any, Any]) -> tuple[ProfileContact, dic
     contact = side.at(-1e-3 * row["y_ws_mm"], roll, yaw)
     along, across, spin = creepages(contact, roll, yaw, 1e-3 * row["vx_mm_s"], -row["vpitch_rad_s"])
     return contact, {
-        "wheel place": 1e3 * contact.wheel_place,
-        "rail place": 1e3 * contact.rail_place,
+        "wheel place": 1e3 * contact.wheel_position,
+        "rail place": 1e3 * contact.rail_position,
         "longitudinal place": 1e3 * contact.position[0],
         "contact angle": contact.angle,
         "height": 1e3 * contact.height,

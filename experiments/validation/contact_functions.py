@@ -113,8 +113,8 @@ def _potential(profiles: tuple[Profile, Profile], layout: Layout, shifts: np.nda
     side, step = Side(*profiles, layout, LOAD), 1e-7
     outline = side.outline()
     rises = [
-        (side.touch(outline, shift + step).height - side.touch(outline, shift - step).height) / (2.0 * step)
-        - np.tan(side.touch(outline, shift).angle)
+        (side.contact(outline, shift + step).height - side.contact(outline, shift - step).height) / (2.0 * step)
+        - np.tan(side.contact(outline, shift).angle)
         for shift in map(float, shifts)
     ]
     return np.array(rises)

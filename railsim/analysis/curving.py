@@ -95,7 +95,7 @@ class Placed:
     """A body in the frame of the circle: its centre [m], its rotation, the track's axes under it."""
 
     centre: np.ndarray
-    turn: Rotation
+    rotation: Rotation
     track: Rotation
 
 
@@ -250,7 +250,7 @@ class Balance:
         ahead = here.track.inv().apply(-away.centre)
         heading = float(np.arctan2(ahead[1], ahead[0]))
         get = values.__getitem__
-        found = {
+        bodies = {
             "body": self.placed(0.0, get("body.y"), v.body_height + get("body.z"), get("body.roll"), 0.0, heading),
             "bogie": self.placed(
                 0.0, get("bogie.y"), v.bogie_height + get("bogie.z"),
@@ -260,8 +260,8 @@ class Balance:
         for i, along in ((1, v.semi_wheelbase), (2, -v.semi_wheelbase)):
             name = f"wheelset{i}"
             y, z, roll, yaw = (get(f"{name}.{axis}") for axis in ("y", "z", "roll", "yaw"))
-            found[name] = self.placed(along, y, v.wheel_radius + z, roll, 0.0, yaw)
-        return found
+            bodies[name] = self.placed(along, y, v.wheel_radius + z, roll, 0.0, yaw)
+        return bodies
 
     def wheel(self, wheelset: Placed, coordinates: Sequence[float], side: Side) -> Wheel:
         """Contact of one wheel: Hertz pressure on the penetration, creep force by the velocity there."""
@@ -271,7 +271,7 @@ class Balance:
         value, angle, arm = deepest_point.value, sign * deepest_point.angle, sign * deepest_point.lateral - y
         normal = side.stiffness * max(deepest_point.depth, 0.0) ** 1.5
         upright = wheelset.track.apply([0.0, -np.sin(angle), np.cos(angle)])
-        axle = wheelset.turn.apply(ACROSS)
+        axle = wheelset.rotation.apply(ACROSS)
         position = wheelset.centre + contact_arm(wheelset, axle, upright, arm, value[RADIUS])
         along = np.cross(axle, upright)
         along /= np.linalg.norm(along)
@@ -281,8 +281,10 @@ class Balance:
         creep = np.array([slip @ along, slip @ across, turning]) / self.curve.speed
         force = self.creep_force(creep, value, normal)
         total = normal * upright + force[0] * along + force[1] * across
-        x, y, turn = creep
-        return Wheel(normal, force[0], force[1], x, y, turn, float(angle), float(value[RADIUS]), total, position)
+        x, y, spin_creepage = creep
+        return Wheel(
+            normal, force[0], force[1], x, y, spin_creepage, float(angle), float(value[RADIUS]), total, position
+        )
 
     def creep_force(self, creep: np.ndarray, value: np.ndarray, normal: float) -> tuple[float, float]:
         """Polach's law at the present creepages and load."""
@@ -299,9 +301,9 @@ class Balance:
     def spring(self, pair: tuple[Placed, Placed], arms: np.ndarray, stiffness: Stiffness) -> tuple[np.ndarray, ...]:
         """Force on the upper body [N], moment on it [N m], and the place where both bodies are pulled [m]."""
         upper, lower = pair
-        ends = upper.centre + upper.turn.apply(arms[0]), lower.centre + lower.turn.apply(arms[1])
-        twist = (lower.turn.inv() * upper.turn).as_rotvec()
-        axes = lower.turn * Rotation.from_rotvec(0.5 * twist)
+        ends = upper.centre + upper.rotation.apply(arms[0]), lower.centre + lower.rotation.apply(arms[1])
+        twist = (lower.rotation.inv() * upper.rotation).as_rotvec()
+        axes = lower.rotation * Rotation.from_rotvec(0.5 * twist)
         stretch = axes.inv().apply(ends[0] - ends[1])
         force = np.array([0.0, -stiffness.lateral * stretch[1], stiffness.load - stiffness.vertical * stretch[2]])
         beyond = max(abs(stretch[1]) - stiffness.gap, 0.0)
@@ -346,9 +348,9 @@ class Balance:
     def inertia(self, name: str, body: Placed, values: dict[str, float]) -> np.ndarray:
         """Weight less mass times acceleration [N], and less the change of angular momentum [N m]; (6,)."""
         mass, moments = masses(self.vehicle)[name]
-        momentum = body.turn.apply(np.array(moments) * body.turn.inv().apply(self.angular_velocity))
+        momentum = body.rotation.apply(np.array(moments) * body.rotation.inv().apply(self.angular_velocity))
         if f"{name}.spin" in values:
-            momentum += self.vehicle.wheelset_spin_inertia * values[f"{name}.spin"] * body.turn.apply(ACROSS)
+            momentum += self.vehicle.wheelset_spin_inertia * values[f"{name}.spin"] * body.rotation.apply(ACROSS)
         force = -mass * (GRAVITY * UP + self.acceleration(body.centre))
         return np.concatenate((force, -np.cross(self.angular_velocity, momentum)))
 
@@ -358,7 +360,7 @@ class Balance:
         rows = []
         for name in ("wheelset1", "wheelset2", "bogie", "body"):
             force = bodies[name].track.inv().apply(residual_forces[name][:3])
-            moment = bodies[name].turn.inv().apply(residual_forces[name][3:])
+            moment = bodies[name].rotation.inv().apply(residual_forces[name][3:])
             rows += [*force[1:], *(moment[:1] if name == "body" else moment)]
         return np.array(rows)
 
@@ -414,11 +416,11 @@ def suspension(vehicle: HalfVehicle) -> list[tuple[str, str, np.ndarray, Stiffne
         0.5 * (v.body_mass + v.bogie_mass) * GRAVITY,
     )
     heights = np.array([v.secondary_height - v.body_height, v.secondary_height - v.bogie_height])
-    found = [("body", "bogie", heights[:, None] * UP, secondary)]
+    suspensions = [("body", "bogie", heights[:, None] * UP, secondary)]
     for i, along in ((1, v.semi_wheelbase), (2, -v.semi_wheelbase)):
         arm = np.array([along, 0.0, v.wheel_radius - v.bogie_height])
-        found.append(("bogie", f"wheelset{i}", np.stack((arm, np.zeros(3))), primary))
-    return found
+        suspensions.append(("bogie", f"wheelset{i}", np.stack((arm, np.zeros(3))), primary))
+    return suspensions
 
 
 def steady_curving(vehicle: HalfVehicle, curve: Curve) -> Curving:

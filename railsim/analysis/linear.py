@@ -112,14 +112,14 @@ def _linearised(model: Model, speed: float, tables: TrackTables, at: float) -> L
     check_reach(plant, model)
     x = steady_state(plant, at)
     n, w = len(plant.core.mass), wheelsets
-    places = [*range(n), *range(2 * n, 2 * n + w)]
+    positions = [*range(n), *range(2 * n, 2 * n + w)]
     rates = [*range(n, 2 * n), *range(2 * n + w, 2 * n + 2 * w)]
     steps = np.array([ANGLE if i % 6 > 2 else LENGTH for i in model.free])
     spins = CREEPAGE * speed / plant.core.radius
-    by_place = _jacobian(plant, x, places[:n], steps)
+    by_position = _jacobian(plant, x, positions[:n], steps)
     by_rate = _jacobian(plant, x, rates, np.concatenate((steps * speed, spins)))
     mass = np.concatenate((plant.core.mass, plant.core.spin_inertia))
-    stiffness = np.hstack((-mass[:, None] * by_place[rates], np.zeros((n + w, w))))
+    stiffness = np.hstack((-mass[:, None] * by_position[rates], np.zeros((n + w, w))))
     names = (*model.names, *(f"{wheelset.body}.spin" for wheelset in model.wheelsets))
     return Linearised(np.diag(mass), -mass[:, None] * by_rate[rates], stiffness, names)
 

@@ -68,7 +68,7 @@ def _axis_ratio(curvature_ratio: np.ndarray) -> np.ndarray:
         first, second = ellipk(parameter), ellipe(parameter)
         return np.log((ratio**2 * second - first) / (first - second)) - np.log(wanted)
 
-    round_one = curvature_ratio < 1.0 + 1e-9
-    wanted = np.where(round_one, 2.0, curvature_ratio)
+    circular = curvature_ratio < 1.0 + 1e-9
+    wanted = np.where(circular, 2.0, curvature_ratio)
     solution = elementwise.find_root(mismatch, (1e-6, 12.0), args=(wanted,), tolerances=TOLERANCES)
-    return np.where(round_one, 1.0 + 1e-12, np.exp(solution.x))
+    return np.where(circular, 1.0 + 1e-12, np.exp(solution.x))

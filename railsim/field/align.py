@@ -59,19 +59,19 @@ def shifts(
     last = min(run[0][-1], reference[0][-1] - largest)
     if last - first < window:
         raise InputError(f"align: the runs share {max(0.0, last - first):.0f} m, less than a window of {window:g} m")
-    found, rejected = [], 0
+    windows, rejected = [], 0
     for centre in np.arange(first + window / 2, last - window / 2 + 1e-9, window / 2):
-        one = _shift(run, reference, (float(centre), window, largest, step))
-        if one is None or one[1] < threshold:
+        best = _shift(run, reference, (float(centre), window, largest, step))
+        if best is None or best[1] < threshold:
             rejected += 1
         else:
-            found.append((float(centre), *one))
-    if 2 * len(found) < rejected + len(found):
+            windows.append((float(centre), *best))
+    if 2 * len(windows) < rejected + len(windows):
         raise InputError(
-            f"align: the runs agree in {len(found)} of {rejected + len(found)} windows; is it the same track and "
+            f"align: the runs agree in {len(windows)} of {rejected + len(windows)} windows; is it the same track and "
             "column?"
         )
-    at, shift, height = np.array(found).T
+    at, shift, height = np.array(windows).T
     return Shifts(at, shift, height, rejected)
 
 

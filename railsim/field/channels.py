@@ -15,10 +15,10 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\.[A-Za-z][A-Za-z0-9_]* \[([^\[\]]+)\]
 
 def wanted_unit(name: str) -> str:
     """SI unit in a channel's name; raises `InputError` where it is not "<sensor>.<quantity> [unit]"."""
-    found = _NAME.fullmatch(name)
-    if not found:
+    match = _NAME.fullmatch(name)
+    if not match:
         raise InputError(f"channels.{name}: name it <sensor>.<quantity> [unit], as 'bogie.rate_pitch [rad/s]'")
-    return found[1]
+    return match[1]
 
 
 def numbers(column: Column, table: Table, lost: tuple[float | str, ...] = ()) -> np.ndarray:

@@ -101,10 +101,10 @@ def _gps(base: Gps, table: Table, notes: Notes) -> Clock:
     if isinstance(base.week, str):
         week = numbers(table.columns[base.week], table) + 1024.0 * base.rollovers
     else:
-        turns = np.zeros(seconds.size)
-        turns[np.flatnonzero(good)[1:]] = np.cumsum(np.diff(seconds[good]) < -WEEK / 2)
-        week = base.week + 1024.0 * base.rollovers + turns
-        if turns.any():
+        rollovers = np.zeros(seconds.size)
+        rollovers[np.flatnonzero(good)[1:]] = np.cumsum(np.diff(seconds[good]) < -WEEK / 2)
+        week = base.week + 1024.0 * base.rollovers + rollovers
+        if rollovers.any():
             notes.assume("the GPS week ends within the record; the week after follows")
     known = np.isfinite(week) & good
     if not known.any():

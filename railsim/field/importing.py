@@ -16,7 +16,7 @@ class Imported:
     """What was made ("recording" or "track"), where, and every assumption and repair."""
 
     kind: str
-    place: Path
+    path: Path
     notes: Notes
 
 

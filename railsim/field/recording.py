@@ -82,12 +82,12 @@ def _wanted(mapped: TableMap) -> Wanted:
 
 def _lost(mapped: RecordingMap) -> dict[str, list[str]]:
     """Texts that stand for a lost sample, by column."""
-    found: dict[str, list[str]] = {}
+    by_column: dict[str, list[str]] = {}
     for table in mapped.tables:
         for channel in table.channels.values():
             texts = [marker for marker in channel.lost if isinstance(marker, str)]
-            found.setdefault(channel.column, []).extend(texts)
-    return found
+            by_column.setdefault(channel.column, []).extend(texts)
+    return by_column
 
 
 def _clock(mapped: TableMap, table: Table, notes: Notes) -> Clock:
@@ -107,14 +107,14 @@ def _series(
     start = min((_first(clock) for clock in clocks), default=None, key=_order) if all(known) else None
     if start is not None:
         notes.assume(f"time 0 is {start.isoformat()}, the first row of all tables")
-    found = []
-    for number, (one, table, clock) in enumerate(zip(mapped.tables, tables, clocks, strict=True), 1):
+    series = []
+    for number, (mapped_table, table, clock) in enumerate(zip(mapped.tables, tables, clocks, strict=True), 1):
         shift = (clock.start - start).total_seconds() if clock.start and start else 0.0
         label = "time" if len(tables) == 1 else f"table {number}: time"
-        how = How(label, "s", one.repair, notes)
-        time, columns = _filled(one, table, clock.seconds + shift, vehicle, how)
-        found.append(regular(time, columns, 1.0 / one.rate if one.rate else None, how))
-    return found, start
+        how = How(label, "s", mapped_table.repair, notes)
+        time, columns = _filled(mapped_table, table, clock.seconds + shift, vehicle, how)
+        series.append(regular(time, columns, 1.0 / mapped_table.rate if mapped_table.rate else None, how))
+    return series, start
 
 
 def _order(moment: datetime) -> float:
@@ -171,22 +171,22 @@ def _frames(series: list[Series]) -> dict[float, pd.DataFrame]:
     InputError : two tables of one rate at different times, or too slow a rate.
     """
     frames: dict[float, pd.DataFrame] = {}
-    for one in series:
-        rate = float(f"{1.0 / one.step:.10g}")
+    for table in series:
+        rate = float(f"{1.0 / table.step:.10g}")
         if not rate >= _SLOWEST:
             raise InputError(
-                f"rows every {one.step:.4g} s are too far apart for a recording; is the unit of time right?"
+                f"rows every {table.step:.4g} s are too far apart for a recording; is the unit of time right?"
             )
         if rate not in frames:
-            frames[rate] = pd.DataFrame({TIME: one.axis, **one.columns})
+            frames[rate] = pd.DataFrame({TIME: table.axis, **table.columns})
             continue
         other = frames[rate][TIME].to_numpy()
-        if other.size != one.axis.size or not np.allclose(other, one.axis, rtol=0, atol=1e-3 * one.step):
+        if other.size != table.axis.size or not np.allclose(other, table.axis, rtol=0, atol=1e-3 * table.step):
             raise InputError(
                 f"two tables have {rate:g} Hz but different times, which a recording cannot hold; cut them to the same "
                 "rows, or add 'resample' to the repair of one and give it another rate"
             )
-        frames[rate] = pd.DataFrame({**frames[rate], **one.columns})
+        frames[rate] = pd.DataFrame({**frames[rate], **table.columns})
     return frames
 
 

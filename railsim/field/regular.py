@@ -149,7 +149,7 @@ def _round_step(usual: float, unit: str) -> float:
     return 1.0 / rate if rate >= 1 and abs(usual * rate - 1) < 1e-3 else usual
 
 
-def _places(axis: np.ndarray, step: float, how: How) -> tuple[np.ndarray, float, float]:
+def _row_numbers(axis: np.ndarray, step: float, how: How) -> tuple[np.ndarray, float, float]:
     """(number of each row on the grid, first place, step): the grid that fits the rows best.
 
     Numbers are counted from row to row, so that neither jitter nor a slightly wrong step adds up.
@@ -171,7 +171,7 @@ def _places(axis: np.ndarray, step: float, how: How) -> tuple[np.ndarray, float,
 
 
 def _snapped(axis: np.ndarray, values: np.ndarray, step: float, how: How) -> tuple[np.ndarray, np.ndarray, float]:
-    count, first, step = _places(axis, step, how)
+    count, first, step = _row_numbers(axis, step, how)
     moved = first + step * count - axis
     grid = first + step * np.arange(count[-1] + 1)
     filled = np.full((len(values), grid.size), np.nan)

@@ -34,12 +34,12 @@ def find_format(path: Path, stated: str | None, notes: Notes) -> str:
         raise InputError(f"'{path}' is an unfinished MDF4 file; finalise it with the logger's software")
     if head[:4] == b"PK\x03\x04" or head[:2] == b"\x1f\x8b":
         raise InputError(f"'{path}' is an archive; unpack it and import the file inside")
-    found = next((name for mark, name in _SIGNATURES if head.startswith(mark)), "csv")
+    detected = next((name for mark, name in _SIGNATURES if head.startswith(mark)), "csv")
     if stated is None:
-        notes.assume(f"format {_NAMES[found]}, by the file's first bytes")
-    elif stated != found:
-        raise InputError(f"'{path}' is a {_NAMES[found]} file, the map says {_NAMES[stated]}; correct 'format'")
-    return found
+        notes.assume(f"format {_NAMES[detected]}, by the file's first bytes")
+    elif stated != detected:
+        raise InputError(f"'{path}' is a {_NAMES[detected]} file, the map says {_NAMES[stated]}; correct 'format'")
+    return detected
 
 
 def read_tables(

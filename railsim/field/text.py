@@ -143,11 +143,11 @@ def _decimal(body: list[str], separator: str, path: Path, notes: Notes) -> str:
     if separator == ",":
         return "."
     cells = [cell for line in body for cell in _cells(line, separator)]
-    found = [mark for mark, pattern in _WITH.items() if any(pattern.fullmatch(cell) for cell in cells)]
-    if len(found) > 1:
+    marks = [mark for mark, pattern in _WITH.items() if any(pattern.fullmatch(cell) for cell in cells)]
+    if len(marks) > 1:
         raise InputError(f"'{path}': the first rows hold numbers with '.' and with ','; state csv.decimal")
-    decimal = found[0] if found else "."
-    reason = "the only one in the first rows" if found else "no number in the first rows has any"
+    decimal = marks[0] if marks else "."
+    reason = "the only one in the first rows" if marks else "no number in the first rows has any"
     notes.assume(f"decimal mark '{decimal}': {reason}")
     return decimal
 
@@ -165,7 +165,7 @@ def _check_lines(text: str, layout: _Layout, path: Path) -> None:
 
 def _parsed(text: str, layout: _Layout, options: Csv, lost: Mapping[str, Sequence[str]], path: Path) -> pd.DataFrame:
     unique = [f"{i}:{name}" for i, name in enumerate(layout.names)]
-    places = [layout.names.index(name) for name in lost]
+    columns = [layout.names.index(name) for name in lost]
     settings: dict[str, Any] = {"sep": layout.separator, "decimal": layout.decimal, "thousands": options.thousands}
     try:
         frame = pd.read_csv(
@@ -173,10 +173,10 @@ def _parsed(text: str, layout: _Layout, options: Csv, lost: Mapping[str, Sequenc
             header=None,
             names=unique,
             index_col=False,
-            usecols=[unique[i] for i in places],
+            usecols=[unique[i] for i in columns],
             skiprows=layout.start,
             keep_default_na=False,
-            na_values={unique[i]: [*_EMPTY, *lost[layout.names[i]]] for i in places},
+            na_values={unique[i]: [*_EMPTY, *lost[layout.names[i]]] for i in columns},
             skipinitialspace=True,
             low_memory=False,
             on_bad_lines="error",
@@ -185,7 +185,7 @@ def _parsed(text: str, layout: _Layout, options: Csv, lost: Mapping[str, Sequenc
     except (ValueError, OverflowError, pd.errors.EmptyDataError) as error:
         reason = " ".join(str(error).replace("Error tokenizing data. C error: ", "").split())[:120]
         raise InputError(f"'{path}' is not a whole table ({reason}); mend that line") from None
-    frame = frame[[unique[i] for i in places]]
+    frame = frame[[unique[i] for i in columns]]
     frame.columns = pd.Index(list(lost))
     return frame
 

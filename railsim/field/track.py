@@ -35,20 +35,20 @@ def import_track(
     ------
     InputError : map and file do not fit together, the file is damaged, or `out` is a file of somebody else.
     """
-    _check_place(out)
+    _check_path(out)
     units = _units(mapped)
     kind = find_format(path, mapped.format, notes)
-    place = mapped.kilometrage
-    names = dict.fromkeys([place.column, *(one.column for one in mapped.columns.values())])
+    kilometrage = mapped.kilometrage
+    names = dict.fromkeys([kilometrage.column, *(one.column for one in mapped.columns.values())])
     lost = {one.column: [m for m in one.lost if isinstance(m, str)] for one in mapped.columns.values()}
     table = read_tables(path, kind, mapped.csv, [Wanted(mapped.group, tuple(names))], lost, notes, guard)[0]
     values = {key: convert(key, mapped.columns[title], table, UNITS[key], notes) for key, title in units.items()}
-    at = parse_unit(place.unit).to_si(numbers(table.columns[place.column], table))
-    run = at if place.direction == "up" else -at
+    at = parse_unit(kilometrage.unit).to_si(numbers(table.columns[kilometrage.column], table))
+    run = at if kilometrage.direction == "up" else -at
     how = How("kilometrage (in the direction of the run)", "m", mapped.repair, notes)
     series = _filled(regular(run, values, mapped.spacing, how), how)
     columns = {key: _straightened(key, mapped.columns[title].chord, series, notes) for key, title in units.items()}
-    s, columns = _oriented(series.axis, columns, place, notes)
+    s, columns = _oriented(series.axis, columns, kilometrage, notes)
     if mapped.align is not None:
         s = _aligned(s, columns, mapped.align, folder, notes)
     comments = [f"{HEAD}: {mapped.origin}", f"file: {path.name}"]
@@ -58,7 +58,7 @@ def import_track(
     return track
 
 
-def _check_place(out: Path) -> None:
+def _check_path(out: Path) -> None:
     """Only a file that an import wrote is replaced."""
     if out.suffix.lower() != ".csv":
         raise InputError(f"'{out}': a track is a CSV file; give --out a name that ends in .csv")
@@ -74,10 +74,10 @@ def _check_place(out: Path) -> None:
 def _units(mapped: TrackMap) -> dict[str, str]:
     """Title by key of the track's columns."""
     known = {f"{key} [{unit}]": key for key, unit in UNITS.items()}
-    for title, one in mapped.columns.items():
+    for title, column in mapped.columns.items():
         if title not in known:
             raise InputError(f"columns.{title}: a track knows {', '.join(known)}")
-        if one.pulses is not None:
+        if column.pulses is not None:
             raise InputError(f"columns.{title}.pulses: a track has no speed; leave it out")
     return {known[title]: title for title in mapped.columns}
 
@@ -122,28 +122,30 @@ def _straightened(key: str, chord: Chord | None, series: Series, notes: Notes) -
 
 
 def _oriented(
-    run: np.ndarray, columns: dict[str, np.ndarray], place: Kilometrage, notes: Notes
+    run: np.ndarray, columns: dict[str, np.ndarray], kilometrage: Kilometrage, notes: Notes
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Distance and columns in the direction of the track file, left and right as seen in it."""
-    towards = place.towards or place.direction
-    sides = place.sides or "running"
-    if place.sides is None and place.direction == "down":
+    towards = kilometrage.towards or kilometrage.direction
+    sides = kilometrage.sides or "running"
+    if kilometrage.sides is None and kilometrage.direction == "down":
         notes.assume("left and right are as seen in the running direction")
-    seen = place.direction if sides == "running" else "up"
+    seen = kilometrage.direction if sides == "running" else "up"
     s = run
-    if towards != place.direction:
+    if towards != kilometrage.direction:
         s, columns = -run[::-1], {key: values[::-1] for key, values in columns.items()}
         if "gradient" in columns:
             columns["gradient"] = -columns["gradient"]
-        notes.assume(f"rows turned round: the car ran {place.direction} the kilometrage, the track file goes {towards}")
+        notes.assume(
+            f"rows turned round: the car ran {kilometrage.direction} the kilometrage, the track file goes {towards}"
+        )
     if seen != towards:
         columns = _mirrored(columns)
         notes.assume("left and right exchanged: the track file looks the other way than the car's file")
     if towards == "up":
-        zero = s[0] if place.zero is None else place.zero
+        zero = s[0] if kilometrage.zero is None else kilometrage.zero
         notes.assume(f"s = 0 m is at kilometrage {zero:.10g} m, s goes up with it")
         return s - zero, columns
-    zero = -s[0] if place.zero is None else place.zero
+    zero = -s[0] if kilometrage.zero is None else kilometrage.zero
     notes.assume(f"s = 0 m is at kilometrage {zero:.10g} m, s goes up as it goes down")
     return s + zero, columns
 
@@ -165,15 +167,16 @@ def _aligned(
     reference = read_track(folder / wanted.reference)
     if key not in columns or key not in reference.given:
         raise InputError(f"align.column: '{wanted.column}' must be a column of this file and of '{wanted.reference}'")
-    found = shifts(
+    shifted = shifts(
         (s, columns[key]), (reference.s, reference.columns()[key]), wanted.window, wanted.largest, wanted.threshold
     )
+    moves = shifted.shift
     notes.repair(
-        f"places moved by {found.shift.mean():.3f} m on average ({found.shift.min():.3f} to {found.shift.max():.3f} m) "
-        f"on to '{Path(wanted.reference).name}': cross-correlation of {key} in {found.at.size} windows of "
-        f"{wanted.window:g} m, {found.rejected} left out, correlation {np.median(found.correlation):.2f}"
+        f"places moved by {moves.mean():.3f} m on average ({moves.min():.3f} to {moves.max():.3f} m) "
+        f"on to '{Path(wanted.reference).name}': cross-correlation of {key} in {shifted.at.size} windows of "
+        f"{wanted.window:g} m, {shifted.rejected} left out, correlation {np.median(shifted.correlation):.2f}"
     )
-    moved = found.correct(s)
+    moved = shifted.correct(s)
     if (np.diff(moved) <= 0).any():
         raise InputError("align: neighbouring windows' shifts would turn rows round; use a wider window")
     return moved

@@ -66,15 +66,15 @@ def _centre(potential, ends: tuple[float, float], amplitude: float) -> float:
     def mismatch(centre: float) -> float:
         return float(potential(centre + amplitude) - potential(centre - amplitude))
 
-    places = np.linspace(low, high, 401)
-    values = np.array([mismatch(place) for place in places])
+    centres = np.linspace(low, high, 401)
+    values = np.array([mismatch(place) for place in centres])
     if high == low:
         scale = float(np.ptp(potential(np.linspace(*ends, 201))))
         return low if abs(values[0]) <= 1e-3 * scale else np.nan
     changes = np.nonzero(values[:-1] * values[1:] <= 0.0)[0]
     if changes.size == 0:
         return np.nan
-    first = int(changes[np.argmin(np.abs(places[changes]))])
+    first = int(changes[np.argmin(np.abs(centres[changes]))])
     if values[first] == 0.0:
-        return float(places[first])
-    return root_scalar(mismatch, bracket=(places[first], places[first + 1])).root
+        return float(centres[first])
+    return root_scalar(mismatch, bracket=(centres[first], centres[first + 1])).root

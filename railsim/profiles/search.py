@@ -44,7 +44,8 @@ class ProfileContact:
     ----------
     height : of the wheelset's centre above its nominal height r0 over the rail's top [m]. rigid_height : without
     interpenetration. depth : interpenetration D [m].
-    wheel_place, rail_place : lateral place in the profile's own coordinates [m]. rigid_wheel_place : of a rigid search.
+    wheel_position, rail_position : lateral, in the profile's own coordinates [m]. rigid_wheel_position : of a rigid
+    search.
     position : (x, y, z) relative to the wheelset's centre [m], on the wheel's outline. half_distance : of the contact
     from the track's centre line [m].
     angle : of the contact plane against the track plane, positive towards the flange [rad]. radius : average rolling
@@ -56,9 +57,9 @@ class ProfileContact:
     height: float
     rigid_height: float
     depth: float
-    wheel_place: float
-    rail_place: float
-    rigid_wheel_place: float
+    wheel_position: float
+    rail_position: float
+    rigid_wheel_position: float
     position: tuple[float, float, float]
     half_distance: float
     angle: float
@@ -100,10 +101,10 @@ class Side:
         self.rail_origin = 0.5 * layout.gauge - rail.gauge_point(layout.gauge_depth)
         self._wheel, self._rail = wheel.surface(), rail.surface()
         self._rail_top = float(self._rail.height(self._rail.top()))
-        self._place = np.arange(self._wheel.start, self._wheel.end, _STEP)
-        self._depth = self._wheel.height(self._place)
-        self._slope = self._wheel.height(self._place, 1)
-        self._bend = _normal_curvature(self._slope, self._wheel.height(self._place, 2))
+        self._lateral = np.arange(self._wheel.start, self._wheel.end, _STEP)
+        self._depth = self._wheel.height(self._lateral)
+        self._slope = self._wheel.height(self._lateral, 1)
+        self._curvature = _normal_curvature(self._slope, self._wheel.height(self._lateral, 2))
 
     def outline(self, roll: float = 0.0, yaw: float = 0.0) -> Outline:
         """Wheel seen along the rail for the side's own roll (field side up +) and yaw (turned to the field +) [rad]."""
@@ -112,7 +113,7 @@ class Side:
         down = -np.cross(ahead, axle)
         radius = self.layout.wheel_radius - self._depth
         if yaw == 0.0:
-            reach = self.layout.half_taping() + self._place
+            reach = self.layout.half_taping() + self._lateral
             slope = (self._slope * axle[1] + axle[2]) / (axle[1] - self._slope * axle[2])
             return Outline(
                 np.zeros_like(reach), axle[1] * reach + down[1] * radius, axle[2] * reach + down[2] * radius, slope
@@ -120,13 +121,13 @@ class Side:
         # normal = cos(t) down + sin(t) ahead - dr/dy axle; t from normal . x = 0
         angle = np.arcsin(-self._slope * axle[0] / np.hypot(ahead[0], down[0])) - np.arctan2(down[0], ahead[0])
         along, across, up = (
-            axle[i] * (self.layout.half_taping() + self._place)
+            axle[i] * (self.layout.half_taping() + self._lateral)
             + radius * (np.cos(angle) * down[i] + np.sin(angle) * ahead[i])
             for i in range(3)
         )
         return Outline(along, across, up, np.gradient(up, across))
 
-    def touch(self, outline: Outline, shift: float) -> ProfileContact:
+    def contact(self, outline: Outline, shift: float) -> ProfileContact:
         """Contact with the wheelset's centre at `shift` towards the field side [m].
 
         Raises
@@ -151,32 +152,32 @@ class Side:
         slope = outline.slope[points]
         tilt = (1.0 + slope**2) ** -1.5
         relative = weight * POWER / np.where(inside > 0.0, inside, np.inf)
-        wheel_place = float(weight @ self._place[points])
+        wheel_position = float(weight @ self._lateral[points])
         rail_curvature = -_normal_curvature(rail_slope, self._rail.height(across, 2))
         level = self.layout.wheel_radius + self._rail_top
         return ProfileContact(
             height=float(-bottom - depth - level),
             rigid_height=float(-bottom - level),
             depth=float(depth),
-            wheel_place=wheel_place,
-            rail_place=float(weight @ across),
-            rigid_wheel_place=float(self._place[over][nearest]),
+            wheel_position=wheel_position,
+            rail_position=float(weight @ across),
+            rigid_wheel_position=float(self._lateral[over][nearest]),
             position=(
                 float(weight @ outline.longitudinal[points]),
                 float(weight @ outline.lateral[points]),
-                float(np.interp(wheel_place, self._place, outline.vertical)),
+                float(np.interp(wheel_position, self._lateral, outline.vertical)),
             ),
             half_distance=float(weight @ across) + self.rail_origin,
             angle=float(np.arctan(weight @ slope)),
             radius=self.layout.wheel_radius - float(weight @ self._depth[points]),
             curvature=float(relative @ (tilt * (slope - rail_slope) ** 2)),
-            wheel_curvature=float(weight @ self._bend[points]),
+            wheel_curvature=float(weight @ self._curvature[points]),
             rail_curvature=float(weight @ rail_curvature),
         )
 
     def at(self, shift: float, roll: float = 0.0, yaw: float = 0.0) -> ProfileContact:
         """Contact for one position, all in the side's own frame [m, rad]."""
-        return self.touch(self.outline(roll, yaw), shift)
+        return self.contact(self.outline(roll, yaw), shift)
 
 
 def interpenetration(load: float, radius: float) -> float:

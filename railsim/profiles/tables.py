@@ -44,7 +44,7 @@ def contact_functions(
     margin = int(np.ceil(blend / step))
     fine = step * np.arange(-margin - (points - 1) // 2 * _SUBSTEPS, margin + (points - 1) // 2 * _SUBSTEPS + 1)
     outline = side.outline()
-    contacts = [side.touch(outline, float(u)) for u in fine]
+    contacts = [side.contact(outline, float(u)) for u in fine]
     columns = np.array([(c.height, c.radius, c.half_distance, c.curvature) for c in contacts])
     weights = np.clip(1.0 - (step * np.arange(-margin, margin + 1) / max(blend, step)) ** 2, 0.0, None) ** 3
     weights /= weights.sum()

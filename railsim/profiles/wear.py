@@ -6,10 +6,10 @@ import numpy as np
 
 from railsim.profiles.profile import Profile
 
-HOLLOW_DEPTH, HOLLOW_PLACE, HOLLOW_WIDTH = 2e-3, -2e-3, 28e-3
+HOLLOW_DEPTH, HOLLOW_CENTRE, HOLLOW_WIDTH = 2e-3, -2e-3, 28e-3
 """Depth of the hollow at severity 1, its middle from the taping line and its half width [m] (illustrative)."""
 
-FLANGE_LOSS, FLANGE_PLACE, FLANGE_WIDTH = 3e-3, -37e-3, 11e-3
+FLANGE_LOSS, FLANGE_CENTRE, FLANGE_WIDTH = 3e-3, -37e-3, 11e-3
 """Flange thickness lost at severity 1, the middle of the worn flank and its half width [m] (illustrative)."""
 
 
@@ -26,8 +26,8 @@ def worn(wheel: Profile, severity: float) -> Profile:
     """
     if wheel.kind != "wheel" or not 0.0 <= severity <= 1.0:
         raise ValueError("wear needs a wheel and a severity between 0 and 1")
-    hollow = severity * HOLLOW_DEPTH * _bump((wheel.y - HOLLOW_PLACE) / HOLLOW_WIDTH)
-    loss = severity * FLANGE_LOSS * _bump((wheel.y - FLANGE_PLACE) / FLANGE_WIDTH)
+    hollow = severity * HOLLOW_DEPTH * _bump((wheel.y - HOLLOW_CENTRE) / HOLLOW_WIDTH)
+    loss = severity * FLANGE_LOSS * _bump((wheel.y - FLANGE_CENTRE) / FLANGE_WIDTH)
     y, z = wheel.y - loss, wheel.z + hollow
     return replace(wheel, y=y, z=z - np.interp(0.0, y, z), name=f"{wheel.name}_worn_{round(100 * severity):03d}")
 

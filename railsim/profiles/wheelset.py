@@ -87,8 +87,8 @@ class WheelsetOnTrack:
 
 
 _COLUMNS = {
-    "wheel_place [m]": "wheel_place",
-    "rail_place [m]": "rail_place",
+    "wheel_place [m]": "wheel_position",
+    "rail_place [m]": "rail_position",
     "contact_angle [rad]": "angle",
     "rolling_radius [m]": "radius",
     "curvature [1/m]": "curvature",

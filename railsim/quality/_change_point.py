@@ -61,7 +61,7 @@ def edges(
     ratio = rate / agreement.rate
     gained = agreement.gained(first, last, gain)
     bounds = [round(first * ratio), round(last * ratio) if last < gained.size - 1 else known.size]
-    found: list[Edge | None] = [None, None]
+    found_edges: list[Edge | None] = [None, None]
     for _ in range(_PASSES):
         mended = known.copy()
         mended[bounds[0] : bounds[1]] /= gain
@@ -69,10 +69,10 @@ def edges(
         if white is None:
             break
         level = float(np.median(mended))
-        for which, place in enumerate((first, last)):
-            if not 0 < place < gained.size - 1:
+        for which, sample in enumerate((first, last)):
+            if not 0 < sample < gained.size - 1:
                 continue
-            near = _near(gained if which else -gained, place, agreement.rate)
+            near = _near(gained if which else -gained, sample, agreement.rate)
             order = white.filter.size
             low, high = (min(max(round(one * ratio), order), known.size - order) for one in near)
             tried = np.arange(low, high + 1)
@@ -80,8 +80,8 @@ def edges(
             likelihood = kinematic(known, rate, agreement, bounds, which, tried, gain)
             likelihood += own(known, level, white, tried, *pair, round(BLOCK * rate))
             edge = _best(tried, likelihood)
-            found[which], bounds[which] = edge, edge.at
-    return found[0], found[1]
+            found_edges[which], bounds[which] = edge, edge.at
+    return found_edges[0], found_edges[1]
 
 
 def kinematic(
@@ -154,12 +154,12 @@ def _density(deviate: np.ndarray) -> np.ndarray:
     return -0.5 * (_TAIL + 1.0) * np.log1p(deviate**2 / _TAIL)
 
 
-def _near(likelihood: np.ndarray, place: int, rate: float) -> tuple[float, float]:
+def _near(likelihood: np.ndarray, sample: int, rate: float) -> tuple[float, float]:
     """The places about one that are not much less likely."""
-    low, high = max(0, place - round(_REACH * rate)), min(likelihood.size - 1, place + round(_REACH * rate))
-    likely = low + np.flatnonzero(likelihood[low : high + 1] > likelihood[place] - _DOUBT)
+    low, high = max(0, sample - round(_REACH * rate)), min(likelihood.size - 1, sample + round(_REACH * rate))
+    likely = low + np.flatnonzero(likelihood[low : high + 1] > likelihood[sample] - _DOUBT)
     least = _LEAST * rate
-    return min(float(likely[0]), place - least), max(float(likely[-1]), place + least)
+    return min(float(likely[0]), sample - least), max(float(likely[-1]), sample + least)
 
 
 def _best(tried: np.ndarray, likelihood: np.ndarray) -> Edge:

@@ -71,11 +71,11 @@ def shifted(table: Columns, amount: float, latest: float) -> Columns:
 
 def regridded(table: Columns, rate: float) -> Columns:
     """Rows on the even grid, those that are missing empty."""
-    place = numbers(table[TIME], rate).astype(int)
+    rows = numbers(table[TIME], rate).astype(int)
     even = gridded(table[TIME], rate)
-    count = int(place[-1]) + 1
-    new: Columns = {TIME: np.interp(np.arange(count), place, even)}
+    count = int(rows[-1]) + 1
+    new: Columns = {TIME: np.interp(np.arange(count), rows, even)}
     for name in list(table)[1:]:
         new[name] = np.full(count, math.nan)
-        new[name][place] = table[name]
+        new[name][rows] = table[name]
     return new

@@ -80,11 +80,11 @@ def heading_rate(measured: Measurements) -> tuple[float, float] | None:
         if good.sum() < 8:
             return None
         across = np.array([np.polyfit(t[good], axis[good], 1)[0] for axis in (x, y)])
-        way = float(np.hypot(*across)) * float(np.ptp(t[good]))
-        if way < 30.0:
+        distance = float(np.hypot(*across)) * float(np.ptp(t[good]))
+        if distance < 30.0:
             return None
         ends.append(math.atan2(across[1], across[0]))
-        errors.append(_aside(measured, east, float(np.ptp(t[good])), int(good.sum())) / way)
+        errors.append(_aside(measured, east, float(np.ptp(t[good])), int(good.sum())) / distance)
     length = float(measured.time(east)[-1] - measured.time(east)[0]) - part / rate
     turn = (ends[1] - ends[0] + math.pi) % (2 * math.pi) - math.pi
     return turn / length, math.hypot(*errors) / length

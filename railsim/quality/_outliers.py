@@ -25,16 +25,16 @@ def step_pattern(taps: np.ndarray) -> np.ndarray:
 
 
 def fitted(
-    white: Whitened, pattern: np.ndarray, places: list[int], window: slice | None = None
+    white: Whitened, pattern: np.ndarray, positions: list[int], window: slice | None = None
 ) -> tuple[float, float, np.ndarray]:
-    """Mean square of the innovations about `places` without and with `pattern` beginning at each of them, fitted by
-    least squares, and the fitted sizes in innovations' standard deviations, shape (places,).
+    """Mean square of the innovations about `positions` without and with `pattern` beginning at each of them, fitted by
+    least squares, and the fitted sizes in innovations' standard deviations, shape (positions,).
     """
-    near = window or slice(max(0, places[0] - 4), places[-1] + pattern.size)
+    near = window or slice(max(0, positions[0] - 4), positions[-1] + pattern.size)
     first, last = near.start, min(white.innovations.size, near.stop)
     seen = white.innovations[first:last]
-    columns = np.zeros((last - first, len(places)))
-    for column, at in enumerate(places):
+    columns = np.zeros((last - first, len(positions)))
+    for column, at in enumerate(positions):
         part = pattern[: max(0, last - at)]
         columns[at - first : at - first + part.size, column] = part
     sizes = np.linalg.lstsq(columns, seen, rcond=None)[0]
@@ -43,12 +43,12 @@ def fitted(
 
 
 def peaks(deviate: np.ndarray, threshold: float, apart: int) -> list[int]:
-    """Places of the largest deviates above a threshold, each the largest within `apart` samples, in order."""
+    """Indices of the largest deviates above a threshold, each the largest within `apart` samples, in order."""
     size = np.abs(deviate)
-    found: list[int] = []
+    kept: list[int] = []
     for at in np.flatnonzero(size > threshold)[np.argsort(-size[size > threshold])][:2000]:
-        if not apart or all(abs(int(at) - other) > apart for other in found):
-            found.append(int(at))
-        if apart and len(found) >= 200:
+        if not apart or all(abs(int(at) - other) > apart for other in kept):
+            kept.append(int(at))
+        if apart and len(kept) >= 200:
             break
-    return sorted(found)
+    return sorted(kept)

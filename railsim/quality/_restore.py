@@ -34,11 +34,11 @@ def restored(values: np.ndarray, at: np.ndarray, rate: float, prediction: np.nda
         predict = toeplitz(column, np.zeros(part.size))[order:]
         fixed = part.copy()
         fixed[unknown] = 0.0
-        found = np.linalg.lstsq(predict[:, unknown], -predict @ fixed, rcond=None)[0] + centre
-        found += prediction[first + unknown]
+        replaced = np.linalg.lstsq(predict[:, unknown], -predict @ fixed, rcond=None)[0] + centre
+        replaced += prediction[first + unknown]
         read = values[first + unknown]
         outward = np.sign(read - middle)
-        new[first + unknown] = np.where((found - read) * outward < 0.0, read, found)
+        new[first + unknown] = np.where((replaced - read) * outward < 0.0, read, replaced)
     for first, last in long:
         new[first:last] = np.nan
     return new

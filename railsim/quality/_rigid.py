@@ -64,12 +64,12 @@ def spectra_of(measured: Measurements, taper: float | None = None) -> tuple[np.n
     length = math.floor(min(measured[n].size / measured.rate(n) for n in wanted) + 1e-9)
     at = np.arange(math.ceil(LOW * length), math.floor(HIGH * length) + 1)
     keep = window_of(measured, wanted, length, taper)
-    found = {}
+    transformed = {}
     for name in wanted:
         values = filled(measured[name])[: round(length * measured.rate(name))]
         window = np.interp(np.arange(values.size) / measured.rate(name), np.arange(keep.size) / _COARSE, keep)
-        found[name] = np.fft.rfft((values - values.mean()) * window)[at] / values.size
-    return at / max(length, 1), found
+        transformed[name] = np.fft.rfft((values - values.mean()) * window)[at] / values.size
+    return at / max(length, 1), transformed
 
 
 def window_of(measured: Measurements, names: list[str], length: float, taper: float | None = None) -> np.ndarray:
@@ -91,20 +91,22 @@ def relations(measured: Measurements, frequency: np.ndarray, spectra: Mapping[st
     """All that the channels of a recording allow."""
     gyros = _by_body(measured, spectra, "gyro")
     accelerometers = _by_body(measured, spectra, "accelerometer")
-    found = []
+    related = []
     for body, mounts in accelerometers.items():
         turning = next(iter(gyros.get(body, {}).values()), {})
         for first, second in combinations(mounts.items(), 2):
-            found += _two_places(first, second, turning, frequency)
+            related += _between_positions(first, second, turning, frequency)
     bogie = accelerometers.get("bogie", {})
     turning = next(iter(gyros.get("bogie", {}).values()), {})
     for body in ("wheelset1", "wheelset2"):
-        for place, axes in accelerometers.get(body, {}).items():
+        for position, axes in accelerometers.get(body, {}).items():
             for frame in bogie.items():
-                found += _primary(measured, body, place, axes, frame, turning, frequency)
+                related += _primary(measured, body, position, axes, frame, turning, frequency)
     late = {name: response(measured, name, frequency) for name in spectra}
-    found = [replace(one, weights={name: weight / late[name] for name, weight in one.weights.items()}) for one in found]
-    return [replace(one, tolerance=_tolerance(measured, one, spectra)) for one in found]
+    related = [
+        replace(one, weights={name: weight / late[name] for name, weight in one.weights.items()}) for one in related
+    ]
+    return [replace(one, tolerance=_tolerance(measured, one, spectra)) for one in related]
 
 
 def response(measured: Measurements, name: str, frequency: np.ndarray) -> np.ndarray:
@@ -117,22 +119,22 @@ def response(measured: Measurements, name: str, frequency: np.ndarray) -> np.nda
     return np.asarray(delay * low_pass(2.0 * np.pi * frequency, band, order))
 
 
-_Place = tuple[float, float, float]
-_Mounts = dict[str, dict[_Place, dict[str, str]]]
+_Position = tuple[float, float, float]
+_Mounts = dict[str, dict[_Position, dict[str, str]]]
 
 
 def _by_body(measured: Measurements, spectra: Mapping[str, np.ndarray], kind: str) -> _Mounts:
     """Channels by body, place and axis."""
-    found: _Mounts = {}
+    mounts: _Mounts = {}
     for name in spectra:
         if kind_of(measured, name) == kind:
             stated = data_sheet(measured.about, name)
-            axes = found.setdefault(str(stated.stated.get("body")), {}).setdefault(stated.position, {})
+            axes = mounts.setdefault(str(stated.stated.get("body")), {}).setdefault(stated.position, {})
             axes.setdefault(axis_of(name), name)
-    return found
+    return mounts
 
 
-def _turned(
+def _turning_weights(
     turning: Mapping[str, str], arm: np.ndarray, axis: int, frequency: np.ndarray
 ) -> dict[str, np.ndarray] | None:
     """Weights of the gyro's channels in (alpha x arm) along an axis; None where one is missing."""
@@ -148,33 +150,37 @@ def _turned(
     return weights
 
 
-def _two_places(
-    first: tuple[_Place, dict[str, str]],
-    second: tuple[_Place, dict[str, str]],
+def _between_positions(
+    first: tuple[_Position, dict[str, str]],
+    second: tuple[_Position, dict[str, str]],
     turning: Mapping[str, str],
     frequency: np.ndarray,
 ) -> list[Relation]:
     """f(second) - f(first) - alpha x arm, along each axis that both have; both boxes of an axle along it."""
     arm = np.array(second[0]) - np.array(first[0])
-    found = []
+    related = []
     for number, axis in enumerate(_AXES):
         if axis not in first[1] or axis not in second[1]:
             continue
-        weights = _turned(turning, arm, number, frequency) if turning else ({} if axis == "y" and not arm[0] else None)
+        weights = (
+            _turning_weights(turning, arm, number, frequency)
+            if turning
+            else ({} if axis == "y" and not arm[0] else None)
+        )
         if weights is None:
             continue
-        one = np.ones(frequency.size)
+        unit = np.ones(frequency.size)
         minus = {name: -weight for name, weight in weights.items()}
-        found.append(Relation({second[1][axis]: one, first[1][axis]: -one} | minus))
-    return found
+        related.append(Relation({second[1][axis]: unit, first[1][axis]: -unit} | minus))
+    return related
 
 
 def _primary(
     measured: Measurements,
     body: str,
-    place: _Place,
+    position: _Position,
     axes: Mapping[str, str],
-    frame: tuple[_Place, dict[str, str]],
+    frame: tuple[_Position, dict[str, str]],
     turning: Mapping[str, str],
     frequency: np.ndarray,
 ) -> list[Relation]:
@@ -185,21 +191,21 @@ def _primary(
     number = int(body.removeprefix("wheelset"))
     ahead = float(vehicle.get("semi_wheelbase", 1.3)) * (1.0 if number == 1 else -1.0)
     drop = float(vehicle.get("wheel_radius", 0.45)) - float(vehicle.get("bogie_height", 0.6))
-    side = "left" if place[1] > 0 else "right"
-    arm = np.array([ahead, place[1], drop]) - np.array(frame[0])
-    one = np.ones(frequency.size)
-    found = []
+    side = "left" if position[1] > 0 else "right"
+    arm = np.array([ahead, position[1], drop]) - np.array(frame[0])
+    unit = np.ones(frequency.size)
+    related = []
     transducer = f"primary{number}_{side}.displacement [m]"
-    vertical = _turned(turning, arm, 2, frequency)
+    vertical = _turning_weights(turning, arm, 2, frequency)
     if "z" in axes and "z" in frame[1] and transducer in measured and vertical is not None:
-        weights = {frame[1]["z"]: one, axes["z"]: -one, transducer: (2 * np.pi * frequency) ** 2}
-        found.append(Relation(weights | vertical))
-    lateral = _turned(turning, arm, 1, frequency)
+        weights = {frame[1]["z"]: unit, axes["z"]: -unit, transducer: (2 * np.pi * frequency) ** 2}
+        related.append(Relation(weights | vertical))
+    lateral = _turning_weights(turning, arm, 1, frequency)
     if "y" in axes and "y" in frame[1] and lateral is not None:
         low = (frequency < 3.0).astype(float)
-        slow = {name: weight * low for name, weight in ({frame[1]["y"]: one, axes["y"]: -one} | lateral).items()}
-        found.append(Relation(slow))
-    return found
+        slow = {name: weight * low for name, weight in ({frame[1]["y"]: unit, axes["y"]: -unit} | lateral).items()}
+        related.append(Relation(slow))
+    return related
 
 
 def _tolerance(measured: Measurements, relation: Relation, spectra: Mapping[str, np.ndarray]) -> float:

@@ -100,13 +100,13 @@ def local_scale(error: np.ndarray, block: int) -> np.ndarray:
 
 def standing(measured: Measurements) -> np.ndarray | None:
     """Times [s] at which the vehicle stands by its tachometers or receiver, all that there are; None where none is."""
-    found = None
+    common = None
     for name in measured:
         if name.endswith(".speed [m/s]"):
             time, slow = measured.time(name), np.abs(measured[name]) < (0.02 if "gnss" not in name else 0.3)
-            also = True if found is None else np.interp(found[0], time, slow) > 0.5
-            found = (time, slow) if found is None else (found[0], found[1] & also)
-    return None if found is None else found[0][found[1]]
+            also = True if common is None else np.interp(common[0], time, slow) > 0.5
+            common = (time, slow) if common is None else (common[0], common[1] & also)
+    return None if common is None else common[0][common[1]]
 
 
 def chance(count: int, tests: float = 1.0, rate: float = 1e-6) -> float:

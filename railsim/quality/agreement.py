@@ -109,21 +109,23 @@ def agreement(measured: Measurements, name: str, first: int, last: int, gain: fl
     seconds = float(round((frequency.size - 1) / (frequency[-1] - frequency[0])))
     mine = [one for one in relations(measured, frequency, spectra) if exact(one) and name in one.weights]
     total, weights = np.zeros(frequency.size), {}
-    for one in mine:
-        alone = balance(one, measured, frequency, spectra, seconds, _TAPER)
+    for relation in mine:
+        alone = balance(relation, measured, frequency, spectra, seconds, _TAPER)
         rest = alone.total.copy()
         rest[first:last] -= (1.0 - 1.0 / gain) * alone.parts[name][first:last]
         expected = float(np.sum([np.sum(noise) for noise in alone.noise.values()]))
         worse = max(1.0, float(rest @ rest) / max(expected, 1e-30))
-        noise = sum(np.abs(w) ** 2 * density(measured, other) ** 2 for other, w in one.weights.items() if other != name)
-        share = np.abs(one.weights[name]) ** 2 / (worse * np.maximum(noise, 1e-30))
+        noise = sum(
+            np.abs(w) ** 2 * density(measured, other) ** 2 for other, w in relation.weights.items() if other != name
+        )
+        share = np.abs(relation.weights[name]) ** 2 / (worse * np.maximum(noise, 1e-30))
         total = total + share
-        for other, weight in one.weights.items():
-            weights[other] = weights.get(other, 0.0) + share * weight / one.weights[name]
+        for other, weight in relation.weights.items():
+            weights[other] = weights.get(other, 0.0) + share * weight / relation.weights[name]
     both = Relation({other: weight / total for other, weight in weights.items()})
-    found = balance(both, measured, frequency, spectra, seconds, _TAPER)
-    window = window_of(measured, list(spectra), seconds, _TAPER)[: found.total.size]
+    balanced = balance(both, measured, frequency, spectra, seconds, _TAPER)
+    window = window_of(measured, list(spectra), seconds, _TAPER)[: balanced.total.size]
     at = np.rint(frequency * seconds).astype(int)
     white = whitening(both, measured, frequency)
     spectrum = white * sum(weight * spectra[other] for other, weight in both.weights.items())
-    return Agreement(found.parts[name], found.total, found.noise[name], window, spectrum, white, at, seconds)
+    return Agreement(balanced.parts[name], balanced.total, balanced.noise[name], window, spectrum, white, at, seconds)

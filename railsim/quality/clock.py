@@ -21,7 +21,7 @@ class Clock(Check, frozen=True):
 
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for a table whose times scatter about the grid."""
-        found = []
+        findings = []
         for rate, time in times(measurements).items():
             off = deviation(time, rate)
             wrong = np.flatnonzero(np.abs(off) > self.jitter)
@@ -29,7 +29,7 @@ class Clock(Check, frozen=True):
                 continue
             size = float(np.sqrt(np.mean(off[wrong[0] : wrong[-1] + 1] ** 2))) / rate
             on_grid = gridded(time, rate)
-            found.append(
+            findings.append(
                 Finding(
                     "clock",
                     f"time [s] at {rate:g} Hz",
@@ -40,7 +40,7 @@ class Clock(Check, frozen=True):
                     repair=Regrid(),
                 )
             )
-        return found
+        return findings
 
 
 def deviation(time: np.ndarray, rate: float) -> np.ndarray:

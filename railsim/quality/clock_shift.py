@@ -43,12 +43,12 @@ class ClockShift(Check, frozen=True):
         frequency, spectra = spectra_of(measurements, _TAPER)
         related = relations(measurements, frequency, spectra)
         rates = sorted({measurements.rate(name) for name in spectra}, reverse=True)
-        found = []
+        findings = []
         for moved, fixed in combinations(rates, 2):
             both = _between(measurements, related, (moved, fixed))
             if both:
-                found += self._pair(measurements, (moved, fixed), both, frequency, spectra)
-        return found
+                findings += self._pair(measurements, (moved, fixed), both, frequency, spectra)
+        return findings
 
     def _pair(
         self,
@@ -70,7 +70,7 @@ class ClockShift(Check, frozen=True):
         early = float(shifts[best])
         time = times(measured)[rates[0]]
         word = "early" if early < 0 else "late"
-        found = Finding(
+        finding = Finding(
             "clock shift",
             f"time [s] at {rates[0]:g} Hz",
             float(time[0]),
@@ -81,7 +81,7 @@ class ClockShift(Check, frozen=True):
             repair=Shift(-early),
             other=f"time [s] at {rates[1]:g} Hz",
         )
-        return [replace(found, repair=Shift(-early - _left(repaired(measured, [found]), rates)))]
+        return [replace(finding, repair=Shift(-early - _residual_shift(repaired(measured, [finding]), rates)))]
 
 
 def _between(measured: Measurements, related: list[Relation], rates: tuple[float, float]) -> list[Relation]:
@@ -98,22 +98,22 @@ def _costs(
     shifts: np.ndarray,
 ) -> tuple[np.ndarray, int]:
     """Cost of each shift [s] of the table of rate `moved`, shape (n,), noise by the data sheets made white; freedom."""
-    turn = np.exp(2j * np.pi * np.outer(shifts, frequency))
+    rotation = np.exp(2j * np.pi * np.outer(shifts, frequency))
     total, count = np.zeros(shifts.size), 0
-    for one in related:
-        white = whitening(one, measured, frequency)
-        parts = {name: weight * spectra[name] for name, weight in one.weights.items()}
+    for relation in related:
+        white = whitening(relation, measured, frequency)
+        parts = {name: weight * spectra[name] for name, weight in relation.weights.items()}
         plain, sizes = (sum(float(np.sum(np.abs(w * one) ** 2)) for one in parts.values()) for w in (1.0, white))
         moving = white * sum(part for name, part in parts.items() if measured.rate(name) == moved)
         rest = white * sum(part for name, part in parts.items() if measured.rate(name) != moved)
-        allowed = one.tolerance * sizes / max(plain, 1e-30) + 1e-300
-        freedom = int(np.count_nonzero(next(iter(one.weights.values()))))
-        total += freedom * np.log(np.sum(np.abs(turn * moving + rest) ** 2, axis=1) + allowed)
+        allowed = relation.tolerance * sizes / max(plain, 1e-30) + 1e-300
+        freedom = int(np.count_nonzero(next(iter(relation.weights.values()))))
+        total += freedom * np.log(np.sum(np.abs(rotation * moving + rest) ** 2, axis=1) + allowed)
         count += freedom
     return total, count
 
 
-def _left(measured: Measurements, rates: tuple[float, float]) -> float:
+def _residual_shift(measured: Measurements, rates: tuple[float, float]) -> float:
     """Shift [s] that the moved table still has: the windows of both now lie over the same samples."""
     frequency, spectra = spectra_of(measured, _TAPER)
     both = _between(measured, relations(measured, frequency, spectra), rates)

@@ -37,10 +37,10 @@ def predicted(measured: Measurements, name: str, values: np.ndarray, sound: np.n
         return np.zeros(values.size)
     known = np.where(sound, values, np.nan)
     shifted, lost = [], ~sound
-    for one in others:
-        gone = np.isnan(measured[one])
+    for companion in others:
+        gone = np.isnan(measured[companion])
         lost = lost | (np.convolve(gone, np.ones(2 * LAGS + 1), mode="same") > 0.5)
-        seen = filled(measured[one])
+        seen = filled(measured[companion])
         padded = np.pad((seen - seen.mean()) / seen.std(), LAGS, mode="edge")
         shifted += [padded[at : at + values.size] for at in range(2 * LAGS + 1)]
     columns = np.array(shifted)

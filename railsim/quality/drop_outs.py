@@ -20,10 +20,10 @@ class DropOuts(Check, frozen=True):
 
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for a stretch and channel, or for a gap in a table's rows."""
-        found = [one for rate, time in times(measurements).items() for one in _gaps(time, rate)]
+        findings = [one for rate, time in times(measurements).items() for one in _gaps(time, rate)]
         for name in measurements:
-            found += _lost(measurements, name)
-        return found
+            findings += _lost(measurements, name)
+        return findings
 
 
 def _gaps(time: np.ndarray, rate: float) -> list[Finding]:
@@ -55,11 +55,11 @@ def _lost(measured: Measurements, name: str) -> list[Finding]:
             joined[-1] = (joined[-1][0], last)
         else:
             joined.append((first, last))
-    found = []
+    findings = []
     for first, last in joined:
         count = int(np.isnan(measured[name][first:last]).sum())
         text = f"{count} samples are lost" if count < time.size else "holds no samples at all"
-        found.append(
+        findings.append(
             Finding("drop-out", name, float(time[first]), float(time[last - 1]), text, _KEEP, severity=severity)
         )
-    return found
+    return findings

@@ -109,16 +109,16 @@ class GainChange(Check, frozen=True):
         tried = _Stretches.of(balances[0].total.size, self.shortest)
         above, below, quiet = (np.zeros(tried.first.size) for _ in range(3))
         sums = []
-        for one in balances:
-            part, noise = one.parts[name], tried.sums(one.noise[name])[0]
+        for term in balances:
+            part, noise = term.parts[name], tried.sums(term.noise[name])[0]
             square = tried.sums(part * part)[0]
-            energy, inside = (tried.sums(one.total * one.total)[which] for which in (1, 0))
-            energy = float(one.total @ one.total) - energy + one.tolerance  # the zones at the edges do not count
-            num = tried.sums(part * one.total)[0] - noise  # a channel's own noise is in the sum, whatever its gain
+            energy, inside = (tried.sums(term.total * term.total)[which] for which in (1, 0))
+            energy = float(term.total @ term.total) - energy + term.tolerance  # the zones at the edges do not count
+            num = tried.sums(part * term.total)[0] - noise  # a channel's own noise is in the sum, whatever its gain
             den = np.maximum(square - noise, 0.1 * noise)
-            above, below = above + one.freedom * num / energy, below + one.freedom * den / energy
-            sums.append((one.freedom, energy, inside, num, den, noise))
-            quiet += one.freedom * noise / energy
+            above, below = above + term.freedom * num / energy, below + term.freedom * den / energy
+            sums.append((term.freedom, energy, inside, num, den, noise))
+            quiet += term.freedom * noise / energy
         share = above / np.maximum(below, 1e-30)
         likelihood, before, after, beside = (np.zeros(share.size) for _ in range(4))
         for freedom, energy, inside, num, den, noise in sums:
@@ -152,15 +152,15 @@ def _placed(measured: Measurements, level: Measurements, name: str, change: _Cha
     own = Measurements(measured.about, frames, measured.track)
     first, last, gain = change.first, change.last, change.gain
     for _ in range(_PASSES):
-        found = agreement(own, name, first, last, gain)
-        first, last = interval(found.gained(first, last, gain), first, last, round(_END * COARSE))
-        gain = found.gain(values, rate, round(first / COARSE * rate), round(last / COARSE * rate), gain)
-    found = agreement(own, name, first, last, gain)
-    begin, end = edges(measured[name], rate, found, first, last, gain)
+        agreed = agreement(own, name, first, last, gain)
+        first, last = interval(agreed.gained(first, last, gain), first, last, round(_END * COARSE))
+        gain = agreed.gain(values, rate, round(first / COARSE * rate), round(last / COARSE * rate), gain)
+    agreed = agreement(own, name, first, last, gain)
+    begin, end = edges(measured[name], rate, agreed, first, last, gain)
     bounds = begin.at if begin else 0, end.at if end else values.size
     doubt = max(((one.latest - one.earliest) / rate for one in (begin, end) if one), default=0.0)
     why = f"likelihood ratio exp({change.likelihood:.0f}), edges certain within {1e3 * doubt:.0f} ms"
-    return _finding(measured, name, *bounds, found.gain(values, rate, *bounds, gain), why)
+    return _finding(measured, name, *bounds, agreed.gain(values, rate, *bounds, gain), why)
 
 
 def _finding(measured: Measurements, name: str, first: int, last: int, gain: float, why: str) -> Finding:

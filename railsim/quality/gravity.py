@@ -129,15 +129,15 @@ def _rustle(measured: Measurements, name: str, bounds: list[float]) -> float:
     if white is None:
         return float("nan")
     error = np.abs(white.innovations * white.scale)
-    found = []
+    ratios = []
     for edge in (one for one in bounds if time[0] < one < time[-1]):
         near = (np.abs(time - edge) < _BESIDE) & (error > 0.0)
         inside = (time >= bounds[0]) & (time < bounds[1])
         parts = [error[near & where] for where in (inside, ~inside)]
         if not all(part.size for part in parts):
             return float("nan")
-        found.append(np.log(float(np.median(parts[0])) / float(np.median(parts[1]))))
-    return float(np.mean(found)) if found else float("nan")
+        ratios.append(np.log(float(np.median(parts[0])) / float(np.median(parts[1]))))
+    return float(np.mean(ratios)) if ratios else float("nan")
 
 
 def _edge(over: np.ndarray, near: int, reach: int) -> int:

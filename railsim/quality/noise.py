@@ -33,15 +33,15 @@ class Noise(Check, frozen=True):
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for a stretch."""
         floors = {name: floor for name in measurements if (floor := _floor(measurements, name)) is not None}
-        found = []
+        findings = []
         for name, floor in floors.items():
             others = [
                 f
                 for other, f in floors.items()
                 if other != name and _body(measurements, other) == _body(measurements, name)
             ]
-            found += self._channel(measurements, name, floor, others)
-        return found
+            findings += self._channel(measurements, name, floor, others)
+        return findings
 
     def _channel(self, measured: Measurements, name: str, floor: np.ndarray, others: list[np.ndarray]) -> list[Finding]:
         usual = max(1.0, float(np.quantile(floor, 0.3)))
@@ -61,13 +61,13 @@ class Noise(Check, frozen=True):
         loud = rise > self.factor * common
         if usual > self.whole:
             loud |= True
-        found = []
+        findings = []
         time, rate = measured.time(name), measured.rate(name)
         for first, last in runs(loud):
             if (last - first) * _BLOCK < self.shortest:
                 continue
             ends = [min(time.size - 1, round(at * _BLOCK * rate)) for at in (first, last)]
-            found.append(
+            findings.append(
                 Finding(
                     "noise",
                     name,
@@ -78,7 +78,7 @@ class Noise(Check, frozen=True):
                     repair=Mask(),
                 )
             )
-        return found
+        return findings
 
 
 def _body(measured: Measurements, name: str) -> object:

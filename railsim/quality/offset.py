@@ -23,15 +23,15 @@ class Offset(Check, frozen=True):
 
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for a channel."""
-        found = {}
+        offsets = {}
         for name in measurements:
             off = self._alone(measurements, name)
             if off is not None:
-                found[name] = off
+                offsets[name] = off
         for first, second in _pairs(measurements):
-            if first not in found and second not in found:
-                found |= self._pair(measurements, first, second)
-        return [_finding(measurements, name, size) for name, size in found.items()]
+            if first not in offsets and second not in offsets:
+                offsets |= self._pair(measurements, first, second)
+        return [_finding(measurements, name, size) for name, size in offsets.items()]
 
     def _alone(self, measured: Measurements, name: str) -> float | None:
         """Offset, where it is beyond what data sheet and running allow."""
@@ -52,21 +52,27 @@ class Offset(Check, frozen=True):
 
     def _pair(self, measured: Measurements, first: str, second: str) -> dict[str, float]:
         """The one of two like channels on a body that is further from what is expected, where they disagree."""
-        one, two = (float(np.nanmean(measured[name])) - expected(measured, name) for name in (first, second))
+        first_offset, second_offset = (
+            float(np.nanmean(measured[name])) - expected(measured, name) for name in (first, second)
+        )
         deviation = math.hypot(tolerance(measured, first).deviation, tolerance(measured, second).deviation)
-        if not deviation or not abs(one - two) > self.width * deviation:
+        if not deviation or not abs(first_offset - second_offset) > self.width * deviation:
             return {}
         turned = _leaning(measured) if axis_of(first) == "y" else 0.0
-        return {first: one - two} if abs(one - turned) > abs(two - turned) else {second: two - one}
+        return (
+            {first: first_offset - second_offset}
+            if abs(first_offset - turned) > abs(second_offset - turned)
+            else {second: second_offset - first_offset}
+        )
 
 
 def _pairs(measured: Measurements) -> list[tuple[str, str]]:
     """Accelerometer channels of one axis on one body."""
-    found: dict[tuple[object, str], list[str]] = {}
+    by_axis: dict[tuple[object, str], list[str]] = {}
     for name in measured:
         if kind_of(measured, name) == "accelerometer":
-            found.setdefault((sheet(measured, name).get("body"), axis_of(name)), []).append(name)
-    return [(names[0], other) for names in found.values() for other in names[1:]]
+            by_axis.setdefault((sheet(measured, name).get("body"), axis_of(name)), []).append(name)
+    return [(names[0], other) for names in by_axis.values() for other in names[1:]]
 
 
 def _leaning(measured: Measurements) -> float:

@@ -57,7 +57,7 @@ class OffsetStep(Check, frozen=True):
         steps = [one for one in self._steps(measured, name, looks[name]) if self._single(measured, name, one[0], looks)]
         steps = _lasting(measured, name, steps, self.stays)
         last = measured[name].size
-        found: list[tuple[int, int, float]] = []
+        stretches: list[tuple[int, int, float]] = []
         while steps:
             at, size = steps.pop(0)
             back = next((one for one in steps if self._undoes(one[1], size)), None)
@@ -71,12 +71,14 @@ class OffsetStep(Check, frozen=True):
                 back = min(weak, key=lambda one: abs(one[1] + size), default=None)
             if back is not None:
                 first, second = sorted([(at, size), back])
-                found.append((first[0], second[0], first[1] if first[0] == at else -size))
+                stretches.append((first[0], second[0], first[1] if first[0] == at else -size))
             elif self._later_is_wrong(measured, name, at):
-                found.append((at, last, size))
+                stretches.append((at, last, size))
             else:
-                found.append((0, at, -size))
-        return [self._finding(measured, name, a, b, sized_beside(measured, name, a, b, size)) for a, b, size in found]
+                stretches.append((0, at, -size))
+        return [
+            self._finding(measured, name, a, b, sized_beside(measured, name, a, b, size)) for a, b, size in stretches
+        ]
 
     def _undoes(self, one: float, other: float) -> bool:
         """Whether two steps cancel."""
@@ -88,14 +90,14 @@ class OffsetStep(Check, frozen=True):
         norm = float(np.sqrt(pattern @ pattern))
         outlier = significance(white, white.filter)
         least = self.least * tolerance(measured, name).deviation
-        found = []
+        steps = []
         for at in peaks(deviate, chance(deviate.size, len(measured)), pattern.size):
             size = float(deviate[at] * white.scale[at]) / norm
             before, after, _ = fitted(white, pattern[: pattern.size // 4], [at])
             sharp = abs(deviate[at]) > abs(outlier[at]) and after < max(self.clean, self.rest * before)
             if (sharp or not strict) and abs(size) > least and 8 < at < deviate.size - pattern.size:
-                found.append((at, size))
-        return found
+                steps.append((at, size))
+        return steps
 
     def _single(self, measured: Measurements, name: str, at: int, looks: Mapping[str, "_Look"]) -> bool:
         """Whether no other channel has a step of its own at that moment: what several see is real."""
@@ -133,17 +135,17 @@ class OffsetStep(Check, frozen=True):
 def _lasting(measured: Measurements, name: str, steps: list[_Step], length: float) -> list[_Step]:
     """The steps after which the mean has moved by about their size."""
     values, reach = measured[name], round(length * measured.rate(name))
-    places = [0, *(at for at, _ in steps), values.size]
-    found = []
+    edges = [0, *(at for at, _ in steps), values.size]
+    lasting = []
     for number, (at, size) in enumerate(steps, 1):
-        before = values[max(places[number - 1], at - reach) : at]
-        after = values[at : min(places[number + 1], at + reach)]
+        before = values[max(edges[number - 1], at - reach) : at]
+        after = values[at : min(edges[number + 1], at + reach)]
         if np.isfinite(before).sum() < 16 or np.isfinite(after).sum() < 16:
             continue
         moved = float(np.nanmean(after) - np.nanmean(before))
         if 0.5 < moved / size < 1.6:
-            found.append((at, size))
-    return found
+            lasting.append((at, size))
+    return lasting
 
 
 def _changes_speed(measured: Measurements, when: float) -> bool:

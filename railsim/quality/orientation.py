@@ -49,19 +49,19 @@ class Orientation(Check, frozen=True):
         along = _along(measurements, spectra)
         choices = alternatives(measurements, related, means)
         read: dict[str, tuple[str, float]] = {}
-        found: list[Finding] = []
+        findings: list[Finding] = []
         cost = self._cost(measurements, related, spectra, means, read, along)
-        while choices and len(found) < self.most:
+        while choices and len(findings) < self.most:
             costs = [self._cost(measurements, related, spectra, means, read | dict(one), along) for one in choices]
             best = int(np.argmin(costs))
             if cost - costs[best] < self.gain + self.share * _weight(related, choices[best]):
                 break
             read |= dict(choices[best])
-            found.append(_finding(measurements, choices[best], cost - costs[best]))
+            findings.append(_finding(measurements, choices[best], cost - costs[best]))
             cost = costs[best]
             touched = set(choices[best])
             choices = [one for one in choices if not touched & set(one)]
-        return found
+        return findings
 
     def _cost(
         self,
@@ -101,10 +101,10 @@ def _along(
 ) -> dict[str, tuple[Mapping[str, np.ndarray], np.ndarray]]:
     """By longitudinal channel: means over pieces of a record of every channel of its table, and the change of speed."""
     speed = speed_channel(measured)
-    found: dict[str, tuple[Mapping[str, np.ndarray], np.ndarray]] = {}
+    by_channel: dict[str, tuple[Mapping[str, np.ndarray], np.ndarray]] = {}
     names = [name for name in spectra if kind_of(measured, name) == "accelerometer" and axis_of(name) == "x"]
     if speed is None:
-        return found
+        return by_channel
     for name in names:
         time = measured.time(name)
         edges = np.arange(time[0], time[-1] - _SECOND, _SECOND)
@@ -113,8 +113,8 @@ def _along(
         count = round(_SECOND * measured.rate(name))
         means = {other: np.array([filled(measured[other])[at : at + count].mean() for at in first]) for other in like}
         values = np.interp([*edges, edges[-1] + _SECOND], measured.time(speed), _calm(measured, speed))
-        found[name] = (means, np.diff(values) / _SECOND)
-    return found
+        by_channel[name] = (means, np.diff(values) / _SECOND)
+    return by_channel
 
 
 def _calm(measured: Measurements, speed: str) -> np.ndarray:
@@ -128,12 +128,12 @@ def alternatives(measured: Measurements, related: list[Relation], means: Mapping
     seen = {name for relation in related for name in relation.weights}
     seen |= {name for name in means if kind_of(measured, name) == "accelerometer" and axis_of(name) in "xz"}
     names = [name for name in means if name in seen]
-    found: list[_Reading] = [{name: (name, -1.0)} for name in names]
-    for one, two in combinations(means, 2):
-        alike = kind_of(measured, one) == kind_of(measured, two) and measured.rate(one) == measured.rate(two)
-        if alike and (one in seen or two in seen):
-            found.append({one: (two, 1.0), two: (one, 1.0)})
-    return found
+    readings: list[_Reading] = [{name: (name, -1.0)} for name in names]
+    for first, second in combinations(means, 2):
+        alike = kind_of(measured, first) == kind_of(measured, second) and measured.rate(first) == measured.rate(second)
+        if alike and (first in seen or second in seen):
+            readings.append({first: (second, 1.0), second: (first, 1.0)})
+    return readings
 
 
 def _finding(measured: Measurements, choice: _Reading, gain: float) -> Finding:

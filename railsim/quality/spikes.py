@@ -35,52 +35,52 @@ class Spikes(ChannelCheck, frozen=True):
         deviate = significance(white, white.filter)
         stepped = significance(white, step_pattern(white.filter))
         least = self.size * NORMAL * float(np.nanmedian(np.abs(values - np.nanmedian(values))))
-        found: dict[int, float] = {}
-        places = peaks(deviate, chance(values.size, len(measured)), 0)
-        for group in _groups(places, white.filter.size):
+        sizes_at: dict[int, float] = {}
+        samples = peaks(deviate, chance(values.size, len(measured)), 0)
+        for group in _groups(samples, white.filter.size):
             if np.max(np.abs(deviate[group])) > np.max(np.abs(stepped[group])):
                 sizes = self._pursued(white, group)
-                found |= {at: size for at, size in sizes.items() if abs(size) > least}
-        if not found:
+                sizes_at |= {at: size for at, size in sizes.items() if abs(size) > least}
+        if not sizes_at:
             return None
-        places = np.array(sorted(found))
-        highest = max(abs(size) for size in found.values())
+        samples = np.array(sorted(sizes_at))
+        highest = max(abs(size) for size in sizes_at.values())
         return Finding(
             "spikes",
             name,
-            float(time[places[0]]),
-            float(time[places[-1]]),
-            f"{places.size} single samples, up to {highest:.3g} off",
+            float(time[samples[0]]),
+            float(time[samples[-1]]),
+            f"{samples.size} single samples, up to {highest:.3g} off",
             "check the cable and the logger's bus; the samples are interpolated",
             repair=Fill(),
-            samples=places,
+            samples=samples,
         )
 
     def _pursued(self, white: Whitened, group: list[int]) -> dict[int, float]:
         """Outliers and their sizes, the largest first, until the innovations are clean; none where they never are."""
-        places: list[int] = []
+        samples: list[int] = []
         window = slice(max(0, group[0] - 4), group[-1] + white.filter.size)
         left = white.innovations.copy()
         for _ in range(_MOST):
             reach = left[window.start : window.stop]
             match = np.correlate(np.concatenate([reach, np.zeros(white.filter.size - 1)]), white.filter, mode="valid")
-            places = sorted({*places, window.start + int(np.argmax(np.abs(match)))})
-            before, after, sizes = fitted(white, white.filter, places, window)
-            if len(places) > 2 + (places[-1] - places[0]) // _APART:
+            samples = sorted({*samples, window.start + int(np.argmax(np.abs(match)))})
+            before, after, sizes = fitted(white, white.filter, samples, window)
+            if len(samples) > 2 + (samples[-1] - samples[0]) // _APART:
                 break
             if after < max(self.clean, self.rest * before):
-                return {at: float(size * white.scale[at]) for at, size in zip(places, sizes, strict=True)}
+                return {at: float(size * white.scale[at]) for at, size in zip(samples, sizes, strict=True)}
             left = white.innovations.copy()
-            for at, size in zip(places, sizes, strict=True):
+            for at, size in zip(samples, sizes, strict=True):
                 part = white.filter[: left.size - at]
                 left[at : at + part.size] -= size * part
         return {}
 
 
-def _groups(places: list[int], apart: int) -> list[list[int]]:
+def _groups(samples: list[int], apart: int) -> list[list[int]]:
     """Places that lie closer together than `apart`."""
     groups: list[list[int]] = []
-    for at in places:
+    for at in samples:
         if groups and at - groups[-1][-1] < apart:
             groups[-1].append(at)
         else:

@@ -25,10 +25,10 @@ class Stuck(Check, frozen=True):
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for each run."""
         still = standing(measurements)
-        found = []
+        findings = []
         for name in measurements:
-            found += self._channel(measurements, name, still)
-        return found
+            findings += self._channel(measurements, name, still)
+        return findings
 
     def _channel(self, measured: Measurements, name: str, still: np.ndarray | None) -> list[Finding]:
         values, time, rate = measured[name], measured.time(name), measured.rate(name)
@@ -38,7 +38,7 @@ class Stuck(Check, frozen=True):
         inside = sum(b - a - 1 for a, b in long)
         share = (float(equal.sum()) - inside + 1) / max(1.0, equal.size - inside + 1)
         need = math.log(self.chance / values.size) / math.log(min(share, 0.99))
-        found = []
+        findings = []
         for first, last in long:
             start, end = float(time[first]), float(time[last - 1])
             rest = still is not None and _rests(still, start, end)
@@ -47,7 +47,7 @@ class Stuck(Check, frozen=True):
             if kind_of(measured, name) == "tachometer" and not self._cut(measured, name, first, last):
                 continue
             null = values[first] == 0.0
-            found.append(
+            findings.append(
                 Finding(
                     "null" if null else "stuck",
                     name,
@@ -58,7 +58,7 @@ class Stuck(Check, frozen=True):
                     repair=Blank(),
                 )
             )
-        return found
+        return findings
 
     def _cut(self, measured: Measurements, name: str, first: int, last: int) -> bool:
         """Whether a tachometer jumps into or out of the run faster than a wheel can be braked."""

@@ -30,12 +30,12 @@ class Tachometer(Check, frozen=True):
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for a sensor and stretch."""
         speeds = [n for n in measurements if n.endswith(".speed [m/s]") and kind_of(measurements, n) == "tachometer"]
-        found = []
+        findings = []
         for name in speeds:
             reference = _reference(measurements, name)
             if reference is not None:
-                found += self._sensor(measurements, name, reference)
-        return found
+                findings += self._sensor(measurements, name, reference)
+        return findings
 
     def _sensor(self, measured: Measurements, name: str, reference: np.ndarray) -> list[Finding]:
         time, rate = measured.time(name), measured.rate(name)
@@ -46,10 +46,10 @@ class Tachometer(Check, frozen=True):
         ratio = np.where(moving, values / np.maximum(reference, self.slowest), 1.0)
         smooth = median_filter(ratio, size=2 * round(0.25 * rate) + 1, mode="nearest")
         usual = _mode(smooth[moving])
-        found = []
+        findings = []
         if abs(usual - 1) > self.wear:
             text = f"{100 * (usual - 1):+.1f} % off the other speed throughout"
-            found.append(
+            findings.append(
                 Finding(
                     "tachometer",
                     name,
@@ -63,7 +63,7 @@ class Tachometer(Check, frozen=True):
         off = np.where(moving, np.abs(smooth / usual - 1), 0.0)
         for first, last in runs(off > self.slip):
             if last - first >= self.shortest * rate:
-                found.append(
+                findings.append(
                     self._stretch(
                         measured,
                         name,
@@ -73,7 +73,7 @@ class Tachometer(Check, frozen=True):
                         float(np.median(smooth[first:last] / usual - 1)),
                     )
                 )
-        return found
+        return findings
 
     def _by_other(
         self, measured: Measurements, name: str, reference: np.ndarray, hit: np.ndarray

@@ -62,10 +62,10 @@ class Gnss(Sensor, frozen=True):
         return table
 
 
-def _antenna(truth: Truth, place: tuple[float, float, float]) -> list[np.ndarray]:
+def _antenna(truth: Truth, position: tuple[float, float, float]) -> list[np.ndarray]:
     """East, north and up of a place carried along the path, m; its direction at a standstill is the one before."""
     east, north, up = (truth[f"position.{axis} [m]"] for axis in ("east", "north", "up"))
-    if place[0] or place[1]:
+    if position[0] or position[1]:
         ahead, aside = np.gradient(east), np.gradient(north)
         length = np.hypot(ahead, aside)
         moving = length > 1e-9
@@ -75,6 +75,6 @@ def _antenna(truth: Truth, place: tuple[float, float, float]) -> list[np.ndarray
         divisor = np.where(moving, length, 1.0)
         along = np.where(moving, ahead / divisor, 1.0)[last]
         across = np.where(moving, aside / divisor, 0.0)[last]
-        east = east + place[0] * along - place[1] * across
-        north = north + place[0] * across + place[1] * along
-    return [east, north, up + place[2]]
+        east = east + position[0] * along - position[1] * across
+        north = north + position[0] * across + position[1] * along
+    return [east, north, up + position[2]]

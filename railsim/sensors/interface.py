@@ -129,7 +129,7 @@ SENSORS = Kind("sensors", "railsim.sensors", Sensor)
 def _usable(rate: float, wanted: float, count: int = 6) -> list[float]:
     """The `count` rates nearest to `wanted` (by ratio) that divide `rate`, whole numbers of Hz where `rate` is one."""
     if rate == int(rate):
-        found = [float(d) for d in range(1, int(rate) + 1) if int(rate) % d == 0]
+        rates = [float(d) for d in range(1, int(rate) + 1) if int(rate) % d == 0]
     else:
-        found = [rate / divisor for divisor in range(1, 65)]
-    return sorted(sorted(found, key=lambda one: abs(np.log(one / wanted)))[:count])
+        rates = [rate / divisor for divisor in range(1, 65)]
+    return sorted(sorted(rates, key=lambda one: abs(np.log(one / wanted)))[:count])

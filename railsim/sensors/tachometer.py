@@ -65,13 +65,13 @@ class Tachometer(Sensor, frozen=True):
     def _last_pulses(self, truth: Truth, at: np.ndarray, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """(number, clocked time in s) of the last pulse at or before each instant `at`, s."""
         time, angle = truth.time, truth[f"{self.body}.spin_angle [rad]"]
-        turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))]) * self.pulses / (2 * np.pi) + phase
+        pulses = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))]) * self.pulses / (2 * np.pi) + phase
         lead = time[0] - at[0] + self.timeout
-        before = (turned[1] - turned[0]) * truth.rate * lead if turned.size > 1 else 0.0
+        before = (pulses[1] - pulses[0]) * truth.rate * lead if pulses.size > 1 else 0.0
         time = np.concatenate([[time[0] - lead], time])
-        turned = np.concatenate([[turned[0] - before], turned])
-        count = np.floor(np.interp(at, time, turned))
-        edge = np.interp(count, turned, time)
+        pulses = np.concatenate([[pulses[0] - before], pulses])
+        count = np.floor(np.interp(at, time, pulses))
+        edge = np.interp(count, pulses, time)
         return count, np.floor(edge * self.clock) / self.clock
 
     def _speed(self, at: np.ndarray, count: np.ndarray, edge: np.ndarray) -> np.ndarray:

@@ -25,18 +25,18 @@ def jointed(name: str, seed: int) -> Track:
     s = synthesis.distances(2400.0, SPACING)
     noise, sizes = (np.random.default_rng([seed, stream]) for stream in (0, 1))
     columns = _irregularities(s, "erri_low", noise)
-    places = np.arange(60.0, s[-1] - 20.0, RAIL_LENGTH)
-    staggered = (places >= 1000.0) & (places < 1600.0)
-    found = rail_joints(places[~staggered], ("left", "right"), sizes)
-    found += rail_joints(places[staggered], ("left",), sizes)
-    found += rail_joints(places[staggered] + RAIL_LENGTH / 2, ("right",), sizes)
+    distances = np.arange(60.0, s[-1] - 20.0, RAIL_LENGTH)
+    staggered = (distances >= 1000.0) & (distances < 1600.0)
+    joints = rail_joints(distances[~staggered], ("left", "right"), sizes)
+    joints += rail_joints(distances[staggered], ("left",), sizes)
+    joints += rail_joints(distances[staggered] + RAIL_LENGTH / 2, ("right",), sizes)
     comments = [
         f"Jointed straight track: rails of 60 ft, dipped joints every {RAIL_LENGTH} m from 60 m on,",
         "both rails abreast; from 1000 to 1600 m the right rail's joints lie half a rail beyond the left one's. Sizes",
         f"at random (railsim/track/joints.py), seed {seed}; irregularities of the spectrum erri_low.",
         _MADE,
     ]
-    return _assembled(s, name, columns, found, comments)
+    return _assembled(s, name, columns, joints, comments)
 
 
 def crossover(name: str, seed: int) -> Track:
@@ -80,17 +80,17 @@ def voids(name: str, seed: int) -> Track:
     """600 m with single hanging sleepers."""
     s = synthesis.distances(600.0, SPACING)
     noise, sizes = (np.random.default_rng([seed, stream]) for stream in (0, 1))
-    places = np.round(np.cumsum(sizes.uniform(20.0, 55.0, 14)) + 60.0, 2)
-    depths = np.round(sizes.uniform(1e-3, 4e-3, places.size), 6)
-    sides = np.array(["both", "left", "right"])[np.arange(places.size) % 3]
-    rows = zip(places, sides, depths, strict=True)
-    found = [Feature("void", float(at), str(side), float(depth)) for at, side, depth in rows if at < s[-1] - 30]
+    distances = np.round(np.cumsum(sizes.uniform(20.0, 55.0, 14)) + 60.0, 2)
+    depths = np.round(sizes.uniform(1e-3, 4e-3, distances.size), 6)
+    sides = np.array(["both", "left", "right"])[np.arange(distances.size) % 3]
+    rows = zip(distances, sides, depths, strict=True)
+    hanging = [Feature("void", float(at), str(side), float(depth)) for at, side, depth in rows if at < s[-1] - 30]
     comments = [
         "Straight track with hanging sleepers: the rail sinks by the depth stated, as a beam on Winkler's foundation",
         f"does under a point load (railsim/track/joints.py); irregularities of the spectrum erri_low, seed {seed}.",
         _MADE,
     ]
-    return _assembled(s, name, _irregularities(s, "erri_low", noise), found, comments)
+    return _assembled(s, name, _irregularities(s, "erri_low", noise), hanging, comments)
 
 
 def main_line(name: str, seed: int) -> Track:
@@ -123,13 +123,13 @@ def _irregularities(s: np.ndarray, spectrum: str, rng: np.random.Generator) -> d
 
 
 def _assembled(
-    s: np.ndarray, name: str, columns: Mapping[str, np.ndarray], found: Sequence[Feature], comments: Sequence[str]
+    s: np.ndarray, name: str, columns: Mapping[str, np.ndarray], features: Sequence[Feature], comments: Sequence[str]
 ) -> Track:
     """Track with the features' vertical shapes put in as mean and difference of the rails, and stated in comments."""
     total = dict(columns)
-    left, right = vertical_shapes(s, found)
+    left, right = vertical_shapes(s, features)
     if left.any() or right.any():
         total["vertical"] = total["vertical"] + (left + right) / 2
         total["cross_level"] = total["cross_level"] + (right - left)
     rounded = {key: np.round(value, _DIGITS.get(key, _OTHERS)) for key, value in total.items()}
-    return with_features(Track(s, rounded, name, comments), found)
+    return with_features(Track(s, rounded, name, comments), features)

@@ -55,21 +55,21 @@ def void(x: np.ndarray, depth: float, reciprocal_length: float = WINKLER) -> np.
 
 
 def rail_joints(
-    places: Iterable[float], sides: Sequence[str], rng: np.random.Generator, apart: float = 0.15
+    distances: Iterable[float], sides: Sequence[str], rng: np.random.Generator, apart: float = 0.15
 ) -> list[Feature]:
-    """Joints of random size at the distances `places`, m, on each of the rails `sides`.
+    """Joints of random size at `distances`, m, on each of the rails `sides`.
 
     Depth of the pair uniform in 2.5 to 5.5 mm, its rails' own depths `apart` (relative, one standard deviation) from
     it; half length uniform in 1.0 to 1.8 m, the same for both rails: dip angles 6 to 25 mrad (illustrative; British
     practice limits vehicles' P2 force at a total dip angle of 20 mrad).
     """
     joints = []
-    for place in places:
+    for distance in distances:
         common, half_length = rng.uniform(2.5e-3, 5.5e-3), round(rng.uniform(1.0, 1.8), 3)
         for side in sides:
             depth = round(common * (1 + apart * float(np.clip(rng.standard_normal(), -2, 2))), 6)
             angle = round(dip_angle(depth, half_length), 7)
-            joints.append(Feature("joint", round(float(place), 4), side, depth, angle, half_length))
+            joints.append(Feature("joint", round(float(distance), 4), side, depth, angle, half_length))
     return joints
 
 

@@ -210,9 +210,9 @@ def _taylor(spline: PPoly, nodes: np.ndarray) -> np.ndarray:
 
 def _store_centre_line(coefficients: np.ndarray, nodes: np.ndarray, curvature: PPoly) -> None:
     """HEADING, CURVATURE and the integrated position; GRADIENT must be stored already."""
-    turn = curvature.antiderivative()(nodes)
+    heading = curvature.antiderivative()(nodes)
     ends = curvature(nodes[[0, -1]])
-    c = _clamped(nodes, turn - turn[0], ends[0], ends[1])
+    c = _clamped(nodes, heading - heading[0], ends[0], ends[1])
     coefficients[:, HEADING] = c
     coefficients[:, CURVATURE] = np.stack([c[:, 1], 2 * c[:, 2], 3 * c[:, 3], np.zeros(len(c))], axis=1)
     x = (_NODES + 1) / 2 * np.diff(nodes)[:, None]
@@ -221,10 +221,10 @@ def _store_centre_line(coefficients: np.ndarray, nodes: np.ndarray, curvature: P
     tangents = {EAST: np.cos(angle) * np.cos(climb), NORTH: np.sin(angle) * np.cos(climb), UP: np.sin(climb)}
     first = coefficients[0, GRADIENT, 0]
     last = _polynomial(coefficients[-1:, GRADIENT], np.diff(nodes)[-1:, None])[0, 0]
-    turned = turn[-1] - turn[0]
+    total_turning = heading[-1] - heading[0]
     slopes = {
-        EAST: (np.cos(first), np.cos(turned) * np.cos(last)),
-        NORTH: (0.0, np.sin(turned) * np.cos(last)),
+        EAST: (np.cos(first), np.cos(total_turning) * np.cos(last)),
+        NORTH: (0.0, np.sin(total_turning) * np.cos(last)),
         UP: (np.sin(first), np.sin(last)),
     }
     for channel, tangent in tangents.items():

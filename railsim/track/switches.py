@@ -55,7 +55,7 @@ class Crossover:
 
     def curvature(self, s: np.ndarray) -> np.ndarray:
         """Design curvature at the distances `s`, m: 1/m, to the left +."""
-        return self._turn(s - self.start) - self._turn(self.start + self.length - s)
+        return self._turnout_curvature(s - self.start) - self._turnout_curvature(self.start + self.length - s)
 
     def features(self) -> list[Feature]:
         """Toes, heels and crossings with their dips.
@@ -78,7 +78,7 @@ class Crossover:
                     marks.append(Feature(kind, round(at, 4), side, depth, angle, half_length, label=letter))
         return sorted(marks, key=lambda feature: (feature.s, feature.side))
 
-    def _turn(self, x: np.ndarray) -> np.ndarray:
+    def _turnout_curvature(self, x: np.ndarray) -> np.ndarray:
         """Curvature of the first turnout `x` m from its toe, 1/m."""
         last = self.toe_crossing - self.straight
         entry = self.entry_angle / self.entry_length

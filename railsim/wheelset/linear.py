@@ -59,15 +59,13 @@ def full_linear(
     """
     c = parameters.coefficients()
     by_shift, by_shift_rate, by_state = _lateral(c, conicity, _checked(speed))
-    turn_by_shift = -_steering(c, conicity, as_printed)
-    turn_by_shift_rate = -c.I_wy * speed * conicity / (c.r0 * c.l) + 2 * c.f23 * c.r0 * conicity / (speed * c.l)
-    turn_by_state = _yaw_suspension(c)
-    turn_by_state[Y_RATE] += 2 * c.f23 / speed
-    turn_by_state[YAW] += -2 * c.f23 + c.l * c.W * conicity
-    turn_by_state[YAW_RATE] += -2 * (c.l**2 * c.f11 + c.f33) / speed
-    return _assemble(
-        c, conicity, (by_shift, by_shift_rate, by_state), (turn_by_shift, turn_by_shift_rate, turn_by_state)
-    )
+    yaw_by_shift = -_steering(c, conicity, as_printed)
+    yaw_by_shift_rate = -c.I_wy * speed * conicity / (c.r0 * c.l) + 2 * c.f23 * c.r0 * conicity / (speed * c.l)
+    yaw_by_state = _yaw_suspension(c)
+    yaw_by_state[Y_RATE] += 2 * c.f23 / speed
+    yaw_by_state[YAW] += -2 * c.f23 + c.l * c.W * conicity
+    yaw_by_state[YAW_RATE] += -2 * (c.l**2 * c.f11 + c.f33) / speed
+    return _assemble(c, conicity, (by_shift, by_shift_rate, by_state), (yaw_by_shift, yaw_by_shift_rate, yaw_by_state))
 
 
 def simplified_linear(
@@ -75,10 +73,10 @@ def simplified_linear(
 ) -> LinearWheelset:
     """Equation (18) for the yaw, with (13) to (16) for the rest; parameters as in `full_linear`."""
     c = parameters.coefficients()
-    turn_by_state = _yaw_suspension(c)
-    turn_by_state[YAW_RATE] += -2 * c.l**2 * c.f11 / _checked(speed)
+    yaw_by_state = _yaw_suspension(c)
+    yaw_by_state[YAW_RATE] += -2 * c.l**2 * c.f11 / _checked(speed)
     return _assemble(
-        c, conicity, _lateral(c, conicity, speed), (-_steering(c, conicity, as_printed), 0.0, turn_by_state)
+        c, conicity, _lateral(c, conicity, speed), (-_steering(c, conicity, as_printed), 0.0, yaw_by_state)
     )
 
 

@@ -49,11 +49,11 @@ def test_cone_on_an_arc_in_closed_form() -> None:
         if place < -0.010228:
             first = np.arcsin(0.010228 / 0.3)
             place = -(0.22 * np.sin(first) + 0.08 * np.sin(np.arctan(CONE)))
-        assert contact.rail_place == pytest.approx(place, abs=2e-5)
+        assert contact.rail_position == pytest.approx(place, abs=2e-5)
         assert contact.half_distance == pytest.approx(origin + place, abs=2e-5)
         assert contact.angle == pytest.approx(np.arctan(CONE), abs=1e-6)
-        assert contact.wheel_place == pytest.approx(origin + place - 0.75 - shift, abs=2e-5)
-        assert contact.radius == pytest.approx(0.46 - CONE * contact.wheel_place, abs=1e-8)
+        assert contact.wheel_position == pytest.approx(origin + place - 0.75 - shift, abs=2e-5)
+        assert contact.radius == pytest.approx(0.46 - CONE * contact.wheel_position, abs=1e-8)
         assert contact.curvature == pytest.approx(1 / 0.08, rel=0.02)
         assert contact.rail_curvature == pytest.approx(1 / 0.08, rel=0.02)
         assert contact.wheel_curvature == pytest.approx(0.0, abs=1e-3)
@@ -82,13 +82,17 @@ def test_lift_is_the_potential_of_the_averaged_angle(sides: tuple[Profile, Profi
     outline = side.outline()
     for shift in (-0.006, -0.001, 0.0, 0.002, 0.0052, 0.0058, 0.0075, 0.010):
         step = 1e-7
-        rise = (side.touch(outline, shift + step).height - side.touch(outline, shift - step).height) / (2 * step)
-        assert rise == pytest.approx(np.tan(side.touch(outline, shift).angle), rel=1e-4)
+        rise = (side.contact(outline, shift + step).height - side.contact(outline, shift - step).height) / (2 * step)
+        assert rise == pytest.approx(np.tan(side.contact(outline, shift).angle), rel=1e-4)
 
 
 def test_small_loads_approach_the_rigid_search(sides: tuple[Profile, Profile]) -> None:
     soft, hard = (Side(*sides, Layout(), load=load).at(-0.004) for load in (50e3, 1.0))
-    assert abs(hard.wheel_place - hard.rigid_wheel_place) < 0.03e-3 < abs(soft.wheel_place - soft.rigid_wheel_place)
+    assert (
+        abs(hard.wheel_position - hard.rigid_wheel_position)
+        < 0.03e-3
+        < abs(soft.wheel_position - soft.rigid_wheel_position)
+    )
     assert hard.depth < 0.1e-6
     assert hard.height == pytest.approx(hard.rigid_height, abs=0.1e-6)
 

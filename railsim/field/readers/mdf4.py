@@ -65,8 +65,8 @@ def _table(file: Any, groups: list[Any], number: int, wanted: Wanted, start: str
 
 def _column(file: Any, group: int, index: int, name: str) -> Column:
     signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
-    found = column(name, signal.samples, str(signal.unit or ""))
+    converted = column(name, signal.samples, str(signal.unit or ""))
     invalid = signal.invalidation_bits
-    if invalid is not None and isinstance(found.values, np.ndarray):
-        found.values[np.asarray(invalid, dtype=bool)] = np.nan
-    return found
+    if invalid is not None and isinstance(converted.values, np.ndarray):
+        converted.values[np.asarray(invalid, dtype=bool)] = np.nan
+    return converted
