@@ -1,60 +1,14 @@
 """Net lateral creep force and yaw moment of each wheelset by a Kalman filter (Ward et al. 2011, section 4.2)."""
 
-from typing import ClassVar
-
-import numpy as np
 import pandas as pd
 
 from estimators.adhesion.channels import has_all, used_channels
-from estimators.adhesion.creep_forces import FORCE_NAMES, MOTIONS, Forces, find_forces, force_spectra
-from estimators.adhesion.creep_model import ROLL_BODIES, Shaping
-from estimators.interface import Estimate, Estimator
-from estimators.signals.channel_health import Health, channel_health
-from estimators.speed.odometry import SpeedSource, has_speed
+from estimators.adhesion.creep_force_estimator import CreepForceEstimator, columns_with_std, settled_rows
+from estimators.adhesion.creep_forces import FORCE_NAMES, MOTIONS, Forces, force_spectra
+from estimators.adhesion.creep_model import ROLL_BODIES
+from estimators.interface import Estimate
+from estimators.signals.channel_health import Health
 from railsim.measurements import Measurements
-from railsim.spec import quantity
-
-ILLUSTRATIVE = "illustrative"
-SETTLE = 4.0  # s after which the high-pass has forgotten how the record begins
-
-
-class CreepForceEstimator(Estimator, frozen=True):
-    """What the filter that floats on its contacts can be told."""
-
-    corner: float = quantity(
-        0.3, unit="Hz, of the high-pass that every channel goes through", source=ILLUSTRATIVE, gt=0.01, le=2.0
-    )
-    force: float = quantity(5e3, unit="N, standard deviation of a wheelset's force", source=ILLUSTRATIVE, gt=0.0)
-    moment: float = quantity(5e3, unit="N m, the same of its yaw moment", source=ILLUSTRATIVE, gt=0.0)
-    correlation_time: float = quantity(0.1, unit="s, of force and moment", source=ILLUSTRATIVE, gt=0.0)
-    secondary: float = quantity(
-        5e2, unit="N, standard deviation of the error of the secondary suspension's force", source=ILLUSTRATIVE, gt=0.0
-    )
-    speed_source: SpeedSource = quantity("tachometer", unit="-", source="Ward et al. 2011, section 3.1")
-
-    requires: ClassVar[tuple[str, ...]] = (
-        "bogie.acceleration_y [m/s2]",
-        "bogie.rate_yaw [rad/s]",
-        "bogie.rate_roll [rad/s]",
-        "body.acceleration_y [m/s2]",
-    )
-
-    @property
-    def shaping(self) -> Shaping:
-        """The unknown inputs as shaped noise."""
-        return Shaping(self.force, self.moment, self.secondary, self.correlation_time)
-
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has every channel, and a speed."""
-        return super().fits(measurements) and has_speed(measurements, self.speed_source)
-
-    def forces(self, measurements: Measurements, health: Health, bodies: tuple[str, ...] = ROLL_BODIES) -> Forces:
-        """The filter over the recording with the sensors of these bodies."""
-        return find_forces(measurements, bodies, health.good, self.corner, self.speed_source, self.shaping)
-
-    def health(self, measurements: Measurements) -> Health:
-        """Judgement of every channel that the filter can use."""
-        return channel_health(measurements, used_channels(measurements, ROLL_BODIES))
 
 
 class AdhesionCreepForces(CreepForceEstimator, frozen=True):
@@ -93,10 +47,6 @@ def _rolls(measurements: Measurements, health: Health) -> tuple[str, ...]:
 
 def force_table(forces: Forces) -> pd.DataFrame:
     """Columns of the estimate: forces, moments and creepages, each with its standard deviation."""
-    settled = (forces.time >= forces.time[0] + SETTLE) & np.isfinite(forces.signals).all(axis=1)
-    table = {"time [s]": forces.time}
-    for index, name in enumerate(FORCE_NAMES + MOTIONS[:2]):
-        bare, _, unit = name.partition(" [")
-        table[name] = np.where(settled, forces.signals[:, index], np.nan)
-        table[f"{bare}_std [{unit}"] = np.where(settled, forces.spread[:, index], np.nan)
-    return pd.DataFrame(table | {"valid [-]": settled.astype(float)})
+    settled = settled_rows(forces.time, forces.signals)
+    columns = columns_with_std(FORCE_NAMES + MOTIONS[:2], forces.signals, forces.spread, settled)
+    return pd.DataFrame({"time [s]": forces.time, **columns, "valid [-]": settled.astype(float)})

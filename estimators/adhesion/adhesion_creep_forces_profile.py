@@ -2,15 +2,13 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 
-from estimators.adhesion.adhesion_creep_forces import SETTLE, CreepForceEstimator
 from estimators.adhesion.adhesion_level import AdhesionLevel
 from estimators.adhesion.channels import RATE, LateralRecord, read
-from estimators.adhesion.classifier import vehicles
+from estimators.adhesion.creep_force_estimator import CalibratedEstimator, columns_with_std, settled_rows
 from estimators.adhesion.creep_forces import FORCE_NAMES
 from estimators.adhesion.creep_law import ForceOutputs, LawShaping, with_law
 from estimators.adhesion.creep_model import ROLL_BODIES, Floating, parameters
@@ -25,7 +23,7 @@ FINE = 0.05  # step of the logarithms of speed and slope among which models are 
 MIDDLE = 0.2  # share of Kalker's slope where nothing is known of it: the middle of the presets
 
 
-class AdhesionCreepForcesProfile(CreepForceEstimator, frozen=True):
+class AdhesionCreepForcesProfile(CalibratedEstimator, frozen=True):
     """Net lateral creep force and yaw moment of each wheelset, with gravity's force taken out by the nominal profile.
 
     The linear creep law's slope is that of `adhesion_level` on the same record; its error, first-order noise on every
@@ -38,12 +36,6 @@ class AdhesionCreepForcesProfile(CreepForceEstimator, frozen=True):
     track_level: float = quantity(
         1.5, unit="- over the lateral spectrum of ERRI low", source="between ERRI B176 low and high", gt=0.0
     )
-
-    requires: ClassVar[tuple[str, ...]] = CreepForceEstimator.requires
-
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has every channel and a speed, and the vehicle a calibration of the slope."""
-        return super().fits(measurements) and measurements.vehicle.get("name") in vehicles()
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Forces over time, high-passed like every channel; NaN until the filter has settled."""
@@ -119,10 +111,7 @@ def _slope(series: pd.DataFrame, time: np.ndarray) -> tuple[np.ndarray, bool]:
 
 def _table(record: LateralRecord, forces: np.ndarray, spread: np.ndarray, slope: np.ndarray) -> pd.DataFrame:
     """Columns of the estimate: creep forces and moments, gravity's forces, each with its standard deviation."""
-    settled = (record.time >= record.time[0] + SETTLE) & np.isfinite(forces).all(axis=1)
-    table = {"time [s]": record.time}
-    for index, name in enumerate(FORCE_NAMES + GRAVITY_NAMES):
-        bare, _, unit = name.partition(" [")
-        table[name] = np.where(settled, forces[:, index], np.nan)
-        table[f"{bare}_std [{unit}"] = np.where(settled, spread[:, index], np.nan)
-    return pd.DataFrame(table | {"creep_slope [-]": slope, "valid [-]": settled.astype(float)})
+    settled = settled_rows(record.time, forces)
+    columns = columns_with_std(FORCE_NAMES + GRAVITY_NAMES, forces, spread, settled)
+    last = {"creep_slope [-]": slope, "valid [-]": settled.astype(float)}
+    return pd.DataFrame({"time [s]": record.time, **columns, **last})

@@ -1,14 +1,14 @@
 """Adhesion level with a calibrated probability, and the initial creep slope, in windows of ordinary running."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from estimators.adhesion.adhesion_creep_forces import SETTLE, CreepForceEstimator
 from estimators.adhesion.change_points import Change, find_changes
 from estimators.adhesion.channels import WHEELSETS, has_all, used_channels
-from estimators.adhesion.classifier import LEVELS, Classifier, classifier, vehicles
+from estimators.adhesion.classifier import LEVELS, Classifier, classifier
+from estimators.adhesion.creep_force_estimator import SETTLE, CalibratedEstimator
 from estimators.adhesion.creep_forces import RATE, Forces
 from estimators.adhesion.features import SETS, features, windows
 from estimators.interface import Estimate
@@ -22,7 +22,7 @@ LEFT_OUT = 0.05  # share of a window in which a channel may be left out
 BEYOND = 0.1  # relative distance from the calibration's speeds that is still accepted
 
 
-class AdhesionLevel(CreepForceEstimator, frozen=True):
+class AdhesionLevel(CalibratedEstimator, frozen=True):
     """Dry, wet, low or very low from spectra of the creep force filter's estimates; braking is not needed.
 
     Each window of 10 s is compared with a calibration on simulated runs of the same vehicle over other tracks
@@ -31,12 +31,6 @@ class AdhesionLevel(CreepForceEstimator, frozen=True):
     """
 
     hop: float = quantity(0.5, unit="s between windows", source="illustrative", ge=0.1, le=5.0)
-
-    requires: ClassVar[tuple[str, ...]] = CreepForceEstimator.requires
-
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has every channel and a speed, and the vehicle a calibration."""
-        return super().fits(measurements) and measurements.vehicle.get("name") in vehicles()
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Probabilities over time, each of the 10 s around; NaN where the sensors or the speed allow none."""

@@ -34,6 +34,11 @@ class Grid:
     time: np.ndarray
     rate: float
 
+    @property
+    def has_forward(self) -> bool:
+        """Whether the longitudinal acceleration was measured together with the others."""
+        return bool(np.isfinite(self.forward).any())
+
 
 def read(measurements: Measurements) -> Grid:
     """The channels on one grid.
@@ -101,7 +106,7 @@ class Stepper:
         advance: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray],
     ) -> None:
         self.advance = advance
-        self._columns = columns
+        self.columns = columns
         self._rate = rate
         self._time: float | None = None
 
@@ -121,4 +126,4 @@ class Stepper:
         self._time = time
         values = sample[ACCELERATION], sample[PITCH_RATE], sample.get(FORWARD, np.nan)
         row = self.advance(*(np.array([value], dtype=float) for value in values))[0]
-        return {"time [s]": time, **{name: float(value) for name, value in zip(self._columns, row, strict=True)}}
+        return {"time [s]": time, **{name: float(value) for name, value in zip(self.columns, row, strict=True)}}

@@ -1,38 +1,31 @@
 """True speed as in section 5 of Ward et al. 2011: integer-lag peak of a running cross-correlation."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
-from estimators.interface import Estimate, Estimator
 from estimators.signals.correlation import recompute, runner_up, slide
-from estimators.speed.bogie_channels import Stepper, accelerometer_offset, read
+from estimators.speed.bogie_channels import Stepper, accelerometer_offset
 from estimators.speed.inverse_filter import InverseFilter, advance, inverse_filter
-from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, chain
+from estimators.speed.wheelset_correlation import WheelsetCorrelation
+from estimators.speed.wheelset_filters import chain
 from estimators.vehicle.parameters import positive_numbers
 from estimators.vehicle.vertical import NEEDED, NEEDED_IN_PITCH, pitch_frequency
 from railsim.compiled import as_written
 from railsim.errors import InputError
-from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 COLUMNS = ("speed [m/s]", "speed_std [m/s]", "correlation [-]", "valid [-]")
-PAPER = "Ward et al. 2011, section 5"
 
 
-class SpeedPlain(Estimator, frozen=True):
+class SpeedPlain(WheelsetCorrelation, frozen=True):
     """Speed V = 2 Lb / T, equation (9), T the integer lag at the peak of the running cross-correlation, equation (10).
 
     The two signals are the wheelsets' vertical accelerations, band limited. Errors to expect: truncation of the lag to
     whole samples, and a delay of about half a window while the speed changes.
     """
 
-    requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
-
-    window: float = quantity(4.0, unit="s", source="illustrative; longer at low speed (" + PAPER + ".2)", gt=0.2, le=60)
-    low: float = quantity(1.0, unit="Hz", source="body bounce stays below; trial on bogie_rig", gt=0.05, lt=50)
     reach: float = quantity(
         1.7,
         unit="-",
@@ -40,29 +33,13 @@ class SpeedPlain(Estimator, frozen=True):
         gt=0.3,
         le=5,
     )
-    slowest: float = quantity(3.0, unit="m/s", source="2 Lb / slowest must fit well into the window", gt=0.5)
-    fastest: float = quantity(80.0, unit="m/s", source="above every conventional train", gt=5)
     threshold: float = quantity(0.3, unit="-", source="normalised peak of unrelated signals stays below", ge=0, lt=1)
     ambiguity: float = quantity(1.2, unit="-", source="peak over the next one; trial on bogie_rig", ge=1)
-    floor: float = quantity(0.02, unit="m/s2", source="root mean square of MEMS noise after the inverse", gt=0)
     inverse: bool = quantity(True, unit="-", source="False: plain sums z -+ Lb theta, biased; for comparison only")
 
-    def estimate(self, measurements: Measurements) -> Estimate:
-        """Speed at every sample of the record.
-
-        Raises
-        ------
-        InputError : a channel or a vehicle parameter is missing, or the sampling cannot serve the settings.
-        """
-        self.need(measurements)
-        grid = read(measurements)
-        run = self.online(measurements.about, grid.rate)
-        rows = run.advance(grid.acceleration, grid.pitch_rate, grid.forward)[grid.rows]
-        series = pd.DataFrame(dict(zip(("time [s]", *COLUMNS), (grid.time, *rows.T), strict=True)))
-        return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), "rate [Hz]": grid.rate})
-
-    def online(self, about: Mapping[str, Any], rate: float) -> Stepper:
-        """Start a run; see `OnlineEstimator`."""
+    def start(self, about: Mapping[str, Any], rate: float, forward: bool) -> Stepper:
+        """Start a run; the longitudinal acceleration is not used."""
+        del forward
         vehicle = about["vehicle"]
         positive_numbers(vehicle, NEEDED if self.inverse else NEEDED_IN_PITCH)
         high = self.reach * pitch_frequency(vehicle)
@@ -98,7 +75,7 @@ class _State(NamedTuple):
 
 @as_written
 def _run(state: _State, first: int, limits: np.ndarray, a: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Rows of `COLUMNS` for new samples of acceleration and pitch rate; `limits`: see `online`."""
+    """Rows of `COLUMNS` for new samples of acceleration and pitch rate; `limits`: see `start`."""
     rows = np.empty((len(a), 4))
     out = np.empty(4)
     for i in range(len(a)):

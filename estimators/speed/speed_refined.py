@@ -1,30 +1,28 @@
 """True speed by locking on to the travel time between the wheelsets with a motion model: sub-sample, without delay."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from estimators.interface import Estimate, Estimator
-from estimators.speed.bogie_channels import Stepper, accelerometer_offset, read, together
+from estimators.speed.bogie_channels import Stepper, accelerometer_offset
 from estimators.speed.inverse_filter import inverse_filter
 from estimators.speed.motion_models import Motion, filter_bank
 from estimators.speed.noise_slopes import noise_slope, power
 from estimators.speed.travel_time import COLUMNS, Limits, Tracking, run
+from estimators.speed.wheelset_correlation import WheelsetCorrelation
 from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, Chain, chain
 from estimators.vehicle.parameters import positive_numbers
 from estimators.vehicle.vertical import NEEDED, pitch_frequency
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
-from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 LEAST = 0.1  # of `floor`; what a sensor without any noise is taken to have
 TRIAL = "trial on tests/estimators/bogie_rig.py"
 
 
-class SpeedRefined(Estimator, frozen=True):
+class SpeedRefined(WheelsetCorrelation, frozen=True):
     """Speed from the mismatch w_2''(t) - w_1''(t - T) of the wheelsets' vertical accelerations, V T - a T^2/2 = 2 Lb.
 
     A running correlation finds the travel time coarsely; a bank of extended Kalman filters (steady speed, steady
@@ -39,9 +37,6 @@ class SpeedRefined(Estimator, frozen=True):
     bias.
     """
 
-    requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH_RATE)
-
-    low: float = quantity(1.0, unit="Hz", source="body bounce stays below; " + TRIAL, gt=0.05, lt=50)
     reach: float = quantity(
         1.3,
         unit="-",
@@ -49,12 +44,8 @@ class SpeedRefined(Estimator, frozen=True):
         gt=0.3,
         le=5,
     )
-    slowest: float = quantity(3.0, unit="m/s", source="travel time well inside the search window", gt=0.5)
-    fastest: float = quantity(80.0, unit="m/s", source="above every conventional train", gt=5)
-    window: float = quantity(4.0, unit="s", source="of the first search; as speed_plain", gt=0.2, le=60)
     threshold: float = quantity(0.5, unit="-", source="peak of unrelated signals stays below; " + TRIAL, gt=0, lt=1)
     ambiguity: float = quantity(1.5, unit="-", source="peak over the next one; " + TRIAL, ge=1)
-    floor: float = quantity(0.02, unit="m/s2", source="root mean square of MEMS noise after the inverse", gt=0)
     lost: float = quantity(0.05, unit="-", source="relative standard deviation at which a new search is better", gt=0)
     memory: float = quantity(1.0, unit="s", source="averaging of the mismatch's power; a few travel times", gt=0.1)
     model_error: float = quantity(
@@ -91,25 +82,8 @@ class SpeedRefined(Estimator, frozen=True):
     acceleration_noise: float = quantity(6e-4, unit="m/s2/Hz^0.5", source="60 ug, industrial MEMS data sheets", gt=0)
     rate_noise: float = quantity(9e-5, unit="rad/s/Hz^0.5", source="0.005 deg/s, industrial MEMS data sheets", gt=0)
 
-    def estimate(self, measurements: Measurements) -> Estimate:
-        """Speed at every sample of the record, causal: the same numbers as `online`.
-
-        Raises
-        ------
-        InputError : a channel or a vehicle parameter is missing, or the sampling cannot serve the settings.
-        """
-        self.need(measurements)
-        grid = read(measurements)
-        stepper = self._start(measurements.about, grid.rate, bool(np.isfinite(grid.forward).any()))
-        rows = stepper.advance(grid.acceleration, grid.pitch_rate, grid.forward)[grid.rows]
-        series = pd.DataFrame(dict(zip(("time [s]", *COLUMNS), (grid.time, *rows.T), strict=True)))
-        return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), "rate [Hz]": grid.rate})
-
-    def online(self, about: Mapping[str, Any], rate: float) -> Stepper:
-        """Start a run; see `OnlineEstimator`. Where `about` states a sensor of it, samples also hold `FORWARD`."""
-        return self._start(about, rate, together(about, rate))
-
-    def _start(self, about: Mapping[str, Any], rate: float, driven: bool) -> Stepper:
+    def start(self, about: Mapping[str, Any], rate: float, forward: bool) -> Stepper:
+        """Start a run; the longitudinal acceleration drives the motion models where it is measured."""
         if not self.slowest < self.fastest:
             raise InputError("speed_refined: 'slowest' must lie below 'fastest'")
         vehicle = about["vehicle"]
@@ -137,11 +111,11 @@ class SpeedRefined(Estimator, frozen=True):
             spread=self._spread(),
             noise_slope=noise_slope(filters, rate, filters.wheelbase / self.slowest, densities),
             late=round(filters.delay * rate),
-            first_acceleration=self.forward_bias if driven else self.first_acceleration,
+            first_acceleration=self.forward_bias if forward else self.first_acceleration,
             noise=self._still(about, filters, rate),
-            cruise=self.cruise**2 if driven else 0.0,
+            cruise=self.cruise**2 if forward else 0.0,
         )
-        filter_bank = self._driven_filter_bank(stride / rate) if driven else self._filter_bank(stride / rate)
+        filter_bank = self._driven_filter_bank(stride / rate) if forward else self._filter_bank(stride / rate)
         tracking = Tracking.new(inverse_filter(filters, rate, self.low), filter_bank, limits, self.window)
         return Stepper(COLUMNS, rate, lambda a, q, u: run(tracking, limits, a, q, u))
 

@@ -4,7 +4,7 @@ theta stands in units of the box, so that both filters work on numbers of order 
 matrices at any theta come by polynomials between Chebyshev points, as the particles' gains do.
 """
 
-from collections.abc import Callable
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -18,6 +18,7 @@ from estimators.suspension.filter_bank import chebyshev, lagrange
 from estimators.suspension.suspension_rbpf import COLUMNS, report
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import INPUTS, PARAMETERS
+from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 POINTS = 4
@@ -25,7 +26,7 @@ START_STATE = 1e-2  # standard deviation of every state at the start, in m, rad,
 
 
 class JointEstimator(SuspensionEstimator, frozen=True):
-    """Settings of the filters of state and parameters."""
+    """What the filters of state and parameters share: settings, and the run over a record."""
 
     first: tuple[float, float, float] = quantity(
         (0.6, 0.6, 0.3), unit="- of the box: where the parameters start", source="the middle, nearly"
@@ -33,6 +34,21 @@ class JointEstimator(SuspensionEstimator, frozen=True):
     first_std: float = quantity(0.2, unit="- of the box", source="illustrative", gt=0.0)
     walk: float = quantity(0.002, unit="- of the box a root second", source="as suspension_rbpf", ge=0.0)
     every: int = quantity(4, unit="samples between two steps", source="64 Hz of 256; the low-pass allows it", ge=1)
+
+    def estimate(self, measurements: Measurements) -> Estimate:
+        """Run over the record; raises `InputError` as `suspension_rbpf`."""
+        problem = self.prepare(measurements)
+        return run(self, problem, self.walk**2 * self.every / problem.record.rate)
+
+    @abstractmethod
+    def begin(self, now: "Matrices", mean: np.ndarray, covariance: np.ndarray, walk: float) -> "Joint":
+        """The filter at its start.
+
+        Parameters
+        ----------
+        mean, covariance : of state and parameters, shapes (n + 3,) and (n + 3, n + 3); the filter changes them.
+        walk : variance that each parameter gains in a step, in units of the box squared.
+        """
 
 
 @dataclass(frozen=True)
@@ -88,10 +104,8 @@ class Joint(Protocol):
         ...
 
 
-def run(
-    estimator: JointEstimator, problem: Problem, begin: Callable[[Matrices, np.ndarray, np.ndarray], Joint]
-) -> Estimate:
-    """Run a filter over the record; `begin` makes it from matrices, mean and covariance."""
+def run(estimator: JointEstimator, problem: Problem, walk: float) -> Estimate:
+    """Run the estimator's filter over the record; `walk` : as in `begin`."""
     record, every = problem.record, estimator.every
     size, rows = problem.high - problem.low, []
     tables: dict[Situation, Matrices] = {}
@@ -112,7 +126,7 @@ def run(
                 point, spread = (point, spread) if current is None else _parameters(current)
                 P = np.zeros((n + 3, n + 3))
                 P[:n, :n], P[n:, n:] = START_STATE**2 * np.eye(n), spread
-                current = begin(now, np.concatenate([np.zeros(n), point]), P)
+                current = estimator.begin(now, np.concatenate([np.zeros(n), point]), P, walk)
             inputs, _, readings = problem.samples(first, last, situation[1])
             for k in range(0, last - first - every + 1, every):
                 before, after = record.inputs[max(first + k - 1, 0)], inputs[k + every - 1]

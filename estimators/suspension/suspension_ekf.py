@@ -3,19 +3,15 @@
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from estimators.interface import Estimate
-from estimators.suspension.augmented_state import JointEstimator, Matrices, run
-from railsim.measurements import Measurements
+from estimators.suspension.augmented_state import JointEstimator, Matrices
 
 
 class SuspensionEkf(JointEstimator, frozen=True):
     """First order in the product of state and parameters (Jazwinski 1970); needs a start that is not far off."""
 
-    def estimate(self, measurements: Measurements) -> Estimate:
-        """Run over the record; raises `InputError` as `suspension_rbpf`."""
-        problem = self.prepare(measurements)
-        walk = self.walk**2 * self.every / problem.record.rate
-        return run(self, problem, lambda now, mean, covariance: _Filter(now, mean, covariance, walk))
+    def begin(self, now: Matrices, mean: np.ndarray, covariance: np.ndarray, walk: float) -> "_Filter":
+        """The filter at its start."""
+        return _Filter(now, mean, covariance, walk)
 
 
 class _Filter(ExtendedKalmanFilter):

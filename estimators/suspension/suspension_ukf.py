@@ -3,9 +3,7 @@
 import numpy as np
 from filterpy.kalman import JulierSigmaPoints, UnscentedKalmanFilter
 
-from estimators.interface import Estimate
-from estimators.suspension.augmented_state import JointEstimator, Matrices, run
-from railsim.measurements import Measurements
+from estimators.suspension.augmented_state import JointEstimator, Matrices
 
 KAPPA = 0.0  # all weights positive, so that covariances stay so (Julier and Uhlmann 1997)
 
@@ -13,11 +11,9 @@ KAPPA = 0.0  # all weights positive, so that covariances stay so (Julier and Uhl
 class SuspensionUkf(JointEstimator, frozen=True):
     """Sigma points through the product of state and parameters (Julier and Uhlmann 1997)."""
 
-    def estimate(self, measurements: Measurements) -> Estimate:
-        """Run over the record; raises `InputError` as `suspension_rbpf`."""
-        problem = self.prepare(measurements)
-        walk = self.walk**2 * self.every / problem.record.rate
-        return run(self, problem, lambda now, mean, covariance: _Filter(now, mean, covariance, walk))
+    def begin(self, now: Matrices, mean: np.ndarray, covariance: np.ndarray, walk: float) -> "_Filter":
+        """The filter at its start."""
+        return _Filter(now, mean, covariance, walk)
 
 
 class _Filter(UnscentedKalmanFilter):

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from estimators.filters.kalman import correct, project
-from railsim.compiled import kernel
+from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
 
 DYNAMIC = 9
@@ -204,27 +204,28 @@ def predict(settings, memory, speed):
     _spread(settings, memory, speed, size, cell)
 
 
+@inlined
+def _row_times(row, values, first, last):
+    """Product of a row of the transition, zero but for the dynamic states and `first` to `last`, with a vector."""
+    total = 0.0
+    for k in range(DYNAMIC):
+        total += row[k] * values[k]
+    for k in range(first, last):
+        total += row[k] * values[k]
+    return total
+
+
 @kernel
 def _spread(settings, memory, speed, size, cell):
     """Covariance: only the dynamic rows move; parameters gain the variance of their walks."""
     p, t, moved, h = memory.covariance, memory.transition, memory.moved, settings.step
-    active = min(2, len(settings.nodes))
+    first, last = DYNAMIC + cell, DYNAMIC + cell + min(2, len(settings.nodes))
     for i in range(DYNAMIC):
         for j in range(size):
-            total = 0.0
-            for k in range(DYNAMIC):
-                total += t[i, k] * p[k, j]
-            for k in range(DYNAMIC + cell, DYNAMIC + cell + active):
-                total += t[i, k] * p[k, j]
-            moved[i, j] = total
+            moved[i, j] = _row_times(t[i], p[:, j], first, last)
     for i in range(DYNAMIC):
         for j in range(DYNAMIC):
-            total = 0.0
-            for k in range(DYNAMIC):
-                total += moved[i, k] * t[j, k]
-            for k in range(DYNAMIC + cell, DYNAMIC + cell + active):
-                total += moved[i, k] * t[j, k]
-            p[i, j] = total
+            p[i, j] = _row_times(t[j], moved[i], first, last)
         for j in range(DYNAMIC, size):
             p[i, j] = p[j, i] = moved[i, j]
     low, high = settings.poles[0] * speed, settings.poles[1] * speed

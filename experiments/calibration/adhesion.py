@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
-from estimators.adhesion.adhesion_creep_forces import SETTLE, AdhesionCreepForces
+from estimators.adhesion.adhesion_creep_forces import AdhesionCreepForces
 from estimators.adhesion.classifier import FILE, LEVELS, softmax, terms
+from estimators.adhesion.creep_force_estimator import SETTLE
 from estimators.adhesion.creep_forces import RATE
 from estimators.adhesion.features import SETS, features, windows
 from experiments.runs.adhesion import CLEAR, recording, sensors

@@ -8,10 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 from scipy.signal import welch
 
-from estimators.adhesion.adhesion_creep_forces import SETTLE, AdhesionCreepForces
+from estimators.adhesion.adhesion_creep_forces import AdhesionCreepForces
 from estimators.adhesion.adhesion_creep_forces_profile import AdhesionCreepForcesProfile
 from estimators.adhesion.channels import RATE, high_pass
 from estimators.adhesion.classifier import LEVELS
+from estimators.adhesion.creep_force_estimator import SETTLE
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, above
 from experiments.reporting.plots import BLUE, GREEN, PURPLE, RED

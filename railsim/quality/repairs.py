@@ -18,26 +18,25 @@ if TYPE_CHECKING:
     from railsim.quality.interface import Finding
 
 
+@dataclass(frozen=True)
 class Repair(ABC):
     """What is done about a finding.
 
     Attributes
     ----------
+    amount : its size, in the unit that the repair states; 0 where it has none.
     name : in about.json and in the command's JSON.
     stage : repairs of samples (0) come before those that move a table (1) and those of its grid of times (2).
     lasting : False for what only keeps samples from later checks.
     log : what was done, with {amount} and {other}, the finding's other channel.
     """
 
+    amount: float = 0.0
+
     name: ClassVar[str]
     log: ClassVar[str]
     stage: ClassVar[int] = 0
     lasting: ClassVar[bool] = True
-
-    @property
-    def amount(self) -> float:
-        """Its size, 0 where it has none."""
-        return 0.0
 
     @abstractmethod
     def apply(self, draft: Draft, finding: "Finding") -> None:
@@ -100,40 +99,26 @@ class Fill(SampleRepair):
 
 @dataclass(frozen=True)
 class Subtract(SampleRepair):
-    """`offset` (unit of the channel) is subtracted."""
-
-    offset: float
+    """`amount` (unit of the channel) is subtracted."""
 
     name: ClassVar[str] = "subtract"
     log: ClassVar[str] = "{amount:.6g} subtracted"
 
-    @property
-    def amount(self) -> float:
-        """The offset."""
-        return self.offset
-
     def change(self, values: np.ndarray, at: np.ndarray) -> None:
         """Subtract."""
-        values[at] -= self.offset
+        values[at] -= self.amount
 
 
 @dataclass(frozen=True)
 class Scale(SampleRepair):
-    """The samples are divided by the factor `factor`."""
-
-    factor: float
+    """The samples are divided by the factor `amount`."""
 
     name: ClassVar[str] = "scale"
     log: ClassVar[str] = "divided by {amount:.6g}"
 
-    @property
-    def amount(self) -> float:
-        """The factor."""
-        return self.factor
-
     def change(self, values: np.ndarray, at: np.ndarray) -> None:
         """Divide."""
-        values[at] /= self.factor
+        values[at] /= self.amount
 
 
 @dataclass(frozen=True)
@@ -153,7 +138,7 @@ class Negate(SampleRepair):
 class Put(Repair):
     """`values` (unit of the channel, one a sample that is concerned) take the samples' place."""
 
-    values: np.ndarray = field(compare=False, repr=False)
+    values: np.ndarray = field(compare=False, repr=False, kw_only=True)
 
     name: ClassVar[str] = "put"
     log: ClassVar[str] = "samples put back from {other}"
@@ -202,23 +187,16 @@ class Swap(Repair):
 
 @dataclass(frozen=True)
 class Shift(Repair):
-    """The table's values are moved to stamps that are `delay` s later."""
-
-    delay: float
+    """The table's values are moved to stamps that are `amount` s later."""
 
     name: ClassVar[str] = "shift"
     log: ClassVar[str] = "moved by {amount:+.6g} s"
     stage: ClassVar[int] = 1
 
-    @property
-    def amount(self) -> float:
-        """The delay."""
-        return self.delay
-
     def apply(self, draft: Draft, finding: "Finding") -> None:
         """Move them; the table reaches no further than the longest one."""
         latest = max(float(table[TIME][-1]) + 1.0 / rate for rate, table in draft.tables.items())
-        draft.tables[draft.rate(finding)] = shifted(draft.table(finding), self.delay, latest)
+        draft.tables[draft.rate(finding)] = shifted(draft.table(finding), self.amount, latest)
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ class Tachometer(Check, frozen=True):
                     "tachometer", name, start, end, text, f"{advice}interpolated", repair=Fill(), samples=hit
                 )
             advice += f"by {other[0]}"
-            put = Put(other[1])
+            put = Put(values=other[1])
             return Finding("tachometer", name, start, end, text, advice, repair=put, other=other[0], samples=hit)
         return Finding("slip", name, start, end, text, "a wheel slides or spins: true, but not running speed", "note")
 

@@ -1,0 +1,90 @@
+"""What the estimators share that run the creep force filter: settings, channels, and the columns of what it gives."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from estimators.adhesion.channels import used_channels
+from estimators.adhesion.classifier import vehicles
+from estimators.adhesion.creep_forces import Forces, find_forces
+from estimators.adhesion.creep_model import ROLL_BODIES, Shaping
+from estimators.interface import Estimator
+from estimators.signals.channel_health import Health, channel_health
+from estimators.speed.odometry import SpeedSource, has_speed
+from railsim.measurements import Measurements
+from railsim.spec import quantity
+
+ILLUSTRATIVE = "illustrative"
+SETTLE = 4.0  # s after which the high-pass has forgotten how the record begins
+
+
+class CreepForceEstimator(Estimator, frozen=True):
+    """What the filter that floats on its contacts can be told."""
+
+    corner: float = quantity(
+        0.3, unit="Hz, of the high-pass that every channel goes through", source=ILLUSTRATIVE, gt=0.01, le=2.0
+    )
+    force: float = quantity(5e3, unit="N, standard deviation of a wheelset's force", source=ILLUSTRATIVE, gt=0.0)
+    moment: float = quantity(5e3, unit="N m, the same of its yaw moment", source=ILLUSTRATIVE, gt=0.0)
+    correlation_time: float = quantity(0.1, unit="s, of force and moment", source=ILLUSTRATIVE, gt=0.0)
+    secondary: float = quantity(
+        5e2, unit="N, standard deviation of the error of the secondary suspension's force", source=ILLUSTRATIVE, gt=0.0
+    )
+    speed_source: SpeedSource = quantity("tachometer", unit="-", source="Ward et al. 2011, section 3.1")
+
+    requires: ClassVar[tuple[str, ...]] = (
+        "bogie.acceleration_y [m/s2]",
+        "bogie.rate_yaw [rad/s]",
+        "bogie.rate_roll [rad/s]",
+        "body.acceleration_y [m/s2]",
+    )
+
+    @property
+    def shaping(self) -> Shaping:
+        """The unknown inputs as shaped noise."""
+        return Shaping(self.force, self.moment, self.secondary, self.correlation_time)
+
+    def fits(self, measurements: Measurements) -> bool:
+        """Whether the recording has every channel, and a speed."""
+        return super().fits(measurements) and has_speed(measurements, self.speed_source)
+
+    def forces(self, measurements: Measurements, health: Health, bodies: tuple[str, ...] = ROLL_BODIES) -> Forces:
+        """The filter over the recording with the sensors of these bodies."""
+        return find_forces(measurements, bodies, health.good, self.corner, self.speed_source, self.shaping)
+
+    def health(self, measurements: Measurements) -> Health:
+        """Judgement of every channel that the filter can use."""
+        return channel_health(measurements, used_channels(measurements, ROLL_BODIES))
+
+
+class CalibratedEstimator(CreepForceEstimator, frozen=True):
+    """One that goes by the calibration of the adhesion level, which some vehicles have."""
+
+    def fits(self, measurements: Measurements) -> bool:
+        """Whether the recording has every channel and a speed, and the vehicle a calibration."""
+        return super().fits(measurements) and measurements.vehicle.get("name") in vehicles()
+
+
+def settled_rows(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Rows of `values` (n, k) that are whole, after the filter has settled, shape (n,)."""
+    return (time >= time[0] + SETTLE) & np.isfinite(values).all(axis=1)
+
+
+def columns_with_std(
+    names: Sequence[str], values: np.ndarray, spread: np.ndarray, settled: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Columns by name, each with its standard deviation; NaN where not `settled`.
+
+    Parameters
+    ----------
+    names : as "quantity [unit]".
+    values, spread : estimates and their standard deviations, shapes (n, number of names or more).
+    settled : shape (n,).
+    """
+    table = {}
+    for index, name in enumerate(names):
+        bare, _, unit = name.partition(" [")
+        table[name] = np.where(settled, values[:, index], np.nan)
+        table[f"{bare}_std [{unit}"] = np.where(settled, spread[:, index], np.nan)
+    return table
