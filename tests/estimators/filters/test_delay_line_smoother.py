@@ -122,7 +122,7 @@ def test_likelihood_is_the_density_of_all_measurements_together():
     """One Gaussian density of the whole record, whose covariance is written out, without its power of 2 pi."""
     rng = np.random.default_rng(4)
     made, count = _passage(), 12
-    place = made.place(np.linspace(*SPEEDS, count))
+    place = made.table_index(np.linspace(*SPEEDS, count))
     turning = rng.normal(size=(count, 2, 2))
     turning[:, 0, 1] = 0.0
     measured, R = rng.normal(size=(count, 2)) * [0.01, 0.3], np.full((count, 2), [1e-4, 1e-2])

@@ -136,7 +136,7 @@ def test_start_knows_of_a_bias_what_its_constant_and_its_drifting_part_leave():
 def test_between_the_speeds_of_the_tables_a_step_is_that_of_the_speed_itself():
     made = _tables(_system(True), (14.0, 17.0))
     assert np.diff(np.log(made.speeds)).max() <= SPEED_STEP
-    place = float(made.place(np.array(15.53)))
+    place = float(made.table_index(np.array(15.53)))
     low, share = int(place), place - int(place)
     between = (1.0 - share) * made.steps.F[low] + share * made.steps.F[low + 1]
     exact = _tables(_system(True), (15.53, 15.53)).steps.F[0]
