@@ -27,6 +27,7 @@ from experiments.validation.kalker_1982 import Kalker1982
 from experiments.validation.reference import read
 from railsim.contact.fastsim import (
     FULL_SLIDING,
+    creep_gradient,
     equivalent_slope,
     fastsim_band,
     fastsim_force,
@@ -160,6 +161,26 @@ def test_equivalent_slope_gives_the_force_of_both_factors(gradient: float, k_a: 
         assert reached == pytest.approx(k_a * gradient)
     else:
         assert found == pytest.approx(min(expected, FULL_SLIDING), rel=1e-6)
+
+
+def test_gradient_is_the_linear_force_and_spin_counts_where_it_adds_to_the_lateral_creepage() -> None:
+    """Polach (1999): e = pi / 4 times the linear force over mu N; spin makes vy + phi a of vy where that is larger."""
+    a, b, limit = 6e-3, 5e-3, 0.3 * 5e4
+    along, across, spin = 2e-4, 3e-4, 0.1
+    c = kalker_coefficients(a / b)
+
+    def expected(creep_x: float, creep_y: float) -> float:
+        return 0.25 * math.pi * math.hypot(*linear_force(creep_x, creep_y, 0.0, a, b, *c)) / limit
+
+    def found(creep_x: float, creep_y: float, phi: float) -> float:
+        return creep_gradient(creep_x, creep_y, phi, a, b, c[0], c[1], 5e4, 0.3)
+
+    assert found(along, across, 0.0) == pytest.approx(expected(along, across))
+    assert found(0.0, 0.0, spin) == pytest.approx(expected(0.0, spin * a))
+    assert found(along, across, spin) == pytest.approx(expected(along, across + spin * a))
+    assert found(along, across, -spin / 2.0) == pytest.approx(expected(along, across))
+    assert found(along, across, -2.0 * spin) == pytest.approx(expected(along, across - 2.0 * spin * a))
+    assert creep_gradient(along, across, spin, a, b, c[0], c[1], 0.0, 0.3) == 0.0
 
 
 @pytest.mark.parametrize(("decay", "gradient"), [(0.62, 3.0), (2.0, 0.25), (1e-3, 1e4)])

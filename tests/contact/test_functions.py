@@ -1,5 +1,7 @@
 """Contact functions and their tables: closed forms of the analytic pairs, Hertz's stiffness, the mirrored wheel."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,13 @@ def test_table_meets_the_functions_and_mirrors_the_right_wheel() -> None:
     lift, mirrored = value(table, 0, LIFT, between), value(table, 1, LIFT, -between)
     assert lift == pytest.approx(mirrored, abs=1e-15)
     assert lift == pytest.approx(functions.lift[301] * 0.7, rel=1e-3)
+
+
+def test_functions_cannot_be_changed() -> None:
+    """Tables are kept by the functions that they are made of."""
+    functions = WheelRailPair().contact_functions(WHEEL, HALF)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        functions.lift = 2.0 * functions.lift  # pyright: ignore[reportAttributeAccessIssue]
 
 
 @pytest.mark.parametrize("shift", [np.linspace(-0.01, 0.012, 23), np.linspace(-0.1, 0.1, 21) ** 3 * 10.0])

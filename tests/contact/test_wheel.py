@@ -95,6 +95,14 @@ def test_lifted_wheel_exerts_nothing() -> None:
     assert found[:9] == (0.0,) * 9
 
 
+@pytest.mark.parametrize("code", [POLACH, FASTSIM, LINEAR])
+def test_lifted_wheel_that_slides_exerts_nothing_and_its_rail_keeps_its_friction(code: int) -> None:
+    law = FULL._replace(law=float(code))
+    found = wheel(SMOOTH, 0, law, np.array([1e-3, 1e-3, 1e-4, 5e-3]), np.array([0.2, 0.1, 0.05, 0.02]), spin=0.0)
+    assert found[:9] == (0.0,) * 9
+    assert found.friction == FULL.friction
+
+
 def test_damping_cannot_pull() -> None:
     q = np.array([0.0, -1e-4, 0.0, 0.0])
     law = FULL._replace(damping=10.0)
@@ -114,6 +122,19 @@ def test_creepages_of_a_shifted_wheelset() -> None:
     assert yawed.creep_force_y > 0.0
     turning = wheel(CONE, 0, FULL, np.array([0.0, -1e-4, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.1]))
     assert turning.creepage_x == pytest.approx(-HALF * 0.1 / 20.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_slip_of_a_yawed_wheelset_is_its_velocity_along_and_across_its_own_heading(side: int) -> None:
+    """Turned by the yaw (second order): V cos + y' sin less what the wheel rolls, and y' cos - V sin in the contact."""
+    speed, across, yaw, spin = 20.0, 0.5, 0.03, 43.8
+    q, pace = np.array([1e-3, -2e-4, 0.0, yaw]), np.array([across, 0.0, 0.0, 0.0])
+    found = wheel(SMOOTH, side, FULL, q, pace, spin=spin)
+    reference = (speed**4 + SLOWEST**4) ** 0.25
+    along = speed * np.cos(yaw) + across * np.sin(yaw) - found.radius * spin
+    aside = (across * np.cos(yaw) - speed * np.sin(yaw)) / np.cos(np.arctan(found.tangent))
+    assert found.creepage_x * reference == pytest.approx(along, abs=speed * yaw**3)
+    assert found.creepage_y * reference == pytest.approx(aside, abs=speed * yaw**3)
 
 
 @pytest.mark.parametrize("side", [0, 1])

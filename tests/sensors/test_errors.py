@@ -165,6 +165,13 @@ def test_resonance_is_at_rest_at_the_first_value_and_rings_at_its_own_frequency(
     assert np.diff(tops).mean() == pytest.approx(4096.0 / (40.0 * np.sqrt(1 - 0.05**2)), rel=0.01)
     lost = 2 * np.pi * 0.05 / np.sqrt(1 - 0.05**2)
     assert np.log(shaken[tops[0]]) - np.log(shaken[tops[5]]) == pytest.approx(5 * lost, rel=0.01)
+    assert shaken[tops[0]] == pytest.approx(np.exp(-lost / 2), rel=0.01)  # the overshoot of a step
+
+
+def test_resonance_above_what_the_rate_shows_passes_all():
+    signal = rng().standard_normal(200)
+    np.testing.assert_array_equal(SensorErrors(resonance=470.0).shake(signal, 1024.0), signal)
+    assert not np.allclose(SensorErrors(resonance=450.0).shake(signal, 1024.0), signal)
 
 
 def test_the_stated_low_pass_is_that_of_the_filter():

@@ -22,6 +22,7 @@ BOGIE = {"kind": "accelerometer", "name": "bogie", "body": "bogie", "axes": "z",
 PITCH = {"kind": "gyro", "name": "bogie", "body": "bogie", "axes": "pitch", "rate": 256, "errors": NOISY}
 SPRING = {"kind": "displacement", "name": "primary1_left", "rate": 128, "errors": "transducer"}
 TACHO = {"kind": "tachometer", "name": "wheelset1", "body": "wheelset1", "rate": 256}
+GNSS = {"kind": "gnss", "name": "gnss", "body": "bogie", "rate": 8}
 ABOUT = {"origin": "made by a test", "vehicle": {"name": "test"}}
 
 
@@ -77,6 +78,11 @@ def test_same_seed_same_bytes(truth: Truth, tmp_path: Path) -> None:
         ([BOGIE | {"errors": 3}], "give the fields of the error model or the name of a preset"),
         ([TACHO | {"body": "bogie"}], "a tachometer on 'bogie' measures 'bogie.spin_angle"),
         ([TACHO | {"pulses": 0}], "pulses: Input should be greater than or equal to 1"),
+        ([TACHO | {"radius_error": -1}], "radius_error: Input should be greater than -1"),
+        *(
+            ([GNSS | {std: -0.5}], f"{std}: Input should be greater than or equal to 0")
+            for std in ("speed_std", "position_std", "height_std", "drift_std")
+        ),
         ([SPRING | {"name": "primary9"}], "the run has no element 'primary9'; give \"across\", one of: primary1_left"),
         ([SPRING | {"errors": {"misalignment_std": 1e-3}}], "'misalignment_std' means nothing for this kind"),
     ],
@@ -131,6 +137,10 @@ class TestEveryKind:
         assert again == sensor
         assert (hash(again), again.digest()) == (hash(sensor), sensor.digest())
         assert sensor.settings()["kind"] == sensor.kind
+
+    def test_cannot_be_changed(self, sensor: Sensor) -> None:
+        with pytest.raises(ValueError, match="frozen"):
+            sensor.rate = 1.0  # pyright: ignore[reportAttributeAccessIssue]
 
     def test_data_sheet_is_json_without_secrets(self, sensor: Sensor) -> None:
         sheet = json.loads(json.dumps(sensor.data_sheet(), allow_nan=False))

@@ -61,6 +61,11 @@ def test_comments_spaces_and_line_ends_do_not_matter() -> None:
     assert track.vertical.tolist() == [1e-3, 2e-3, 0, 0]
 
 
+def test_no_zero_is_written_with_a_sign() -> None:
+    zeros, negative = (Track(np.arange(4.0), {"vertical": np.full(4, zero)}) for zero in (0.0, -0.0))
+    assert format_track(negative) == format_track(zeros) == "s [m],vertical [m]\n0,0\n1,0\n2,0\n3,0\n"
+
+
 def test_the_last_two_tracks_are_kept() -> None:
     texts = ["s [m]\n0\n1\n2\n3\n", "s [m]\n0\n1\n2\n4\n"]
     first, second = (parse_track(text, "kept") for text in texts)

@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
-from estimators.filters.information import information
+from estimators.filters.information import Information, information
 from estimators.filters.track_spectrum import SPEED_STEP, Noise, Passage, TrackSpectrum, passage
+from estimators.signals.bands import BANDS, response
 from estimators.vehicle.state_space import System
 
 PRIORS = [TrackSpectrum(1e-6, 2, (0.02, 0.8, 0.4)), TrackSpectrum(2e-6, 0, (0.03, 0.5))]
@@ -181,3 +182,32 @@ def test_what_the_model_says_wrongly_is_the_change_of_the_response_by_each_unkno
     assert np.abs(distance - 1e-6 * base * -1j * k * late * trail).max() < 1e-10 * size
     assert np.abs(first + second - known.H * scales[:, None]).max() < 1e-12 * size
     assert not first[:, 1].any() and not second[:, 0].any()
+
+
+@pytest.fixture
+def of_few_waves() -> Information:
+    """Six wavenumbers far apart, readings without doubt, and one unknown whose error goes with the wavenumber."""
+    k = np.geomspace(2 * np.pi / 200.0, 2 * np.pi / 1.0, 6)
+    one = np.ones((6, 1, 1))
+    return Information(k, np.full((6, 1), 1e12), one, one.astype(complex), 0.2 * k[None, :, None, None] * one)
+
+
+def test_local_error_between_the_wavenumbers_goes_in_a_straight_line(of_few_waves: Information):
+    """An error of 0.2 k of a wave of height h: 0.02 k^2 h^2 is its mean square, as much as the band leaves of it."""
+    s, band = np.arange(0.0, 1200.0, 0.25), BANDS["d1"]
+    for length in (5.0, 6.25, 12.5):  # whole waves in the longest, over which errors are averaged
+        k = 2 * np.pi / length
+        found = of_few_waves.local(1e-3 * np.sin(k * s)[:, None], 0.25, band)
+        expected = 0.5 * (0.2 * k * 1e-3 * float(response(np.array([k]), band)[0])) ** 2
+        assert found[len(s) // 2, 0] == pytest.approx(expected, rel=1e-3, abs=0.0)
+
+
+def test_rms_is_the_root_of_the_integral_over_a_band_and_over_all():
+    noise = _noise()
+    known = information([_system(False)], PRIORS, noise, SPEED, 2.5, np.zeros(2))
+    ends = float(known.wavenumber[0]), float(known.wavenumber[-1])
+    flat = np.full(len(known.wavenumber), 3e-6)
+    assert known.rms(flat) == pytest.approx(np.sqrt(3e-6 * (ends[1] - ends[0])), rel=1e-3)
+    for band in BANDS.values():
+        kept = quad(lambda k: float(response(np.array([k]), band)[0]) ** 2, *ends, limit=500)[0]  # noqa: B023
+        assert known.rms(flat, band) == pytest.approx(np.sqrt(3e-6 * kept), rel=1e-3)
