@@ -67,11 +67,13 @@ class Tachometer(Sensor, frozen=True):
         time, angle = truth.time, truth[f"{self.body}.spin_angle [rad]"]
         pulses = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))]) * self.pulses / (2 * np.pi) + phase
         lead = time[0] - at[0] + self.timeout
-        before = (pulses[1] - pulses[0]) * truth.rate * lead if pulses.size > 1 else 0.0
+        pulse_rate = (pulses[1] - pulses[0]) * truth.rate if pulses.size > 1 else 0.0  # 1/s, at the start
         time = np.concatenate([[time[0] - lead], time])
-        pulses = np.concatenate([[pulses[0] - before], pulses])
+        pulses = np.concatenate([[pulses[0] - pulse_rate * lead], pulses])
         count = np.floor(np.interp(at, time, pulses))
         edge = np.interp(count, pulses, time)
+        if pulse_rate > 0.0:  # a pulse before the lead: so slow a wheel gives none for seconds
+            edge = np.where(count < pulses[0], time[0] - (pulses[0] - count) / pulse_rate, edge)
         return count, np.floor(edge * self.clock) / self.clock
 
     def _speed(self, at: np.ndarray, count: np.ndarray, edge: np.ndarray) -> np.ndarray:

@@ -29,6 +29,14 @@ def test_constant_speed_within_the_clock(tmp_path: Path, speed: float, pulses: i
     np.testing.assert_allclose(table[RUNNING], table[SPEED] * RADIUS)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_first_pulse_of_a_wheel_that_turns_slowly_shows_its_speed(tmp_path: Path, seed: int) -> None:
+    """A pulse every 5.2 s: the one before the first of the record was long before it; after 1 s the speed is zero."""
+    speed = measure(tmp_path, 0.3 * times(6.0), 6.0, seed=seed, pulses=4)[SPEED].to_numpy()
+    assert set(np.round(speed, 6)) == {0.0, 0.3}
+    assert 200 < np.count_nonzero(speed) <= 2 * 257
+
+
 def test_coarse_clock_is_seen_in_the_resolution(tmp_path: Path) -> None:
     errors = measure(tmp_path, 44.4 * times(2.0), clock=1e4)[SPEED].to_numpy() / 44.4 - 1
     assert 1e-3 < np.abs(errors).max() < 1e-4 / (1 / 256 - 2 * np.pi / 100 / 44.4)
