@@ -13,7 +13,6 @@ from estimators.adhesion.creep_forces import RATE, SIGNALS
 from estimators.adhesion.creep_law import LawShaping, with_law
 from estimators.adhesion.creep_model import COUNT, Shaping, floating, parameters
 from estimators.adhesion.features import SETS, features, names, windows
-from estimators.filters.dropout_filter import run_filter
 from experiments.runs.adhesion import run, scenario, sensors, spliced
 from experiments.scoring.score import score
 from railsim import InputError
@@ -177,19 +176,6 @@ def test_high_pass_of_an_integral_is_that_of_what_was_differentiated():
     rate = 2.0 * np.pi * 1.3 * np.cos(2.0 * np.pi * 1.3 * time) - 1.0
     late = time > 6.0
     assert high_pass(rate, 0.3, integrate=True)[late] == pytest.approx(high_pass(angle, 0.3)[late], abs=0.01)
-
-
-def test_filter_is_the_textbook_one():
-    """Against the information form: a constant seen with noise has the mean of what was seen, and its variance."""
-    seen = np.random.default_rng(2).standard_normal((50, 1))
-    seen[10:20] = np.nan
-    one, zero = np.ones((1, 1)), np.zeros((1, 1))
-    inputs = np.zeros((50, 1))
-    given = one, zero, zero, one, zero, np.array([4.0]), np.zeros(1), 1e9 * one, inputs, inputs, seen, one
-    found, spread = run_filter(*given)
-    assert found[-1, 0] == pytest.approx(np.nanmean(seen), rel=1e-6)
-    assert spread[-1, 0] == pytest.approx(2.0 / np.sqrt(40), rel=1e-6)
-    assert found[9:20, 0] == pytest.approx(found[9, 0])
 
 
 def _steps(levels: list[int], hop: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Kalman filter over records with gaps against filterpy's."""
+"""Kalman filter over records with gaps against filterpy's and a closed form."""
 
 import numpy as np
 import pytest
@@ -35,3 +35,16 @@ def test_filter_with_inputs_and_gaps_is_that_of_filterpy():
     assert spread == pytest.approx(np.array(spreads), rel=1e-10)
     assert x == pytest.approx(reference.x[:, 0], rel=1e-10)  # ready to go on from there
     assert pytest.approx(reference.P, rel=1e-10) == P
+
+
+def test_constant_seen_with_noise_has_the_mean_of_what_was_seen():
+    """And the variance of that mean; a gap changes neither."""
+    seen = np.random.default_rng(2).standard_normal((50, 1))
+    seen[10:20] = np.nan
+    one, zero = np.ones((1, 1)), np.zeros((1, 1))
+    inputs = np.zeros((50, 1))
+    given = one, zero, zero, one, zero, np.array([4.0]), np.zeros(1), 1e9 * one, inputs, inputs, seen, one
+    found, spread = run_filter(*given)
+    assert found[-1, 0] == pytest.approx(np.nanmean(seen), rel=1e-6)
+    assert spread[-1, 0] == pytest.approx(2.0 / np.sqrt(40), rel=1e-6)
+    assert found[9:20, 0] == pytest.approx(found[9, 0])
