@@ -135,6 +135,35 @@ class BlowOff(ForceLaw):
     not_negative: ClassVar[tuple[str, ...]] = ("damping", "damping_beyond", "velocity")
 
 
+@dataclass(frozen=True)
+class Damper(ForceLaw):
+    """Damper of `damping` [N s/m] up to its blow-off `velocity` [m/s], and of `damping_beyond` [N s/m] for what lies
+    beyond it.
+    """
+
+    damping: float
+    damping_beyond: float
+    velocity: float
+
+    code: ClassVar[int] = 7
+    not_negative: ClassVar[tuple[str, ...]] = ("damping", "damping_beyond")
+    positive: ClassVar[tuple[str, ...]] = ("velocity",)
+
+
+@dataclass(frozen=True)
+class SeriesDamper(ForceLaw):
+    """`Damper` in series with a spring of `stiffness` [N/m]; its state is the spring's stretch."""
+
+    stiffness: float
+    damping: float
+    damping_beyond: float
+    velocity: float
+
+    code: ClassVar[int] = 8
+    has_state: ClassVar[bool] = True
+    positive: ClassVar[tuple[str, ...]] = ("stiffness", "damping", "damping_beyond", "velocity")
+
+
 @dataclass(frozen=True, eq=False)
 class Tabulated(ForceLaw):
     """Bilinear in elongation and rate, held beyond the edges.

@@ -2,7 +2,8 @@
 
 Coordinates are small displacements from the nominal place in the vehicle frame: the track frame at the reference
 distance s (the bogie's centre), x forward, y left, z up from rail level. Six per body in the order of `AXES`; those
-that a body does not list as free are held.
+that a body does not list as free are held. A body far from the reference refers to the track frame at a place of its
+own, `Body.origin` ahead of s: in a curve the frames of a long vehicle are turned against each other.
 """
 
 from collections.abc import Sequence
@@ -23,13 +24,17 @@ PLACED = 1e-9  # m; farther from its place an axle is not there
 
 @dataclass(frozen=True)
 class Body:
-    """Rigid body: mass [kg], principal inertia about its centre of gravity [kg m2], nominal place [m], free axes."""
+    """Rigid body: mass [kg], principal inertia about its centre of gravity [kg m2], nominal place [m], free axes.
+
+    `origin`: how far ahead of the reference the track frame stands to which its coordinates refer [m].
+    """
 
     name: str
     mass: float
     inertia: tuple[float, float, float]
     position: tuple[float, float, float]
     free: tuple[str, ...]
+    origin: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -177,6 +182,46 @@ class Model:
             raise InputError(f"model: '{self.chord_yaw}' keeps a chord's direction: hold its yaw, give trailing_pivot")
         if self.path is not None:
             self._check_path(self.path)
+        self._check_frames()
+
+    def _check_frames(self) -> None:
+        """Bodies that are free along the track, and elements between track frames."""
+        held = [body.name for body in self.bodies if "x" not in body.free]
+        if self.moves_along and (len(held) != 1 or self.path is not None):
+            raise InputError(
+                "model: where bodies are free along the track, one body alone is held to the prescribed motion, and "
+                f"there is no longitudinal path; held are {', '.join(held) or 'none'}"
+            )
+        for element in self.elements:
+            if self.joins_frames(element) and not element.finite:
+                raise InputError(
+                    f"model: the element '{element.name}' joins bodies in two track frames; make it 'finite'"
+                )
+        for wheelset in self.wheelsets:
+            if wheelset.frame is not None and self.origin(wheelset.body) != self.origin(wheelset.frame):
+                raise InputError(f"model: '{wheelset.body}' and '{wheelset.frame}' need the same origin")
+
+    @property
+    def moves_along(self) -> bool:
+        """Whether bodies are free along the track."""
+        return any("x" in body.free for body in self.bodies)
+
+    @property
+    def driver(self) -> int:
+        """Place of the body whose distance follows the prescribed motion: the only one that is held along the track,
+        or the reference.
+        """
+        if not self.moves_along:
+            return self.index(self.reference)
+        return next(i for i, body in enumerate(self.bodies) if "x" not in body.free)
+
+    def origin(self, name: str) -> float:
+        """Origin of a body's coordinates ahead of the reference [m]."""
+        return self.bodies[self.index(name)].origin
+
+    def joins_frames(self, element: "LinearElement | NonlinearElement") -> bool:
+        """Whether an element joins bodies whose coordinates refer to different track frames."""
+        return element.lower != TRACK and self.origin(element.upper) != self.origin(element.lower)
 
     def _check_path(self, path: LongitudinalPath) -> None:
         if "pitch" not in self.bodies[self.index(path.frame)].free:

@@ -4,9 +4,10 @@ import numpy as np
 
 from railsim.compiled import kernel
 from railsim.constants import GRAVITY
+from railsim.dynamics.elements import body_coordinates, cross, turned_arm
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.integrate import rk4_step
-from railsim.dynamics.kernel import body_coordinates, cross, derivatives, turned_arm
+from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.laws import BUMP_STOP, bump_stop_energy
 from railsim.dynamics.plant import Plant, build_plant
 from railsim.dynamics.wheels import forces_of_wheel, wheelset_local
@@ -87,7 +88,7 @@ def energy_over(run: Run) -> np.ndarray:
     plant = build_plant(run.model, run.track, run.speed)
     x = initial_state(plant, run)
     rows = np.zeros((run.rows, len(KINDS)))
-    stages, trial, scratch = np.empty((4, len(x))), np.empty(len(x)), workspace()
+    stages, trial, scratch = np.empty((4, len(x))), np.empty(len(x)), workspace(int(plant.core.joints))
     _march(plant, x, run.substeps, run.rate, rows, stages, trial, scratch)
     return rows
 

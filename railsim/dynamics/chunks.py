@@ -25,7 +25,7 @@ def rows_of(run: Run, plant: Plant, loop: Callable[..., int], stages: int, steps
     names = channel_names(run.model)
     x = initial_state(plant, run)
     wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
-    scratch = np.zeros((stages, len(x))), np.empty(len(x)), wheels, workspace()
+    scratch = np.zeros((stages, len(x))), np.empty(len(x)), wheels, workspace(int(plant.core.joints))
     for first in range(0, run.rows, CHUNK):
         rows = np.zeros((min(CHUNK, run.rows - first), len(names)))
         finite = loop(plant, x, first, len(rows), steps, run.rate, rows, *scratch)

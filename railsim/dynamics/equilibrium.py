@@ -65,7 +65,7 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
         scale[axes[3:][axes[3:] >= 0]] = ANGLE
     guess = np.concatenate((_on_rails(plant, start, sunk) / scale[:n], np.zeros(w)))
     scale[n:] = SPIN * speed / radius
-    out, scratch = np.empty(size), workspace()
+    out, scratch = np.empty(size), workspace(int(plant.core.joints))
 
     def state(unknown: np.ndarray) -> np.ndarray:
         x = np.zeros(size)

@@ -6,6 +6,10 @@ inertial forces at its own place (Goldstein 1980, section 4.10) and gravity turn
 are linear in the displacements (K holds the preloads' geometric stiffness); contacts are evaluated in the track
 frame at each wheelset's own distance.
 
+A model whose bodies refer to several track frames, or move along the track, is `general`: each body gets the inertial
+forces of its own frame, and `joints` carries displacements and forces from one frame to the other. Which of both a
+model is, is known when the kernel is compiled; others pay nothing for it.
+
 State x = [q (n), q' (n), spin angle (w), spin (w), s, V, states of elements (m)].
 """
 
@@ -13,11 +17,13 @@ import math
 
 from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
+from railsim.dynamics.elements import finite_element
 from railsim.dynamics.extras import load_value, wheel_extras
-from railsim.dynamics.laws import BUMP_STOP, bump_stop, law_force
-from railsim.dynamics.moving_frame import frame_forces, frame_motion, pose
+from railsim.dynamics.joints import close_joints, element_of_joint, law_of_joint, open_joints
+from railsim.dynamics.laws import BUMP_STOP, bump_stop, element_force
+from railsim.dynamics.moving_frame import frame_forces, frame_motion, frames_forces, general, pose
 from railsim.dynamics.wheels import evaluate, forces_in_lane, put, upward, wheel_row, wheelset_local
-from railsim.dynamics.workspace import ELEMENT, EXTRA, FRAME, LANES, LOCAL, POSE, POSES
+from railsim.dynamics.workspace import ELEMENT, EXTRA, FRAME, JOINTS, LANES, LOCAL, POSE, POSES
 from railsim.track.kernel import GRADIENT, locate, value
 
 BRAKE_GRIP = 400.0  # 1/s; a brake's torque per spin inertia and spin, until it slips: it holds a wheelset that stands
@@ -94,9 +100,18 @@ def _change(plant, t, x, out, scratch, wheels, observed):
             j = plant.core.link[k]
             total += plant.core.link_stiffness[k] * q[j] + plant.core.link_damping[k] * rate[j]
         force[i] = plant.core.preload[i] - total
+    held = 0.0
+    if general(plant):
+        open_joints(plant, s, velocity, q, rate, scratch[JOINTS], scratch[ELEMENT])
     for e in range(plant.core.finite):
-        finite_element(plant, e, s, velocity, q, rate, force, scratch[ELEMENT])
+        if general(plant) and plant.core.finite_joint[e] >= 0:
+            element_of_joint(plant, e, q, rate, force, scratch[JOINTS], scratch[ELEMENT])
+        else:
+            finite_element(plant, e, s, velocity, q, rate, force, scratch[ELEMENT])
     for e in range(plant.core.elements):
+        if general(plant) and plant.core.element_joint[e] >= 0:
+            law_of_joint(plant, e, t, q, rate, x, force, out, scratch[JOINTS], scratch[ELEMENT])
+            continue
         elongation, stretching = 0.0, 0.0
         for i in range(n):
             elongation += plant.core.direction[e, i] * q[i]
@@ -108,20 +123,25 @@ def _change(plant, t, x, out, scratch, wheels, observed):
         if plant.core.law_code[e] == BUMP_STOP:
             resisting = bump_stop(plant.core.parameters[e], elongation)
         else:
-            resisting = _other_law(plant, e, t, elongation, stretching, x, out)
+            resisting = element_force(plant, e, t, elongation, stretching, x, out)
         if resisting != 0.0:
             for i in range(n):
                 force[i] -= plant.core.direction[e, i] * resisting
+    if general(plant):
+        held = close_joints(plant, force, scratch[JOINTS], scratch[ELEMENT])
     if plant.core.loads > 0:
         _loads(plant, t, s, force)
     along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, observed)
     if plant.core.driven:
-        acceleration = _free_acceleration(plant, s, velocity, along)
+        acceleration = _free_acceleration(plant, s, velocity, held if plant.core.moves_along else along)
     frame_motion(plant, s, velocity, acceleration, frame)
     if plant.core.path_frame >= 0:
         pitch = plant.core.coordinate[plant.core.path_frame, 4]
         force[pitch] += path_moment(plant, acceleration + GRAVITY * frame[6], rolling, torque)
-    frame_forces(plant, velocity, x, q, rate, force, frame)
+    if general(plant):
+        frames_forces(plant, s, velocity, acceleration, x, q, rate, force, frame)
+    else:
+        frame_forces(plant, velocity, x, q, rate, force, frame)
     for i in range(n):
         force[i] /= plant.core.mass[i]
     out[2 * n + 2 * w] = velocity
@@ -138,116 +158,6 @@ def _loads(plant, t, s, force):
             force[j] += load_value(plant, k, t, s + plant.core.position[body, 0])
 
 
-@kernel
-def _other_law(plant, e, t, elongation, stretching, x, out):
-    """Force of an element of another law than the bump stop's; the rate of its state goes to `out`."""
-    own = plant.core.element_state[e]
-    at = 2 * plant.core.mass.shape[0] + 2 * plant.core.radius.shape[0] + 2 + own
-    state = x[at] if own >= 0 else 0.0
-    resisting, change = law_force(
-        plant.core.law_code[e], plant.core.parameters[e], plant.tables, t, elongation, stretching, state
-    )
-    if own >= 0:
-        out[at] = change
-    return resisting
-
-
-@inlined
-def body_coordinates(plant, b, s, velocity, q, rate, here, coordinates, rates):
-    """Fill coordinates (6,) and rates (6,) of a body; held ones are zero but for the chord's yaw."""
-    for k in range(6):
-        j = plant.core.coordinate[b, k]
-        coordinates[k] = q[j] if j >= 0 else 0.0
-        rates[k] = rate[j] if j >= 0 else 0.0
-    if plant.core.curved and b == plant.core.chord_body:
-        pose(plant, 0, s, here)
-        coordinates[5], rates[5] = here[5], velocity * here[11]
-
-
-@inlined
-def cross(a, b, out):
-    """out = a x b."""
-    out[0], out[1], out[2] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@inlined
-def turned_arm(rotation, arm, spare, out):
-    """out = rotation x arm + 1/2 rotation x (rotation x arm): how a point of a body moves by its rotation."""
-    cross(rotation, arm, spare)
-    cross(rotation, spare, out)
-    for k in range(3):
-        out[k] = spare[k] + 0.5 * out[k]
-
-
-@inlined
-def lever_moment(rotation, arm, applied, work, out):
-    """out = generalised moment of a force at a body's point: the gradient of `turned_arm` times the force."""
-    first, second, spare = work[0:3], work[3:6], work[6:9]
-    cross(rotation, arm, spare)
-    cross(spare, applied, first)
-    cross(applied, rotation, spare)
-    cross(arm, spare, second)
-    cross(arm, applied, out)
-    for k in range(3):
-        out[k] += 0.5 * (first[k] + second[k])
-
-
-@inlined
-def finite_element(plant, e, s, velocity, q, rate, force, work):
-    """Linear element with its axes midway between both bodies' orientations, to second order in the rotations.
-
-    Forces are the gradient of the element's energy in that stretch, so it conserves energy; work (96,).
-    """
-    upper, lower = plant.core.finite_bodies[e, 0], plant.core.finite_bodies[e, 1]
-    arms = plant.core.finite_arms[e]
-    position_u, rate_u, position_l, rate_l = work[0:6], work[6:12], work[12:18], work[18:24]
-    moved_u, moved_l, stretch, speed = work[24:27], work[27:30], work[30:36], work[36:42]
-    middle, spare, turned, joint_force = work[42:45], work[45:48], work[48:51], work[51:54]
-    body_coordinates(plant, upper, s, velocity, q, rate, work[60:72], position_u, rate_u)
-    body_coordinates(plant, lower, s, velocity, q, rate, work[60:72], position_l, rate_l)
-    turned_arm(position_u[3:], arms[0], spare, moved_u)
-    turned_arm(position_l[3:], arms[1], spare, moved_l)
-    cross(rate_u[3:], arms[0], spare)
-    cross(rate_l[3:], arms[1], turned)
-    for k in range(3):
-        middle[k] = 0.5 * (position_u[3 + k] + position_l[3 + k])
-        stretch[k] = position_u[k] + moved_u[k] - position_l[k] - moved_l[k]
-        stretch[3 + k] = position_u[3 + k] - position_l[3 + k]
-        speed[k] = rate_u[k] + spare[k] - rate_l[k] - turned[k]
-        speed[3 + k] = rate_u[3 + k] - rate_l[3 + k]
-    cross(middle, stretch, spare)
-    cross(middle, speed, turned)
-    for k in range(3):
-        work[72 + k], work[75 + k] = stretch[k] - spare[k], stretch[3 + k]
-        work[78 + k], work[81 + k] = speed[k] - turned[k], speed[3 + k]
-    for i in range(6):
-        total = 0.0
-        for j in range(6):
-            total += (
-                plant.core.finite_stiffness[e, i, j] * work[72 + j] + plant.core.finite_damping[e, i, j] * work[78 + j]
-            )
-        work[84 + i] = -total
-    for k in range(3):
-        work[84 + k] += plant.core.finite_preload[e, k]
-    cross(middle, work[84:87], spare)
-    for k in range(3):
-        joint_force[k] = work[84 + k] + spare[k]
-    cross(stretch, work[84:87], turned)  # the axes turn with both bodies
-    lever_moment(position_u[3:], arms[0], joint_force, work[60:72], moved_u)
-    lever_moment(position_l[3:], arms[1], joint_force, work[60:72], moved_l)
-    for k in range(3):
-        i, j = plant.core.coordinate[upper, k], plant.core.coordinate[lower, k]
-        if i >= 0:
-            force[i] += joint_force[k]
-        if j >= 0:
-            force[j] -= joint_force[k]
-        i, j = plant.core.coordinate[upper, 3 + k], plant.core.coordinate[lower, 3 + k]
-        if i >= 0:
-            force[i] += moved_u[k] - 0.5 * turned[k] + work[87 + k]
-        if j >= 0:
-            force[j] -= moved_l[k] + 0.5 * turned[k] + work[87 + k]
-
-
 @inlined
 def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, observed):
     """Add the contact forces, and keep them if they are `observed`; return the sums along the vehicle's x and along
@@ -259,11 +169,15 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, o
     for first in range(0, w, 2):
         last = min(first + 2, w)
         for i in range(first, last):
-            distance = s + plant.core.position[plant.core.wheelset_body[i], 0]
+            distance, own = s + plant.core.position[plant.core.wheelset_body[i], 0], velocity
+            if general(plant):
+                along_track = plant.core.coordinate[plant.core.wheelset_body[i], 0]
+                if along_track >= 0:
+                    distance, own = distance + q[along_track], velocity + rate[along_track]
             wheelset_local(plant, i, s, velocity, q, rate, poses[i - first], local)
             for side in range(2):
                 lane = 2 * (i - first) + side
-                put(plant, i, side, lane, distance, velocity, x[2 * n + w + i], x[2 * n + i], local, lanes)
+                put(plant, i, side, lane, distance, own, x[2 * n + w + i], x[2 * n + i], local, lanes)
         evaluate(plant.core.law, lanes)
         for i in range(first, last):
             here, index = poses[i - first], plant.core.coordinate[plant.core.wheelset_body[i]]
@@ -286,6 +200,8 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, o
                     f_z + here[3] * f_y - here[4] * f_x,
                 )
             along += f_x
+            if general(plant) and index[0] >= 0:
+                force[index[0]] += f_x
             if index[1] >= 0:
                 force[index[1]] += f_y
             if index[2] >= 0:
@@ -296,6 +212,10 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, o
                 force[index[5]] += m_z
             torque = wheelset_torque(plant, i, t, spin, velocity)
             torques += torque
+            if general(plant) and plant.core.moves_along and plant.core.frame_body[i] >= 0:
+                pitch = plant.core.coordinate[plant.core.frame_body[i], 4]
+                if pitch >= 0:
+                    force[pitch] -= torque  # what drives or brakes it stands on its bogie
             out[2 * n + i] = spin
             out[2 * n + w + i] = (left.moment_spin + right.moment_spin + torque + added) / plant.core.spin_inertia[i]
             # gyroscopic moments of the spinning wheels
@@ -329,11 +249,13 @@ def drag(plant, velocity):
 
 @inlined
 def _free_acceleration(plant, s, velocity, along):
+    """Acceleration of what is held together along the track, under the force on it [m/s2]."""
     total = 0.0
-    for mass in plant.core.body_mass:
-        total += mass
+    for b in range(plant.core.body_mass.shape[0]):
+        if not plant.core.moves_along or plant.core.coordinate[b, 0] < 0:
+            total += plant.core.body_mass[b]
     climb = 0.0
     if plant.core.curved:
-        cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+        cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s + plant.core.driver_origin)
         climb = math.sin(value(plant.track, cell, GRADIENT, x))
     return (along - drag(plant, velocity)) / total - GRAVITY * climb

@@ -3,10 +3,11 @@
 import math
 
 from railsim.compiled import kernel
-from railsim.force_laws import BlowOff, BumpStop, DryFriction, Maxwell, Scheduled, Tabulated
+from railsim.force_laws import BlowOff, BumpStop, Damper, DryFriction, Maxwell, Scheduled, SeriesDamper, Tabulated
 
 BUMP_STOP, SCHEDULED, MAXWELL = BumpStop.code, Scheduled.code, Maxwell.code
 FRICTION, BLOW_OFF, TABULATED = DryFriction.code, BlowOff.code, Tabulated.code
+DAMPER, SERIES_DAMPER = Damper.code, SeriesDamper.code
 
 # places of the laws' numbers in a row of parameters
 STOP_GAP, STOP_STIFFNESS, STOP_CUBIC, STOP_MIDDLE = BumpStop.positions()
@@ -14,7 +15,23 @@ STIFFNESS, DAMPING, ONSET, RAMP, FORCE = Scheduled.positions()
 SERIES_STIFFNESS, SERIES_DAMPING = Maxwell.positions()
 FRICTION_FORCE, FRICTION_SLIP = DryFriction.positions()
 DAMPING_BEFORE, DAMPING_BEYOND, BLOW_OFF_VELOCITY = BlowOff.positions()
+DAMPER_DAMPING, DAMPER_BEYOND, DAMPER_VELOCITY = Damper.positions()
+SPRING, *_ = SeriesDamper.positions()  # then as `Damper`
 FIRST_ELONGATION, ELONGATION_STEP, FIRST_RATE, RATE_STEP, TABLE, TABLE_ROWS, TABLE_COLUMNS = Tabulated.positions()
+
+
+@kernel
+def element_force(plant, e, t, elongation, stretching, x, out):
+    """Force of nonlinear element e in state x; the rate of its own state goes to `out`."""
+    own = plant.core.element_state[e]
+    at = 2 * plant.core.mass.shape[0] + 2 * plant.core.radius.shape[0] + 2 + own
+    state = x[at] if own >= 0 else 0.0
+    resisting, change = law_force(
+        plant.core.law_code[e], plant.core.parameters[e], plant.tables, t, elongation, stretching, state
+    )
+    if own >= 0:
+        out[at] = change
+    return resisting
 
 
 @kernel
@@ -34,6 +51,11 @@ def law_force(code, parameters, tables, t, elongation, rate, state):
         return parameters[FRICTION_FORCE] * math.tanh(rate / parameters[FRICTION_SLIP]), 0.0
     if code == BLOW_OFF:
         return blow_off(parameters, rate), 0.0
+    if code == DAMPER:
+        return damper(parameters, rate), 0.0
+    if code == SERIES_DAMPER:
+        force = parameters[SPRING] * state
+        return force, rate - damper_velocity(parameters[SPRING + 1 :], force)
     if code == TABULATED:
         return tabulated(parameters, tables, elongation, rate), 0.0
     return 0.0, 0.0
@@ -68,6 +90,22 @@ def blow_off(parameters, rate):
         return 0.0
     less = (parameters[DAMPING_BEYOND] - parameters[DAMPING_BEFORE]) * beyond
     return less if rate > 0.0 else -less
+
+
+@kernel
+def damper(parameters, rate):
+    """Force of `Damper`."""
+    within = min(abs(rate), parameters[DAMPER_VELOCITY])
+    force = parameters[DAMPER_DAMPING] * within + parameters[DAMPER_BEYOND] * (abs(rate) - within)
+    return force if rate > 0.0 else -force
+
+
+@kernel
+def damper_velocity(parameters, force):
+    """Velocity at which a `Damper` gives a force."""
+    within = min(abs(force), parameters[DAMPER_DAMPING] * parameters[DAMPER_VELOCITY])
+    velocity = within / parameters[DAMPER_DAMPING] + (abs(force) - within) / parameters[DAMPER_BEYOND]
+    return velocity if force > 0.0 else -velocity
 
 
 @kernel

@@ -50,46 +50,90 @@ def pose(plant, row, s, out):
 
 
 @inlined
-def frame_forces(plant, velocity, x, q, rate, force, frame):
-    """Gravity and the moving frame's inertial forces."""
-    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+def general(plant):
+    """Whether bodies refer to several track frames or move along the track; a constant of the compiled kernel."""
+    return plant.core.frame_offset.shape[0] > 1
+
+
+@inlined
+def _inertial(plant, b, local_x, x_rate, velocity, q, rate, force, frame):
+    """Gravity and inertial forces of a moving frame on a body so far ahead of its origin; return those along x on a
+    unit mass [m/s2] but for the frame's own acceleration.
+    """
+    index = plant.core.coordinate[b]
+    mass = plant.core.body_mass[b]
     o_x, o_y, o_z, a_x, a_y, a_z = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
+    y = q[index[1]] if index[1] >= 0 else 0.0
+    z = q[index[2]] if index[2] >= 0 else 0.0
+    y_rate = rate[index[1]] if index[1] >= 0 else 0.0
+    z_rate = rate[index[2]] if index[2] >= 0 else 0.0
+    p_x, p_y, p_z = local_x, plant.core.position[b, 1] + y, plant.core.position[b, 2] + z
+    # v = Omega x r; centripetal = Omega x (v + V e_x + 2 r')
+    c_x = o_y * p_z - o_z * p_y + velocity + 2.0 * x_rate
+    c_y = o_z * p_x - o_x * p_z + 2.0 * y_rate
+    c_z = o_x * p_y - o_y * p_x + 2.0 * z_rate
+    inertial_y = a_z * p_x - a_x * p_z + o_z * c_x - o_x * c_z
+    inertial_z = a_x * p_y - a_y * p_x + o_x * c_y - o_y * c_x
+    if index[1] >= 0:
+        force[index[1]] -= mass * (inertial_y + GRAVITY * frame[7])
+    if index[2] >= 0:
+        force[index[2]] -= mass * (inertial_z + GRAVITY * frame[8])
+    inertia = plant.core.inertia[b]
+    w_x = o_x + (rate[index[3]] if index[3] >= 0 else 0.0)
+    w_y = o_y + (rate[index[4]] if index[4] >= 0 else 0.0)
+    w_z = o_z + (rate[index[5]] if index[5] >= 0 else 0.0)
+    if index[3] >= 0:
+        force[index[3]] -= inertia[0] * a_x + (inertia[2] - inertia[1]) * w_y * w_z
+    if index[4] >= 0:
+        force[index[4]] -= inertia[1] * a_y + (inertia[0] - inertia[2]) * w_x * w_z
+    if index[5] >= 0:
+        force[index[5]] -= inertia[2] * a_z + (inertia[1] - inertia[0]) * w_x * w_y
+    return a_y * p_z - a_z * p_y + o_y * c_z - o_z * c_y + GRAVITY * frame[6]
+
+
+@inlined
+def _gyroscopic(plant, i, x, force, frame):
+    """Moments of a spinning wheelset whose frame turns."""
+    n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
+    index = plant.core.coordinate[plant.core.wheelset_body[i]]
+    momentum = plant.core.spin_inertia[i] * x[2 * n + w + i]
+    if index[3] >= 0 and index[5] >= 0:
+        force[index[3]] += momentum * frame[2]
+        force[index[5]] -= momentum * frame[0]
+
+
+@inlined
+def frame_forces(plant, velocity, x, q, rate, force, frame):
+    """Gravity and the moving frame's inertial forces, of a model that knows one frame."""
     for b in range(plant.core.body_mass.shape[0]):
-        index = plant.core.coordinate[b]
-        mass = plant.core.body_mass[b]
-        if not plant.core.curved:
-            if index[2] >= 0:
-                force[index[2]] -= mass * GRAVITY
-            continue
-        y = q[index[1]] if index[1] >= 0 else 0.0
-        z = q[index[2]] if index[2] >= 0 else 0.0
-        y_rate = rate[index[1]] if index[1] >= 0 else 0.0
-        z_rate = rate[index[2]] if index[2] >= 0 else 0.0
-        p_x, p_y, p_z = plant.core.position[b, 0], plant.core.position[b, 1] + y, plant.core.position[b, 2] + z
-        # v = Omega x r; centripetal = Omega x (v + V e_x + 2 r')
-        c_x = o_y * p_z - o_z * p_y + velocity
-        c_y = o_z * p_x - o_x * p_z + 2.0 * y_rate
-        c_z = o_x * p_y - o_y * p_x + 2.0 * z_rate
-        inertial_y = a_z * p_x - a_x * p_z + o_z * c_x - o_x * c_z
-        inertial_z = a_x * p_y - a_y * p_x + o_x * c_y - o_y * c_x
-        if index[1] >= 0:
-            force[index[1]] -= mass * (inertial_y + GRAVITY * frame[7])
-        if index[2] >= 0:
-            force[index[2]] -= mass * (inertial_z + GRAVITY * frame[8])
-        inertia = plant.core.inertia[b]
-        w_x = o_x + (rate[index[3]] if index[3] >= 0 else 0.0)
-        w_y = o_y + (rate[index[4]] if index[4] >= 0 else 0.0)
-        w_z = o_z + (rate[index[5]] if index[5] >= 0 else 0.0)
-        if index[3] >= 0:
-            force[index[3]] -= inertia[0] * a_x + (inertia[2] - inertia[1]) * w_y * w_z
-        if index[4] >= 0:
-            force[index[4]] -= inertia[1] * a_y + (inertia[0] - inertia[2]) * w_x * w_z
-        if index[5] >= 0:
-            force[index[5]] -= inertia[2] * a_z + (inertia[1] - inertia[0]) * w_x * w_y
+        if plant.core.curved:
+            _inertial(plant, b, plant.core.position[b, 0], 0.0, velocity, q, rate, force, frame)
+        elif plant.core.coordinate[b, 2] >= 0:
+            force[plant.core.coordinate[b, 2]] -= plant.core.body_mass[b] * GRAVITY
     if plant.core.curved:
-        for i in range(w):
-            index = plant.core.coordinate[plant.core.wheelset_body[i]]
-            momentum = plant.core.spin_inertia[i] * x[2 * n + w + i]
-            if index[3] >= 0 and index[5] >= 0:
-                force[index[3]] += momentum * o_z
-                force[index[5]] -= momentum * o_x
+        for i in range(plant.core.radius.shape[0]):
+            _gyroscopic(plant, i, x, force, frame)
+
+
+@inlined
+def frames_forces(plant, s, velocity, acceleration, x, q, rate, force, frame):
+    """The same of a `general` model: each body in its own track frame, and along the track."""
+    for f in range(plant.core.frames if plant.core.curved else 1):
+        if plant.core.curved:
+            frame_motion(plant, s + plant.core.frame_offset[f], velocity, acceleration, frame)
+        for b in range(plant.core.body_mass.shape[0]):
+            index = plant.core.coordinate[b]
+            along = acceleration
+            if plant.core.curved:
+                if plant.core.body_frame[b] != f:
+                    continue
+                x_rate = rate[index[0]] if index[0] >= 0 else 0.0
+                ahead = plant.core.local[b, 0] + (q[index[0]] if index[0] >= 0 else 0.0)
+                along += _inertial(plant, b, ahead, x_rate, velocity, q, rate, force, frame)
+            elif index[2] >= 0:
+                force[index[2]] -= plant.core.body_mass[b] * GRAVITY
+            if index[0] >= 0:
+                force[index[0]] -= plant.core.body_mass[b] * along
+        for i in range(plant.core.radius.shape[0] if plant.core.curved else 0):
+            if plant.core.body_frame[plant.core.wheelset_body[i]] == f:
+                _gyroscopic(plant, i, x, force, frame)

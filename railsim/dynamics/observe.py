@@ -5,7 +5,7 @@ import math
 from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
 from railsim.dynamics.channels import BODY, RUN, SPIN, TRACK, WHEEL
-from railsim.dynamics.moving_frame import frame_motion, pose
+from railsim.dynamics.moving_frame import frame_motion, general, pose
 from railsim.dynamics.wheels import wheelset_local
 from railsim.dynamics.workspace import FRAME, LOCAL, POSE
 from railsim.track.kernel import CURVATURE, EAST, LEFT_VERTICAL, ROLL, locate, value
@@ -64,11 +64,15 @@ def observe(plant, t, x, x_dot, wheels, scratch, row):
     run_row(plant, s, velocity, acceleration, row[1 : 1 + RUN_COUNT])
     at = 1 + RUN_COUNT
     for b in range(plant.core.body_mass.shape[0]):
+        if general(plant):
+            frame_motion(plant, s + plant.core.frame_offset[plant.core.body_frame[b]], velocity, acceleration, frame)
         _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, row[at : at + BODY_COUNT])
         at += BODY_COUNT
     for i in range(w):
         body = plant.core.wheelset_body[i]
         distance = s + plant.core.position[body, 0]
+        if general(plant):
+            distance += _free(q, plant.core.coordinate[body, 0])
         wheelset_local(plant, i, s, velocity, q, rate, here, local)
         start = 1 + RUN_COUNT + body * BODY_COUNT
         for k, axis in enumerate((0, 1, ROLL_ROW, YAW_ROW)):  # wheelsets: relative to the track at their own distance
@@ -101,8 +105,11 @@ def _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, 
             j = index[1 + k]
             second[k] = accel[j] if j >= 0 else 0.0
     o_x, o_y, o_z, a_x, a_y, a_z = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
-    p_x, p_y, p_z = plant.core.position[b, 0], plant.core.position[b, 1] + row[0], plant.core.position[b, 2] + row[1]
-    c_x = o_y * p_z - o_z * p_y + velocity
+    ahead, along = plant.core.local[b, 0], velocity
+    if general(plant) and index[0] >= 0:
+        ahead, along, acceleration = ahead + q[index[0]], along + 2.0 * rate[index[0]], acceleration + accel[index[0]]
+    p_x, p_y, p_z = ahead, plant.core.position[b, 1] + row[0], plant.core.position[b, 2] + row[1]
+    c_x = o_y * p_z - o_z * p_y + along
     c_y = o_z * p_x - o_x * p_z + 2.0 * row[5]
     c_z = o_x * p_y - o_y * p_x + 2.0 * row[6]
     f_x = acceleration + a_y * p_z - a_z * p_y + o_y * c_z - o_z * c_y + GRAVITY * frame[6]

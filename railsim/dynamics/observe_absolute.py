@@ -4,7 +4,8 @@ import math
 
 from railsim.compiled import kernel
 from railsim.constants import GRAVITY
-from railsim.dynamics.absolute import angular_velocity, locate_body, vehicle_coordinates, wheelset_motion
+from railsim.dynamics.absolute import wheelset_motion
+from railsim.dynamics.absolute_frames import angular_velocity, locate_body, origin_frames, vehicle_coordinates
 from railsim.dynamics.observe import (
     BODY_COUNT,
     RUN_COUNT,
@@ -33,12 +34,13 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
     bodies, w = plant.core.body_mass.shape[0], plant.core.radius.shape[0]
     for b in range(bodies):
         locate_body(plant, b, q, v, memory, work)
-    r = plant.core.reference_body
+    r = plant.core.driver_body
     f = work[r, BODY_FRAME]
     own = a[6 * r : 6 * r + 3]
     tangential = f[0] * own[0] + f[3] * own[1] + f[6] * own[2]
     row[0] = t
-    run_row(plant, f[15], work[r, SPEED], tangential, row[1 : 1 + RUN_COUNT])
+    here, velocity = origin_frames(plant, work)
+    run_row(plant, here, velocity, tangential, row[1 : 1 + RUN_COUNT])
     at = 1 + RUN_COUNT
     for b in range(bodies):
         _body(plant, b, q, v, a, work, row[at : at + BODY_COUNT])

@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from railsim.contact.wheel import ContactLaw
 from railsim.dynamics.tables import build_extras, wheel_load
 from railsim.errors import InputError
 from railsim.force_laws import MOST_NUMBERS
-from railsim.model import AXES, Model
+from railsim.model import AXES, TRACK, LinearElement, Model, NonlinearElement
 from railsim.speed import SpeedTables
 from railsim.track.kernel import (
     COMPLIANCE,
@@ -30,9 +31,7 @@ USUAL_ELEMENTS = 24  # nonlinear elements that every layout has room for
 USUAL_FINITE = 2  # elements that are evaluated to second order
 USUAL_LOADS = 8
 POSE_ROUNDING = 1e-13  # m, rad: smaller than this everywhere = straight
-REACH = (
-    5.0  # m; farther from the reference body the one track frame of the moving-frame engines turns too far in curves
-)
+REACH = 5.0  # m; farther from its track frame's origin a body's movements are no small displacements in curves
 
 
 class Plant(NamedTuple):
@@ -43,7 +42,7 @@ class Plant(NamedTuple):
     core: Any  # numpy record; see `_core_type`
     track: np.ndarray  # (cells, channels, 4) of `TrackTables`
     contact: np.ndarray  # (2, cells, channels, 4) of `ContactTable`
-    pose: np.ndarray  # (1 + w, cells, 6, 4): the body that keeps the chord's direction, then each wheelset's place
+    pose: np.ndarray  # (1 + w + joints, cells, 6, 4): the chord's direction, each wheelset's place, each joint's frames
     knots: np.ndarray  # (k, 2 + 3 w) time, speed, torques, slips, brakes of `SpeedTables`
     tables: np.ndarray  # numbers of loads, tabulated laws and wheels that are not round, one after the other
 
@@ -59,6 +58,7 @@ def _core_type(model: Model) -> np.dtype:
     elements = _capacity(len(model.nonlinear), USUAL_ELEMENTS)
     finite = _capacity(sum(element.finite for element in model.elements), USUAL_FINITE)
     loads = _capacity(len(model.loads), USUAL_LOADS)
+    frames, joints = _frame_room(model)
     fields = [
         ("mass", "f8", n),
         ("link_start", "i8", n + 1),  # of each coordinate's links; the last one's end
@@ -73,6 +73,20 @@ def _core_type(model: Model) -> np.dtype:
         ("vertical_load", "f8", b),  # static, downwards in the track frame
         ("inertia", "f8", (b, 3)),
         ("position", "f8", (b, 3)),
+        ("frames", "i8"),  # track frames that bodies refer to
+        (
+            "frame_offset",
+            "f8",
+            frames,
+        ),  # of their origins ahead of the reference; one: not `moving_frame.general`
+        ("body_frame", "i8", b),
+        ("local", "f8", (b, 3)),  # place ahead of, beside and above the origin of the body's own frame
+        ("moves_along", "i8"),  # bodies are free along the track
+        ("driver_body", "i8"),  # follows the prescribed motion
+        ("driver_origin", "f8"),
+        ("joints", "i8"),  # pairs of bodies in two frames that elements join
+        ("joint_bodies", "i8", (joints, 2)),  # upper, lower
+        ("joint_pose", "i8", joints),
         ("wheelset_body", "i8", w),
         ("spin_inertia", "f8", w),
         ("radius", "f8", w),
@@ -81,6 +95,9 @@ def _core_type(model: Model) -> np.dtype:
         ("elements", "i8"),  # nonlinear elements in use
         ("law_code", "i8", elements),
         ("direction", "f8", (elements, n)),
+        ("element_joint", "i8", elements),  # -1 = both bodies refer to one frame
+        ("element_arms", "f8", (elements, 2, 3)),  # of an element of a joint, from the bodies' centres of gravity
+        ("element_axis", "i8", elements),
         ("chord_direction", "f8", elements),  # of the yaw of the body that keeps the chord's direction
         ("parameters", "f8", (elements, MOST_NUMBERS)),
         ("states", "i8"),  # of all elements
@@ -98,6 +115,7 @@ def _core_type(model: Model) -> np.dtype:
         ("uneven", "i8"),  # wheels not round or unbalanced, or rails that give way
         ("unbalance", "f8", (w, 2, 3)),  # kg m, rad, m: size, angle, lateral place
         ("finite", "i8"),  # finite elements in use
+        ("finite_joint", "i8", finite),  # -1 = both bodies refer to one frame
         ("finite_bodies", "i8", (finite, 2)),  # upper, lower
         ("finite_arms", "f8", (finite, 2, 3)),  # from the bodies' centres of gravity
         ("finite_stiffness", "f8", (finite, 6, 6)),
@@ -121,6 +139,26 @@ def _core_type(model: Model) -> np.dtype:
         ("path_lever", "f8", 2),  # height of axles and of the rod above the frame's centre of gravity
     ]
     return np.dtype([field if len(field) == 2 else (field[0], field[1], field[2]) for field in fields], align=True)
+
+
+def _frame_room(model: Model) -> tuple[int, int]:
+    """Room for track frames and joints; one and one where the model needs no more than one frame."""
+    origins, pairs = _origins(model), _joints(model)
+    if len(origins) == 1 and not model.moves_along:
+        return 1, 1
+    return _capacity(len(origins), 2), _capacity(len(pairs), 2)
+
+
+def _origins(model: Model) -> list[float]:
+    """Origins of the track frames, the reference's first."""
+    others = {body.origin for body in model.bodies} - {model.origin(model.reference)}
+    return [model.origin(model.reference), *sorted(others, reverse=True)]
+
+
+def _joints(model: Model) -> list[tuple[str, str]]:
+    """Pairs of bodies in two frames, upper and lower, in the order in which elements join them."""
+    joined = [e for e in (*model.elements, *model.nonlinear) if model.joins_frames(e)]
+    return list(dict.fromkeys((e.upper, e.lower) for e in joined))
 
 
 def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
@@ -174,43 +212,78 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
     }
     tables, extras = build_extras(model)
     extras["uneven"] = extras["uneven"] or track.compliant
-    values |= _path(model)
+    values |= _path(model) | _frames(model)
     for name, value in (values | extras).items():
         if core[name].ndim:
             core[name][: len(value)] = value  # there may be room for more
         else:
             core[name] = value
+    joints = _joints(model)
     for row, element in enumerate(model.nonlinear):
         relative = model.relative(element.upper, element.lower, element.position)
-        core["direction"][row] = relative[AXES.index(element.axis), free]
+        axis = AXES.index(element.axis)
+        core["direction"][row] = relative[axis, free]
         if chord >= 0:
-            core["chord_direction"][row] = relative[AXES.index(element.axis), 6 * chord + AXES.index("yaw")]
+            core["chord_direction"][row] = relative[axis, 6 * chord + AXES.index("yaw")]
+        core["element_joint"][row], core["element_axis"][row] = _joint(model, element, joints), axis
+        if element.lower != TRACK:
+            core["element_arms"][row] = _arms(model, element)
     for row, element in enumerate(finite):
-        pair = [model.index(element.upper), model.index(element.lower)]
-        core["finite_bodies"][row] = pair
-        core["finite_arms"][row] = [np.subtract(element.position, model.bodies[i].position) for i in pair]
+        core["finite_joint"][row] = _joint(model, element, joints)
+        core["finite_bodies"][row] = [model.index(element.upper), model.index(element.lower)]
+        core["finite_arms"][row] = _arms(model, element)
         core["finite_stiffness"][row], core["finite_damping"][row] = element.stiffness, element.damping
         core["finite_preload"][row] = element.preload
-    ahead = [model.bodies[i].position[0] for i in wheelset_body]
-    pose = _poses(track, model.trailing_pivot if model.chord_yaw else None, ahead, curved)
+    ahead = [model.bodies[i].position[0] - model.bodies[i].origin for i in wheelset_body]
+    between = [model.origin(upper) - model.origin(lower) for upper, lower in joints]
+    pose = _poses(track, model.trailing_pivot if model.chord_yaw else None, ahead, between, curved)
     knots = np.column_stack((speed.time, speed.speed, speed.torque, speed.slip, speed.brake))
     return Plant(core, track.coefficients, np.ascontiguousarray(model.contact.coefficients), pose, knots, tables)
 
 
 def check_reach(plant: Plant, model: Model) -> None:
-    """Refuse bodies for which the track frame at the reference body is too far away.
+    """Refuse bodies that stand too far from the track frame to which their coordinates refer.
 
     Raises
     ------
-    InputError : a body of a run on a curved track stands farther than `REACH` from the reference body.
+    InputError : a body of a run on a curved track stands farther than `REACH` from its frame's origin.
     """
-    farthest = max(model.bodies, key=lambda body: abs(body.position[0]))
-    distance = abs(farthest.position[0])
+    farthest = max(model.bodies, key=lambda body: abs(body.position[0] - body.origin))
+    distance = abs(farthest.position[0] - farthest.origin)
     if plant.core.curved and distance > REACH:
         raise InputError(
-            f"model: '{farthest.name}' stands {distance:g} m from '{model.reference}'; on curves, cant and gradients "
-            f"this engine takes bodies within {REACH:g} m: use engine exudyn, or straight, level track"
+            f"model: '{farthest.name}' stands {distance:g} m from the origin of its track frame; on curves, cant and "
+            f"gradients this engine takes bodies within {REACH:g} m: give the body an 'origin' near its place, use "
+            "engine exudyn, or straight, level track"
         )
+
+
+def _joint(model: Model, element: LinearElement | NonlinearElement, joints: list[tuple[str, str]]) -> int:
+    """Joint of an element, -1 where it joins bodies of one frame."""
+    return joints.index((element.upper, element.lower)) if model.joins_frames(element) else -1
+
+
+def _arms(model: Model, element: LinearElement | NonlinearElement) -> list[np.ndarray]:
+    """From both bodies' centres of gravity to the element [m]."""
+    bodies = (model.bodies[model.index(name)] for name in (element.upper, element.lower))
+    return [np.subtract(element.position, body.position) for body in bodies]
+
+
+def _frames(model: Model) -> dict[str, Any]:
+    """Track frames and joints."""
+    origins, joints = _origins(model), _joints(model)
+    return {
+        "frames": len(origins),
+        "frame_offset": origins,
+        "body_frame": [origins.index(body.origin) for body in model.bodies],
+        "local": [np.subtract(body.position, (body.origin, 0.0, 0.0)) for body in model.bodies],
+        "moves_along": model.moves_along,
+        "driver_body": model.driver,
+        "driver_origin": model.bodies[model.driver].origin,
+        "joints": len(joints),
+        "joint_bodies": np.array([[model.index(name) for name in pair] for pair in joints], dtype=int).reshape(-1, 2),
+        "joint_pose": 1 + len(model.wheelsets) + np.arange(len(joints)),
+    }
 
 
 def _links(stiffness: np.ndarray, damping: np.ndarray) -> dict[str, np.ndarray]:
@@ -241,14 +314,17 @@ def _curved(track: TrackTables) -> bool:
     return any(bool(np.abs(track.coefficients[:, c]).max() > POSE_ROUNDING) for c in (CURVATURE, ROLL, GRADIENT))
 
 
-def _poses(track: TrackTables, pivot: float | None, offsets: list[float], curved: bool) -> np.ndarray:
-    """Pose tables of a plant: of the chord to the pivot so far behind [m], all zero where there is none, and of the
-    track frame at each of `offsets` [m].
+def _poses(
+    track: TrackTables, pivot: float | None, offsets: list[float], joints: list[float], curved: bool
+) -> np.ndarray:
+    """Pose tables of a plant: of the chord to the pivot so far behind [m], all zero where there is none; of the track
+    frame at each of `offsets` [m]; and of the frames of each joint, so far ahead of each other [m].
     """
     if not curved:
-        return np.zeros((1 + len(offsets), 1, POSE_CHANNELS, 4))
+        return np.zeros((1 + len(offsets) + len(joints), 1, POSE_CHANNELS, 4))
     chord = np.zeros((track.count, POSE_CHANNELS, 4)) if pivot is None else _spline(track, _chord(track, pivot))
-    return np.ascontiguousarray(np.stack([chord, *(_spline(track, _seen(track, offset)) for offset in offsets)]))
+    ahead = [_spline(track, _seen(track, offset)) for offset in offsets]
+    return np.ascontiguousarray(np.stack([chord, *ahead, *(_spline(track, _turned(track, at)) for at in joints)]))
 
 
 def _spline(track: TrackTables, rows: np.ndarray) -> np.ndarray:
@@ -265,6 +341,23 @@ def _chord(track: TrackTables, pivot: float) -> np.ndarray:
 
 def _seen(track: TrackTables, offset: float) -> np.ndarray:
     """(nodes, 6): x, y, z, roll, pitch, yaw of the track frame at s + `offset` [m] seen from the one at s."""
+    position, relative = _elsewhere(track, offset)
+    pitch = -np.arcsin(np.clip(relative[:, 2, 0], -1.0, 1.0))
+    roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
+    yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
+    return np.column_stack((position, roll, pitch, yaw))
+
+
+def _turned(track: TrackTables, offset: float) -> np.ndarray:
+    """(nodes, 6): how the track frame at s + `offset` [m] is displaced from where straight track has it, and its
+    rotation vector, both seen from the one at s.
+    """
+    position, relative = _elsewhere(track, offset)
+    return np.column_stack((position - [offset, 0.0, 0.0], Rotation.from_matrix(relative).as_rotvec()))
+
+
+def _elsewhere(track: TrackTables, offset: float) -> tuple[np.ndarray, np.ndarray]:
+    """Origin (nodes, 3) and rotation (nodes, 3, 3) of the track frame at s + `offset` [m] seen from the one at s."""
     nodes = _nodes(track)
     here, origin = _frame(track, nodes), _origin(track, nodes)
     there = np.clip(nodes + offset, nodes[0], nodes[-1])
@@ -272,10 +365,7 @@ def _seen(track: TrackTables, offset: float) -> np.ndarray:
     beyond = (nodes + offset - there)[:, None]  # straight on beyond the ends of the file
     relative = np.einsum("nji,njk->nik", here, frame)
     position = np.einsum("nji,nj->ni", here, _origin(track, there) + beyond * frame[:, :, 0] - origin)
-    pitch = -np.arcsin(np.clip(relative[:, 2, 0], -1.0, 1.0))
-    roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
-    yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
-    return np.column_stack((position, roll, pitch, yaw))
+    return position, relative
 
 
 def _nodes(track: TrackTables) -> np.ndarray:

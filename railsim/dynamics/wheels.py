@@ -33,7 +33,7 @@ from railsim.contact.wheel import (
     wheel_forces,
 )
 from railsim.dynamics.extras import uneven, wheel_on_rail
-from railsim.dynamics.moving_frame import pose
+from railsim.dynamics.moving_frame import general, pose
 from railsim.track.kernel import CURVATURE, LEFT_FRICTION, LEFT_LATERAL, LEFT_VERTICAL, locate, slope, value
 
 RAIL_RIGHT = 1  # offset of the right rail's channels from the left one's
@@ -61,7 +61,8 @@ def wheelset_local(plant, i, s, velocity, q, rate, here, local):
         local[4 + k] = rate[j] if j >= 0 else 0.0
     if not plant.core.curved:
         return
-    pose(plant, 1 + i, s, here)
+    origin = s + plant.core.frame_offset[plant.core.body_frame[body]] if general(plant) else s
+    pose(plant, 1 + i, origin, here)
     height = plant.core.radius[i] + local[1]
     y, z = local[0] - here[1], height - here[2]
     y_rate, z_rate = local[4] - velocity * here[7], local[5] - velocity * here[8]

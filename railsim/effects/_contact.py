@@ -10,7 +10,7 @@ from railsim.effects.track_changes import resampled, window
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.track.track import Track
-from railsim.vehicles.half_vehicle import Adhesion
+from railsim.vehicles.adhesion import Adhesion
 
 ENDS = 2.0  # m; over which friction changes
 ROWS = 0.5  # m; spacing of rows that holds these ends

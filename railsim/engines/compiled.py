@@ -33,7 +33,7 @@ def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray]
     plant = build_plant(run.model, run.track, run.speed)
     check_reach(plant, run.model)
     start = initial_state(plant, run)
-    scratch = workspace()
+    scratch = workspace(int(plant.core.joints))
 
     def change(t: float, x: np.ndarray) -> np.ndarray:
         out = np.empty_like(x)

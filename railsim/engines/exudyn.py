@@ -14,7 +14,7 @@ from exudyn import itemInterface as items  # noqa: N813
 from scipy.spatial.transform import Rotation
 
 from railsim.constants import GRAVITY
-from railsim.dynamics.absolute import track_frame
+from railsim.dynamics.absolute_frames import track_frame
 from railsim.dynamics.callback import bind_forces
 from railsim.dynamics.channels import channel_names
 from railsim.dynamics.equilibrium import initial_state
@@ -223,13 +223,13 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
     frame = np.zeros(16)
     m = int(plant.core.states)
     s, speed, states = x[2 * n + 2 * w], x[2 * n + 2 * w + 1], x[2 * n + 2 * w + 2 :]
-    track_frame(plant, s, frame)
-    turn, origin, turning = frame[:9].reshape(3, 3), frame[9:12], speed * frame[12:15]
     positions, velocities = np.zeros((2, 6 * len(model.bodies) + w + m))
     for b, body in enumerate(model.bodies):
         small = np.array([x[j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
         rates_small = np.array([x[n + j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
-        arm = np.add(body.position, small[:3])
+        track_frame(plant, s + body.origin, frame)
+        turn, origin, turning = frame[:9].reshape(3, 3), frame[9:12], speed * frame[12:15]
+        arm = plant.core.local[b] + small[:3]
         own = slice(6 * b, 6 * b + 6)
         orientation = turn @ Rotation.from_euler("ZYX", small[:2:-1]).as_matrix()
         angles = Rotation.from_matrix(orientation).as_euler("XYZ")

@@ -13,8 +13,9 @@ from railsim.contact.pairs import WheelRailPair
 from railsim.model import Body, LinearElement, Model, Wheelset
 from railsim.profiles.pair import Pair, ProfilePair
 from railsim.spec import quantity
-from railsim.vehicles.half_vehicle import ILLUSTRATIVE, SHIFT, Adhesion, contact_law
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.interface import Vehicle
+from railsim.vehicles.running_gear import ILLUSTRATIVE, SHIFT, contact_law
 
 PLAN_VIEW = "illustrative: near the values of published plan-view studies of a Class 175-like vehicle"
 HELD = 1e6  # kg m2; inertia of the suspended mass, whose rotations are held: serves only the absolute engine's holding

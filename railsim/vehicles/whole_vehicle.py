@@ -1,0 +1,250 @@
+"""Whole vehicle: a car body on two bogies with four wheelsets, and its suspension as it is built."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from railsim.constants import GRAVITY
+from railsim.contact.functions import ContactTable
+from railsim.force_laws import Damper, ForceLaw, Maxwell, SeriesDamper
+from railsim.model import Body, LinearElement, Model, NonlinearElement, Wheelset
+from railsim.spec import quantity
+from railsim.vehicles.half_vehicle import HalfVehicle
+from railsim.vehicles.running_gear import ILLUSTRATIVE, IWNICKI, RunningGear, contact_law, sides
+
+AS_SPRINGS = "none = the height of the secondary springs"
+RIGID = "none = rigid"
+LINEAR = "none = linear"
+FORWARD, SIDEWAYS, UPWARD = np.eye(3)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A bogie: number, name, name's ending of its elements, and distance ahead of the reference [m]."""
+
+    number: int
+    x: float
+
+    @property
+    def ending(self) -> str:
+        return "" if self.number == 1 else str(self.number)
+
+    @property
+    def name(self) -> str:
+        return f"bogie{self.ending}"
+
+    @property
+    def wheelsets(self) -> tuple[tuple[int, float], ...]:
+        """Numbers of its wheelsets, and whether they lead or trail it (1, -1)."""
+        return (2 * self.number - 1, 1.0), (2 * self.number, -1.0)
+
+
+class WholeVehicle(RunningGear, frozen=True):
+    """Parameters as of `HalfVehicle`, with the whole body's mass and inertia; bogies and wheelsets are free along the
+    track, the body follows the speed that is prescribed.
+    """
+
+    body_mass: float = quantity(32000.0, unit="kg", source=IWNICKI, gt=0.0)
+    body_roll_inertia: float = quantity(56800.0, unit="kg m2", source=IWNICKI, gt=0.0)
+    body_pitch_inertia: float = quantity(1.97e6, unit="kg m2", source=IWNICKI, gt=0.0)
+    body_yaw_inertia: float = quantity(1.97e6, unit="kg m2", source=IWNICKI, gt=0.0)
+    traction_rod_stiffness: float = quantity(5e6, unit="N/m", source=f"{ILLUSTRATIVE}; per bogie", ge=0.0)
+    traction_rod_damping: float = quantity(25e3, unit="N s/m", source=f"{ILLUSTRATIVE}; per bogie", ge=0.0)
+    traction_rod_height: float | None = quantity(None, unit="m above the rails", source=AS_SPRINGS, gt=0.0)
+    lateral_damper_height: float | None = quantity(None, unit="m above the rails", source=AS_SPRINGS, gt=0.0)
+    yaw_damper_height: float | None = quantity(None, unit="m above the rails", source=AS_SPRINGS, gt=0.0)
+    arm_length: float = quantity(
+        0.0, unit="m", source="from the axle to the bushing, towards the bogie's centre; 0 = guided at the axle", ge=0.0
+    )
+    arm_rise: float = quantity(0.0, unit="m", source="bushing above the axle; the arm pulls along itself")
+    arm_half_spacing: float | None = quantity(None, unit="m", source="none = as the primary springs", gt=0.0)
+    yaw_damper_series_stiffness: float | None = quantity(None, unit="N/m", source=RIGID, gt=0.0)
+    yaw_damper_blow_off_velocity: float | None = quantity(None, unit="m/s", source=LINEAR, gt=0.0)
+    yaw_damper_blow_off_share: float = quantity(0.0, unit="- of the damping, beyond", source=ILLUSTRATIVE, ge=0.0)
+    lateral_damper_series_stiffness: float | None = quantity(None, unit="N/m", source=RIGID, gt=0.0)
+    lateral_damper_blow_off_velocity: float | None = quantity(None, unit="m/s", source=LINEAR, gt=0.0)
+    lateral_damper_blow_off_share: float = quantity(0.0, unit="- of the damping, beyond", source=ILLUSTRATIVE, ge=0.0)
+    vertical_damper_series_stiffness: float | None = quantity(None, unit="N/m", source=RIGID, gt=0.0)
+    vertical_damper_blow_off_velocity: float | None = quantity(None, unit="m/s", source=LINEAR, gt=0.0)
+    vertical_damper_blow_off_share: float = quantity(0.0, unit="- of the damping, beyond", source=ILLUSTRATIVE, ge=0.0)
+
+    def model(self) -> Model:
+        """Bodies `body`, `bogie` (leading), `bogie2`, `wheelset1` (leading) to `wheelset4`: 37 free coordinates and
+        four spins.
+        """
+        left, right = self.pair.sides(self.wheel_radius, self.half_gauge)
+        elements = [e for place in self._places() for e in (*self._secondary(place), *self._primaries(place))]
+        law = contact_law(
+            self.adhesion, left.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
+        )
+        return Model(
+            bodies=self._bodies(),
+            elements=tuple(e for e in elements if isinstance(e, LinearElement)),
+            nonlinear=tuple(e for e in elements if isinstance(e, NonlinearElement)),
+            wheelsets=tuple(
+                Wheelset(
+                    f"wheelset{i}",
+                    self.wheelset_spin_inertia,
+                    self.wheel_radius,
+                    self.primary_half_spacing,
+                    place.name,
+                )
+                for place in self._places()
+                for i, _ in place.wheelsets
+            ),
+            contact=ContactTable.build(left, right),
+            law=law,
+            reference="bogie",
+        )
+
+    def half(self) -> HalfVehicle:
+        """The half vehicle of the same parameters: half the body on one bogie; it has no arms, rods and heights."""
+        shared = {name: getattr(self, name) for name in RunningGear.model_fields if name in self.model_fields_set}
+        shared |= {"body_mass": 0.5 * self.body_mass, "body_roll_inertia": 0.5 * self.body_roll_inertia}
+        defaults = {name: getattr(self, name) for name in RunningGear.model_fields}
+        return HalfVehicle.build(defaults | shared)
+
+    def nominal(self) -> dict[str, Any]:
+        """Parameters of the half vehicle, which estimators know, and under names of their own those of the whole."""
+        own = {f"whole_{name}": getattr(self, name) for name in ("body_mass", "body_roll_inertia")}
+        plain = self.model_dump(mode="json")
+        rest = {name: plain[name] for name in type(self).model_fields if name not in RunningGear.model_fields}
+        numbers = {name: value for name, value in rest.items() if isinstance(value, int | float)}
+        return self.half().nominal() | own | numbers
+
+    @property
+    def wheel_load(self) -> float:
+        """Static vertical force of one wheel [N]."""
+        return (self.body_mass + 2.0 * self.bogie_mass + 4.0 * self.wheelset_mass) * GRAVITY / 8.0
+
+    def _places(self) -> tuple[_Place, _Place]:
+        return _Place(1, 0.0), _Place(2, -2.0 * self.semi_bogie_spacing)
+
+    def _bodies(self) -> tuple[Body, ...]:
+        middle = -self.semi_bogie_spacing
+        turning = (self.body_roll_inertia, self.body_pitch_inertia, self.body_yaw_inertia)
+        bogie = (self.bogie_roll_inertia, self.bogie_pitch_inertia, self.bogie_yaw_inertia)
+        wheelset = (self.wheelset_yaw_inertia, self.wheelset_spin_inertia, self.wheelset_yaw_inertia)
+        above = ("y", "z", "roll", "pitch", "yaw")
+        bodies = [Body("body", self.body_mass, turning, (middle, 0.0, self.body_height), above, middle)]
+        for place in self._places():
+            at = (place.x, 0.0, self.bogie_height)
+            bodies.append(Body(place.name, self.bogie_mass, bogie, at, ("x", *above), place.x))
+        for place in self._places():
+            for i, ahead in place.wheelsets:
+                at = (place.x + ahead * self.semi_wheelbase, 0.0, self.wheel_radius)
+                free = ("x", "y", "z", "roll", "yaw")
+                bodies.append(Body(f"wheelset{i}", self.wheelset_mass, wheelset, at, free, place.x))
+        return tuple(bodies)
+
+    def _secondary(self, place: _Place) -> list[LinearElement | NonlinearElement]:
+        """What joins the body and a bogie: springs, with all that acts at their height and is linear; dampers; the
+        traction rod; the bump stop.
+        """
+        levels = {self.secondary_height: (self._springs(), np.zeros((6, 6)))}
+        laws: list[NonlinearElement] = []
+
+        def level(height: float | None) -> tuple[np.ndarray, np.ndarray]:
+            at = self.secondary_height if height is None else height
+            return levels.setdefault(at, (np.zeros((6, 6)), np.zeros((6, 6))))
+
+        rod = level(self.traction_rod_height)
+        rod[0][0, 0] += self.traction_rod_stiffness
+        rod[1][0, 0] += self.traction_rod_damping
+        for name, direction, height, half, damping, series, velocity, share in self._dampers():
+            law = _damper(damping, series, velocity, share)
+            if law is None:
+                axis = (FORWARD, SIDEWAYS, UPWARD)["xyz".index(direction)]
+                level(height)[1][:] += sides(tuple(damping * axis), half)
+                continue
+            at = self.secondary_height if height is None else height
+            for side, y in (("left", half), ("right", -half)):
+                position = (place.x, y, at)
+                laws.append(
+                    NonlinearElement(f"{name}{place.ending}_{side}", "body", place.name, position, direction, law)
+                )
+        return [*self._at_levels(place, levels), *laws, self.bump_stop(f"bump_stop{place.ending}", place.name, place.x)]
+
+    def _springs(self) -> np.ndarray:
+        springs = (
+            self.secondary_longitudinal_stiffness,
+            self.secondary_lateral_stiffness,
+            self.secondary_vertical_stiffness,
+        )
+        stiffness = sides(springs, self.secondary_half_spacing)
+        stiffness[3, 3] += self.roll_bar_stiffness
+        return stiffness
+
+    def _dampers(self) -> list[tuple[Any, ...]]:
+        """Name, axis, height, half spacing, damping, series stiffness, blow-off velocity and share, of those there
+        are.
+        """
+        dampers = [
+            ("yaw", "x", self.yaw_damper_height, self.yaw_damper_half_spacing, self.yaw_damper_damping),
+            ("lateral", "y", self.lateral_damper_height, self.secondary_half_spacing, self.secondary_lateral_damping),
+            ("vertical", "z", None, self.secondary_half_spacing, self.secondary_vertical_damping),
+        ]
+        endings = ("series_stiffness", "blow_off_velocity", "blow_off_share")
+        return [
+            (f"{name}_damper", *rest, *(getattr(self, f"{name}_damper_{ending}") for ending in endings))
+            for name, *rest in dampers
+            if rest[-1] > 0.0
+        ]
+
+    def _at_levels(self, place: _Place, levels: dict[float, tuple[np.ndarray, np.ndarray]]) -> list[LinearElement]:
+        """An element for each height; the springs' one carries the body and is called `secondary`."""
+        own = 0.5 * self.body_mass * GRAVITY
+        elements = []
+        for number, (height, (stiffness, damping)) in enumerate(levels.items()):
+            if not (stiffness.any() or damping.any()):
+                continue
+            name, load = ("secondary", own) if number == 0 else (f"linkage_at_{height:g}_m", 0.0)
+            at, carried = (place.x, 0.0, height), (0.0, 0.0, load)
+            name += place.ending if number == 0 else f"_{place.number}"
+            elements.append(LinearElement(name, "body", place.name, at, stiffness, damping, carried, finite=True))
+        return elements
+
+    def _primaries(self, place: _Place) -> list[LinearElement]:
+        """Springs and guidance of both wheelsets of a bogie."""
+        springs = (self.primary_longitudinal_stiffness, self.primary_lateral_stiffness, self.primary_vertical_stiffness)
+        dampers = (self.primary_longitudinal_damping, self.primary_lateral_damping, self.primary_vertical_damping)
+        load = (0.0, 0.0, 0.5 * (0.5 * self.body_mass + self.bogie_mass) * GRAVITY)
+        half = self.primary_half_spacing
+        elements = []
+        for i, ahead in place.wheelsets:
+            wheelset, x = f"wheelset{i}", place.x + ahead * self.semi_wheelbase
+            at_axle = (x, 0.0, self.wheel_radius)
+            if self.arm_length == 0.0:
+                pair = sides(springs, half), sides(dampers, half)
+                elements.append(LinearElement(f"primary{i}", place.name, wheelset, at_axle, *pair, load))
+                continue
+            upright = sides((0.0, 0.0, springs[2]), half), sides((0.0, 0.0, dampers[2]), half)
+            elements.append(LinearElement(f"primary{i}", place.name, wheelset, at_axle, *upright, load))
+            slope = -ahead * self.arm_rise / self.arm_length
+            width = half if self.arm_half_spacing is None else self.arm_half_spacing
+            guided = _guidance(springs, width, slope), _guidance(dampers, width, slope)
+            bushing = (x - ahead * self.arm_length, 0.0, self.wheel_radius + self.arm_rise)
+            elements.append(LinearElement(f"bushing{i}", place.name, wheelset, bushing, *guided))
+        return elements
+
+
+def _guidance(values: tuple[float, float, float], half_spacing: float, slope: float) -> np.ndarray:
+    """(6, 6) of the bushings of two arms that turn about the axle: along the arm, of this slope against the horizontal,
+    and sideways.
+    """
+    along = np.array([1.0, 0.0, slope]) / np.hypot(1.0, slope)
+    total = np.zeros((6, 6))
+    for y in (half_spacing, -half_spacing):
+        jacobian = np.hstack((np.eye(3), [[0.0, 0.0, -y], [0.0, 0.0, 0.0], [y, 0.0, 0.0]]))
+        total += jacobian.T @ (values[0] * np.outer(along, along) + values[1] * np.outer(SIDEWAYS, SIDEWAYS)) @ jacobian
+    return total
+
+
+def _damper(damping: float, series: float | None, velocity: float | None, share: float) -> ForceLaw | None:
+    """Law of a damper, None where it is linear."""
+    if velocity is None:
+        return None if series is None else Maxwell(series, damping)
+    if series is None:
+        return Damper(damping, share * damping, velocity)
+    return SeriesDamper(series, damping, share * damping, velocity)
