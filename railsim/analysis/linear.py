@@ -131,7 +131,7 @@ def _jacobian(plant: Plant, x: np.ndarray, columns: list[int], steps: np.ndarray
         moved = x.copy()
         moved[column] += step
         out = np.empty(state_size(plant))
-        derivatives(plant, 0.0, moved, out, workspace())
+        derivatives(plant, 0.0, moved, out, workspace(int(plant.core.joints)))
         return out
 
     return np.column_stack(

@@ -90,8 +90,8 @@ def linear_force(plant, e, work):
 @inlined
 def moments_of(position_u, position_l, arm_u, arm_l, work):
     """Turn the force of an element into the frame of both bodies' coordinates: the force on the upper body,
-    work[51:54]; the moments of its levers on the upper and the lower one, work[24:30]; and twice what the turning of the
-    axes adds, work[48:51].
+    work[51:54]; the moments of its levers on the upper and the lower one, work[24:30]; and twice what the turning of
+    the axes adds, work[48:51].
     """
     moved_u, moved_l, stretch = work[24:27], work[27:30], work[30:36]
     middle, spare, turned, joint_force = work[42:45], work[45:48], work[48:51], work[51:54]

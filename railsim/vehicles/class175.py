@@ -1,19 +1,18 @@
 """A Class 175-like diesel multiple unit coach: illustrative wherever no source is named."""
 
 from railsim.spec import quantity
-from railsim.vehicles.half_vehicle import ILLUSTRATIVE, HalfVehicle
+from railsim.vehicles.half_vehicle import HalfVehicle
+from railsim.vehicles.running_gear import ILLUSTRATIVE, RunningGear
 
 PLAN_VIEW = "published plan-view studies of a Class 175-like half vehicle; not confirmed, so illustrative"
 WARD = "Ward et al. (2011), section 5.2"
 
 
-class Class175(HalfVehicle, frozen=True):
+class Class175Gear(RunningGear, frozen=True):
     """Wheelbase of the paper's speed study and secondary yaw dampers, whose condition section 4.1 of the paper
     monitors.
     """
 
-    body_mass: float = quantity(17230.0, unit="kg", source=f"{PLAN_VIEW}; half of 34 460 kg", gt=0.0)
-    body_roll_inertia: float = quantity(30000.0, unit="kg m2", source=ILLUSTRATIVE, gt=0.0)
     bogie_mass: float = quantity(3477.0, unit="kg", source=PLAN_VIEW, gt=0.0)
     bogie_roll_inertia: float = quantity(2100.0, unit="kg m2", source=ILLUSTRATIVE, gt=0.0)
     bogie_pitch_inertia: float = quantity(2400.0, unit="kg m2", source=ILLUSTRATIVE, gt=0.0)
@@ -30,3 +29,10 @@ class Class175(HalfVehicle, frozen=True):
     primary_vertical_damping: float = quantity(6e3, unit="N s/m", source=ILLUSTRATIVE, ge=0.0)
     secondary_lateral_damping: float = quantity(20e3, unit="N s/m", source=ILLUSTRATIVE, ge=0.0)
     yaw_damper_damping: float = quantity(150e3, unit="N s/m", source=f"{ILLUSTRATIVE}; per damper", ge=0.0)
+
+
+class Class175(Class175Gear, HalfVehicle, frozen=True):
+    """Half a coach."""
+
+    body_mass: float = quantity(17230.0, unit="kg", source=f"{PLAN_VIEW}; half of 34 460 kg", gt=0.0)
+    body_roll_inertia: float = quantity(30000.0, unit="kg m2", source=ILLUSTRATIVE, gt=0.0)

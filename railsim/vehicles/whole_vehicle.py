@@ -1,7 +1,7 @@
 """Whole vehicle: a car body on two bogies with four wheelsets, and its suspension as it is built."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from railsim.vehicles.running_gear import ILLUSTRATIVE, IWNICKI, RunningGear, co
 AS_SPRINGS = "none = the height of the secondary springs"
 RIGID = "none = rigid"
 LINEAR = "none = linear"
-FORWARD, SIDEWAYS, UPWARD = np.eye(3)
+SIDEWAYS = np.array([0.0, 1.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,22 @@ class _Place:
     def wheelsets(self) -> tuple[tuple[int, float], ...]:
         """Numbers of its wheelsets, and whether they lead or trail it (1, -1)."""
         return (2 * self.number - 1, 1.0), (2 * self.number, -1.0)
+
+
+class _Dampers(NamedTuple):
+    """A damper on each side of a bogie: name, axis, height [m], half spacing [m], damping of each [N s/m], law."""
+
+    name: str
+    axis: str
+    height: float | None
+    half_spacing: float
+    damping: float
+    law: ForceLaw | None
+
+    def along(self, value: float) -> tuple[float, float, float]:
+        """A value along the axis."""
+        x, y, z = (value if axis == self.axis else 0.0 for axis in "xyz")
+        return x, y, z
 
 
 class WholeVehicle(RunningGear, frozen=True):
@@ -100,10 +116,10 @@ class WholeVehicle(RunningGear, frozen=True):
 
     def half(self) -> HalfVehicle:
         """The half vehicle of the same parameters: half the body on one bogie; it has no arms, rods and heights."""
-        shared = {name: getattr(self, name) for name in RunningGear.model_fields if name in self.model_fields_set}
-        shared |= {"body_mass": 0.5 * self.body_mass, "body_roll_inertia": 0.5 * self.body_roll_inertia}
-        defaults = {name: getattr(self, name) for name in RunningGear.model_fields}
-        return HalfVehicle.build(defaults | shared)
+        same = {name: getattr(self, name) for name in RunningGear.model_fields}
+        return HalfVehicle.build(
+            same | {"body_mass": 0.5 * self.body_mass, "body_roll_inertia": 0.5 * self.body_roll_inertia}
+        )
 
     def nominal(self) -> dict[str, Any]:
         """Parameters of the half vehicle, which estimators know, and under names of their own those of the whole."""
@@ -139,32 +155,36 @@ class WholeVehicle(RunningGear, frozen=True):
         return tuple(bodies)
 
     def _secondary(self, place: _Place) -> list[LinearElement | NonlinearElement]:
-        """What joins the body and a bogie: springs, with all that acts at their height and is linear; dampers; the
-        traction rod; the bump stop.
+        """What joins the body and a bogie: springs, with the linear parts that act at their height; the traction rod
+        and dampers elsewhere; yaw dampers; dampers that are not linear, one a side; the bump stop.
         """
-        levels = {self.secondary_height: (self._springs(), np.zeros((6, 6)))}
-        laws: list[NonlinearElement] = []
-
-        def level(height: float | None) -> tuple[np.ndarray, np.ndarray]:
-            at = self.secondary_height if height is None else height
-            return levels.setdefault(at, (np.zeros((6, 6)), np.zeros((6, 6))))
-
-        rod = level(self.traction_rod_height)
-        rod[0][0, 0] += self.traction_rod_stiffness
-        rod[1][0, 0] += self.traction_rod_damping
-        for name, direction, height, half, damping, series, velocity, share in self._dampers():
-            law = _damper(damping, series, velocity, share)
-            if law is None:
-                axis = (FORWARD, SIDEWAYS, UPWARD)["xyz".index(direction)]
-                level(height)[1][:] += sides(tuple(damping * axis), half)
-                continue
-            at = self.secondary_height if height is None else height
-            for side, y in (("left", half), ("right", -half)):
-                position = (place.x, y, at)
-                laws.append(
-                    NonlinearElement(f"{name}{place.ending}_{side}", "body", place.name, position, direction, law)
-                )
-        return [*self._at_levels(place, levels), *laws, self.bump_stop(f"bump_stop{place.ending}", place.name, place.x)]
+        stiffness, damping = self._springs(), np.zeros((6, 6))
+        apart: list[LinearElement | NonlinearElement] = []
+        rod = np.outer(np.eye(6)[0], np.eye(6)[0])
+        for name, height, k, c in [
+            (
+                "traction_rod",
+                self.traction_rod_height,
+                self.traction_rod_stiffness * rod,
+                self.traction_rod_damping * rod,
+            ),
+            *self._linear_dampers(),
+        ]:
+            if height is None:
+                stiffness, damping = stiffness + k, damping + c
+            elif k.any() or c.any():
+                at = (place.x, 0.0, height)
+                apart.append(LinearElement(f"{name}{place.ending}", "body", place.name, at, k, c, finite=True))
+        at, load = (place.x, 0.0, self.secondary_height), (0.0, 0.0, 0.5 * self.body_mass * GRAVITY)
+        springs = LinearElement(
+            f"secondary{place.ending}", "body", place.name, at, stiffness, damping, load, finite=True
+        )
+        return [
+            springs,
+            *apart,
+            *self._damper_laws(place),
+            self.bump_stop(f"bump_stop{place.ending}", place.name, place.x),
+        ]
 
     def _springs(self) -> np.ndarray:
         springs = (
@@ -176,34 +196,44 @@ class WholeVehicle(RunningGear, frozen=True):
         stiffness[3, 3] += self.roll_bar_stiffness
         return stiffness
 
-    def _dampers(self) -> list[tuple[Any, ...]]:
-        """Name, axis, height, half spacing, damping, series stiffness, blow-off velocity and share, of those there
-        are.
-        """
+    def _dampers(self) -> list[_Dampers]:
+        yaw_height = self.secondary_height if self.yaw_damper_height is None else self.yaw_damper_height
+        half = self.secondary_half_spacing
         dampers = [
-            ("yaw", "x", self.yaw_damper_height, self.yaw_damper_half_spacing, self.yaw_damper_damping),
-            ("lateral", "y", self.lateral_damper_height, self.secondary_half_spacing, self.secondary_lateral_damping),
-            ("vertical", "z", None, self.secondary_half_spacing, self.secondary_vertical_damping),
+            ("yaw_damper", "x", yaw_height, self.yaw_damper_half_spacing, self.yaw_damper_damping),
+            ("lateral_damper", "y", self.lateral_damper_height, half, self.secondary_lateral_damping),
+            ("vertical_damper", "z", None, half, self.secondary_vertical_damping),
         ]
-        endings = ("series_stiffness", "blow_off_velocity", "blow_off_share")
+        return [_Dampers(*rest, self._law(rest[0], rest[-1])) for rest in dampers if rest[-1] > 0.0]
+
+    def _law(self, name: str, damping: float) -> ForceLaw | None:
+        """Law of a damper, None where it is linear."""
+        series, velocity = getattr(self, f"{name}_series_stiffness"), getattr(self, f"{name}_blow_off_velocity")
+        beyond = damping * getattr(self, f"{name}_blow_off_share")
+        if velocity is None:
+            return None if series is None else Maxwell(series, damping)
+        if series is None:
+            return Damper(damping, beyond, velocity)
+        return SeriesDamper(series, damping, beyond, velocity)
+
+    def _linear_dampers(self) -> list[tuple[str, float | None, np.ndarray, np.ndarray]]:
+        """Name, height (none: that of the springs), stiffness and damping of linear pairs of dampers."""
         return [
-            (f"{name}_damper", *rest, *(getattr(self, f"{name}_damper_{ending}") for ending in endings))
-            for name, *rest in dampers
-            if rest[-1] > 0.0
+            (f"{pair.name}s", pair.height, np.zeros((6, 6)), sides(pair.along(pair.damping), pair.half_spacing))
+            for pair in self._dampers()
+            if pair.law is None
         ]
 
-    def _at_levels(self, place: _Place, levels: dict[float, tuple[np.ndarray, np.ndarray]]) -> list[LinearElement]:
-        """An element for each height; the springs' one carries the body and is called `secondary`."""
-        own = 0.5 * self.body_mass * GRAVITY
-        elements = []
-        for number, (height, (stiffness, damping)) in enumerate(levels.items()):
-            if not (stiffness.any() or damping.any()):
-                continue
-            name, load = ("secondary", own) if number == 0 else (f"linkage_at_{height:g}_m", 0.0)
-            at, carried = (place.x, 0.0, height), (0.0, 0.0, load)
-            name += place.ending if number == 0 else f"_{place.number}"
-            elements.append(LinearElement(name, "body", place.name, at, stiffness, damping, carried, finite=True))
-        return elements
+    def _damper_laws(self, place: _Place) -> list[NonlinearElement]:
+        """Dampers that are not linear, one a side."""
+        laws = []
+        for pair in self._dampers():
+            height = self.secondary_height if pair.height is None else pair.height
+            for side, y in (("left", pair.half_spacing), ("right", -pair.half_spacing)):
+                name, at = f"{pair.name}{place.ending}_{side}", (place.x, y, height)
+                if pair.law is not None:
+                    laws.append(NonlinearElement(name, "body", place.name, at, pair.axis, pair.law))
+        return laws
 
     def _primaries(self, place: _Place) -> list[LinearElement]:
         """Springs and guidance of both wheelsets of a bogie."""

@@ -38,7 +38,7 @@ def displaced(model: Model, moved: dict[str, float]) -> tuple[np.ndarray, np.nda
     for name, distance in moved.items():
         x[model.names.index(name)] += distance
     others = [i for i in range(n) if model.names[i] not in moved]
-    out, scratch = np.empty(state_size(plant)), workspace()
+    out, scratch = np.empty(state_size(plant)), workspace(int(plant.core.joints))
 
     def residual(place: np.ndarray) -> np.ndarray:
         x[others] = place

@@ -1,0 +1,7 @@
+"""Passenger vehicle 1 of the Manchester benchmarks, whole."""
+
+from railsim.vehicles.whole_vehicle import WholeVehicle
+
+
+class ManchesterWhole(WholeVehicle, frozen=True):
+    """Passenger vehicle 1 (Iwnicki 1998); the defaults of `WholeVehicle` are its numbers, with their sources."""
