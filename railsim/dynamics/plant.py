@@ -56,9 +56,10 @@ def _core_type(model: Model) -> np.dtype:
     """Record of a vehicle with n free coordinates, b bodies, w wheelsets; each layout is compiled once."""
     n, b, w = len(model.free), len(model.bodies), len(model.wheelsets)
     elements = _capacity(len(model.nonlinear), USUAL_ELEMENTS)
-    finite = _capacity(sum(element.finite for element in model.elements), USUAL_FINITE)
-    loads = _capacity(len(model.loads), USUAL_LOADS)
     frames, joints = _frame_room(model)
+    usual = USUAL_FINITE if frames == 1 else 4 * USUAL_FINITE
+    finite = _capacity(sum(element.finite for element in model.elements), usual)
+    loads = _capacity(len(model.loads), USUAL_LOADS)
     fields = [
         ("mass", "f8", n),
         ("link_start", "i8", n + 1),  # of each coordinate's links; the last one's end
@@ -146,7 +147,7 @@ def _frame_room(model: Model) -> tuple[int, int]:
     origins, pairs = _origins(model), _joints(model)
     if len(origins) == 1 and not model.moves_along:
         return 1, 1
-    return _capacity(len(origins), 2), _capacity(len(pairs), 2)
+    return _capacity(len(origins), 4), _capacity(len(pairs), 4)
 
 
 def _origins(model: Model) -> list[float]:

@@ -9,7 +9,7 @@ from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23
 from railsim.contact.pairs import WheelRailPair
 from railsim.contact.polach import SHEAR
 from railsim.errors import InputError
-from railsim.vehicles.half_vehicle import Adhesion
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.manchester import Manchester
 from railsim.vehicles.wheelset import WheelsetVehicle
 from railsim.wheelset import WheelsetParameters

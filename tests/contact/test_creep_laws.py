@@ -14,7 +14,7 @@ from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import creep_coefficients, linear_force
 from railsim.contact.polach import SHEAR, friction_coefficient, polach_force
 from railsim.errors import InputError
-from railsim.vehicles.half_vehicle import Adhesion
+from railsim.vehicles.adhesion import Adhesion
 from tests.profiles.reference import needs_reference
 
 A, B, NORMAL, FRICTION = 6e-3, 5e-3, 6e4, 0.3

@@ -6,7 +6,7 @@ import pytest
 from railsim.engines.interface import STABLE, creep_rate, default_substeps
 from railsim.speed import Constant, Traction, speed_tables
 from railsim.track import Track, read_track
-from railsim.vehicles.half_vehicle import Adhesion
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.manchester import Manchester
 from tests.engines.rig import ENGINES, RATE, flat, go, make_run, ratio
 

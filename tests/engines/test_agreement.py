@@ -6,8 +6,10 @@ import pytest
 from railsim.engines.interface import CHUNK
 from railsim.track import read_track
 from railsim.vehicles.class175 import Class175
+from railsim.vehicles.class175_whole import Class175Whole
 from railsim.vehicles.interface import Vehicle
 from railsim.vehicles.manchester import Manchester
+from railsim.vehicles.manchester_whole import ManchesterWhole
 from railsim.vehicles.wheelset import WheelsetVehicle
 from tests.engines.rig import RATE, flat, go, make_run, ratio
 
@@ -33,6 +35,32 @@ def test_engines_agree(vehicle: Vehicle, track: str, speed: float, duration: flo
     for name in CHANNELS:
         assert ratio(reference[name], fast[name]) < 5e-3, name
         assert ratio(halved[name], fast[name]) < 1e-3, name
+
+
+WHOLE = (
+    [
+        f"{body}.{q}"
+        for body in ("body", "bogie", "bogie2", "wheelset1", "wheelset4")
+        for q in ("y [m]", "roll [rad]", "yaw [rad]")
+    ]
+    + [f"{body}.z [m]" for body in ("body", "bogie", "bogie2")]
+    + [f"wheel{i}_left.creep_force_y [N]" for i in (1, 3)]
+)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "track", "speed", "duration"),
+    [(ManchesterWhole(), "straight_erri_high", 50.0, 3.0), (Class175Whole(), "curve_r400", 14.0, 16.0)],
+    ids=lambda value: type(value).__name__ if isinstance(value, Vehicle) else str(value),
+)
+def test_engines_agree_on_whole_vehicles(vehicle: Vehicle, track: str, speed: float, duration: float) -> None:
+    """In the curve the compiled engine joins three track frames; Exudyn knows none."""
+    model, geometry = vehicle.model(), read_track(track)
+    fast, reference = (
+        go(engine, make_run(model, geometry, speed, duration, start=30.0)) for engine in ("compiled", "exudyn")
+    )
+    for name in WHOLE:
+        assert ratio(reference[name], fast[name]) < 1e-2, name
 
 
 def test_engines_agree_on_the_slow_curve_of_a_wheelset() -> None:

@@ -9,7 +9,7 @@ from railsim import InputError
 from railsim.constants import GRAVITY
 from railsim.speed import Driven, Traction
 from railsim.track import Track, read_track
-from railsim.vehicles.half_vehicle import Adhesion
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.manchester import Manchester
 from tests.engines.rig import ENGINES, Rows, flat, go, make_run, ratio
 

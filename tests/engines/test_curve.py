@@ -6,8 +6,9 @@ import pytest
 from railsim.constants import GRAVITY
 from railsim.track import read_track
 from railsim.track.track import CANT_BASE
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.class175 import Class175
-from railsim.vehicles.half_vehicle import Adhesion, HalfVehicle
+from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.manchester import Manchester
 from tests.engines.rig import Rows, curve, go, make_run
 

@@ -10,9 +10,11 @@ from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import build_plant
 from railsim.dynamics.workspace import workspace
 from railsim.model import Model
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.class175 import Class175
-from railsim.vehicles.half_vehicle import Adhesion, HalfVehicle
+from railsim.vehicles.interface import Vehicle
 from railsim.vehicles.manchester import Manchester
+from railsim.vehicles.manchester_whole import ManchesterWhole
 from tests.engines.rig import flat, make_run
 
 NO_LOSSES = {
@@ -63,8 +65,15 @@ def drift(model: Model, moved: dict[str, float], finer: int) -> np.ndarray:
     return (total - total[0]) / (total[0] - still)
 
 
-@pytest.mark.parametrize("vehicle", [Manchester(**NO_LOSSES), Class175(**NO_LOSSES)], ids=lambda v: type(v).__name__)
-def test_energy_is_kept(vehicle: HalfVehicle) -> None:
+LOSSLESS = [
+    Manchester(**NO_LOSSES),
+    Class175(**NO_LOSSES),
+    ManchesterWhole(**NO_LOSSES, traction_rod_damping=0.0),
+]
+
+
+@pytest.mark.parametrize("vehicle", LOSSLESS, ids=lambda v: type(v).__name__)
+def test_energy_is_kept(vehicle: Vehicle) -> None:
     """The secondary suspension, to second order in the rotations, included."""
     assert np.abs(drift(vehicle.model(), SOFT, 1)).max() < 1e-8
 

@@ -15,6 +15,7 @@ from railsim.model import Model
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.interface import Vehicle
 from railsim.vehicles.manchester import Manchester
+from railsim.vehicles.manchester_whole import ManchesterWhole
 from railsim.vehicles.wheelset import WheelsetVehicle
 from tests.engines.rig import flat, go, make_run
 
@@ -47,7 +48,8 @@ def crossing(engine: str, model: Model, low: float, high: float) -> float:
 
 @pytest.mark.parametrize("speed", [8.0, 20.0, 50.0])
 @pytest.mark.parametrize(
-    ("vehicle", "tolerance"), [(Manchester(), 2e-4), (Class175(), 2e-3), (WheelsetVehicle(), 2e-4)]
+    ("vehicle", "tolerance"),
+    [(Manchester(), 2e-4), (Class175(), 2e-3), (WheelsetVehicle(), 2e-4), (ManchesterWhole(), 1e-2)],
 )
 def test_exudyn_linearises_to_the_same_eigenvalues(vehicle: Vehicle, tolerance: float, speed: float) -> None:
     """Two differences are known: Exudyn's wheelsets can move along the track against the holding springs, which makes

@@ -5,12 +5,14 @@ import pytest
 
 from railsim.constants import GRAVITY
 from railsim.vehicles.class175 import Class175
+from railsim.vehicles.class175_whole import Class175Whole
 from railsim.vehicles.interface import Vehicle
 from railsim.vehicles.manchester import Manchester
+from railsim.vehicles.manchester_whole import ManchesterWhole
 from railsim.vehicles.wheelset import WheelsetVehicle
 from tests.engines.rig import ENGINES, Rows, curve, flat, go, make_run, mirrored, rough
 
-VEHICLES = [Manchester(), Class175(), WheelsetVehicle()]
+VEHICLES = [Manchester(), Class175(), WheelsetVehicle(), ManchesterWhole(), Class175Whole()]
 
 
 def vertical_forces(result: Rows, wheels: list[str], row: int) -> float:
@@ -35,9 +37,10 @@ def test_wheel_forces_carry_the_weight(engine: str, vehicle: Vehicle) -> None:
         assert vertical_forces(result, wheels, row) == pytest.approx(weight, rel=1e-6)
 
 
+@pytest.mark.parametrize("vehicle", [Manchester(), ManchesterWhole()], ids=lambda v: type(v).__name__)
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_minute_on_smooth_straight_track_leaves_the_vehicle_at_rest(engine: str) -> None:
-    model = Manchester().model()
+def test_a_minute_on_smooth_straight_track_leaves_the_vehicle_at_rest(engine: str, vehicle: Vehicle) -> None:
+    model = vehicle.model()
     result = go(engine, make_run(model, flat(1300.0), 20.0, 60.0, start=0.0))
     for body in model.bodies:
         assert np.abs(result[f"{body.name}.y [m]"]).max() < 1e-9
@@ -47,12 +50,12 @@ def test_a_minute_on_smooth_straight_track_leaves_the_vehicle_at_rest(engine: st
 
 
 @pytest.mark.parametrize(("engine", "tolerance"), [("compiled", 1e-9), ("exudyn", 1e-5)])
-@pytest.mark.parametrize("vehicle", [Manchester(), WheelsetVehicle()], ids=lambda v: type(v).__name__)
+@pytest.mark.parametrize("vehicle", [Manchester(), WheelsetVehicle(), Class175Whole()], ids=lambda v: type(v).__name__)
 def test_mirrored_track_mirrors_every_channel(engine: str, tolerance: float, vehicle: Vehicle) -> None:
     """Exudyn's longitudinal accelerations hold the rounding of places times the square of the holding rate."""
     model, track = vehicle.model(), rough(curve(500.0, 0.1, 220.0))
-    seen = go(engine, make_run(model, track, 20.0, 8.0))
-    other = mirrored(go(engine, make_run(model, track.mirrored(), 20.0, 8.0)))
+    seen = go(engine, make_run(model, track, 20.0, 8.0, start=25.0))
+    other = mirrored(go(engine, make_run(model, track.mirrored(), 20.0, 8.0, start=25.0)))
     assert np.abs(seen["wheelset1.y [m]"]).max() > 1e-3
     scale = np.abs(seen.rows).max(axis=0)
     difference = np.abs(other.rows - seen.rows).max(axis=0)

@@ -10,8 +10,8 @@ from railsim.engines.interface import CHUNK
 from railsim.simulation import build_run
 from railsim.speed import Constant
 from railsim.track import read_track
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.class175 import Class175
-from railsim.vehicles.half_vehicle import Adhesion
 from railsim.vehicles.interface import Vehicle
 from railsim.vehicles.manchester import Manchester
 from railsim.vehicles.wheelset import WheelsetVehicle

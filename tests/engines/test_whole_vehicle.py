@@ -45,9 +45,7 @@ def held_along(model: Model) -> Model:
         )
         for body in model.bodies
     )
-    elements = tuple(
-        dataclasses.replace(e, stiffness=cut(e.stiffness), damping=cut(e.damping)) for e in model.elements
-    )
+    elements = tuple(dataclasses.replace(e, stiffness=cut(e.stiffness), damping=cut(e.damping)) for e in model.elements)
     return dataclasses.replace(model, bodies=bodies, elements=elements)
 
 

@@ -9,7 +9,7 @@ from railsim import InputError, load_scenario
 from railsim.contact.adhesion import CONDITIONS, LOW, VERY_LOW
 from railsim.contact.wheel import CREEP_LAWS
 from railsim.scenario import Scenario
-from railsim.vehicles.half_vehicle import Adhesion
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.manchester import Manchester
 
 

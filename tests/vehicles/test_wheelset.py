@@ -11,7 +11,7 @@ from railsim.contact.pairs import WheelRailPair
 from railsim.contact.polach import SHEAR
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.plant import build_plant
-from railsim.vehicles.half_vehicle import Adhesion
+from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.wheelset import WheelsetVehicle
 from railsim.wheelset import WheelsetParameters, cone_conicity, full_linear
 from tests.engines.rig import ENGINES, flat, go, make_run
