@@ -1,7 +1,9 @@
 """Whole vehicle: a car body on two bogies with four wheelsets, and its suspension as it is built."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -84,6 +86,17 @@ class WholeVehicle(RunningGear, frozen=True):
     vertical_damper_series_stiffness: float | None = quantity(None, unit="N/m", source=RIGID, gt=0.0)
     vertical_damper_blow_off_velocity: float | None = quantity(None, unit="m/s", source=LINEAR, gt=0.0)
     vertical_damper_blow_off_share: float = quantity(0.0, unit="- of the damping, beyond", source=ILLUSTRATIVE, ge=0.0)
+
+    derived: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType(
+        {
+            **RunningGear.derived,
+            "whole_body_mass": (
+                "kg",
+                "body_mass; under that name about.json has one bogie's share, as of a half vehicle",
+            ),
+            "whole_body_roll_inertia": ("kg m2", "body_roll_inertia, likewise"),
+        }
+    )
 
     def model(self) -> Model:
         """Bodies `body`, `bogie` (leading), `bogie2`, `wheelset1` (leading) to `wheelset4`: 37 free coordinates and
