@@ -217,7 +217,11 @@ class WholeVehicle(RunningGear, frozen=True):
             ("lateral_damper", "y", self.lateral_damper_height, half, self.secondary_lateral_damping),
             ("vertical_damper", "z", None, half, self.secondary_vertical_damping),
         ]
-        return [_Dampers(*rest, self._law(rest[0], rest[-1])) for rest in dampers if rest[-1] > 0.0]
+        return [
+            _Dampers(name, axis, height, spacing, damping, self._law(name, damping))
+            for name, axis, height, spacing, damping in dampers
+            if damping > 0.0
+        ]
 
     def _law(self, name: str, damping: float) -> ForceLaw | None:
         """Law of a damper, None where it is linear."""

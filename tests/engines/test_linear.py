@@ -70,7 +70,7 @@ def test_exudyn_linearises_to_the_same_eigenvalues(vehicle: Vehicle, tolerance: 
             continue
         assert np.abs(reference - value).min() < tolerance * abs(value), value
         compared += 1
-    assert compared == 2 * len(model.names)
+    assert compared >= 2 * len(model.names)
 
 
 def test_matrices_hold_suspension_and_mass() -> None:
