@@ -104,7 +104,7 @@ def test_vehicles_beside_each_other_run_through_a_curve_as_each_alone() -> None:
 
 def test_bodies_far_from_the_reference_are_refused_on_curves_only() -> None:
     model = joined([loaded(1.0), loaded(1.0), loaded(1.0), loaded(1.0)], OFFSETS)
-    with pytest.raises(InputError, match="'wheelset2_3' stands 22.28 m from the origin of its track frame; .* use engine exudyn"):
+    with pytest.raises(InputError, match="'wheelset2_3' stands 22.28 m from the origin .* use engine exudyn"):
         go("compiled", make_run(model, curve(400.0, 0.1, 200.0, 30.0), 20.0, 0.1, start=60.0))
 
 
