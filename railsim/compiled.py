@@ -109,7 +109,7 @@ def sources(file: Path) -> set[Path]:
     """
     files, ahead = {file}, [file]
     while ahead:
-        found = _imported(ahead.pop())
-        ahead += [path for path in found - files if path.name == "__init__.py" or _KERNELS in path.read_bytes()]
-        files |= found
+        imported = _imported(ahead.pop())
+        ahead += [path for path in imported - files if path.name == "__init__.py" or _KERNELS in path.read_bytes()]
+        files |= imported
     return files

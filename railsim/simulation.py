@@ -183,9 +183,9 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
 
 def _on_track(chunks: Iterator[np.ndarray], scenario: Scenario) -> Iterator[np.ndarray]:
     """The chunks as they come; ends a run whose forces carry it off the track."""
-    rear, front = scenario.overhang
+    behind, ahead = scenario.overhang
     track = scenario.setup.track
-    first, last = float(track.s[0]) - rear, float(track.s[-1]) - front
+    first, last = float(track.s[0]) - behind, float(track.s[-1]) - ahead
     for rows in chunks:
         outside = (rows[:, 1] < first - 1e-6) | (rows[:, 1] > last + 1e-6)
         if outside.any():

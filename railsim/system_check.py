@@ -16,9 +16,9 @@ def python_problem(version: "tuple[int, ...]" = sys.version_info[:3]) -> "str | 
     """One line when `version` is older than Python 3.11, else None."""
     if version[:2] >= OLDEST_PYTHON:
         return None
-    found, python = ".".join(map(str, version)), "python{}.{}".format(*OLDEST_PYTHON)
+    running, python = ".".join(map(str, version)), "python{}.{}".format(*OLDEST_PYTHON)
     remedy = f"install {python} and {python}-venv (Debian package names), then call make PYTHON={python}"
-    return f"Python {found} is too old, 3.11 or newer is needed: {remedy}"
+    return f"Python {running} is too old, 3.11 or newer is needed: {remedy}"
 
 
 def library_problem(library: str, package: str) -> "str | None":

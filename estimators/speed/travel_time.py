@@ -380,9 +380,9 @@ def _noise_slope(c: Limits, x: np.ndarray, out: np.ndarray) -> float:
     acceleration; returns the slope in speed, squared, that noise alone gives for a mismatch of power 1.
     """
     lag = travel_time(c.wheelbase, x[0], x[1])
-    place = min(lag * c.rate, len(c.noise_slope) - 2.0)
-    k = int(place)
-    row = c.noise_slope[k] + (place - k) * (c.noise_slope[k + 1] - c.noise_slope[k])
+    index = min(lag * c.rate, len(c.noise_slope) - 2.0)
+    k = int(index)
+    row = c.noise_slope[k] + (index - k) * (c.noise_slope[k + 1] - c.noise_slope[k])
     ahead = max(x[0] - x[1] * lag, 0.1)
     out[0] = -row[0] * lag / ahead
     out[1] = row[0] * lag * lag / (2 * ahead)

@@ -146,8 +146,8 @@ class _Cloud:
             before = self._filters.state.copy()
             self._position = _folded(self._position)
 
-    def _weigh(self, found: np.ndarray) -> None:
-        total = self._log_weight + found
+    def _weigh(self, log_likelihood: np.ndarray) -> None:
+        total = self._log_weight + log_likelihood
         if not np.isfinite(total).any():
             total = np.zeros(len(total))
         total = total - total.max()
@@ -206,6 +206,6 @@ def _moments(values: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.nda
     return mean, np.sqrt(weight @ (values - mean) ** 2)
 
 
-def _folded(place: np.ndarray) -> np.ndarray:
+def _folded(position: np.ndarray) -> np.ndarray:
     """Back into the unit cube, as by mirrors at its walls."""
-    return 1.0 - np.abs(1.0 - np.mod(place, 2.0))
+    return 1.0 - np.abs(1.0 - np.mod(position, 2.0))

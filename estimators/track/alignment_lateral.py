@@ -91,8 +91,8 @@ def _between(nodes: np.ndarray, values: np.ndarray) -> Gain:
 
     def gain(k: np.ndarray) -> np.ndarray:
         inside = np.searchsorted(k, nodes[-1], side="right")
-        found = np.zeros(len(k), dtype=complex)
-        found[:inside] = np.interp(k[:inside], nodes, values)
-        return found
+        response = np.zeros(len(k), dtype=complex)
+        response[:inside] = np.interp(k[:inside], nodes, values)
+        return response
 
     return gain

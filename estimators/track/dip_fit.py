@@ -148,9 +148,9 @@ def _weighed(channels: Sequence[Channel], products: Sequence[np.ndarray], dips: 
     spreads = [1 / np.sqrt(power)] * len(SIDES)
     if len(channels) > 1:
         other, less = products[1], channels[1].power
-        told = (UNEVEN * size) ** 2 * less
-        chances[0] += other**2 / less * told / (1 + told) / 2 - np.log(1 + told) / 2
-        ratios[0] = np.clip(other / less * told / (1 + told) / size, -1, 1)
+        uneven_power = (UNEVEN * size) ** 2 * less
+        chances[0] += other**2 / less * uneven_power / (1 + uneven_power) / 2 - np.log(1 + uneven_power) / 2
+        ratios[0] = np.clip(other / less * uneven_power / (1 + uneven_power) / size, -1, 1)
         for sign in SIGNS[1:]:
             total = power + less
             sizes.append(np.maximum((product + sign * other) / total, LEAST))
@@ -177,9 +177,9 @@ def _rest(dips: Dips, channel: Channel, phase: np.ndarray) -> np.ndarray:
     return np.asarray(np.fft.rfft(rest[rows] + own, axis=1))
 
 
-def _total(own: np.ndarray, rows: np.ndarray, one: Channel) -> np.ndarray:
+def _total(own: np.ndarray, rows: np.ndarray, channel: Channel) -> np.ndarray:
     """Sum of all windows in the channel padded by their length on both sides."""
-    return np.bincount(rows.ravel(), own.ravel(), len(one.data) + 2 * own.shape[1])
+    return np.bincount(rows.ravel(), own.ravel(), len(channel.data) + 2 * own.shape[1])
 
 
 def _own(dips: Dips, channel: Channel, phase: np.ndarray, white: bool = True) -> tuple[np.ndarray, np.ndarray]:
@@ -224,9 +224,11 @@ def no_dips() -> Dips:
     return Dips(zero, zero, table, table, np.zeros(guesses), table, zero)
 
 
-def _joined(one: Dips, other: Dips) -> Dips:
-    rows = {key: np.concatenate([value, getattr(other, key)]) for key, value in vars(one).items() if key != "sizes_std"}
-    return replace(other, **rows)
+def _joined(first: Dips, second: Dips) -> Dips:
+    rows = {
+        key: np.concatenate([value, getattr(second, key)]) for key, value in vars(first).items() if key != "sizes_std"
+    }
+    return replace(second, **rows)
 
 
 def without_echoes(dips: Dips, wheelbase: float) -> Dips:

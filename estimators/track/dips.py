@@ -203,9 +203,9 @@ class MatchedFilters:
         """Largest signal to noise ratio at every place, shape (n,)."""
         return self._rows.max(axis=0)
 
-    def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Side (0, 1, 2: both, left, right) and number of the length that fit best at indices of the grid."""
-        side, number = np.divmod(self._rows[:, places].argmax(axis=0), len(LENGTHS[COARSE]))
+        side, number = np.divmod(self._rows[:, indices].argmax(axis=0), len(LENGTHS[COARSE]))
         return side, np.arange(len(LENGTHS))[COARSE][number]
 
 

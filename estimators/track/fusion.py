@@ -89,9 +89,11 @@ class Plane:
     def at(self, number: int) -> "Plane":
         """The same as it is at one kind of place."""
         if number not in self._at:
-            one = self.regimes[number]
-            vehicle, unknown = self.vehicle | dict(one.changes), self.unknown | dict(one.unknown)
-            self._at[number] = replace(self, vehicle=vehicle, unknown=unknown) if one.changes or one.unknown else self
+            regime = self.regimes[number]
+            vehicle, unknown = self.vehicle | dict(regime.changes), self.unknown | dict(regime.unknown)
+            self._at[number] = (
+                replace(self, vehicle=vehicle, unknown=unknown) if regime.changes or regime.unknown else self
+            )
         return self._at[number]
 
     @property
@@ -213,9 +215,9 @@ class Fused(NamedTuple):
         seen, hidden = (np.interp(s, self.s, one) > 0.5 for one in (self.seen, self.hidden))
         return Fused(s, values, std, band_std, seen, self.level, self.bounds, hidden)
 
-    def without(self, places: np.ndarray) -> "Fused":
-        """The same with nothing said of some places, nor of the bands that reach there."""
-        return self._replace(hidden=self.hidden | places)
+    def without(self, hidden: np.ndarray) -> "Fused":
+        """The same with nothing said where `hidden`, nor of the bands that reach there."""
+        return self._replace(hidden=self.hidden | hidden)
 
     def with_share(self, other: "Fused", share: float) -> "Fused":
         """This plus a share of another quantity, whose errors are independent."""
@@ -387,9 +389,9 @@ def _usual_speed(odometry: Odometry) -> float:
 def _per_step(plane: Plane, odometry: Odometry, over: Over, known: Sequence[Sequence[Information]]) -> np.ndarray:
     """Variance of each reading at each step, shape (n, m): white noise over a step, and the floor."""
     columns = []
-    for number, one in enumerate(plane.observations):
+    for number, reading in enumerate(plane.observations):
         typical = [[info.rms(info.readings[:, number]) ** 2 for info in of_kind] for of_kind in known]
-        white = one.density**2 * odometry.speed / (2.0 * odometry.spacing)
+        white = reading.density**2 * odometry.speed / (2.0 * odometry.spacing)
         columns.append(white + FLOOR**2 * over.values(typical))
     return np.stack(columns, axis=1)
 

@@ -103,9 +103,9 @@ def changes(
     if not beyond.size:
         return []
     near = np.zeros(len(difference), dtype=bool)
-    for one, two in zip(beyond[:-1], beyond[1:], strict=True):
-        if (two - one) * spacing <= APART:
-            near[one : two + 1] = True
+    for first, second in zip(beyond[:-1], beyond[1:], strict=True):
+        if (second - first) * spacing <= APART:
+            near[first : second + 1] = True
     near[beyond] = True
     events = []
     for begin, end in stretches(near):

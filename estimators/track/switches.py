@@ -199,9 +199,9 @@ def assigned(dips: Dips, share: np.ndarray, crossover: Crossover, spacing: float
     return numbers
 
 
-def _explained(one: Channel, dips: Dips, scale: float) -> float:
+def _explained(chord: Channel, dips: Dips, scale: float) -> float:
     """Half the sum of squares that the dips explain with a wheelbase that much longer on the odometer."""
-    fitted = refine([replace(one, half_base=one.half_base * (1 + scale))], dips, steps=3)
+    fitted = refine([replace(chord, half_base=chord.half_base * (1 + scale))], dips, steps=3)
     return float(np.sum(fitted.snr**2) / 2)
 
 

@@ -177,9 +177,9 @@ class TrackSmoother(Estimator, frozen=True):
             measurements, odometry, unknown, regimes, kind, lambda output: lift(output, odometry)
         )
         names = ("lateral", "cross_level")
-        found = fuse(plane, odometry, [bands_of(name) for name in names], self.distance_error)
+        fused = fuse(plane, odometry, [bands_of(name) for name in names], self.distance_error)
         own = lateral_fusion.long_waves(measurements.vehicle, odometry, moved)
-        lateral, level = (one._replace(values=one.values + more) for one, more in zip(found, own, strict=True))
+        lateral, level = (one._replace(values=one.values + more) for one, more in zip(fused, own, strict=True))
         if curve.any():  # the path's long waves reach far into the bands where the record ends
             ends = np.minimum(odometry.s, odometry.s[-1] - odometry.s) < lateral_fusion.LONGEST / 2.0
             lateral = lateral.without(np.logical_or(curve, ends))

@@ -191,9 +191,9 @@ def left_out(equation: Equation, pieces: Pieces, penalties: tuple[float, ...], f
     errors = []
     for penalty in penalties:
         total = 0.0
-        for block, one, normal, part in zip(blocks, regressors, normals, targets, strict=True):
+        for block, rows, normal, part in zip(blocks, regressors, normals, targets, strict=True):
             coefficients = _inverse(whole - normal, pieces, penalty) @ (target - part)
-            total += float(np.sum((equation.output[block] - one @ coefficients) ** 2))
+            total += float(np.sum((equation.output[block] - rows @ coefficients) ** 2))
         errors.append(float(np.sqrt(total / len(equation.rows))))
     return errors
 

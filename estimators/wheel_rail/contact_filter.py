@@ -182,9 +182,9 @@ def predict(settings, memory, speed):
     b = memory.matrix
     for i in range(DYNAMIC):
         for j in range(DYNAMIC):
-            one = 1.0 if i == j else 0.0
-            b[i, j] = one - 0.5 * h * a[i, j]
-            b[i, DYNAMIC + j] = one + 0.5 * h * a[i, j]
+            unit = 1.0 if i == j else 0.0
+            b[i, j] = unit - 0.5 * h * a[i, j]
+            b[i, DYNAMIC + j] = unit + 0.5 * h * a[i, j]
         b[i, 2 * DYNAMIC] = b[i, 2 * DYNAMIC + 1] = 0.0
         b[i, 2 * DYNAMIC + 2] = h * memory.motion[i]
     for k in range(2):

@@ -51,9 +51,9 @@ class Survey:
 
     def rails(self, motion: WheelsetMotion, offset: float, scale: float) -> Rails:
         """Rails under the wheelset if it began at `offset` (m) and went `scale` times its measured way."""
-        place = offset + scale * motion.distance
-        centre = motion.band.filter(np.interp(place, self.s, self.centre))
-        return Rails(centre, np.interp(place, self.s, self.gauge), place)
+        distance = offset + scale * motion.distance
+        centre = motion.band.filter(np.interp(distance, self.s, self.centre))
+        return Rails(centre, np.interp(distance, self.s, self.gauge), distance)
 
     def find(self, motion: WheelsetMotion) -> float:
         """Distance (m) at which the record begins: where the wheelset's path fits the rails best.

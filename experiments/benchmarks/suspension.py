@@ -42,9 +42,9 @@ def kernel_speed(problem: Problem) -> float:
     situation = problem.situation(first, last)
     assert situation is not None
     packed = problem.table(situation).at(np.tile(problem.nominal, (PARTICLES, 1)))
-    bank = FilterBank(problem, PARTICLES)
+    filters = FilterBank(problem, PARTICLES)
     began = time.process_time()
-    bank.run(situation, problem.system(situation)[3], packed, first, last)
+    filters.run(situation, problem.system(situation)[3], packed, first, last)
     return (last - first) / problem.record.rate / (time.process_time() - began)
 
 

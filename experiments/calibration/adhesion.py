@@ -169,9 +169,9 @@ def _unknown(vehicle: str, seed: int) -> dict[str, Any]:
 def _write(track: CalibrationTrack, folder: Path) -> Path:
     s = synthesis.distances(LENGTH, SPACING)
     rng = np.random.default_rng(track.seed)
-    found = synthesis.irregularities(spectra.spectra(track.spectrum), s.size, SPACING, rng, BAND)
+    irregularities = synthesis.irregularities(spectra.spectra(track.spectrum), s.size, SPACING, rng, BAND)
     shares: dict[str, float] = dict(zip(QUANTITIES, track.factors, strict=True))
-    columns = {key: shares[key] * column * synthesis.fade_in(s, 25.0, 20.0) for key, column in found.items()}
+    columns = {key: shares[key] * column * synthesis.fade_in(s, 25.0, 20.0) for key, column in irregularities.items()}
     path = folder / f"{track.spectrum}_{track.seed}.csv"
     write_track(Track(s, columns, path.stem, ["calibration of the adhesion classifier"]), path)
     return path

@@ -51,9 +51,9 @@ def execute(given: argparse.Namespace) -> Outcome:
         run_benchmark(cases, folder, range(first, given.cases, step), _say, store)
     rows = read_rows(folder, rule, kept(store, rule, given.seed, given.duration) if store else ())
     if given.score and not rows:
-        places = " or ".join(f"'{place}'" for place in (folder / "results", store) if place)
+        folders = " or ".join(f"'{place}'" for place in (folder / "results", store) if place)
         asked = f"seed {given.seed} and {given.duration:g} s"
-        raise InputError(f'--score {rule}: no row of that rule with {asked} in {places}; take the "rule" of a row')
+        raise InputError(f'--score {rule}: no row of that rule with {asked} in {folders}; take the "rule" of a row')
     scores = score(rows)
     folder.mkdir(parents=True, exist_ok=True)
     replace_file(folder / PAGE, page(rows, rule).encode())

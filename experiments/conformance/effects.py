@@ -71,9 +71,9 @@ def says_what_a_search_needs(kind: Kind) -> Iterable[str]:
     if kind.weakens and "factor" not in free:
         yield "what weakens a damping needs a number 'factor'"
     probe = getattr(kind, "probe", {})
-    for field, one in free.items():
-        if field not in probe and not all(one.low <= value <= one.high for value in one.trials):
-            yield f"trials of '{field}' leave its bounds {one.low:g} to {one.high:g}"
+    for field, parameter in free.items():
+        if field not in probe and not all(parameter.low <= value <= parameter.high for value in parameter.trials):
+            yield f"trials of '{field}' leave its bounds {parameter.low:g} to {parameter.high:g}"
 
 
 def is_consistent_with_its_relatives(kind: Kind) -> Iterable[str]:

@@ -22,7 +22,7 @@ Kind = type[Estimator]
 _CHANNEL = re.compile(r"\w+\.\w+ \[.+\]")
 LOST = slice(0.25, 0.75)  # share of the record that is lost in `lost_samples`
 SURER = 0.95  # of a standard deviation: less than that is more certain
-WAY = "s [m]"
+DISTANCE = "s [m]"
 
 
 @cache
@@ -204,7 +204,7 @@ def _made_up(estimate: Estimate, whole: Estimate, lost: tuple[float, float], tru
         row = {name: values[believed] for name, values in row.items()}
     names = [name for name, values in row.items() if np.isfinite(values).any()]
     spreads = [name for name in names if name.rpartition(" [")[0].endswith("_std")]
-    values = [name for name in names if name not in (TIME, WAY, "valid [-]", *spreads)]
+    values = [name for name in names if name not in (TIME, DISTANCE, "valid [-]", *spreads)]
     if values and not spreads:
         yield f"{', '.join(values)}: values where all samples are lost, without a mark ('valid [-]') or a deviation"
     elif values and not any(_typical(row[name]) > SURER * _typical(before[name]) for name in spreads):
@@ -215,8 +215,8 @@ def _middle(series: pd.DataFrame, lost: tuple[float, float], truth: Truth) -> di
     """Columns in the middle fifth of what was lost; a distance without times counts from the start of the record."""
     centre, half = 0.5 * (lost[0] + lost[1]), 0.1 * (lost[1] - lost[0])
     columns = {str(name): series[name].to_numpy(dtype=float) for name in series.columns}
-    travelled = truth[WAY] - truth[WAY][0]
-    time = columns[TIME] if TIME in columns else np.interp(columns[WAY], travelled, truth.time)
+    travelled = truth[DISTANCE] - truth[DISTANCE][0]
+    time = columns[TIME] if TIME in columns else np.interp(columns[DISTANCE], travelled, truth.time)
     return {name: values[abs(time - centre) <= half] for name, values in columns.items()}
 
 

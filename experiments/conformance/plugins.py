@@ -89,11 +89,11 @@ def subjects(name: str) -> list[Subject]:
         return [_in_file(Path(name))]
     if suffix:
         return [_data(name, suffix)]
-    found = list(_named(name))
-    if not found:
+    named = list(_named(name))
+    if not named:
         hint = nearest(name, {one.name for one in everything()})
         raise InputError(f"no plug-in '{name}'; {hint}'railsim list' shows all; or give the path of a file")
-    return found
+    return named
 
 
 def everything() -> list[Subject]:

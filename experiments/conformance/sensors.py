@@ -25,9 +25,9 @@ def _mounted(kind: Kind) -> tuple[Sensor, Truth]:
         assert truth is not None
         bodies = dict.fromkeys(["bogie", *(channel.partition(".")[0] for channel in truth.columns if "." in channel)])
         for body in bodies:
-            for place in ({"body": body}, {}):  # some kinds are named after their place
+            for mounting in ({"body": body}, {}):  # some kinds are named after their place
                 try:
-                    sensor = kind.build({"name": body, "rate": RATE, **place})
+                    sensor = kind.build({"name": body, "rate": RATE, **mounting})
                     sensor.measure(truth, np.random.default_rng(1))
                 except InputError as error:
                     reason = reason or str(error)

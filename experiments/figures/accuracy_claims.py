@@ -153,9 +153,9 @@ def _long_waves(rows: pd.DataFrame, speeds: tuple[float, float]) -> Iterator[Cla
 def _lateral(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:
     plain = _only(rows, estimator=PLAIN)
     for name in ("alignment_lateral", FUSED):
-        found, bound = (_only(rows, column, estimator=name) for column in ("rms error [mm]", "bound [mm]"))
-        what = f"lateral D1, {speed:g} m/s: {name}'s error over the bogie's path's ({found:.2f} mm, bound {bound:.2f})"
-        yield Claim.definite(what, found / plain, at_most(0.5))
+        error, bound = (_only(rows, column, estimator=name) for column in ("rms error [mm]", "bound [mm]"))
+        what = f"lateral D1, {speed:g} m/s: {name}'s error over the bogie's path's ({error:.2f} mm, bound {bound:.2f})"
+        yield Claim.definite(what, error / plain, at_most(0.5))
 
 
 def _rails(rows: pd.DataFrame, speed: float) -> Iterator[Claim]:

@@ -272,9 +272,9 @@ def bounds(smoother: ConicitySmoother, measured: Any, shift: np.ndarray) -> dict
     }
 
 
-def order(true: np.ndarray, found: np.ndarray) -> tuple[float, float]:
+def order(true: np.ndarray, estimated: np.ndarray) -> tuple[float, float]:
     """Share of the runs that stand in their right place, and correlation of the ranks."""
-    ranks = [np.argsort(np.argsort(values, kind="stable")) for values in (true, found)]
+    ranks = [np.argsort(np.argsort(values, kind="stable")) for values in (true, estimated)]
     return float(np.mean(ranks[0] == ranks[1])), float(np.corrcoef(ranks[0], ranks[1])[0, 1])
 
 

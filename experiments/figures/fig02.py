@@ -128,9 +128,9 @@ def _steps(rows: pd.DataFrame, dip: TrueDip) -> dict[str, float]:
     return step
 
 
-def _angle(found: dict[str, np.ndarray], dip: TrueDip) -> float:
+def _angle(fitted: dict[str, np.ndarray], dip: TrueDip) -> float:
     """Dip angle that the matched filter gives, rad; NaN where it has not found the joint."""
-    return float(found["angle [rad]"][np.nanargmin(np.abs(found["true s [m]"] - dip.s))])
+    return float(fitted["angle [rad]"][np.nanargmin(np.abs(fitted["true s [m]"] - dip.s))])
 
 
 def _dips(rows: dict[str, np.ndarray]) -> np.ndarray:
@@ -153,8 +153,8 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     return float(x @ y / (x @ x)), float(np.corrcoef(x, y)[0, 1] ** 2)
 
 
-def _all(what: str, found: np.ndarray) -> Claim:
-    return Claim.definite(what, float(np.mean(found)), exactly(1.0), cases=found.size)
+def _all(what: str, held: np.ndarray) -> Claim:
+    return Claim.definite(what, float(np.mean(held)), exactly(1.0), cases=held.size)
 
 
 def _within(what: str, value: float) -> Claim:

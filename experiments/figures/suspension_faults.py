@@ -96,9 +96,9 @@ class SuspensionFaults(Figure):
             after = float(found.min()) if len(found) else float("inf")
             claims.append(Claim.definite(f"{name}: 50 % loss detected after, s", after, at_most(60.0, "s")))
             steps = table[(table["what"] == "step") & (table["component"] == component)]
-            for share, one in steps.groupby("share"):
-                error = np.abs(one["health"].to_numpy() - float(str(share)))
-                time, far = one[TIME].to_numpy(), np.flatnonzero(error > CLOSE)
+            for share, run_rows in steps.groupby("share"):
+                error = np.abs(run_rows["health"].to_numpy() - float(str(share)))
+                time, far = run_rows[TIME].to_numpy(), np.flatnonzero(error > CLOSE)
                 first = int(far[-1]) + 1 if len(far) else 0  # of the rows that stay close
                 took = float(time[first] - ONSET) if first < len(time) else float("inf")
                 text = f"{name}: step to {100 * float(str(share)):.0f} % followed to 15 % of new after, s"
@@ -145,6 +145,6 @@ def last(table: Any, what: str, component: int) -> Any:
     return rows.sort_values(TIME).groupby("share", as_index=False).last()
 
 
-def _alarms(one: Any) -> int:
-    wrong = [one[name].isin(["degraded", "failed"]).any() for name in ("verdict", "verdict on yaw dampers")]
+def _alarms(run_rows: Any) -> int:
+    wrong = [run_rows[name].isin(["degraded", "failed"]).any() for name in ("verdict", "verdict on yaw dampers")]
     return int(any(wrong))

@@ -66,9 +66,9 @@ class SuspensionIdentifiability(Figure):
         axes = picture.subplots(1, 2)
         profiles = table[table[WHAT] == "profile"]
         top = profiles[VALUE].max()
-        for level, one in profiles.groupby(LEVEL):
+        for level, profile in profiles.groupby(LEVEL):
             label = f"level {float(str(level)):g} of ERRI B176 low"
-            axes[0].plot(one[CONICITY], one[VALUE] - top, "-", lw=1.0, label=label)
+            axes[0].plot(profile[CONICITY], profile[VALUE] - top, "-", lw=1.0, label=label)
         best = profiles.groupby(CONICITY)[VALUE].max()
         axes[0].plot(best.index, best - top, "k--", lw=1.6, label="best of these levels")
         axes[0].axvline(0.15, color="black", lw=0.7)

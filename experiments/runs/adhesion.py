@@ -68,9 +68,9 @@ def recording(
     `unknown`: settings of the vehicle in truth that the recording does not know, instead of its nominal ones.
     """
     stated = scenario(settings, speed, duration, suite)
-    one = scenario({**settings, "vehicle": {**settings["vehicle"], **unknown}}, speed, duration, suite)
+    true_scenario = scenario({**settings, "vehicle": {**settings["vehicle"], **unknown}}, speed, duration, suite)
     with tempfile.TemporaryDirectory() as folder:
-        truth = simulate(one, "compiled", Path(folder) / "truth")
+        truth = simulate(true_scenario, "compiled", Path(folder) / "truth")
         return measure(truth, stated, seed).measurements
 
 

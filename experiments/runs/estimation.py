@@ -19,19 +19,19 @@ class Estimates:
 
 def estimate_all(measured: Measurements) -> Estimates:
     """Every estimator whose channels the recording has."""
-    found = Estimates({}, {}, {})
+    estimates = Estimates({}, {}, {})
     for name, kind in ESTIMATORS.classes().items():
         try:
             estimator = kind.build({})
             with plugin_code(name, estimator):
                 fits = estimator.fits(measured)
             if fits:
-                found.given[name] = estimated(estimator, measured)
+                estimates.given[name] = estimated(estimator, measured)
         except InputError as error:
-            found.refused[name] = str(error)
+            estimates.refused[name] = str(error)
         except PluginError as failure:
-            found.failed[name] = failure
-    return found
+            estimates.failed[name] = failure
+    return estimates
 
 
 def estimated(estimator: Estimator, measured: Measurements) -> Estimate:

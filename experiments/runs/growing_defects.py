@@ -93,9 +93,9 @@ def _reported(
         near = [one for one in reports if abs(one["place"] - at) <= NEAR]
         best = min(near, key=lambda one: abs(one["place"] - at)) if near else {}
         rows.append({"defect": str(kind), "at [m]": at, "away [m]": abs(best["place"] - at) if near else np.nan} | best)
-    for one in reports:
-        if min(abs(one["place"] - at) for at in positions.values()) > NEAR:
-            rows.append({"defect": "", "at [m]": one["place"]} | one)
+    for report in reports:
+        if min(abs(report["place"] - at) for at in positions.values()) > NEAR:
+            rows.append({"defect": "", "at [m]": report["place"]} | report)
     return pd.DataFrame(rows).drop(columns="place", errors="ignore")
 
 

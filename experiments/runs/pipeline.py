@@ -70,18 +70,18 @@ class Scores:
 
 def score_all(estimates: Mapping[str, Estimate], truth: Truth) -> Scores:
     """Scores of all estimates."""
-    found = Scores([], [], {})
+    scored = Scores([], [], {})
     for name, estimate in estimates.items():
         scores, problems = scores_and_problems(estimate, truth)
-        found.rows.extend(score_rows(name, scores))
+        scored.rows.extend(score_rows(name, scores))
         for scorer, problem in problems.items():
             if isinstance(problem, PluginError):
-                found.failed[f"{name}-{scorer}"] = problem
+                scored.failed[f"{name}-{scorer}"] = problem
             else:
-                found.notes.append(f"{name} has no score: {problem}")
+                scored.notes.append(f"{name} has no score: {problem}")
         if not scores and not problems:
-            found.notes.append(unscored(estimate))
-    return found
+            scored.notes.append(unscored(estimate))
+    return scored
 
 
 def save_all(estimates: Estimates, folder: Path) -> None:

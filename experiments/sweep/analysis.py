@@ -25,9 +25,9 @@ _SMALLER = ("error", "bias", "deviation", "false", "delay", "rms", "std [")
 
 def scored(frame: Frame) -> Frame:
     """The rows that hold a number, with the column "response" (`"score [unit]"`)."""
-    found = frame[(frame["status"] == OK) & frame["value"].notna()].copy()
-    found[RESPONSE] = found["score"] + " [" + found["unit"] + "]"
-    return found
+    rows = frame[(frame["status"] == OK) & frame["value"].notna()].copy()
+    rows[RESPONSE] = rows["score"] + " [" + rows["unit"] + "]"
+    return rows
 
 
 def responses(scores: Frame, wanted: Sequence[str]) -> list[str]:

@@ -149,10 +149,10 @@ def _effect(panel: Axes, part: Frame, factor: str, number: int, of: int, label: 
     spread = part.groupby(factor)["value"]
     middle = spread.median().reindex(names)
     low, high = (spread.quantile(share).reindex(names) for share in SPREAD)
-    place = np.arange(len(names)) + 0.5 * (number - 0.5 * (of - 1)) / max(of, 2)
+    positions = np.arange(len(names)) + 0.5 * (number - 0.5 * (of - 1)) / max(of, 2)
     panel.errorbar(
-        place, middle, [middle - low, high - middle], fmt=MARKERS[number % 8], ms=5, color=colour, capsize=3, lw=1.2,
-        label=label,
+        positions, middle, [middle - low, high - middle], fmt=MARKERS[number % 8], ms=5, color=colour, capsize=3,
+        lw=1.2, label=label,
     )  # fmt: skip
     long = max((len(_text(name)) for name in names), default=0) > 8
     panel.set_xticks(range(len(names)), [_text(name) for name in names], rotation=20 if long else 0,

@@ -155,5 +155,5 @@ def _speed(
     return speed, same
 
 
-def _duration(one: dict[str, Any]) -> float:
-    return one["ended"] - one["began"]
+def _duration(result: dict[str, Any]) -> float:
+    return result["ended"] - result["began"]

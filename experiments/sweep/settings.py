@@ -169,9 +169,9 @@ def _check_names(design: Design) -> None:
 
 
 def _variants(given: Any) -> tuple[Variant, ...]:
-    found = ESTIMATORS.classes()
+    classes = ESTIMATORS.classes()
     if given == EVERYTHING:
-        return tuple(Variant(name, name, {}) for name in found)
+        return tuple(Variant(name, name, {}) for name in classes)
     if not isinstance(given, list) or not given:
         raise InputError("estimators: give 'all' or a list, for example [speed_plain, {name: speed_plain, window: 2}]")
     made = tuple(_variant(one, f"estimators.{number}") for number, one in enumerate(given))

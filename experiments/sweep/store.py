@@ -113,10 +113,12 @@ def write_throughput(folder: Path, throughput: dict[str, Any]) -> None:
 
 def write_tracebacks(folder: Path, results: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Write the tracebacks of plug-ins that failed, one a message; return them by message."""
-    found = {message: text for one in results for message, text in one.get("tracebacks", {}).items()}
-    if found:
-        replace_file(folder / FAILURES, "\n\n".join(f"{key}\n\n{found[key]}" for key in sorted(found)).encode())
-    return found
+    tracebacks = {message: text for one in results for message, text in one.get("tracebacks", {}).items()}
+    if tracebacks:
+        replace_file(
+            folder / FAILURES, "\n\n".join(f"{key}\n\n{tracebacks[key]}" for key in sorted(tracebacks)).encode()
+        )
+    return tracebacks
 
 
 def _about(plan: Plan) -> dict[str, Any]:

@@ -89,9 +89,9 @@ def benchmark_case(case: str) -> pd.DataFrame:
     """Found (NaN where y is not given far enough) and tabled conicity of one case, with its tolerance bands."""
     shift, difference = read(f"conicity/rolling_radius_difference_{case}.csv").to_numpy(float).T
     table = read(f"conicity/equivalent_conicity_{case}.csv").rename(columns={"tan_gamma_e [-]": TABLED})
-    found = equivalent_conicity(shift, difference, table[AMPLITUDE].to_numpy(float))
+    computed = equivalent_conicity(shift, difference, table[AMPLITUDE].to_numpy(float))
     table.insert(0, "case", case)
-    table.insert(2, COMPUTED, found)
+    table.insert(2, COMPUTED, computed)
     return table
 
 

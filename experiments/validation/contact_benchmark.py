@@ -243,9 +243,9 @@ def _forces(
 
 def _curvature(profile: Profile, y: float, reach: float = 2.5) -> float:
     """d2z/dy2 over the arc, of a cubic through the points within `reach` [mm] of `y` [mm], in 1/m."""
-    place, height = 1e3 * profile.y, 1e3 * profile.z
-    near = np.abs(place - y) < reach
-    fit = np.polyfit(place[near] - y, height[near], 3)
+    lateral, height = 1e3 * profile.y, 1e3 * profile.z
+    near = np.abs(lateral - y) < reach
+    fit = np.polyfit(lateral[near] - y, height[near], 3)
     return float(1e3 * 2.0 * fit[1] / (1.0 + fit[2] ** 2) ** 1.5)
 
 

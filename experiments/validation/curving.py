@@ -102,9 +102,9 @@ def curving_table(fast: bool = False) -> pd.DataFrame:
     for name, speed, engine in cases:
         if (name, speed) not in solved:
             solved[name, speed] = steady_curving(VEHICLES[name], Curve(1.0 / RADIUS, CANT, speed))
-        found = settled(VEHICLES[name], speed, engine)
+        simulated = settled(VEHICLES[name], speed, engine)
         about = {"vehicle": name, "V [m/s]": speed, "engine": engine}
-        rows += [about | row for row in compared(found, solved[name, speed])]
+        rows += [about | row for row in compared(simulated, solved[name, speed])]
     return pd.DataFrame(rows)
 
 

@@ -145,9 +145,9 @@ def contact_grid(creepage: float, friction: float, slope: float) -> float:
     bound_0 = friction * 2.0 / (math.pi * A * B)
     growth = creepage * step * A * slope * 3.0 * SHEAR * KALKER[0] / (8.0 * A) / LOAD
     traction, total = np.zeros(rows), 0.0
-    for place in x:
-        inside = place**2 + y**2 < 1.0
-        traction = np.where(inside, np.minimum(traction + growth, bound_0 * (1.0 - place**2 - y**2)), 0.0)
+    for along in x:
+        inside = along**2 + y**2 < 1.0
+        traction = np.where(inside, np.minimum(traction + growth, bound_0 * (1.0 - along**2 - y**2)), 0.0)
         total += traction.sum()
     return total * step * height * A * B
 

@@ -70,9 +70,9 @@ class Speed(Section):
         names = list(ENGINES)
         for offset, (pair, colour) in enumerate(zip(PAIRS, (GREY, BLUE), strict=True)):
             speed = values(of(table, "pair", pair), SPEED)
-            places = [index + 0.38 * (offset - 0.5) for index in range(len(names))]
-            axes.barh(places, speed, height=0.36, color=colour, label=pair)
-            for place, value in zip(places, speed, strict=True):
+            positions = [index + 0.38 * (offset - 0.5) for index in range(len(names))]
+            axes.barh(positions, speed, height=0.36, color=colour, label=pair)
+            for place, value in zip(positions, speed, strict=True):
                 axes.annotate(f" {value:.3g}", (value, place), va="center", fontsize=8)
         axes.set_yticks(range(len(names)), [f"engine {name}" for name in names])
         axes.invert_yaxis()

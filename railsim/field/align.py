@@ -29,9 +29,9 @@ class Shifts:
     correlation: np.ndarray
     rejected: int
 
-    def correct(self, place: np.ndarray) -> np.ndarray:
-        """Places of the run on the reference's scale: shifts are linear between windows, held beyond the last."""
-        return place + np.interp(place, self.at, self.shift)
+    def correct(self, distance: np.ndarray) -> np.ndarray:
+        """Distances of the run on the reference's scale: shifts are linear between windows, held beyond the last."""
+        return distance + np.interp(distance, self.at, self.shift)
 
 
 def shifts(

@@ -128,9 +128,9 @@ def _unit(name: str, channel: Channel, column: Column, notes: Notes) -> str:
     return stated
 
 
-def _same(one: Unit, other: Unit) -> bool:
-    alike = math.isclose(one.factor, other.factor, rel_tol=1e-9)
-    return one.dimension == other.dimension and alike and one.offset == other.offset
+def _same(first: Unit, second: Unit) -> bool:
+    alike = math.isclose(first.factor, second.factor, rel_tol=1e-9)
+    return first.dimension == second.dimension and alike and first.offset == second.offset
 
 
 def _from_texts(column: Column, table: Table, lost: tuple[float | str, ...]) -> np.ndarray:

@@ -184,9 +184,9 @@ class Answer:
 def _threads(tasks: Path) -> tuple[float, bool]:
     """Processor time (s) of a process's threads, and whether all of them sleep, by proc(5)."""
     worked, asleep = 0, True
-    for one in tasks.glob("*/stat"):
+    for file in tasks.glob("*/stat"):
         try:
-            words = one.read_text().rpartition(")")[2].split()
+            words = file.read_text().rpartition(")")[2].split()
         except OSError:  # it has just ended
             continue
         worked += int(words[11]) + int(words[12])
@@ -196,8 +196,8 @@ def _threads(tasks: Path) -> tuple[float, bool]:
 
 def _unpack(head: dict[str, Any], answer: Answer) -> Table:
     columns = {}
-    for one in head["columns"]:
-        values = one["texts"] if "texts" in one else answer.numbers(int(one["count"]))
-        columns[one["name"]] = Column(one["name"], values, one["unit"], bool(one["instants"]))
+    for column in head["columns"]:
+        values = column["texts"] if "texts" in column else answer.numbers(int(column["count"]))
+        columns[column["name"]] = Column(column["name"], values, column["unit"], bool(column["instants"]))
     clock = None if head["clock"] is None else answer.numbers(int(head["clock"]))
     return Table(columns, clock, head["start"], cut_short=bool(head["cut_short"]))

@@ -156,9 +156,9 @@ def known_units() -> str:
 
 
 def _simple(part: str, whole: str) -> tuple[Unit, int]:
-    found = _SIMPLE.fullmatch(part)
-    if found:
-        name, power = found[1], int(found[2] or 1)
+    match = _SIMPLE.fullmatch(part)
+    if match:
+        name, power = match[1], int(match[2] or 1)
         if name in _WHOLE:
             return _WHOLE[name], power
         if name in _WITH_PREFIX:

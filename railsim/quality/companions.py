@@ -25,13 +25,13 @@ def predicted(measured: Measurements, name: str, values: np.ndarray, sound: np.n
     """
     rate = measured.rate(name)
     others = [
-        one
-        for one in measured
-        if one != name
-        and measured.rate(one) == rate
-        and kind_of(measured, one) in ("accelerometer", "gyro", "displacement")
-        and np.isfinite(measured[one]).mean() > 0.5
-        and np.nanstd(measured[one]) > 0.0
+        other
+        for other in measured
+        if other != name
+        and measured.rate(other) == rate
+        and kind_of(measured, other) in ("accelerometer", "gyro", "displacement")
+        and np.isfinite(measured[other]).mean() > 0.5
+        and np.nanstd(measured[other]) > 0.0
     ]
     if not others or sound.sum() < 200:
         return np.zeros(values.size)

@@ -93,9 +93,9 @@ class GainChange(Check, frozen=True):
             return []
         seconds = float(round((frequency.size - 1) / (frequency[-1] - frequency[0])))
         mine = [one for one in relations(measurements, frequency, spectra) if exact(one)]
-        found = [balance(one, measurements, frequency, spectra, seconds) for one in mine]
+        balances = [balance(one, measurements, frequency, spectra, seconds) for one in mine]
         seen = (window_of(measurements, list(spectra), seconds) > _SEEN).astype(float)
-        changes = {name: self._best([one for one in found if name in one.parts], name, seen) for name in spectra}
+        changes = {name: self._best([one for one in balances if name in one.parts], name, seen) for name in spectra}
         likely = {name: one for name, one in changes.items() if one is not None}
         if not likely:
             return []

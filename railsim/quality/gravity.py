@@ -109,9 +109,9 @@ def _sharpened(measured: Measurements, name: str, first: int, last: int, gain: f
     if white is not None:
         reach, order = round(_NEAR * rate), white.filter.size
         for which, pair in enumerate(((1.0, gain), (gain, 1.0))):
-            place = bounds[which]
-            if order + reach < place < values.size - order - reach:
-                tried = np.arange(place - reach, place + reach + 1)
+            sample = bounds[which]
+            if order + reach < sample < values.size - order - reach:
+                tried = np.arange(sample - reach, sample + reach + 1)
                 score = own(values, float(np.median(mended)), white, tried, *pair)
                 bounds[which] = int(tried[np.argmax(score)])
     inside, outside = _means(values, *bounds)

@@ -58,10 +58,10 @@ class Offset(Check, frozen=True):
         deviation = math.hypot(tolerance(measured, first).deviation, tolerance(measured, second).deviation)
         if not deviation or not abs(first_offset - second_offset) > self.width * deviation:
             return {}
-        turned = _leaning(measured) if axis_of(first) == "y" else 0.0
+        inclined = _leaning(measured) if axis_of(first) == "y" else 0.0
         return (
             {first: first_offset - second_offset}
-            if abs(first_offset - turned) > abs(second_offset - turned)
+            if abs(first_offset - inclined) > abs(second_offset - inclined)
             else {second: second_offset - first_offset}
         )
 

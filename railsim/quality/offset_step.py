@@ -80,9 +80,9 @@ class OffsetStep(Check, frozen=True):
             self._finding(measured, name, a, b, sized_beside(measured, name, a, b, size)) for a, b, size in stretches
         ]
 
-    def _undoes(self, one: float, other: float) -> bool:
+    def _undoes(self, first: float, second: float) -> bool:
         """Whether two steps cancel."""
-        return abs(one + other) < self.same * abs(other)
+        return abs(first + second) < self.same * abs(second)
 
     def _steps(self, measured: Measurements, name: str, look: "_Look", strict: bool = True) -> list[_Step]:
         white, deviate = look.white, look.deviate

@@ -63,9 +63,9 @@ def corrugated(name: str, seed: int) -> Track:
     both = Feature("corrugation", 100.0, "both", 5e-5, length=80.0, wavelength=0.4)
     right = Feature("corrugation", 240.0, "right", 8e-5, length=80.0, wavelength=0.6)
     wave = {"left_vertical": np.zeros(s.size), "right_vertical": np.zeros(s.size)}
-    for one in (both, right):
-        shape = corrugation(s, one.s, one.length or 0.0, one.wavelength or 1.0, one.depth or 0.0)
-        for side in ("left", "right") if one.side == "both" else (one.side,):
+    for feature in (both, right):
+        shape = corrugation(s, feature.s, feature.length or 0.0, feature.wavelength or 1.0, feature.depth or 0.0)
+        for side in ("left", "right") if feature.side == "both" else (feature.side,):
             wave[f"{side}_vertical"] += shape
     comments = [
         "Straight track with long-pitch corrugation (rows 0.05 m apart): wavelength 0.4 m, amplitude 0.05 mm on both",

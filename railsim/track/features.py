@@ -77,9 +77,9 @@ def features(track: Track) -> list[Feature]:
     return sorted(found, key=lambda feature: feature.s)
 
 
-def with_features(track: Track, found: Iterable[Feature]) -> Track:
+def with_features(track: Track, stated: Iterable[Feature]) -> Track:
     """The track with the features stated in comment lines at the end of the others."""
-    return Track(track.s, track.columns(), track.name, [*track.comments, *(feature.comment() for feature in found)])
+    return Track(track.s, track.columns(), track.name, [*track.comments, *(feature.comment() for feature in stated)])
 
 
 def parse(comment: str) -> Feature:

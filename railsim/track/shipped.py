@@ -81,9 +81,9 @@ def _smooth() -> Track:
 
 def _irregularities(s: np.ndarray, spectrum: str, seed: int) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(seed)
-    found = synthesis.irregularities(spectra.spectra(spectrum), s.size, SPACING, rng, BAND)
+    irregularities = synthesis.irregularities(spectra.spectra(spectrum), s.size, SPACING, rng, BAND)
     factor = synthesis.fade_in(s, CLEAN, FADE)
-    return {key: np.round(column * factor, _IRREGULARITY_DIGITS) for key, column in found.items()}
+    return {key: np.round(column * factor, _IRREGULARITY_DIGITS) for key, column in irregularities.items()}
 
 
 def _notes(spectrum: str, seed: int) -> list[str]:

@@ -84,8 +84,8 @@ def roll_angle(
 ) -> tuple[float, float]:
     """Roll angle (rad) and its second derivative (rad/s2) for the lateral acceleration (m/s2) of the wheelset."""
     left_rate, right_rate = state[Y_RATE] - rails[LEFT_RATE], state[Y_RATE] - rails[RIGHT_RATE]
-    r_L, slope_L, bend_L, _ = wheel_at(table, LEFT, state[Y] - rails[LEFT])
-    r_R, slope_R, bend_R, _ = wheel_at(table, RIGHT, rails[RIGHT] - state[Y])
-    growth_L = slope_L * (acceleration - rails[LEFT_SECOND]) + bend_L * left_rate * left_rate
-    growth_R = slope_R * (acceleration - rails[RIGHT_SECOND]) - bend_R * right_rate * right_rate
+    r_L, slope_L, curvature_L, _ = wheel_at(table, LEFT, state[Y] - rails[LEFT])
+    r_R, slope_R, curvature_R, _ = wheel_at(table, RIGHT, rails[RIGHT] - state[Y])
+    growth_L = slope_L * (acceleration - rails[LEFT_SECOND]) + curvature_L * left_rate * left_rate
+    growth_R = slope_R * (acceleration - rails[RIGHT_SECOND]) - curvature_R * right_rate * right_rate
     return (r_L - r_R) / (2.0 * half_width), (growth_L + growth_R) / (2.0 * half_width)

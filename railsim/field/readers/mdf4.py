@@ -57,9 +57,9 @@ def _table(file: Any, groups: list[Any], number: int, wanted: Wanted, start: str
         if not any(channel.channel_type in (_MASTER, _MASTER + 1) for channel in group.channels):
             raise InputError(f"group {number} has no time axis of its own; name the column of time")
         clock = np.asarray(file.get_master(number), dtype=np.float64)
-    for name, one in columns.items():
-        if len(one.values) != rows or (clock is not None and clock.size != rows):
-            raise InputError(f"channel '{name}' has {len(one.values)} of the {rows} samples that the file states")
+    for name, filled in columns.items():
+        if len(filled.values) != rows or (clock is not None and clock.size != rows):
+            raise InputError(f"channel '{name}' has {len(filled.values)} of the {rows} samples that the file states")
     return Table(columns, clock, start)
 
 
