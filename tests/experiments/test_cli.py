@@ -237,7 +237,7 @@ def test_errors_of_the_system_become_one_line(monkeypatch: pytest.MonkeyPatch, c
         def fail(*_: object, error: BaseException = error) -> None:
             raise error
 
-        monkeypatch.setattr("experiments.cli._execute", fail)
+        monkeypatch.setattr("experiments.commands.list.execute", fail)
         assert main(["list"]) == code
         written = capsys.readouterr()
         assert written.err.startswith(start)
@@ -256,7 +256,7 @@ def test_interrupt_that_falls_into_a_callback_is_heard(monkeypatch: pytest.Monke
         callback()
         time.sleep(5.0)
 
-    monkeypatch.setattr("experiments.cli._execute", work)
+    monkeypatch.setattr("experiments.commands.list.execute", work)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job of a shell ignores it
     try:
         assert main(["list"]) == 130
@@ -268,7 +268,9 @@ def test_interrupt_that_falls_into_a_callback_is_heard(monkeypatch: pytest.Monke
 def test_being_told_to_end_is_like_an_interrupt(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     """As a scheduler does that finds a job too long."""
     before = signal.getsignal(signal.SIGTERM)
-    monkeypatch.setattr("experiments.cli._execute", lambda given: os.kill(os.getpid(), signal.SIGTERM) or time.sleep(5))
+    monkeypatch.setattr(
+        "experiments.commands.list.execute", lambda given: os.kill(os.getpid(), signal.SIGTERM) or time.sleep(5)
+    )
     assert main(["list"]) == 130
     assert capsys.readouterr().err == "railsim: interrupted; nothing was written\n"
     assert signal.getsignal(signal.SIGTERM) is before

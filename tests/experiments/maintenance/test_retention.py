@@ -13,6 +13,7 @@ from estimators.interface import Estimate
 from experiments.maintenance import retention
 from experiments.maintenance.retention import prune, seconds
 from railsim.errors import InputError
+from railsim.parquet import write_frame
 from railsim.recording import Recording
 from tests.experiments.conftest import Command
 
@@ -75,14 +76,14 @@ def test_prune_keeps_events_and_features(spoilt: Path, railsim_here: Command):
         Recording.open(spoilt)
 
 
-def test_raw_data_stay_where_features_cannot_be_written(spoilt: Path, monkeypatch: pytest.MonkeyPatch):
+def test_raw_data_stay_where_features_do_not_read_back(spoilt: Path, monkeypatch: pytest.MonkeyPatch):
     before = _digest(spoilt / "measured")
 
-    def fail(*_: object) -> None:
-        raise InputError("the disk is full")
+    def forget(path: Path, table: pd.DataFrame) -> None:
+        write_frame(path, table.iloc[:-1])
 
-    monkeypatch.setattr(retention, "_check", fail)
-    with pytest.raises(InputError, match="full"):
+    monkeypatch.setattr(retention, "write_frame", forget)
+    with pytest.raises(InputError, match="does not read back as it was written"):
         prune(spoilt, 0.0, really=True)
     assert _digest(spoilt / "measured") == before
 

@@ -184,7 +184,7 @@ def test_full_disk_ends_the_sweep(
             raise InputError("cannot write the truth: No space left on device; free some space") from None
 
     with monkeypatch.context() as patch:
-        patch.setattr("railsim.simulation._integrate", full)
+        patch.setattr("railsim.simulation.build_run", full)
         with pytest.raises(InputError, match="No space left"):
             sweeping(sweep_file, tmp_path / "out")
     assert sweeping(sweep_file, tmp_path / "out").performed == RUNS
@@ -232,7 +232,7 @@ def test_kept_truth_is_not_simulated_again(
     monkeypatch.setenv("RAILSIM_CACHE", str(tmp_path / "cache"))
     sweeping(sweep_file, tmp_path / "first", partial(Here, keep_truth=True))
     assert len([path for path in (tmp_path / "cache").iterdir() if path.is_dir()]) == 1
-    monkeypatch.setattr("railsim.simulation._integrate", None)  # a simulation would fail
+    monkeypatch.setattr("railsim.simulation.build_run", None)  # a simulation would fail
     sweep_file.write_text(sweep_file.read_text().replace("seeds: [3, 1]", "seeds: [4]"))
     sweeping(sweep_file, tmp_path / "second")
     assert set(table_of(tmp_path / "second")["status"]) == {OK, UNFIT}
