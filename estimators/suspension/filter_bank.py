@@ -40,8 +40,8 @@ class Gains:
 
     def at(self, parameters: np.ndarray) -> np.ndarray:
         """Packed matrices of many parameters (p, 3), interpolated; shape (p, length)."""
-        place = 2.0 * (parameters - self.low) / (self.high - self.low) - 1.0
-        first, second, third = (lagrange(nodes, place[:, i]) for i, nodes in enumerate(self.nodes))
+        points = 2.0 * (parameters - self.low) / (self.high - self.low) - 1.0
+        first, second, third = (lagrange(nodes, points[:, i]) for i, nodes in enumerate(self.nodes))
         weights = np.einsum("pi,pj,pk->pijk", first, second, third).reshape(len(parameters), -1)
         return weights @ self.table
 

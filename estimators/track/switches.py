@@ -35,7 +35,7 @@ KINDS = {"A": "switch toe", "B": "switch heel", "C": "crossing", "D": "crossing"
 SCALES = np.linspace(-0.04, 0.04, 17)
 
 
-class Crossover(NamedTuple):
+class DetectedCrossover(NamedTuple):
     """A crossover in the heading: rows of the grid, signed crossing angle, rad."""
 
     middle: int
@@ -114,7 +114,7 @@ class Switches(EventEstimator, frozen=True):
 
     def _described(
         self,
-        crossover: Crossover,
+        crossover: DetectedCrossover,
         dips: Dips,
         parts: dict[str, int],
         odometry: Odometry,
@@ -154,7 +154,7 @@ def heading_rate(measurements: Measurements, odometry: Odometry) -> tuple[np.nda
     return np.where(valid, (rate - bias) / odometry.speed, 0.0), valid
 
 
-def find_crossovers(heading: np.ndarray, valid: np.ndarray, spacing: float, smallest: float) -> list[Crossover]:
+def find_crossovers(heading: np.ndarray, valid: np.ndarray, spacing: float, smallest: float) -> list[DetectedCrossover]:
     """Where the heading differs from that `REACH` before and after, those two being alike."""
     reach = round(REACH / spacing)
     if len(heading) <= 2 * reach + 1:
@@ -170,11 +170,11 @@ def find_crossovers(heading: np.ndarray, valid: np.ndarray, spacing: float, smal
         top = top[np.abs(top - peak) < reach // 2]
         middle = round(float(top.mean()))
         if alike[middle] and valid[middle : middle + 2 * reach].all():
-            crossovers.append(Crossover(middle + reach, float(smooth[peak])))
+            crossovers.append(DetectedCrossover(middle + reach, float(smooth[peak])))
     return crossovers
 
 
-def levelled(heading: np.ndarray, crossover: Crossover, spacing: float) -> np.ndarray:
+def levelled(heading: np.ndarray, crossover: DetectedCrossover, spacing: float) -> np.ndarray:
     """Heading from that of the plain track on both sides of a crossover: what drifts in between is the gyro."""
     reach, plain = round(REACH / spacing), round(PLAIN / spacing)
     rows = np.arange(len(heading))
@@ -183,7 +183,7 @@ def levelled(heading: np.ndarray, crossover: Crossover, spacing: float) -> np.nd
     return heading - line(rows)
 
 
-def assigned(dips: Dips, share: np.ndarray, crossover: Crossover, spacing: float) -> dict[str, int]:
+def assigned(dips: Dips, share: np.ndarray, crossover: DetectedCrossover, spacing: float) -> dict[str, int]:
     """Which dip is which part, by the share of the crossing angle that the bogie has turned when it gets there."""
     rows = np.clip(np.rint(dips.distance / spacing).astype(np.int64), 0, len(share) - 1)
     passed = share[rows]
