@@ -96,6 +96,16 @@ def over_distance(
     return np.where(valid, rate / odometry.speed**power, 0.0), valid
 
 
+def chord_rotation(measurements: Measurements, odometry: Odometry, cut_off: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation in pitch of the line through both wheelsets over the distance, rad/m, from the pitch rate.
+
+    Returns
+    -------
+    Values on the grid, shape (n,), 0 where not valid, and where they are valid.
+    """
+    return over_distance(measurements, odometry, PITCH, pitch_inverse(measurements.vehicle).whole, cut_off)
+
+
 def vertical(
     measurements: Measurements, odometry: Odometry, cut_off: float
 ) -> tuple[np.ndarray, np.ndarray, Literal["chord", "rail"]]:
@@ -104,8 +114,7 @@ def vertical(
     "rail": of the rails' mean under the bogie's centre, from pitch rate and vertical acceleration; "chord": of the line
     through both wheelsets, where there is no accelerometer.
     """
-    gain = pitch_inverse(measurements.vehicle).whole
-    pitch, valid = over_distance(measurements, odometry, PITCH, gain, cut_off)
+    pitch, valid = chord_rotation(measurements, odometry, cut_off)
     chord = -pitch
     if BOUNCE not in measurements:
         return chord, valid, "chord"
@@ -115,6 +124,7 @@ def vertical(
     size = scipy.fft.next_fast_len(len(chord), real=True) or len(chord)
     k = 2 * np.pi * np.fft.rfftfreq(size, odometry.spacing)
     arm = float(measurements.vehicle["semi_wheelbase"]) * k
+    gain = pitch_inverse(measurements.vehicle).whole
     spread = _noise(measurements, PITCH, gain, k, speed, 1) + MISMATCH**2 * _power(chord, odometry.spacing, k)
     inverse = bounce_inverse(measurements.vehicle).whole
     other = _noise(measurements, BOUNCE, inverse, k, speed, 2) + MISMATCH**2 * _power(bounce, odometry.spacing, k)

@@ -14,6 +14,7 @@ from estimators.track.curvature import (
     Gain,
     blur,
     check_parameters,
+    chord_rotation,
     over_distance,
     roll_inverse,
     vertical,
@@ -21,7 +22,6 @@ from estimators.track.curvature import (
 from estimators.track.dip_fit import SIDES, Dips, find, no_dips, synthesise, without_echoes
 from estimators.track.dips import Channel, ChannelKind, MatchedFilters, channel, clipped
 from estimators.track.events import EventEstimator
-from estimators.vehicle.vertical import pitch_inverse
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -66,7 +66,7 @@ class DippedJoints(EventEstimator, frozen=True):
         dips, channels, valid = find_dips(measurements, odometry, self.cut_off, floor)
         length = np.count_nonzero(valid) * odometry.spacing
         dips = dips.take(dips.snr > credible(dips.snr, length, self.threshold, self.false_share))
-        chord, _ = over_distance(measurements, odometry, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
+        chord, _ = chord_rotation(measurements, odometry, self.cut_off)
         series = pd.DataFrame(
             {
                 "s [m]": odometry.s,

@@ -15,12 +15,11 @@ from scipy import signal
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry, integrate_speed
-from estimators.track.curvature import PITCH, over_distance
+from estimators.track.curvature import PITCH, chord_rotation
 from estimators.track.dip_fit import Dips, refine
 from estimators.track.dipped_joints import events, find_dips
 from estimators.track.dips import Channel, channel
 from estimators.track.events import EventEstimator
-from estimators.vehicle.vertical import pitch_inverse
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -64,7 +63,7 @@ class Switches(EventEstimator, frozen=True):
         turning, valid = heading_rate(measurements, odometry)
         heading = np.cumsum(turning) * odometry.spacing
         dips, channels, good = find_dips(measurements, odometry, self.cut_off, self.threshold)
-        chord, _ = over_distance(measurements, odometry, PITCH, pitch_inverse(measurements.vehicle).whole, self.cut_off)
+        chord, _ = chord_rotation(measurements, odometry, self.cut_off)
         switch_events: list[dict[str, Any]] = []
         crossovers = []
         for crossover in find_crossovers(heading, valid, odometry.spacing, self.smallest):

@@ -24,13 +24,10 @@ from estimators.vehicle.linear_model import Kinematics, Reduced, reduce
 from estimators.vehicle.parameters import Parameters, given, numbers
 from estimators.vehicle.plan_view import RAILS
 from estimators.vehicle.suspension import (
-    carried_weight,
     half_vehicle_bogies,
     heights,
-    lateral_springs,
     masses,
-    roll_springs,
-    yaw_springs,
+    suspension_elements,
 )
 from railsim.constants import GRAVITY
 
@@ -137,8 +134,7 @@ def _equations(p: Parameters, speed: float, creep: Shares, roll: float) -> Reduc
     """Equations of motion; `roll` : of a wheelset over its shift, rad/m."""
     bogies, above, slopes = half_vehicle_bogies(p), heights(p), kalker_slopes(p, creep)
     geometry = replace(cones(p), roll=roll)
-    elements = lateral_springs(p, bogies, above) + yaw_springs(p, bogies) + roll_springs(p, bogies)
-    elements += carried_weight(p, bogies, above)
+    elements = suspension_elements(p, bogies, above)
     for wheelset in wheelsets(p, bogies):
         elements += creep_forces(wheelset, slopes, speed) + weight(wheelset, geometry) + gyroscopic(wheelset, speed)
     return reduce(elements, masses(p, bogies, COORDINATES), _kinematics(p, geometry), reactions=False)

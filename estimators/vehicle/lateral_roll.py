@@ -17,13 +17,10 @@ from estimators.vehicle.linear_model import Kinematics, Reduced, Row, reduce
 from estimators.vehicle.parameters import Parameters, numbers
 from estimators.vehicle.state_space import Output, System
 from estimators.vehicle.suspension import (
-    carried_weight,
     half_vehicle_bogies,
     heights,
-    lateral_springs,
     masses,
-    roll_springs,
-    yaw_springs,
+    suspension_elements,
 )
 from railsim.constants import GRAVITY
 
@@ -92,8 +89,7 @@ def equations(p: Parameters, speed: float) -> Reduced:
 
 def _equations(p: Parameters, geometry: ContactGeometry, moving: Kinematics, speed: float) -> Reduced:
     bogies, above, slopes = half_vehicle_bogies(p), heights(p), polach_slopes(p, geometry.angle)
-    elements = lateral_springs(p, bogies, above) + yaw_springs(p, bogies) + roll_springs(p, bogies)
-    elements += carried_weight(p, bogies, above)
+    elements = suspension_elements(p, bogies, above)
     for wheelset in wheelsets(p, bogies):
         elements += creep_forces(wheelset, slopes, speed, moment_of_spin=False)
         elements += weight(wheelset, geometry) + gyroscopic(wheelset, speed)

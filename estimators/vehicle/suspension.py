@@ -195,6 +195,12 @@ def body_load(p: Parameters, bogies: Sequence[Bogie]) -> float:
     return p["body_mass"] * GRAVITY / len(bogies)
 
 
+def suspension_elements(p: Parameters, bogies: Sequence[Bogie], above: Heights) -> list[Element]:
+    """All of both stages that acts in lateral, yaw and roll motion: springs, dampers and the weight carried."""
+    springs = lateral_springs(p, bogies, above) + yaw_springs(p, bogies) + roll_springs(p, bogies)
+    return springs + carried_weight(p, bogies, above)
+
+
 def _turning(load: float, shear: Row, upper: str, lower: str) -> list[Element]:
     """The force that carries a load turns with the mean roll of what it stands between."""
     mean = {upper: 0.5, lower: 0.5}

@@ -40,8 +40,7 @@ def write_unseen(folder: Path) -> dict[str, Path]:
 
 def _irregularities(s: np.ndarray, spectrum: str, seed: int) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(seed)
-    irregularities = synthesis.irregularities(spectra.spectra(spectrum), s.size, SPACING, rng, BAND)
-    return {key: column * synthesis.fade_in(s, CLEAN, FADE) for key, column in irregularities.items()}
+    return synthesis.faded_irregularities(spectra.spectra(spectrum), s, SPACING, rng, BAND, (CLEAN, FADE))
 
 
 def _curve(s: np.ndarray) -> dict[str, np.ndarray]:

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
-from experiments.scoring.contact_geometry import SETTLE, series_of
+from experiments.scoring.contact_geometry import series_of, settled_rows
 from experiments.scoring.interface import Scorer
 from experiments.scoring.wheel_rail_truth import ContactTruth, contact_truth
 from railsim.analysis.statistics import root_mean_square
@@ -36,7 +36,7 @@ class ConicityScorer(Scorer):
         """Errors of the conicity over time against the cone that fits best in a moving window, and of its function."""
         true = contact_truth(truth)
         time, value, spread = series_of(estimate, "conicity [-]")
-        settled = np.isfinite(value) & (time >= min(SETTLE, time[-1] / 2.0))
+        settled = settled_rows(time, value)
         if not settled.any():
             return {"valid share [-]": 0.0}
         error = value[settled] - np.interp(time[settled], true.time, true.effective(WINDOW))

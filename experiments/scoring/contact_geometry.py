@@ -45,7 +45,7 @@ class ContactGeometryScorer(Scorer):
 def _signal_scores(column: str, estimate: Estimate, true: ContactTruth) -> dict[str, float]:
     """Rms error of a series in mm or mrad, in per cent of the true range, and coverage."""
     time, value, spread = series_of(estimate, column)
-    settled = np.isfinite(value) & (time >= min(SETTLE, time[-1] / 2.0))
+    settled = settled_rows(time, value)
     name, unit = column.removesuffix("]").split(" [")
     if not settled.any():
         return {f"{name} valid share [-]": 0.0}
@@ -62,6 +62,11 @@ def _signal_scores(column: str, estimate: Estimate, true: ContactTruth) -> dict[
     if spread is not None:
         scores[f"{name} within 2 std [-]"] = float(np.mean(np.abs(error) <= 2.0 * spread[settled]))
     return scores
+
+
+def settled_rows(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Rows that count: those with a value, after `SETTLE`, or in the later half of a shorter record, shape (n,)."""
+    return np.isfinite(values) & (time >= min(SETTLE, time[-1] / 2.0))
 
 
 def series_of(estimate: Estimate, column: str) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:

@@ -207,7 +207,7 @@ class TrackColumn(Channel, frozen=True):
     chord: Chord | None = None
 
 
-class Alignment(Spec, frozen=True):
+class Registration(Spec, frozen=True):
     """Shift of this run against another one of the same track, by cross-correlation."""
 
     reference: str = quantity(unit="track file, from the map's folder", source=MAP)
@@ -229,7 +229,7 @@ class TrackMap(Spec, frozen=True):
     spacing: float | None = quantity(None, unit="m; else from the kilometrage", source=MAP, gt=0)
     repair: tuple[Repair, ...] = quantity((), unit="-", source=MAP)
     columns: dict[str, TrackColumn] = quantity(unit='by track column, as "vertical [m]"', source=MAP, min_length=1)
-    align: Alignment | None = quantity(None, unit="-", source=MAP)
+    align: Registration | None = quantity(None, unit="-", source=MAP)
 
     @pydantic.model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -9,7 +9,7 @@ from railsim.field.align import shifts
 from railsim.field.channels import convert, numbers
 from railsim.field.chord import alignment
 from railsim.field.guard import Guard
-from railsim.field.map import Alignment, Chord, Kilometrage, TrackMap
+from railsim.field.map import Chord, Kilometrage, Registration, TrackMap
 from railsim.field.readers.interface import Wanted
 from railsim.field.regular import How, Series, regular
 from railsim.field.source import find_format, read_tables
@@ -160,7 +160,7 @@ def _mirrored(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _aligned(
-    s: np.ndarray, columns: dict[str, np.ndarray], wanted: Alignment, folder: Path, notes: Notes
+    s: np.ndarray, columns: dict[str, np.ndarray], wanted: Registration, folder: Path, notes: Notes
 ) -> np.ndarray:
     """Distance moved on to the reference's."""
     key = wanted.column.rpartition(" [")[0]

@@ -118,8 +118,7 @@ def main_line(name: str, seed: int) -> Track:
 def _irregularities(s: np.ndarray, spectrum: str, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Vertical, lateral, cross level, gauge; the first metres clean."""
     spacing = float(s[1] - s[0])
-    found = synthesis.irregularities(spectra.spectra(spectrum), s.size, spacing, rng, BAND)
-    return {key: column * synthesis.fade_in(s, CLEAN, FADE) for key, column in found.items()}
+    return synthesis.faded_irregularities(spectra.spectra(spectrum), s, spacing, rng, BAND, (CLEAN, FADE))
 
 
 def _assembled(

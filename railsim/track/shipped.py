@@ -81,9 +81,8 @@ def _smooth() -> Track:
 
 def _irregularities(s: np.ndarray, spectrum: str, seed: int) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(seed)
-    irregularities = synthesis.irregularities(spectra.spectra(spectrum), s.size, SPACING, rng, BAND)
-    factor = synthesis.fade_in(s, CLEAN, FADE)
-    return {key: np.round(column * factor, _IRREGULARITY_DIGITS) for key, column in irregularities.items()}
+    columns = synthesis.faded_irregularities(spectra.spectra(spectrum), s, SPACING, rng, BAND, (CLEAN, FADE))
+    return {key: np.round(column, _IRREGULARITY_DIGITS) for key, column in columns.items()}
 
 
 def _notes(spectrum: str, seed: int) -> list[str]:

@@ -70,6 +70,19 @@ def irregularities(
     return {key: irregularity(spectrum, count, spacing, rng, band) for key, spectrum in spectra.items()}
 
 
+def faded_irregularities(
+    spectra: Mapping[str, Spectrum],
+    s: np.ndarray,
+    spacing: float,
+    rng: np.random.Generator,
+    band: Band,
+    ramp: tuple[float, float],
+) -> dict[str, np.ndarray]:
+    """Irregularities over the distances `s`, m, that begin as `fade_in` with the two lengths of `ramp` says."""
+    columns = irregularities(spectra, s.size, spacing, rng, band)
+    return {key: column * fade_in(s, *ramp) for key, column in columns.items()}
+
+
 def fade_in(s: np.ndarray, clean: float, length: float) -> np.ndarray:
     """Factor that is 0 up to the distance `clean`, 1 from `clean + length` on, with continuous second derivative."""
     t = np.clip((s - clean) / length, 0, 1)
