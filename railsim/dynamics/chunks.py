@@ -8,6 +8,7 @@ from railsim.dynamics.channels import WHEEL, channel_names
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.guard import check_rows
 from railsim.dynamics.plant import Plant, check_reach
+from railsim.dynamics.stability import check_start
 from railsim.dynamics.workspace import workspace
 from railsim.engines.interface import CHUNK, Run
 
@@ -24,6 +25,7 @@ def rows_of(run: Run, plant: Plant, loop: Callable[..., int], stages: int, steps
     check_reach(plant, run.model)
     names = channel_names(run.model)
     x = initial_state(plant, run)
+    check_start(plant, run, x, 1.0 / (run.rate * steps))
     wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
     scratch = np.zeros((stages, len(x))), np.empty(len(x)), wheels, workspace(int(plant.core.joints))
     for first in range(0, run.rows, CHUNK):

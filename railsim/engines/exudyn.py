@@ -21,6 +21,7 @@ from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.guard import check_rows
 from railsim.dynamics.observe_absolute import observe_all
 from railsim.dynamics.plant import Plant, build_plant
+from railsim.dynamics.stability import check_start
 from railsim.dynamics.workspace import absolute_workspace
 from railsim.engines.interface import CHUNK, Diverged, Run
 from railsim.model import Model
@@ -70,7 +71,10 @@ class System:
 
     def _assemble(self) -> None:
         model, mbs = self.run.model, self.mbs
-        positions, velocities = absolute_state(self.plant, model, initial_state(self.plant, self.run))
+        start = initial_state(self.plant, self.run)
+        if self.run.speed.speed.min() >= IMPLICIT_BELOW:
+            check_start(self.plant, self.run, start, self.run.step)
+        positions, velocities = absolute_state(self.plant, model, start)
         nodes, numbers = [], []
         for b, body in enumerate(model.bodies):
             own = slice(6 * b, 6 * b + 6)

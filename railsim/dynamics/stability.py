@@ -1,0 +1,84 @@
+"""Whether a vehicle stands on its rails, and a run's steps can follow its fastest movement: known before the first
+step.
+"""
+
+import numpy as np
+
+from railsim.dynamics.kernel import derivatives
+from railsim.dynamics.plant import Plant
+from railsim.dynamics.workspace import workspace
+from railsim.engines.interface import Run
+from railsim.errors import InputError
+
+RELATIVE = 1e-7  # step of the differences, relative to the size of a coordinate
+SMALLEST = 1e-7  # m, rad, m/s, rad/s
+REACH = 3.0  # product of step and rate; classical Runge-Kutta is stable up to 2.78 (real) and 2.83 (imaginary)
+MOST_STEPS = 512  # a row; who needs more has no vehicle
+FALLING = 0.2  # 1/s; a body that leaves its rest faster than this, and does not swing, falls
+
+
+def check_start(plant: Plant, run: Run, x: np.ndarray, step: float) -> None:
+    """Refuse a vehicle that falls from its steady state, or moves so fast in it that the steps of the run would be
+    unstable. One whose wheelsets hunt or slide may run.
+
+    Parameters
+    ----------
+    x : state of the run at its start. step : of the integration [s].
+
+    Raises
+    ------
+    InputError : names the movement, its rate and what it would need.
+    """
+    matrix = _jacobian(plant, x)
+    names = run.model.names
+    _check_standing(matrix, run)
+    rates, shapes = np.linalg.eig(matrix)
+    sizes = np.abs(shapes[: len(names)])
+    fastest = int(np.abs(rates).argmax())
+    rate = float(np.abs(rates[fastest]))
+    if rate * step <= REACH:
+        return
+    moving = names[int(sizes[:, fastest].argmax())]
+    needed = int(np.ceil(rate * step * run.substeps / REACH))
+    cure = f"give 'substeps' of {needed} or more, or " if needed <= MOST_STEPS else ""
+    raise InputError(
+        f"vehicle: '{moving}' moves at {rate / (2.0 * np.pi):.3g} Hz where the vehicle stands on its rails, too fast "
+        f"for steps of {1e3 * step:.3g} ms; {cure}check masses and stiffnesses around '{moving.split('.')[0]}'"
+    )
+
+
+def _check_standing(matrix: np.ndarray, run: Run) -> None:
+    """Refuse what falls although its wheelsets are held: bodies that their springs do not hold against their weight."""
+    names, own = run.model.names, {wheelset.body for wheelset in run.model.wheelsets}
+    sprung = [i for i, name in enumerate(names) if name.split(".")[0] not in own]
+    if not sprung:
+        return
+    squares, shapes = np.linalg.eig(matrix[np.ix_([len(names) + i for i in sprung], sprung)])
+    worst = int(squares.real.argmax())
+    if squares.real[worst] <= FALLING**2:
+        return
+    moving = names[sprung[int(np.abs(shapes[:, worst]).argmax())]]
+    raise InputError(
+        f"vehicle: it does not stand: '{moving}' falls, and goes e times as far every "
+        f"{squares.real[worst] ** -0.5:.2g} s; check masses, heights and stiffnesses of '{moving.split('.')[0]}' and "
+        "of what carries it"
+    )
+
+
+def _jacobian(plant: Plant, x: np.ndarray) -> np.ndarray:
+    """Derivatives of the right-hand side by coordinates, rates, spins and states of elements, distance and speed as
+    they are.
+    """
+    n, w = len(plant.core.mass), len(plant.core.radius)
+    kept = np.r_[0 : 2 * n, 2 * n + w : 2 * n + 2 * w, 2 * n + 2 * w + 2 : len(x)]
+    scratch, after, before = workspace(int(plant.core.joints)), np.empty_like(x), np.empty_like(x)
+    columns = []
+    for i in kept:
+        moved, step = x.copy(), max(SMALLEST, RELATIVE * abs(x[i]))
+        moved[i] = x[i] + step
+        derivatives(plant, 0.0, moved, after, scratch)
+        moved[i] = x[i] - step
+        derivatives(plant, 0.0, moved, before, scratch)
+        columns.append((after[kept] - before[kept]) / (2.0 * step))
+    matrix = np.column_stack(columns)
+    return np.nan_to_num(matrix, posinf=np.finfo(float).max ** 0.25, neginf=-(np.finfo(float).max ** 0.25))

@@ -1,0 +1,66 @@
+"""What is refused before the first step: vehicles that fall, and steps that no vehicle can follow."""
+
+import time
+
+import pytest
+
+from railsim.constants import GRAVITY
+from railsim.engines.interface import Run
+from railsim.errors import InputError
+from railsim.model import Model
+from railsim.vehicles.manchester import Manchester
+from railsim.vehicles.manchester_whole import ManchesterWhole
+from tests.engines.rig import ENGINES, flat, go, make_run
+
+
+def start(engine: str, model: Model) -> Run:
+    """A run that is refused, or not."""
+    run = make_run(model, flat(), 20.0, 1.0, start=25.0)
+    go(engine, run)
+    return run
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("vehicle", [Manchester, ManchesterWhole])
+def test_body_that_its_springs_cannot_hold_upright_is_refused(
+    engine: str, vehicle: type[Manchester | ManchesterWhole]
+) -> None:
+    """Roll stiffness 2 b^2 k + bar against m g h: with a millionfold mass nothing stands."""
+    model = vehicle(body_mass=1e9).model()
+    begun = time.process_time()
+    with pytest.raises(InputError, match="does not stand: '.*' falls"):
+        start(engine, model)
+    assert time.process_time() - begun < 120.0  # compiling included; the run itself would take ten minutes
+
+
+@pytest.mark.parametrize(("share", "falls"), [(0.8, False), (1.3, True)])
+def test_body_falls_where_its_weight_is_more_than_its_springs_hold(share: float, falls: bool) -> None:
+    """On both sides of m g h = 2 k b^2, the roll stiffness of the secondary springs; the primary ones are stiff."""
+    base = Manchester(
+        roll_bar_stiffness=0.0,
+        secondary_vertical_stiffness=100e3,
+        secondary_lateral_stiffness=5e7,
+        primary_vertical_stiffness=5e7,
+    )
+    held = 2.0 * base.secondary_vertical_stiffness * base.secondary_half_spacing**2
+    tall = base.but(body_height=base.secondary_height + share * held / (base.body_mass * GRAVITY))
+    if not falls:
+        start("compiled", tall.model())
+        return
+    with pytest.raises(InputError, match=r"'body\.(roll|y)' falls"):
+        start("compiled", tall.model())
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_movement_too_fast_for_the_steps_is_refused_with_its_name(engine: str) -> None:
+    with pytest.raises(InputError, match=r"moves at .* Hz .* too fast for steps .* check masses and stiffnesses"):
+        start(engine, Manchester(primary_vertical_stiffness=1e15).model())
+
+
+def test_more_steps_are_the_cure_where_they_help() -> None:
+    model = Manchester(primary_vertical_stiffness=3e9).model()
+    with pytest.raises(InputError, match=r"give 'substeps' of (\d+) or more") as refused:
+        start("compiled", model)
+    needed = int(str(refused.value).split("'substeps' of ")[1].split()[0])
+    finer = make_run(model, flat(), 20.0, 0.2, start=25.0, finer=needed)
+    assert abs(go("compiled", finer)["bogie.z [m]"]).max() < 1e-3
