@@ -1,5 +1,6 @@
 """Runs that must fail say when, where and what."""
 
+import dataclasses
 import re
 import warnings
 
@@ -10,6 +11,8 @@ from railsim.dynamics.channels import channel_names
 from railsim.dynamics.guard import check_rows
 from railsim.engines.interface import Diverged
 from railsim.errors import InputError
+from railsim.force_laws import Scheduled
+from railsim.model import NonlinearElement
 from railsim.scenario import load_scenario
 from railsim.simulation import build_run
 from railsim.track.track import Track
@@ -37,7 +40,12 @@ def test_derailment_names_time_place_and_wheel(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_numbers_that_grow_without_bound_end_the_run(engine: str) -> None:
-    model = Manchester(primary_vertical_damping=5e7).model()  # far beyond what the explicit step can follow
+    """A damper far beyond what the explicit step can follow, which only appears during the run."""
+    model = Manchester().model()
+    late = NonlinearElement(
+        "late", "bogie", "wheelset1", (1.28, 0.0, 0.46), "z", Scheduled(damping=1e8, onset=0.02, ramp=0.01)
+    )
+    model = dataclasses.replace(model, nonlinear=(*model.nonlinear, late))
     with pytest.raises(Diverged) as caught:
         go(engine, make_run(model, jolt("vertical", 0.002), 20.0, 4.0))
     message = str(caught.value)
