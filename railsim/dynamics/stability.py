@@ -54,13 +54,14 @@ def _check_standing(matrix: np.ndarray, run: Run) -> None:
     if not sprung:
         return
     squares, shapes = np.linalg.eig(matrix[np.ix_([len(names) + i for i in sprung], sprung)])
-    worst = int(squares.real.argmax())
-    if squares.real[worst] <= FALLING**2:
+    growing = np.real(squares)
+    worst = int(np.argmax(growing))
+    if growing[worst] <= FALLING**2:
         return
     moving = names[sprung[int(np.abs(shapes[:, worst]).argmax())]]
     raise InputError(
         f"vehicle: it does not stand: '{moving}' falls, and goes e times as far every "
-        f"{squares.real[worst] ** -0.5:.2g} s; check masses, heights and stiffnesses of '{moving.split('.')[0]}' and "
+        f"{growing[worst] ** -0.5:.2g} s; check masses, heights and stiffnesses of '{moving.split('.')[0]}' and "
         "of what carries it"
     )
 
