@@ -11,7 +11,14 @@ from railsim.dynamics.plant import Plant
 from railsim.dynamics.workspace import workspace
 from railsim.engines.interface import Run
 from railsim.errors import InputError
-from railsim.track.kernel import LEFT_VERTICAL, RIGHT_VERTICAL, TrackTables, sample
+from railsim.track.kernel import (
+    LEFT_LATERAL,
+    LEFT_VERTICAL,
+    RIGHT_LATERAL,
+    RIGHT_VERTICAL,
+    TrackTables,
+    sample,
+)
 
 GAUGE = 1.5  # m; distance of the contacts, for a first guess
 LENGTH, ANGLE, SPIN = 1e-4, 1e-4, 1e-3  # m, rad, relative: scales of the unknowns
@@ -83,8 +90,9 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
 
     sideways = [axes[1] for axes in plant.core.coordinate if axes[1] >= 0]
     best = guess
-    for aside, (method, options) in itertools.product(ASIDE, SEARCHES.items()):
-        begun = guess.copy()
+    along_rails = np.concatenate((_between_rails(plant, start) / LENGTH, np.zeros(w)))
+    for rails, aside, (method, options) in itertools.product((0.0, 1.0), ASIDE, SEARCHES.items()):
+        begun = guess + rails * along_rails
         begun[sideways] += aside / LENGTH
         polished = _polish(residual, root(residual, begun, method=method, options=options).x)
         best = min(best, polished, key=restlessness)
@@ -115,6 +123,22 @@ def _on_rails(plant: Plant, start: float, sunk: float) -> np.ndarray:
         for axis, value in ((2, z), (3, tilt), (4, -slope)):
             if axes[axis] >= 0:
                 placed[axes[axis]] = value
+    return placed
+
+
+def _between_rails(plant: Plant, start: float) -> np.ndarray:
+    """Free coordinates with every wheelset midway between its rails, and the bodies above as their wheelsets stand."""
+    core = plant.core
+    track = TrackTables(core.s0, core.ds, core.cells, plant.track, False)
+    x = core.position[core.wheelset_body, 0]
+    middle = 0.5 * (sample(track, LEFT_LATERAL, start + x) + sample(track, RIGHT_LATERAL, start + x))
+    own = {int(body): i for i, body in enumerate(core.wheelset_body)}
+    placed = np.zeros(len(core.mass))
+    for body, axes in enumerate(core.coordinate):
+        below = core.body_frame[core.wheelset_body] == core.body_frame[body]
+        shared = middle[below].mean() if below.any() else middle.mean()
+        if axes[1] >= 0:
+            placed[axes[1]] = middle[own[body]] if body in own else shared
     return placed
 
 
