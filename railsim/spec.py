@@ -11,11 +11,11 @@ from railsim.errors import InputError, nearest
 
 Role = Literal[
     "", "onset", "ramp", "distance", "time", "length", "duration", "spacing", "wavelength", "frequency", "period",
-    "order", "phase", "channel",
+    "order", "phase", "channel", "wheelset", "bogie",
 ]  # fmt: skip
 """What a field says other than a size: when a fault begins and how long it grows; a distance along the track or a time
 of the run at which something is, its length or duration, the spacing of many; length, frequency or period of a wave,
-how many waves a turn of a wheel has; an angle of a wheel; a measured channel."""
+how many waves a turn of a wheel has; an angle of a wheel; a measured channel; number of a wheelset or of a bogie."""
 
 
 def quantity(

@@ -1,7 +1,8 @@
 """What every effect must do."""
 
 import pickle
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any, get_args
@@ -16,6 +17,7 @@ from railsim.effects.interface import EFFECTS, PLACES, Effect, Setup
 from railsim.effects.sensor_changes import FilterEffect
 from railsim.engines.interface import Run
 from railsim.errors import InputError
+from railsim.model import Model
 from railsim.scenario import Scenario
 from railsim.simulation import build_run, load_engine
 from railsim.spec import Role
@@ -104,6 +106,50 @@ def every_vehicle_takes_or_refuses_it(kind: Kind) -> Iterable[str]:
             yield f"on '{vehicle}': taken at one size and refused at another"
 
 
+def takes_the_part_that_it_is_told(kind: Kind) -> Iterable[str]:
+    """A bogie or a wheelset that the vehicle has not is refused in one line; of others only what belongs to it
+    changes.
+    """
+    for vehicle in VEHICLES.classes():
+        if _refusal(kind.build({}), vehicle):
+            continue
+        model = _nominal(vehicle).model
+        bogies = [body.name for body in model.bodies if re.fullmatch(r"bogie\d*", body.name)]
+        parts: dict[Role, list[str]] = {"bogie": bogies, "wheelset": [wheelset.body for wheelset in model.wheelsets]}
+        for field, names in ((name, parts[role]) for role in parts for name in kind.fields_of(role)):
+            for number in (one for one in get_args(kind.model_fields[field].annotation) if isinstance(one, int)):
+                yield from _of_part(kind.build({field: number}), vehicle, number, names)
+
+
+def _of_part(effect: Effect, vehicle: str, number: int, names: Sequence[str]) -> Iterable[str]:
+    """What is wrong with an effect on one of the bodies of these names."""
+    said = _refusal(effect, vehicle)
+    if number > len(names):
+        if effect.kind not in said or "\n" in said:
+            yield f"on '{vehicle}': number {number} of {len(names)} is not refused in one line ('{said}')"
+        return
+    if said:
+        yield f"on '{vehicle}': number {number} is refused: {said}"
+        return
+    before, after = _nominal(vehicle).model, _nominal(vehicle).but(effects=(effect,)).model
+    others = {name for i, name in enumerate(names) if i != number - 1}
+    if wrong := sorted(changed_bodies(before, after) & others):
+        yield f"on '{vehicle}': number {number} changes {', '.join(wrong)}"
+
+
+def changed_bodies(before: Model, after: Model) -> set[str]:
+    """Bodies of elements that differ between two models, and of wheelsets whose wheels differ."""
+    joints = [{e.name: (pickle.dumps(e), e) for e in (*m.elements, *m.nonlinear)} for m in (before, after)]
+    found: set[str] = set()
+    for name in joints[0].keys() | joints[1].keys():
+        one, other = (side.get(name) for side in joints)
+        if one is None or other is None or one[0] != other[0]:
+            element = (other or one or ("", None))[1]
+            found |= {element.upper, element.lower} if element else set()
+    wheels = [{w.body: pickle.dumps(w) for w in m.wheelsets} for m in (before, after)]
+    return found | {name for name, wheel in wheels[0].items() if wheels[1].get(name) != wheel}
+
+
 def absent_values_change_nothing(kind: Kind) -> Iterable[str]:
     """At its absent values every vehicle that takes it moves as without it."""
     effect = kind.at_absent()
@@ -135,6 +181,7 @@ CHECKS: tuple[Check[Kind], ...] = (
     says_what_a_search_needs,
     is_consistent_with_its_relatives,
     every_vehicle_takes_or_refuses_it,
+    takes_the_part_that_it_is_told,
     absent_values_change_nothing,
     pure,
 )

@@ -160,6 +160,7 @@ def context_of(problem: Problem, located: Located) -> Context:
         (float(middles[0]), float(middles[-1])),
         tuple((float(s[number]), float(middles[number])) for number in loudest),
         wheel_radius=float(getattr(problem.evidence.scenario.vehicle, "wheel_radius", 0.5)),
+        wheelsets=max(Context.wheelsets, len(problem.evidence.scenario.model.wheelsets)),
     )
 
 

@@ -35,8 +35,10 @@ def bending(
 def _split(model: Model, share: float, frequency: float, lateral_ratio: float, damping: float) -> Model:
     whole = model.bodies[model.index("body")]
     mass = share * whole.mass
-    angular_frequency = 2.0 * math.pi * frequency * np.array([0.0, lateral_ratio, 1.0, 0.0, 0.0, 0.0])
-    mode = Body(NAME, mass, (HELD, HELD, HELD), whole.position, ("y", "z"))
+    along = 1.0 if model.moves_along else 0.0  # one body alone is held along the track: springs carry the mode with it
+    angular_frequency = 2.0 * math.pi * frequency * np.array([along, lateral_ratio, 1.0, 0.0, 0.0, 0.0])
+    free = ("x", "y", "z") if model.moves_along else ("y", "z")
+    mode = Body(NAME, mass, (HELD, HELD, HELD), whole.position, free, whole.origin)
     spring = LinearElement(
         NAME,
         NAME,

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import SECONDARY_VERTICAL, Component
 from railsim.effects._elements import Weakened
 from railsim.effects._references import BRUNI
 from railsim.effects.interface import CHOSEN, Setup
@@ -23,8 +24,7 @@ class AirSpringStiffness(Weakened, frozen=True):
         "the body bounces and rolls at other frequencies (about 1 Hz, with the root of the factor); stiff "
         "springs pass more above"
     )
-    elements: ClassVar[tuple[str, ...]] = ("secondary",)
-    axes: ClassVar[tuple[str, ...]] = ("z", "roll")
+    component: ClassVar[Component] = SECONDARY_VERTICAL
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:

@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import BogieEffect
 from railsim.effects._elements import bump_stop
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class BumpStopContact(Effect, frozen=True):
+class BumpStopContact(BogieEffect, frozen=True):
     """The gap of the lateral bump stop is narrower by `closed`, and its middle is shifted by `offset`."""
 
     closed: float = quantity(0.9, unit="- of the nominal gap", source=CHOSEN, ge=0.0, le=1.0)

@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import BogieEffect
 from railsim.effects._elements import friction
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class CentrePlateFriction(Effect, frozen=True):
+class CentrePlateFriction(BogieEffect, frozen=True):
     """Friction moment about the vertical axis, regularised as M tanh(rate / v0)."""
 
     moment: float = quantity(3000.0, unit="N m", source=CHOSEN, ge=0.0, le=30e3)
@@ -26,4 +27,4 @@ class CentrePlateFriction(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """A friction element in yaw."""
-        return friction(setup, self, "secondary", "yaw", self.moment, self.slip)
+        return friction(setup, self, "yaw", self.moment, self.slip)

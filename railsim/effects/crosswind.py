@@ -10,9 +10,9 @@ from railsim.spec import quantity
 
 
 class Crosswind(Effect, frozen=True):
-    """Lateral force on the body at the height of the centre of pressure."""
+    """Lateral force on the vehicle's body, half of it or whole, at the height of the centre of pressure."""
 
-    force: float = quantity(5e3, unit="N on half a body, to the left", source=CHOSEN, ge=-40e3, le=40e3)
+    force: float = quantity(5e3, unit="N on the body, to the left", source=CHOSEN, ge=-40e3, le=40e3)
     height: float = quantity(2.3, unit="m above the rails", source="illustrative: middle of the side wall", gt=0.0)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"force": 0.0})

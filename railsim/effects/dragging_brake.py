@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import ClassVar, Literal
+from typing import ClassVar
 
+from railsim.effects._bogies import WheelsetNumber, wheelset_field, wheelset_place
 from railsim.effects.interface import CHOSEN, Effect, Setup
-from railsim.errors import InputError
 from railsim.spec import quantity
 from railsim.speed import Traction
 
@@ -14,7 +14,7 @@ class DraggingBrake(Effect, frozen=True):
     """Friction brake on one wheelset, against its rotation."""
 
     torque: float = quantity(800.0, unit="N m", source=CHOSEN, ge=0.0, le=8e3)
-    wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
+    wheelset: WheelsetNumber = wheelset_field()
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"torque": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"torque": 100.0})
@@ -24,9 +24,8 @@ class DraggingBrake(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """A brake from the start of the run."""
+        wheelset_place(setup, self, self.wheelset)
         if self.torque == 0.0:
             return setup
-        if self.wheelset > len(setup.model.wheelsets):
-            raise InputError(f"effect '{self.kind}': there is no wheelset {self.wheelset}; give 1")
         added = Traction(wheelset=self.wheelset, time=(0.0,), brake=(self.torque,))
         return setup.but(traction=(*setup.traction, added))

@@ -31,7 +31,7 @@ class EmpiricalForce(Effect, frozen=True):
     lower: str = quantity("bogie", unit="body, or track", source=CHOSEN)
     axis: Literal["y", "z", "roll", "pitch", "yaw"] = quantity("y", unit="-", source=CHOSEN)
     position: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.9), unit="m, place in the vehicle frame", source=CHOSEN
+        (0.0, 0.0, 0.9), unit="m, place in the vehicle frame, from the leading bogie", source=CHOSEN
     )
     displacement: tuple[float, ...] = quantity((-0.02, 0.0, 0.02), unit="m or rad", source=CHOSEN, min_length=2)
     velocity: tuple[float, ...] = quantity((-0.2, 0.2), unit="m/s or rad/s", source=CHOSEN, min_length=2)

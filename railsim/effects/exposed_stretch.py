@@ -10,9 +10,11 @@ from railsim.spec import quantity
 
 
 class ExposedStretch(Effect, frozen=True):
-    """Lateral force on the body, 1 - cosine from `place` to `place + length`."""
+    """Lateral force on the vehicle's body, half of it or whole, 1 - cosine from `place` to `place + length` of its
+    centre.
+    """
 
-    force: float = quantity(10e3, unit="N on half a body, to the left, at its peak", source=CHOSEN, ge=-80e3, le=80e3)
+    force: float = quantity(10e3, unit="N on the body, to the left, at its peak", source=CHOSEN, ge=-80e3, le=80e3)
     place: float = quantity(30.0, unit="m, where it begins", source=CHOSEN, role="distance", ge=0.0, le=1e5)
     length: float = quantity(
         200.0, unit="m", source="illustrative: a bridge", role="length", trials=(50.0, 110.0), ge=10.0, le=1e3

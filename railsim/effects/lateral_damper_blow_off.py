@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import LATERAL_DAMPERS, BogieEffect
 from railsim.effects._elements import blow_off
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class LateralDamperBlowOff(Effect, frozen=True):
+class LateralDamperBlowOff(BogieEffect, frozen=True):
     """Both lateral dampers: damping beyond the blow-off velocity is `share` of that before."""
 
     velocity: float = quantity(0.02, unit="m/s", source=CHOSEN, ge=0.002, le=2.0)
@@ -27,4 +28,4 @@ class LateralDamperBlowOff(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """The force grows less beyond the velocity."""
-        return blow_off(setup, self, "secondary", "y", self.velocity, self.share)
+        return blow_off(setup, self, LATERAL_DAMPERS, self.velocity, self.share)

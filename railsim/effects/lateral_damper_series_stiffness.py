@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import LATERAL_DAMPERS, BogieEffect
 from railsim.effects._elements import in_series
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class LateralDamperSeriesStiffness(Effect, frozen=True):
+class LateralDamperSeriesStiffness(BogieEffect, frozen=True):
     """Both lateral dampers with a spring of stiffness 1/compliance in series with each: c / (1 + i w c / k)."""
 
     compliance: float = quantity(1e-6, unit="m/N of each damper", source=CHOSEN, ge=0.0, le=1e-5)
@@ -24,4 +25,4 @@ class LateralDamperSeriesStiffness(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """The dampers become Maxwell elements."""
-        return in_series(setup, self, "secondary", "y", 0.5 * self.compliance)
+        return in_series(setup, self, LATERAL_DAMPERS, self.compliance)

@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import BogieEffect
 from railsim.effects._elements import friction
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class LateralFriction(Effect, frozen=True):
+class LateralFriction(BogieEffect, frozen=True):
     """Friction beside the secondary lateral springs, regularised as F tanh(v / v0): 4 F X per cycle of amplitude X."""
 
     force: float = quantity(1500.0, unit="N", source=CHOSEN, ge=0.0, le=15e3)
@@ -26,4 +27,4 @@ class LateralFriction(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """A friction element beside the springs."""
-        return friction(setup, self, "secondary", "y", self.force, self.slip)
+        return friction(setup, self, "y", self.force, self.slip)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar, Literal
 
+from railsim.effects._bogies import WheelsetNumber, wheelset_field
 from railsim.effects.interface import CHOSEN, Effect, Setup
 from railsim.effects.wheel_changes import wavy
 from railsim.spec import quantity
@@ -15,7 +16,7 @@ class OutOfRound(Effect, frozen=True):
     amplitude: float = quantity(2e-4, unit="m", source=CHOSEN, ge=0.0, le=1.5e-3)
     order: int = quantity(1, unit="waves a turn", source=CHOSEN, role="order", ge=1, le=30)
     phase: float = quantity(0.0, unit="rad", source=CHOSEN, role="phase", ge=0.0, le=6.2832)
-    wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
+    wheelset: WheelsetNumber = wheelset_field()
     side: Literal["left", "right", "both"] = quantity("left", unit="-", source=CHOSEN)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"amplitude": 0.0})

@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import BogieEffect
 from railsim.effects._elements import primary_friction
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class PrimaryFriction(Effect, frozen=True):
+class PrimaryFriction(BogieEffect, frozen=True):
     """Friction beside the vertical primary springs of every axlebox, regularised as F tanh(v / v0)."""
 
     force: float = quantity(1000.0, unit="N of each axlebox", source=CHOSEN, ge=0.0, le=8e3)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import GUIDANCE_LATERAL, Component
 from railsim.effects._elements import Weakened
 from railsim.effects._references import BRUNI
 from railsim.effects.interface import CHOSEN, Setup
@@ -20,8 +21,7 @@ class PrimaryLateralStiffness(Weakened, frozen=True):
     signature: ClassVar[str] = (
         "wheelsets move laterally against the bogie at short waves; bogie feels short lateral waves less"
     )
-    elements: ClassVar[tuple[str, ...]] = ("primary",)
-    axes: ClassVar[tuple[str, ...]] = ("y",)
+    component: ClassVar[Component] = GUIDANCE_LATERAL
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:

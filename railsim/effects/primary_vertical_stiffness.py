@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import PRIMARY_VERTICAL, Component
 from railsim.effects._elements import Weakened
 from railsim.effects._references import BRUNI
 from railsim.effects.interface import CHOSEN, Setup
@@ -20,8 +21,7 @@ class PrimaryVerticalStiffness(Weakened, frozen=True):
     signature: ClassVar[str] = (
         "the bogie bounces and pitches at other frequencies (5 to 12 Hz, with the root of the factor)"
     )
-    elements: ClassVar[tuple[str, ...]] = ("primary",)
-    axes: ClassVar[tuple[str, ...]] = ("z", "roll")
+    component: ClassVar[Component] = PRIMARY_VERTICAL
     references: ClassVar[tuple[str, ...]] = (
         "Ward et al. (2011), section 4.1",
         BRUNI,

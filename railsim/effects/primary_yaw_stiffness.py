@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import GUIDANCE_LONGITUDINAL, Component
 from railsim.effects._elements import Weakened
 from railsim.effects._references import BRUNI
 from railsim.effects.interface import CHOSEN, Setup
@@ -21,8 +22,7 @@ class PrimaryYawStiffness(Weakened, frozen=True):
         "wheelsets steer more freely: they run out less in curves and hunt at a lower speed; bogie and "
         "wheelsets yaw together less"
     )
-    elements: ClassVar[tuple[str, ...]] = ("primary",)
-    axes: ClassVar[tuple[str, ...]] = ("yaw",)
+    component: ClassVar[Component] = GUIDANCE_LONGITUDINAL
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:

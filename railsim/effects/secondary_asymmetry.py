@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import BogieEffect
 from railsim.effects._elements import asymmetric
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class SecondaryAsymmetry(Effect, frozen=True):
+class SecondaryAsymmetry(BogieEffect, frozen=True):
     """Vertical secondary springs of the left side by 1 + share, of the right side by 1 - share; packed to
     stand level.
     """
@@ -24,4 +25,4 @@ class SecondaryAsymmetry(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """Bounce and roll of the body on its bogie are coupled."""
-        return asymmetric(setup, self, "secondary", "secondary", self.share)
+        return asymmetric(setup, self, "secondary", self.share)

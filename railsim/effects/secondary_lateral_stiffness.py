@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import SECONDARY_LATERAL, Component
 from railsim.effects._elements import Weakened
 from railsim.effects._references import BRUNI
 from railsim.effects.interface import CHOSEN, Setup
@@ -21,8 +22,7 @@ class SecondaryLateralStiffness(Weakened, frozen=True):
         "the body's lateral and roll modes (0.5 to 1.5 Hz) move with the root of the factor; other lateral "
         "shift of the body in curves"
     )
-    elements: ClassVar[tuple[str, ...]] = ("secondary",)
-    axes: ClassVar[tuple[str, ...]] = ("y",)
+    component: ClassVar[Component] = SECONDARY_LATERAL
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import PRIMARY_DAMPERS, Component
 from railsim.effects._elements import Weakened
 from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
@@ -19,8 +20,7 @@ class WeakPrimaryDamper(Weakened, frozen=True):
     signature: ClassVar[str] = "the bogie bounces and pitches more at its own frequencies (5 to 12 Hz)"
     weakens: ClassVar[str] = "primary_vertical_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
-    elements: ClassVar[tuple[str, ...]] = ("primary",)
-    axes: ClassVar[tuple[str, ...]] = ("z", "roll")
+    component: ClassVar[Component] = PRIMARY_DAMPERS
 
     def install(self, setup: Setup) -> Setup:
         """Less vertical and roll damping between bogie and wheelsets."""

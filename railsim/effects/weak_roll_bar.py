@@ -4,12 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import BogieEffect
+from railsim.effects._elements import weak_roll_bar
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup, changed
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class WeakRollBar(Effect, frozen=True):
+class WeakRollBar(BogieEffect, frozen=True):
     """Stiffness of the roll bar by one factor."""
 
     factor: float = quantity(0.3, unit="-", source=CHOSEN, ge=0.0, le=1.0)
@@ -23,5 +25,4 @@ class WeakRollBar(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """Less roll stiffness between body and bogie."""
-        share = self.factor
-        return changed(setup, self, roll_bar_stiffness=lambda nominal: share * nominal)
+        return weak_roll_bar(setup, self, self.factor)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import VERTICAL_DAMPERS, Component
 from railsim.effects._elements import Weakened
 from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
@@ -21,8 +22,7 @@ class WeakVerticalDamper(Weakened, frozen=True):
     )
     weakens: ClassVar[str] = "secondary_vertical_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
-    elements: ClassVar[tuple[str, ...]] = ("secondary",)
-    axes: ClassVar[tuple[str, ...]] = ("z", "roll")
+    component: ClassVar[Component] = VERTICAL_DAMPERS
 
     def install(self, setup: Setup) -> Setup:
         """Less vertical and roll damping between body and bogie."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import YAW_DAMPERS, Component
 from railsim.effects._elements import Weakened
 from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
@@ -22,8 +23,7 @@ class WeakYawDamper(Weakened, frozen=True):
     )
     weakens: ClassVar[str] = "secondary_yaw_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
-    elements: ClassVar[tuple[str, ...]] = ("secondary",)
-    axes: ClassVar[tuple[str, ...]] = ("yaw",)
+    component: ClassVar[Component] = YAW_DAMPERS
 
     def install(self, setup: Setup) -> Setup:
         """Less yaw damping between body and bogie."""

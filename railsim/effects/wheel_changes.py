@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from railsim.contact.functions import RADIUS
+from railsim.effects._bogies import wheelset_place
 from railsim.effects.interface import Effect, Setup
-from railsim.errors import InputError
 from railsim.model import Model, Wheelset
 
 POINTS = 2048  # around a turn: 1.4 mm of the tread
@@ -16,12 +16,6 @@ SHORTEST_FLAT = 0.02  # m, or while one of this length does: 54 um deep, shorter
 LANDING = 1.0 / 8192.0  # s; a wheel that has left the rail comes down at once, however long the flat was
 STEPS_A_WAVE = 12
 FASTEST_CHANGE = 1.02  # spare for a speed that varies about the prescribed one
-
-
-def _number(setup: Setup, effect: Effect, wheelset: int) -> int:
-    if wheelset > len(setup.model.wheelsets):
-        raise InputError(f"effect '{effect.kind}': there is no wheelset {wheelset}; give 1")
-    return wheelset - 1
 
 
 def _on_sides(side: str) -> tuple[bool, bool]:
@@ -57,7 +51,7 @@ def flat_depth(length: float, radius: float) -> float:
 
 def flat(setup: Setup, effect: Effect, wheelset: int, side: str, length: float, angle: float) -> Setup:
     """A rounded flat of `length` [m] with its middle at `angle` [rad]."""
-    number = _number(setup, effect, wheelset)
+    number = wheelset_place(setup, effect, wheelset)
     if length == 0.0:
         return setup
     radius = setup.model.wheelsets[number].radius
@@ -71,7 +65,7 @@ def flat(setup: Setup, effect: Effect, wheelset: int, side: str, length: float, 
 
 def wavy(setup: Setup, effect: Effect, wheelset: int, side: str, wave: tuple[float, int, float]) -> Setup:
     """A wave of amplitude [m], order and phase [rad] around the turn."""
-    number = _number(setup, effect, wheelset)
+    number = wheelset_place(setup, effect, wheelset)
     amplitude, order, phase = wave
     if amplitude == 0.0:
         return setup
@@ -83,7 +77,7 @@ def wavy(setup: Setup, effect: Effect, wheelset: int, side: str, wave: tuple[flo
 
 def unbalanced(setup: Setup, effect: Effect, wheelset: int, side: str, size: tuple[float, float]) -> Setup:
     """Unbalance [kg m] and its phase [rad] on wheels of a wheelset, in place of what they had."""
-    number = _number(setup, effect, wheelset)
+    number = wheelset_place(setup, effect, wheelset)
     if size[0] == 0.0:
         return setup
 

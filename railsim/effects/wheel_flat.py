@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar, Literal
 
+from railsim.effects._bogies import WheelsetNumber, wheelset_field
 from railsim.effects.interface import CHOSEN, Effect, Setup
 from railsim.effects.wheel_changes import flat
 from railsim.spec import quantity
@@ -16,7 +17,7 @@ class WheelFlat(Effect, frozen=True):
 
     length: float = quantity(0.05, unit="m", source=CHOSEN, ge=0.0, le=0.15)
     angle: float = quantity(0.0, unit="rad, of its middle", source=CHOSEN, role="phase", ge=0.0, le=6.2832)
-    wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
+    wheelset: WheelsetNumber = wheelset_field()
     side: Literal["left", "right", "both"] = quantity("left", unit="-", source=CHOSEN)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"length": 0.0})

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar, Literal
 
+from railsim.effects._bogies import WheelsetNumber, wheelset_field
 from railsim.effects.interface import CHOSEN, Effect, Setup
 from railsim.effects.wheel_changes import unbalanced
 from railsim.spec import quantity
@@ -14,7 +15,7 @@ class WheelUnbalance(Effect, frozen=True):
 
     unbalance: float = quantity(0.5, unit="kg m", source=CHOSEN, ge=0.0, le=5.0)
     phase: float = quantity(0.0, unit="rad, at which it is lowest", source=CHOSEN, role="phase", ge=0.0, le=6.2832)
-    wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
+    wheelset: WheelsetNumber = wheelset_field()
     side: Literal["left", "right", "both"] = quantity("left", unit="-", source=CHOSEN)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"unbalance": 0.0})

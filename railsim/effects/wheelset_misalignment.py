@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import ClassVar, Literal
+from typing import ClassVar
 
+from railsim.effects._bogies import WheelsetNumber, wheelset_field
 from railsim.effects._elements import misaligned
 from railsim.effects.interface import CHOSEN, Effect, Setup
 from railsim.spec import quantity
@@ -13,7 +14,7 @@ class WheelsetMisalignment(Effect, frozen=True):
     """The primary suspension of one wheelset is at rest at a yaw angle."""
 
     angle: float = quantity(1e-3, unit="rad, to the left", source=CHOSEN, ge=-5e-3, le=5e-3)
-    wheelset: Literal[1, 2] = quantity(1, unit="-, 1 leading", source=CHOSEN)
+    wheelset: WheelsetNumber = wheelset_field()
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"angle": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"angle": 1e-4})

@@ -10,9 +10,9 @@ from railsim.spec import quantity
 
 
 class WindGust(Effect, frozen=True):
-    """Lateral force on the body, 1 - cosine over its duration."""
+    """Lateral force on the vehicle's body, half of it or whole, 1 - cosine over its duration."""
 
-    force: float = quantity(10e3, unit="N on half a body, to the left, at its peak", source=CHOSEN, ge=-80e3, le=80e3)
+    force: float = quantity(10e3, unit="N on the body, to the left, at its peak", source=CHOSEN, ge=-80e3, le=80e3)
     begin: float = quantity(0.5, unit="s", source=CHOSEN, role="time", ge=0.0, le=1e5)
     duration: float = quantity(2.0, unit="s", source=CHOSEN, role="duration", trials=(2.0, 5.0), ge=0.2, le=1e3)
     height: float = quantity(2.3, unit="m above the rails", source="illustrative: middle of the side wall", gt=0.0)

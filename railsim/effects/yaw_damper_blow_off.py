@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import YAW_DAMPERS, BogieEffect
 from railsim.effects._elements import blow_off
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class YawDamperBlowOff(Effect, frozen=True):
+class YawDamperBlowOff(BogieEffect, frozen=True):
     """Both yaw dampers: damping beyond the blow-off velocity of the damper is `share` of that before."""
 
     velocity: float = quantity(0.003, unit="m/s", source=CHOSEN, ge=0.0005, le=1.0)
@@ -25,5 +26,4 @@ class YawDamperBlowOff(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """The force grows less beyond the velocity."""
-        arm = float(getattr(setup.vehicle, "yaw_damper_half_spacing", 1.0))
-        return blow_off(setup, self, "secondary", "yaw", self.velocity / arm, self.share)
+        return blow_off(setup, self, YAW_DAMPERS, self.velocity, self.share)

@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.effects._bogies import YAW_DAMPERS, BogieEffect
 from railsim.effects._elements import in_series
 from railsim.effects._references import BRUNI
-from railsim.effects.interface import CHOSEN, Effect, Setup
+from railsim.effects.interface import CHOSEN, Setup
 from railsim.spec import quantity
 
 
-class YawDamperSeriesStiffness(Effect, frozen=True):
+class YawDamperSeriesStiffness(BogieEffect, frozen=True):
     """Both yaw dampers with a spring of stiffness 1/compliance in series with each: c / (1 + i w c / k)."""
 
     compliance: float = quantity(2e-7, unit="m/N of each damper", source=CHOSEN, ge=0.0, le=2e-6)
@@ -30,5 +31,4 @@ class YawDamperSeriesStiffness(Effect, frozen=True):
         ------
         InputError : the vehicle has no yaw dampers.
         """
-        arm = float(getattr(setup.vehicle, "yaw_damper_half_spacing", 1.0))
-        return in_series(setup, self, "secondary", "yaw", 0.5 * self.compliance / arm**2)
+        return in_series(setup, self, YAW_DAMPERS, self.compliance)

@@ -13,7 +13,7 @@ from railsim.effects.interface import EFFECTS, Effect, Parameter, ParameterPrior
 from railsim.effects.sensor_changes import FilterEffect
 from railsim.spec import Role
 
-MOST_VARIANTS = 8
+MOST_VARIANTS = 12  # four wheelsets, left, right or both sides
 FAR = 0.9  # of the way to a bound
 CLOSE, FEW = 2.2, 100.0  # largest ratio of a size and the next
 BLOWS = 1.5  # the same of what strikes: a flat half as long again is a blow of three times
@@ -34,7 +34,7 @@ class Context:
     ----------
     channels : compared, without units. distance, time : from and to [m], [s]. spots : (distance, time) of the loudest
     sections, where something local may be. tones : (frequency [Hz], wavelength [m]) of the residual's
-    strongest ones. wheel_radius : [m].
+    strongest ones. wheel_radius : [m]. wheelsets : whose wheels are looked at, from the leading one on.
     """
 
     channels: tuple[str, ...]
@@ -43,6 +43,7 @@ class Context:
     spots: tuple[tuple[float, float], ...]
     tones: tuple[tuple[float, float], ...] = ()
     wheel_radius: float = 0.5
+    wheelsets: int = 2
 
     @property
     def length(self) -> float:
@@ -303,6 +304,10 @@ def _variants(kind: type[Effect], context: Context) -> Iterator[Candidate]:
     for name, field in kind.model_fields.items():
         of_channel = kind.role(name) == "channel"
         values = context.channels if of_channel else _options(field.annotation)
+        if kind.role(name) == "bogie":  # a fit takes both
+            continue
+        if kind.role(name) == "wheelset":
+            values = values[: context.wheelsets]
         if len(values) > 1 or of_channel:
             options[name] = values
     combinations = list(itertools.product(*options.values()))
