@@ -1,17 +1,19 @@
 """Effects on whole vehicles: each acts on the bogie or wheelset that it is told, as the suspension is built there."""
 
-from typing import Any
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
-from experiments.conformance.effects import changed_bodies
+from experiments.conformance.effects import changed_bodies, takes_the_part_that_it_is_told
 from experiments.discrepancy.fit.candidates import Context, candidates
 from railsim import InputError, load_scenario
-from railsim.effects.interface import EFFECTS
-from railsim.force_laws import BlowOff, Maxwell, SeriesDamper
+from railsim.effects.interface import EFFECTS, Effect, Setup
+from railsim.force_laws import BlowOff, BumpStop, Maxwell, SeriesDamper
 from railsim.model import LinearElement, Model, NonlinearElement
 from railsim.scenario import Scenario
+from railsim.spec import quantity
 
 KINDS = EFFECTS.classes()
 OF_A_BOGIE = sorted(name for name, kind in KINDS.items() if kind.fields_of("bogie"))
@@ -229,3 +231,34 @@ def test_a_fit_looks_at_the_wheelsets_that_there_are_and_at_no_single_bogie():
 
 def _with(build: Any, *effects: dict[str, Any]) -> tuple[Model, Model]:
     return model(build), model(build, *effects)
+
+
+class FrontOnly(Effect, frozen=True):
+    """What is told a bogie, and changes the bump stop of the front one whatever it is told."""
+
+    closed: float = quantity(0.5, unit="-", source="illustrative", ge=0.0, le=1.0)
+    bogie: Literal[1, 2, "both"] = quantity("both", unit="-", source="illustrative", role="bogie")
+
+    def install(self, setup: Setup) -> Setup:
+        """Another gap of the front bump stop."""
+
+        def new(element: NonlinearElement) -> NonlinearElement:
+            if element.name != "bump_stop" or not isinstance(element.law, BumpStop):
+                return element
+            return replace(element, law=replace(element.law, gap=0.5 * element.law.gap))
+
+        return setup.modelled(lambda m: replace(m, nonlinear=tuple(new(e) for e in m.nonlinear)))
+
+
+def test_conformance_finds_an_effect_that_acts_on_another_bogie_than_it_is_told():
+    short = list(takes_the_part_that_it_is_told(FrontOnly))
+    assert "on 'manchester_whole': number 2 changes bogie" in short
+    assert any(text.startswith("on 'manchester': number 2 of 1 is not refused in one line") for text in short)
+
+
+def test_an_onset_needs_arms_that_are_level_where_their_slope_couples():
+    late = {"kind": "primary_yaw_stiffness", "onset": 1.0}
+    with pytest.raises(InputError, match="effect 'primary_yaw_stiffness': 'bushing1' .* from the start only"):
+        scenario(ARMS, late)
+    level = model({**ARMS, "arm_rise": 0.0}, late)
+    assert [e.axis for e in level.nonlinear if e.name.startswith("bushing4")] == ["x", "yaw"]
