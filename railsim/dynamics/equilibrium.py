@@ -1,6 +1,7 @@
 """Steady state to start from: all accelerations zero at the first instant."""
 
 import itertools
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy.optimize import root
@@ -28,6 +29,7 @@ SEARCHES = {
     "hybr": {"xtol": 1e-14, "maxfev": 20000},
     "lm": {"xtol": 1e-14, "ftol": 1e-15, "maxiter": 20000},  # weak creep forces hardly hold the bodies' y and yaw
 }
+SETTLING_TIME, SETTLING_STEP = 6.0, 1.0 / 2048.0  # s; of the march to a start where no other leads to the steady state
 RESTLESS = 1e-4  # m/s2, rad/s2; more is no steady state
 
 
@@ -88,12 +90,29 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     def restlessness(unknown: np.ndarray) -> float:
         return float(np.nan_to_num(np.abs(residual(unknown)).max(), nan=np.inf))
 
+    def frozen(x: np.ndarray) -> np.ndarray:
+        derivatives(plant, 0.0, x, out, scratch)
+        rates = out.copy()
+        rates[2 * n + 2 * w : 2 * n + 2 * w + 2] = 0.0
+        return rates
+
+    def settled(unknown: np.ndarray) -> np.ndarray:
+        """Where the vehicle comes to rest from there if the track stands still under it."""
+        x = _marched(frozen, state(unknown))
+        return np.concatenate((x[:n] / scale[:n], (x[2 * n + w : 2 * n + 2 * w] - speed / radius) / scale[n:]))
+
     sideways = [axes[1] for axes in plant.core.coordinate if axes[1] >= 0]
     best = guess
-    along_rails = np.concatenate((_between_rails(plant, start) / LENGTH, np.zeros(w)))
-    for rails, aside, (method, options) in itertools.product((0.0, 1.0), ASIDE, SEARCHES.items()):
-        begun = guess + rails * along_rails
-        begun[sideways] += aside / LENGTH
+    between = guess + np.concatenate((_between_rails(plant, start) / LENGTH, np.zeros(w)))
+
+    def starts() -> Iterator[np.ndarray]:
+        for begun, aside in itertools.product((guess, between), ASIDE):
+            shifted = begun.copy()
+            shifted[sideways] += aside / LENGTH
+            yield shifted
+        yield settled(between)
+
+    for begun, (method, options) in itertools.product(starts(), SEARCHES.items()):
         polished = _polish(residual, root(residual, begun, method=method, options=options).x)
         best = min(best, polished, key=restlessness)
         if restlessness(best) <= RESTLESS:
@@ -140,6 +159,19 @@ def _between_rails(plant: Plant, start: float) -> np.ndarray:
         if axes[1] >= 0:
             placed[axes[1]] = middle[own[body]] if body in own else shared
     return placed
+
+
+def _marched(rates: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
+    """The state after `SETTLING_TIME` by classical Runge-Kutta; as it was where that is not finite."""
+    first, step = x, SETTLING_STEP
+    for _ in range(round(SETTLING_TIME / step)):
+        k_1 = rates(x)
+        k_2 = rates(x + 0.5 * step * k_1)
+        k_3 = rates(x + 0.5 * step * k_2)
+        x = x + step / 6.0 * (k_1 + 2.0 * (k_2 + k_3) + rates(x + step * k_3))
+        if not np.isfinite(x).all():
+            return first
+    return x
 
 
 def _polish(residual, unknown: np.ndarray) -> np.ndarray:
