@@ -12,7 +12,8 @@ from railsim.errors import InputError
 
 RELATIVE = 1e-7  # step of the differences, relative to the size of a coordinate
 SMALLEST = 1e-7  # m, rad, m/s, rad/s
-REACH = 3.0  # product of step and rate; classical Runge-Kutta is stable up to 2.78 (real) and 2.83 (imaginary)
+REACH = 2.5  # product of step and rate; classical Runge-Kutta is stable up to 2.78 (real) and 2.83 (imaginary)
+HOPELESS = 30.0  # the same product; less may be a flange that touches at the start and soon lets go
 MOST_STEPS = 512  # a row; who needs more has no vehicle
 FALLING = 0.2  # 1/s; a body that leaves its rest faster than this, and does not swing, falls
 
@@ -36,7 +37,7 @@ def check_start(plant: Plant, run: Run, x: np.ndarray, step: float) -> None:
     sizes = np.abs(shapes[: len(names)])
     fastest = int(np.abs(rates).argmax())
     rate = float(np.abs(rates[fastest]))
-    if rate * step <= REACH:
+    if rate * step <= HOPELESS:
         return
     moving = names[int(sizes[:, fastest].argmax())]
     needed = int(np.ceil(rate * step * run.substeps / REACH))

@@ -286,12 +286,3 @@ def _guidance(values: tuple[float, float, float], half_spacing: float, slope: fl
         jacobian = np.hstack((np.eye(3), [[0.0, 0.0, -y], [0.0, 0.0, 0.0], [y, 0.0, 0.0]]))
         total += jacobian.T @ (values[0] * np.outer(along, along) + values[1] * np.outer(SIDEWAYS, SIDEWAYS)) @ jacobian
     return total
-
-
-def _damper(damping: float, series: float | None, velocity: float | None, share: float) -> ForceLaw | None:
-    """Law of a damper, None where it is linear."""
-    if velocity is None:
-        return None if series is None else Maxwell(series, damping)
-    if series is None:
-        return Damper(damping, share * damping, velocity)
-    return SeriesDamper(series, damping, share * damping, velocity)

@@ -97,7 +97,7 @@ def test_movement_too_fast_for_the_steps_is_refused_with_its_name(engine: str) -
 
 
 def test_more_steps_are_the_cure_where_they_help() -> None:
-    model = Manchester(primary_vertical_stiffness=3e9).model()
+    model = Manchester(primary_vertical_stiffness=1e12).model()
     with pytest.raises(InputError, match=r"give 'substeps' of (\d+) or more") as refused:
         start("compiled", model)
     needed = int(str(refused.value).split("'substeps' of ")[1].split()[0])
