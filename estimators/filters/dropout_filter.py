@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from estimators.filters.kalman import correct, move, project
 from railsim.compiled import allocating
 
 
@@ -23,26 +24,20 @@ def run_filter(A, Q, B, H, D, R, x, P, driving, inputs, samples, rows):
     Wanted combinations and their standard deviations, (steps, r) each.
     """
     steps, channels = samples.shape
-    n, wanted = A.shape[0], rows.shape[0]
-    transposed = np.ascontiguousarray(A.T)
+    wanted = rows.shape[0]
+    gain, scratch = np.empty(A.shape[0]), np.empty(A.shape)
     filtered = np.empty((steps, wanted))
     spread = np.empty((steps, wanted))
     for k in range(steps):
         x[:] = A @ x + B @ driving[k]
-        P[:] = A @ P @ transposed + Q
+        move(P, A, scratch)
+        P += Q
         for c in range(channels):
             value = samples[k, c]
             if not np.isfinite(value):
                 continue
-            h = H[c]
-            gain = P @ h
-            variance = h @ gain + R[c]
-            error = value - h @ x - D[c] @ inputs[k]
-            for i in range(n):
-                x[i] += gain[i] / variance * error
-                for j in range(i + 1):
-                    P[i, j] -= gain[i] * gain[j] / variance
-                    P[j, i] = P[i, j]
+            variance = project(P, H[c], gain) + R[c]
+            correct(x, P, gain, variance, value - H[c] @ x - D[c] @ inputs[k])
         filtered[k] = rows @ x
         for r in range(wanted):
             spread[k, r] = np.sqrt(max(rows[r] @ (P @ rows[r]), 0.0))
