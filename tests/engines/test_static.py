@@ -12,7 +12,7 @@ from railsim.vehicles.manchester_whole import ManchesterWhole
 from railsim.vehicles.wheelset import WheelsetVehicle
 from tests.engines.rig import ENGINES, Rows, curve, flat, go, make_run, mirrored, rough
 
-VEHICLES = [Manchester(), Class175(), WheelsetVehicle(), ManchesterWhole(), Class175Whole()]
+VEHICLES = [Manchester(), Class175(), WheelsetVehicle(), Class175Whole()]
 
 
 def vertical_forces(result: Rows, wheels: list[str], row: int) -> float:
@@ -39,14 +39,15 @@ def test_wheel_forces_carry_the_weight(engine: str, vehicle: Vehicle) -> None:
 
 @pytest.mark.parametrize("vehicle", [Manchester(), ManchesterWhole()], ids=lambda v: type(v).__name__)
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_minute_on_smooth_straight_track_leaves_the_vehicle_at_rest(engine: str, vehicle: Vehicle) -> None:
+def test_a_run_on_smooth_straight_track_leaves_the_vehicle_at_rest(engine: str, vehicle: Vehicle) -> None:
     model = vehicle.model()
-    result = go(engine, make_run(model, flat(1300.0), 20.0, 60.0, start=0.0))
+    duration = 60.0 if isinstance(vehicle, Manchester) else 10.0
+    result = go(engine, make_run(model, flat(1300.0), 20.0, duration, start=0.0))
     for body in model.bodies:
         assert np.abs(result[f"{body.name}.y [m]"]).max() < 1e-9
         assert np.abs(result[f"{body.name}.yaw [rad]"]).max() < 1e-9
         assert np.ptp(result[f"{body.name}.z [m]"]) < 1e-9
-    assert result["s [m]"][-1] == pytest.approx(1200.0, abs=1e-5)
+    assert result["s [m]"][-1] == pytest.approx(20.0 * duration, abs=1e-5)
 
 
 @pytest.mark.parametrize(("engine", "tolerance"), [("compiled", 1e-9), ("exudyn", 1e-5)])
