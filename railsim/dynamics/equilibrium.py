@@ -112,17 +112,16 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
             yield shifted
         yield settled(between)
 
-    for begun, (method, options) in itertools.product(starts(), SEARCHES.items()):
-        polished = _polish(residual, root(residual, begun, method=method, options=options).x)
-        best = min(best, polished, key=restlessness)
-        if restlessness(best) <= RESTLESS:
-            break
-    else:
-        raise InputError(
-            f"no steady state at s = {start:g} m and {speed:g} m/s: "
-            "start on straight track or choose a speed that suits the cant"
-        )
-    return state(best)
+    for begun in starts():  # one after the other: the last is dear
+        for method, options in SEARCHES.items():
+            polished = _polish(residual, root(residual, begun, method=method, options=options).x)
+            best = min(best, polished, key=restlessness)
+            if restlessness(best) <= RESTLESS:
+                return state(best)
+    raise InputError(
+        f"no steady state at s = {start:g} m and {speed:g} m/s: "
+        "start on straight track or choose a speed that suits the cant"
+    )
 
 
 def _on_rails(plant: Plant, start: float, sunk: float) -> np.ndarray:
