@@ -1,6 +1,5 @@
 """Steady state to start from: all accelerations zero at the first instant."""
 
-import itertools
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -103,13 +102,17 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
 
     sideways = [axes[1] for axes in plant.core.coordinate if axes[1] >= 0]
     best = guess
-    between = guess + np.concatenate((_between_rails(plant, start) / LENGTH, np.zeros(w)))
+
+    def shifted(begun: np.ndarray) -> Iterator[np.ndarray]:
+        for aside in ASIDE:
+            moved = begun.copy()
+            moved[sideways] += aside / LENGTH
+            yield moved
 
     def starts() -> Iterator[np.ndarray]:
-        for begun, aside in itertools.product((guess, between), ASIDE):
-            shifted = begun.copy()
-            shifted[sideways] += aside / LENGTH
-            yield shifted
+        yield from shifted(guess)
+        between = guess + np.concatenate((_between_rails(plant, start) / LENGTH, np.zeros(w)))
+        yield from shifted(between)
         yield settled(between)
 
     for begun in starts():  # one after the other: the last is dear

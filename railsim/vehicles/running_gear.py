@@ -127,8 +127,13 @@ def sides(values: tuple[float, float, float], half_spacing: float) -> np.ndarray
     """(6, 6) of two equal springs (or dampers) along x, y, z, `half_spacing` [m] to the left and right of the
     element's centre.
     """
+    return both_points(np.diag(values), half_spacing)
+
+
+def both_points(matrix: np.ndarray, half_spacing: float) -> np.ndarray:
+    """(6, 6) of two equal elements with a stiffness or damping (3, 3), as `sides`."""
     total = np.zeros((6, 6))
     for y in (half_spacing, -half_spacing):
         jacobian = np.hstack((np.eye(3), [[0.0, 0.0, -y], [0.0, 0.0, 0.0], [y, 0.0, 0.0]]))
-        total += jacobian.T @ np.diag(values) @ jacobian
+        total += jacobian.T @ matrix @ jacobian
     return total

@@ -13,7 +13,7 @@ from railsim.force_laws import Damper, ForceLaw, Maxwell, SeriesDamper
 from railsim.model import Body, LinearElement, Model, NonlinearElement, Wheelset
 from railsim.spec import quantity
 from railsim.vehicles.half_vehicle import HalfVehicle
-from railsim.vehicles.running_gear import ILLUSTRATIVE, IWNICKI, RunningGear, contact_law, sides
+from railsim.vehicles.running_gear import ILLUSTRATIVE, IWNICKI, RunningGear, both_points, contact_law, sides
 
 AS_SPRINGS = "none = the height of the secondary springs"
 RIGID = "none = rigid"
@@ -281,8 +281,4 @@ def _guidance(values: tuple[float, float, float], half_spacing: float, slope: fl
     and sideways.
     """
     along = np.array([1.0, 0.0, slope]) / np.hypot(1.0, slope)
-    total = np.zeros((6, 6))
-    for y in (half_spacing, -half_spacing):
-        jacobian = np.hstack((np.eye(3), [[0.0, 0.0, -y], [0.0, 0.0, 0.0], [y, 0.0, 0.0]]))
-        total += jacobian.T @ (values[0] * np.outer(along, along) + values[1] * np.outer(SIDEWAYS, SIDEWAYS)) @ jacobian
-    return total
+    return both_points(values[0] * np.outer(along, along) + values[1] * np.outer(SIDEWAYS, SIDEWAYS), half_spacing)
