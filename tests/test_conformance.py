@@ -16,7 +16,7 @@ from railsim.spec import Spec
 from railsim.track.survey import TrackErrors
 
 ELSEWHERE = {"figures"}
-"""Kinds whose checks are another test's: tests/experiments/figures computes each once, for all that is asked of it."""
+"""Kinds whose checks are another test's: tests/experiments/figures and tests/golden compute each once."""
 KNOWN = {
     # one conicity for the whole record, with the spread of its blocks: of half as many it happens to be smaller
     ("estimators", "conicity_spectral"): {"lost samples"},

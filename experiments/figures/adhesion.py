@@ -25,7 +25,7 @@ class Adhesion(Figure):
     """Adhesion level by window, its probability, the creep slope and changes of level on unseen tracks."""
 
     def compute(self, size: Size) -> pd.DataFrame:
-        return judged(size.reduced)
+        return judged(size)
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(11.5, 8.4), layout="constrained")

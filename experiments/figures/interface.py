@@ -65,9 +65,13 @@ def publish(figure: Figure, folder: Path | str, size: Size) -> dict[str, Any]:
     ------
     InputError : the folder cannot be written.
     """
+    _replace(Path(folder), ".probe", lambda path: path.touch(), keep=False)
+    return publish_table(figure, figure.compute(size), folder)
+
+
+def publish_table(figure: Figure, table: pd.DataFrame, folder: Path | str) -> dict[str, Any]:
+    """Draw and check what a figure has computed; see `publish`."""
     folder = Path(folder)
-    _replace(folder, ".probe", lambda path: path.touch(), keep=False)
-    table = figure.compute(size)
     picture = figure.draw(table)
     files = [
         _replace(folder, f"{figure.name}.csv", lambda path: table.to_csv(path, index=False)),

@@ -58,7 +58,7 @@ class SuspensionIdentifiability(Figure):
                 rows.append({WHAT: "level", VALUE: estimate.about["track_level"]})
             if number == 0:
                 rows += _profiles(estimator, measurements, size)
-                rows += _information(estimator, measurements, size.of(MADE, 60.0, 20.0))
+                rows += _information(estimator, measurements, size.of(MADE, 60.0, 6.0))
         return pd.DataFrame(rows)
 
     def draw(self, table: Any) -> Picture:

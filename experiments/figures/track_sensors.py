@@ -35,7 +35,8 @@ class TrackSensors(Figure):
     def compute(self, size: Size) -> pd.DataFrame:
         parts = []
         for speed in (SLOW, MIDDLE, FAST) if size.reduced else SPEEDS:
-            truth, measured = run(speed, size.reduced, size.of(1850.0, 700.0, 300.0), ("mems", "industrial"))
+            length, specimens = size.of((1850.0, 3), (700.0, 3), (300.0, 1))
+            truth, measured = run(speed, size.reduced, length, ("mems", "industrial"), specimens)
             mems, industrial = measured["mems"], measured["industrial"]
             tables = [
                 errors(AlignmentVertical(compensate=True), mems, truth, GYRO),

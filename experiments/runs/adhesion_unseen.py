@@ -12,6 +12,7 @@ import pandas as pd
 from estimators.adhesion.adhesion_level import COLUMNS, AdhesionLevel, judge
 from estimators.adhesion.classifier import LEVELS, classifier
 from estimators.adhesion.features import SETS
+from experiments.reporting.size import Size
 from experiments.runs.adhesion import CLEAR, START, between, run, scenario, sensors, spliced
 from experiments.runs.unseen_tracks import write_unseen
 from railsim.contact.adhesion import CONDITIONS
@@ -82,7 +83,7 @@ def initial_share(condition: str) -> float:
     return float(np.exp(np.mean(np.log(shares))))
 
 
-def judged(fast: bool) -> pd.DataFrame:
+def judged(size: Size) -> pd.DataFrame:
     """One row a window or a change; "kind" says which.
 
     Returns
@@ -90,12 +91,13 @@ def judged(fast: bool) -> pd.DataFrame:
     Columns "kind", "track", "speed [m/s]", "condition", "vehicle", "sensors", "window [s]", "time [s]", probabilities,
     "creep_slope [-]", "true slope [-]"; for changes "after", "true time [s]", "changes named".
     """
-    engine = "compiled" if fast else "exudyn"
+    fast, engine = size.reduced, "compiled" if size.reduced else "exudyn"
+    pairs = list(permutations(LEVELS, 2))[: size.of(None, None, 1)]
     rows: list[pd.DataFrame] = []
     with tempfile.TemporaryDirectory() as folder:
         files = write_unseen(Path(folder))
         recordings: dict[tuple[str, float], dict[tuple[str, str], Measurements]] = {}
-        rows.append(_friction_changes(files[TRACKS[1]], (22.5,) if fast else (22.5, 37.5), engine))
+        rows.append(_friction_changes(files[TRACKS[1]], (22.5,) if fast else (22.5, 37.5), engine, size))
         for number, case in enumerate(cases(fast)):
             path = str(files.get(case.track, case.track))
             for kind in SETS:
@@ -104,16 +106,16 @@ def judged(fast: bool) -> pd.DataFrame:
                 rows += _windows(case, kind, measured)
                 if case.condition in LEVELS and case.vehicle == NOMINAL:
                     recordings.setdefault((case.track, case.speed), {})[case.condition, kind] = measured
-    rows += [_changes(track, speed, given) for (track, speed), given in recordings.items()]
+    rows += [_changes(track, speed, given, pairs) for (track, speed), given in recordings.items()]
     return pd.concat(rows, ignore_index=True)
 
 
-def _friction_changes(file: Path, speeds: Sequence[float], engine: str) -> pd.DataFrame:
+def _friction_changes(file: Path, speeds: Sequence[float], engine: str, size: Size) -> pd.DataFrame:
     """Changes of friction alone, by the track's own column: the creep slope at rest stays that of dry rails."""
     rows = []
     track = read_track(str(file))
     for speed in speeds:
-        for friction in FRICTIONS:
+        for friction in FRICTIONS[: size.of(None, None, 1)]:
             change = START + SPLICE * speed
             column = np.where(track.s < change, CONDITIONS["dry"].friction, friction)
             path = file.with_name(f"friction_{speed:g}_{friction:g}.csv")
@@ -144,11 +146,13 @@ def _windows(case: Case, kind: str, measured: Measurements) -> list[pd.DataFrame
     return tables
 
 
-def _changes(track: str, speed: float, recordings: dict[tuple[str, str], Measurements]) -> pd.DataFrame:
-    """Every change from one level to another at one place and speed."""
+def _changes(
+    track: str, speed: float, recordings: dict[tuple[str, str], Measurements], pairs: Sequence[tuple[str, str]]
+) -> pd.DataFrame:
+    """Changes from one level to another at one place and speed."""
     rows = []
     for kind in SETS:
-        for before, after in permutations(LEVELS, 2):
+        for before, after in pairs:
             joined = spliced(recordings[before, kind], recordings[after, kind], SPLICE)
             named = AdhesionLevel().estimate(joined).about["changes"]
             right = [one for one in named if (one["before"], one["after"]) == (before, after)]

@@ -64,8 +64,10 @@ def gyro_at(x: float, recording: Measurements) -> Measurements:
     return Measurements(about, tables)
 
 
-def run(speed: float, fast: bool, length: float, grades: Iterable[str]) -> tuple[Truth, dict[str, list[Measurements]]]:
-    """One run and what sensors of each grade give of it, three specimens each (random seeds)."""
+def run(
+    speed: float, fast: bool, length: float, grades: Iterable[str], specimens: int = 3
+) -> tuple[Truth, dict[str, list[Measurements]]]:
+    """One run and what sensors of each grade give of it, some specimens each (random seeds)."""
     values = {
         "track": TRACK,
         "vehicle": "manchester",
@@ -77,7 +79,7 @@ def run(speed: float, fast: bool, length: float, grades: Iterable[str]) -> tuple
     truth = simulate(Scenario.build(values), engine="compiled" if fast else "exudyn")
     for grade in grades:
         suite = Scenario.build({**values, "sensors": sensors(grade)})
-        measured[grade] = [measure(truth, suite, seed).measurements for seed in (1, 2, 3)]
+        measured[grade] = [measure(truth, suite, seed).measurements for seed in range(1, 1 + specimens)]
     return truth, measured
 
 

@@ -51,7 +51,7 @@ SPREAD = (  # relative standard deviation of the true parameters about the nomin
 )
 CONICITY = 0.05  # the same of the conicity
 K_SLIP = 0.112  # standard deviation of Polach's kS about 0.4: 8 % of the creep coefficients
-FAST_LENGTH = 400.0  # m
+FAST_LENGTH, SMOKE_LENGTH = 400.0, 250.0  # m
 DRAWS = {"compiled": 8, "exudyn": 1}  # vehicles and specimens of their sensors for each track and speed
 FAST_DRAWS, SMOKE_DRAWS = {"compiled": 2}, {"compiled": 1}
 SMOKE_SPEEDS = (PLACED, 45.0)  # m/s
@@ -63,7 +63,7 @@ Task = partial[list[dict[str, Any]]]
 
 def accuracy_tasks(size: Size) -> list[Task]:
     """One for each speed; one simulation serves all estimators and grades."""
-    lengths = {speed: size.of(length, min(length, FAST_LENGTH)) for speed, length in LENGTHS.items()}
+    lengths = {speed: size.of(length, min(length, FAST_LENGTH), SMOKE_LENGTH) for speed, length in LENGTHS.items()}
     speeds = size.of(tuple(LENGTHS), tuple(LENGTHS), SMOKE_SPEEDS)
     return [partial(_accuracy, speed, lengths[speed], size.reduced, cost=lengths[speed] / speed) for speed in speeds]
 
@@ -71,7 +71,8 @@ def accuracy_tasks(size: Size) -> list[Task]:
 def coverage_tasks(size: Size, files: Mapping[str, str]) -> list[Task]:
     """One for each track, speed, engine and vehicle; `files` : of the tracks."""
     tasks = []
-    for track, (length, vehicle, speeds) in RUNS.items():
+    for track, (whole, vehicle, speeds) in RUNS.items():
+        length = size.of(whole, whole, SMOKE_LENGTH)
         draws_of = size.of(DRAWS, FAST_DRAWS, SMOKE_DRAWS)
         for speed, (engine, draws) in itertools.product(size.of(speeds, speeds, speeds[-1:]), draws_of.items()):
             cost = length / speed / (14.0 if engine == "exudyn" else 60.0)

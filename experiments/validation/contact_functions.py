@@ -51,7 +51,7 @@ class ContactFunctionsOverGauge(Section):
     size = (14.0, 8.0)
 
     def compute(self, size: Size) -> pd.DataFrame:
-        shifts = 1e-3 * np.linspace(-REACH, REACH, 49 if size.reduced else 97)
+        shifts = 1e-3 * np.linspace(-REACH, REACH, size.of(97, 49, 25))
         profiles = read_profile("s1002"), read_profile("uic60_40")
         parts = []
         for gauge in GAUGES:

@@ -49,7 +49,7 @@ class CriticalSpeed(Section):
     size = (11.0, 4.8)
 
     def compute(self, size: Size) -> pd.DataFrame:
-        return critical_speed_table(size.reduced)
+        return critical_speed_table(size)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         rows = []
@@ -73,7 +73,7 @@ class CriticalSpeed(Section):
         draw_critical_speed(table, picture.subplots(1, 2))
 
 
-def critical_speed_table(fast: bool = False) -> pd.DataFrame:
+def critical_speed_table(size: Size = Size.FULL) -> pd.DataFrame:
     """Rows of (vehicle, conicity, kind of row, V, amplitude): critical speeds of three kinds, and the coarse ramps.
 
     `kind` "matrices": eigenvalues of the linearised equations; "small_motion": growth of runs of 0.01 mm; "nonlinear":
@@ -82,7 +82,7 @@ def critical_speed_table(fast: bool = False) -> pd.DataFrame:
     """
     rows: list[dict[str, Any]] = []
     for name, vehicle in VEHICLES.items():
-        for conicity in FEW if fast else CONICITIES:
+        for conicity in size.of(CONICITIES, FEW, FEW[:1]):
             made: Vehicle = vehicle(pair=WheelRailPair(conicity=conicity))
             rows += [{"vehicle": name, "conicity [-]": conicity} | row for row in _rows(hunting(made.model()))]
     return pd.DataFrame(rows)

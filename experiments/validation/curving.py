@@ -58,7 +58,7 @@ class SteadyCurving(Section):
     size = (8.0, 4.5)
 
     def compute(self, size: Size) -> pd.DataFrame:
-        return curving_table(size.reduced)
+        return curving_table(size)
 
     def rows(self, table: pd.DataFrame) -> list[Row]:
         rows = []
@@ -86,7 +86,7 @@ class SteadyCurving(Section):
         draw_curving(table, picture.subplots())
 
 
-def curving_table(fast: bool = False) -> pd.DataFrame:
+def curving_table(size: Size = Size.FULL) -> pd.DataFrame:
     """One row for each vehicle, speed, engine and quantity: the run's value, the balance's and their difference.
 
     `difference [-]` of a lateral place or yaw angle is relative to the vehicle's larger one of that kind (a trailing
@@ -95,8 +95,9 @@ def curving_table(fast: bool = False) -> pd.DataFrame:
     """
     cases = [(name, speed, "compiled") for name in VEHICLES for speed in SPEEDS]
     cases += [("Manchester", 14.0, "exudyn"), ("Class 175", 24.0, "exudyn")]
-    if fast:
+    if size.reduced:
         cases = [("Manchester", 14.0, "compiled"), ("Manchester, S1002 on 60E1", 14.0, "compiled")]
+        cases = cases[: size.of(None, 2, 1)]
     solved: dict[tuple[str, float], Curving] = {}
     rows: list[dict[str, Any]] = []
     for name, speed, engine in cases:

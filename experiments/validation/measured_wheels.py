@@ -49,7 +49,7 @@ class MeasuredWheels(Section):
     size = (15.0, 7.5)
 
     def compute(self, size: Size) -> pd.DataFrame:
-        shifts = np.linspace(-10.0, 10.0, 41 if size.reduced else 81)
+        shifts = np.linspace(-10.0, 10.0, size.of(81, 41, 21))
         rails = {
             MEASURED_RAIL: read_profile(folder() / "profiles" / MEASURED_RAIL).smoothed(RAIL_TOLERANCE),
             OTHER_RAIL: read_profile(OTHER_RAIL),

@@ -20,12 +20,13 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
+import pandas as pd
 from joblib import parallel_config
 from threadpoolctl import threadpool_limits
 
 from experiments.reporting.size import Size
 from railsim import InputError, load_scenario, measure, simulate
-from tests.golden.plugins import estimator_kinds, figure_kinds
+from tests.golden.plugins import Figure, estimator_kinds, figure_kinds
 from tests.golden.summary import SCALAR, TOLERANCE, Key, Record, Row, differences, leaf_rows, table_rows
 
 DATA = Path(__file__).with_name("data")
@@ -87,10 +88,16 @@ def estimator_rows(name: str) -> dict[Key, Row]:
     return found
 
 
+@cache
+def figure_and_table(name: str) -> tuple[Figure, pd.DataFrame]:
+    """A figure and its fast table."""
+    figure = figure_kinds()[name]()
+    return figure, figure.compute(Size.FAST)
+
+
 def figure_rows(name: str) -> dict[Key, Row]:
     """The fast table of a figure and the values of its claims."""
-    figure = figure_kinds()[name]()
-    table = figure.compute(Size.FAST)
+    figure, table = figure_and_table(name)
     found = table_rows("table", table)
     for place, claim in enumerate(figure.check(table)):
         found |= leaf_rows("claims", f"{place} {claim.claim}", {"value": claim.value})

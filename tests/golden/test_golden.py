@@ -1,10 +1,11 @@
-"""Every estimator, and every figure that is quick, gives the numbers of the golden record."""
+"""Every estimator, and every figure that is quick, gives the numbers of the golden record; the figures are drawn."""
 
 from collections.abc import Iterator
 
 import pytest
 
-from tests.golden.record import apart, computed, file_of, names, quick
+from experiments.conformance.figures import drawn_and_checked
+from tests.golden.record import apart, computed, figure_and_table, file_of, names, quick
 from tests.golden.summary import Record, beyond, differences
 
 OTHER_PROCESSOR = 10.0
@@ -31,3 +32,9 @@ def test_everything_is_recorded(path: str):
 def test_numbers_are_those_of_the_record(path: str):
     old = Record.open(file_of(path))
     assert beyond(old, differences(old, computed(path)), OTHER_PROCESSOR) == {}
+
+
+@pytest.mark.parametrize("path", [path for path in names() if path.startswith("figures/") and quick(path)])
+def test_figure_is_drawn_and_checked(path: str):
+    """Of the table that was computed for its numbers; tests/experiments/figures computes the other figures."""
+    assert list(drawn_and_checked(*figure_and_table(path.removeprefix("figures/")))) == []
