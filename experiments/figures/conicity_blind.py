@@ -23,7 +23,7 @@ from experiments.scoring.conicity import function_errors
 from railsim.analysis.statistics import root_mean_square
 
 SEEDS, FAST_SEEDS = 20, 1
-DURATION, FAST_DURATION, SMOKE_DURATION = 60.0, 30.0, 16.0
+DURATION, FAST_DURATION, SMOKE_DURATION = 60.0, 30.0, 20.0
 SPEEDS = (20.0, 45.0)
 WITHIN = 0.03
 CASES: dict[str, tuple[float, bool]] = {
