@@ -1,6 +1,6 @@
 """Where the golden record finds its plug-ins: the only file of it that follows when they move."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from estimators.interface import ESTIMATORS, Estimator
 from experiments.figures.interface import FIGURES, Figure
@@ -13,6 +13,6 @@ def estimator_kinds() -> Mapping[str, type[Estimator]]:
     return ESTIMATORS.classes()
 
 
-def figure_kinds() -> Mapping[str, Callable[[], Figure]]:
+def figure_kinds() -> Mapping[str, type[Figure]]:
     """Every figure by its name."""
     return dict(FIGURES.classes())
