@@ -11,7 +11,7 @@ from railsim.scenario import load_scenario, shipped_scenarios
 from railsim.simulation import measure, simulate
 from railsim.truth import Truth
 
-LENGTHS = (10.0, 20.0, 40.0)  # s; what needs a longer record gets the next
+LENGTHS = (5.0, 10.0, 20.0, 40.0)  # s; what needs a longer record gets the next
 
 
 @cache

@@ -11,7 +11,7 @@ from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.laws import BUMP_STOP, bump_stop_energy
 from railsim.dynamics.plant import Plant, build_plant
 from railsim.dynamics.wheels import forces_of_wheel, wheelset_local
-from railsim.dynamics.workspace import ELEMENT, LOCAL, POSE, workspace
+from railsim.dynamics.workspace import ELEMENT, LOCAL, NO_WHEELS, POSE, workspace
 from railsim.engines.interface import Run
 
 KINETIC, SPRINGS, CONTACTS, GRAVITATION = range(4)
@@ -100,5 +100,5 @@ def _march(plant: Plant, x, substeps, rate, rows, stages, trial, scratch):
         energies(plant, x, scratch, rows[k])
         for j in range(substeps):
             t = k / rate + j * h
-            derivatives(plant, t, x, stages[0], scratch)
-            rk4_step(plant, t, h, x, stages, trial, scratch)
+            derivatives(plant, t, x, stages[0], scratch, NO_WHEELS)
+            rk4_step(plant, t, h, x, stages, trial, scratch, NO_WHEELS)

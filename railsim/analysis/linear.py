@@ -15,7 +15,7 @@ from scipy.optimize import root_scalar
 from railsim.dynamics.equilibrium import state_size, steady_state
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import Plant, build_plant, check_reach
-from railsim.dynamics.workspace import workspace
+from railsim.dynamics.workspace import NO_WHEELS, workspace
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.speed import Constant, speed_tables
@@ -131,7 +131,7 @@ def _jacobian(plant: Plant, x: np.ndarray, columns: list[int], steps: np.ndarray
         moved = x.copy()
         moved[column] += step
         out = np.empty(state_size(plant))
-        derivatives(plant, 0.0, moved, out, workspace(int(plant.core.joints)))
+        derivatives(plant, 0.0, moved, out, workspace(int(plant.core.joints)), NO_WHEELS)
         return out
 
     return np.column_stack(

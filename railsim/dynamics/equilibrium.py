@@ -8,7 +8,7 @@ from scipy.optimize import root
 from railsim.constants import GRAVITY
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import Plant
-from railsim.dynamics.workspace import workspace
+from railsim.dynamics.workspace import NO_WHEELS, workspace
 from railsim.engines.interface import Run
 from railsim.errors import InputError
 from railsim.track.kernel import (
@@ -83,14 +83,14 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
         return x
 
     def residual(unknown: np.ndarray) -> np.ndarray:
-        derivatives(plant, 0.0, state(unknown), out, scratch)
+        derivatives(plant, 0.0, state(unknown), out, scratch, NO_WHEELS)
         return np.concatenate((out[n : 2 * n], out[2 * n + w : 2 * n + 2 * w]))
 
     def restlessness(unknown: np.ndarray) -> float:
         return float(np.nan_to_num(np.abs(residual(unknown)).max(), nan=np.inf))
 
     def frozen(x: np.ndarray) -> np.ndarray:
-        derivatives(plant, 0.0, x, out, scratch)
+        derivatives(plant, 0.0, x, out, scratch, NO_WHEELS)
         rates = out.copy()
         rates[2 * n + 2 * w : 2 * n + 2 * w + 2] = 0.0
         return rates

@@ -3,25 +3,25 @@
 import numpy as np
 
 from railsim.compiled import kernel
-from railsim.dynamics.kernel import derivatives, derivatives_and_wheels
+from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.observe import observe
 
 
 @kernel
-def rk4_step(plant, t, h, x, stages, trial, scratch):
+def rk4_step(plant, t, h, x, stages, trial, scratch, unseen):
     """Advance x by one step of length h; stages (4, size) with dx/dt at t in its first row, trial (size,) is
-    scratch.
+    scratch; `unseen` of `workspace.NO_WHEELS`.
     """
     size = x.shape[0]
     for i in range(size):
         trial[i] = x[i] + 0.5 * h * stages[0, i]
-    derivatives(plant, t + 0.5 * h, trial, stages[1], scratch)
+    derivatives(plant, t + 0.5 * h, trial, stages[1], scratch, unseen)
     for i in range(size):
         trial[i] = x[i] + 0.5 * h * stages[1, i]
-    derivatives(plant, t + 0.5 * h, trial, stages[2], scratch)
+    derivatives(plant, t + 0.5 * h, trial, stages[2], scratch, unseen)
     for i in range(size):
         trial[i] = x[i] + h * stages[2, i]
-    derivatives(plant, t + h, trial, stages[3], scratch)
+    derivatives(plant, t + h, trial, stages[3], scratch, unseen)
     for i in range(size):
         x[i] += h / 6.0 * (stages[0, i] + 2.0 * (stages[1, i] + stages[2, i]) + stages[3, i])
 
@@ -31,27 +31,27 @@ def run_chunk(plant, x, first, rows, substeps, rate, out, stages, trial, wheels,
     """Fill `rows` rows of truth at 1/rate, row k at time (first + k)/rate; x is advanced in place; wheels (2 w, 10) is
     scratch. Return the rows that are finite.
     """
-    h = 1.0 / (rate * substeps)
+    h, unseen = 1.0 / (rate * substeps), wheels[:0]
     for k in range(rows):
         base = (first + k) / rate
-        derivatives_and_wheels(plant, base, x, stages[0], scratch, wheels)
+        derivatives(plant, base, x, stages[0], scratch, wheels)
         observe(plant, base, x, stages[0], wheels, scratch, out[k])
         if not np.isfinite(np.sum(x)):
             return k
         for j in range(substeps):
             if j > 0:
-                derivatives(plant, base + j * h, x, stages[0], scratch)
-            rk4_step(plant, base + j * h, h, x, stages, trial, scratch)
+                derivatives(plant, base + j * h, x, stages[0], scratch, unseen)
+            rk4_step(plant, base + j * h, h, x, stages, trial, scratch, unseen)
     return rows
 
 
 @kernel
-def verlet_step(plant, t, h, x, rates, trial, scratch, wheels, observed):
+def verlet_step(plant, t, h, x, rates, trial, scratch, wheels):
     """Advance x from t by one step of length h, with one evaluation of the right-hand side.
 
     Velocity Verlet with the velocities of the new forces predicted (Groot and Warren 1997, J. Chem. Phys. 107, 4423,
     eq. 16 with lambda = 1); an element's own state is predicted and corrected alike. rates (2, size): dx/dt at t in
-    its first row, replaced by that at t + h; trial (size,) is scratch; wheels are filled at t + h if `observed`.
+    its first row, replaced by that at t + h; trial (size,) is scratch; wheels as in `derivatives`, at t + h.
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     size, s, half = x.shape[0], 2 * n + 2 * w, 0.5 * h
@@ -63,10 +63,7 @@ def verlet_step(plant, t, h, x, rates, trial, scratch, wheels, observed):
         trial[i] = x[i] + h * (x[w + i] + half * rates[0, w + i])
     speed = x[s + 1] if plant.core.driven else rates[0, s]
     trial[s] = x[s] + h * (speed + half * rates[0, s + 1])
-    if observed:
-        derivatives_and_wheels(plant, t + h, trial, rates[1], scratch, wheels)
-    else:
-        derivatives(plant, t + h, trial, rates[1], scratch)
+    derivatives(plant, t + h, trial, rates[1], scratch, wheels)
     for i in range(size):
         if i < n or 2 * n <= i < 2 * n + w or i == s:
             x[i] = trial[i]
@@ -84,11 +81,12 @@ def verlet_chunk(plant, x, first, rows, substeps, rate, out, rates, trial, wheel
     for k in range(rows):
         now = (first + k) / rate
         if first + k == 0:
-            derivatives_and_wheels(plant, now, x, rates[0], scratch, wheels)
+            derivatives(plant, now, x, rates[0], scratch, wheels)
         else:
             before = (first + k - 1) / rate
             for j in range(substeps):
-                verlet_step(plant, before + j * h, h, x, rates, trial, scratch, wheels, j == substeps - 1)
+                kept = wheels if j == substeps - 1 else wheels[:0]
+                verlet_step(plant, before + j * h, h, x, rates, trial, scratch, kept)
         observe(plant, now, x, rates[0], wheels, scratch, out[k])
         if not np.isfinite(np.sum(x)):
             return k

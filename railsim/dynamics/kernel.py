@@ -72,19 +72,10 @@ def wheelset_torque(plant, i, t, spin, velocity):
 
 
 @kernel
-def derivatives(plant, t, x, out, scratch):
-    """Fill out = dx/dt; scratch: of `workspace.workspace`."""
-    _change(plant, t, x, out, scratch, scratch[:0].reshape(0, 0), False)
-
-
-@kernel
-def derivatives_and_wheels(plant, t, x, out, scratch, wheels):
-    """The same, and wheels (2 w, 10) with what is kept of each wheel's contact, by wheelset, left before right."""
-    _change(plant, t, x, out, scratch, wheels, True)
-
-
-@inlined
-def _change(plant, t, x, out, scratch, wheels, observed):
+def derivatives(plant, t, x, out, scratch, wheels):
+    """Fill out = dx/dt, and wheels (2 w, 10) with what is kept of each wheel's contact, by wheelset, left before right;
+    with `workspace.NO_WHEELS` nothing is kept. scratch: of `workspace.workspace`.
+    """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     q, rate = x[:n], x[n : 2 * n]
     force = out[n : 2 * n]
@@ -131,7 +122,7 @@ def _change(plant, t, x, out, scratch, wheels, observed):
         held = close_joints(plant, force, scratch[JOINTS], scratch[ELEMENT])
     if plant.core.loads > 0:
         _loads(plant, t, s, force)
-    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, observed)
+    along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels)
     if plant.core.driven:
         acceleration = _free_acceleration(plant, s, velocity, held if plant.core.moves_along else along)
     frame_motion(plant, s, velocity, acceleration, frame)
@@ -159,8 +150,8 @@ def _loads(plant, t, s, force):
 
 
 @inlined
-def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, observed):
-    """Add the contact forces, and keep them if they are `observed`; return the sums along the vehicle's x and along
+def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels):
+    """Add the contact forces, and keep them where `wheels` has rows; return the sums along the vehicle's x and along
     each wheelset's own track [N], and of the torques [N m].
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
@@ -183,7 +174,7 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels, o
             here, index = poses[i - first], plant.core.coordinate[plant.core.wheelset_body[i]]
             angle, spin = x[2 * n + i], x[2 * n + w + i]
             left, right = forces_in_lane(lanes, 2 * (i - first)), forces_in_lane(lanes, 2 * (i - first) + 1)
-            if observed:
+            if wheels.shape[0] > 0:
                 wheel_row(left, wheels[2 * i])
                 wheel_row(right, wheels[2 * i + 1])
             f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z

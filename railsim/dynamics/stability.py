@@ -6,7 +6,7 @@ import numpy as np
 
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import Plant
-from railsim.dynamics.workspace import workspace
+from railsim.dynamics.workspace import NO_WHEELS, workspace
 from railsim.engines.interface import Run
 from railsim.errors import InputError
 
@@ -78,9 +78,9 @@ def _jacobian(plant: Plant, x: np.ndarray) -> np.ndarray:
     for i in kept:
         moved, step = x.copy(), max(SMALLEST, RELATIVE * abs(x[i]))
         moved[i] = x[i] + step
-        derivatives(plant, 0.0, moved, after, scratch)
+        derivatives(plant, 0.0, moved, after, scratch, NO_WHEELS)
         moved[i] = x[i] - step
-        derivatives(plant, 0.0, moved, before, scratch)
+        derivatives(plant, 0.0, moved, before, scratch, NO_WHEELS)
         columns.append((after[kept] - before[kept]) / (2.0 * step))
     matrix = np.column_stack(columns)
     return np.nan_to_num(matrix, posinf=np.finfo(float).max ** 0.25, neginf=-(np.finfo(float).max ** 0.25))

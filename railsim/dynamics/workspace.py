@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 
+from railsim.dynamics.channels import WHEEL
 from railsim.dynamics.wheels import WHEELS
 
 
@@ -31,6 +32,8 @@ DISTANCE, SPEED = BODY_FRAME.stop - 1, BODY_MOTION.stop - 1
 # nine vectors of an element between two points; then the free coordinates in the vehicle frame and their rates.
 REFERENCE_POSE, WHEELSET, RELATIVE, WRENCH, WHEELSET_EXTRA, CHORD, POINTS = _places(12, 8, 13, 6, 5, 2, 27)
 COORDINATES = POINTS.stop
+
+NO_WHEELS = np.empty((0, len(WHEEL)))  # where the contacts are not asked for
 
 
 def workspace(joints: int) -> np.ndarray:

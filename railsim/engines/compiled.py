@@ -11,7 +11,7 @@ from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.integrate import run_chunk
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import build_plant, check_reach
-from railsim.dynamics.workspace import workspace
+from railsim.dynamics.workspace import NO_WHEELS, workspace
 from railsim.engines.interface import Run
 
 
@@ -37,7 +37,7 @@ def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray]
 
     def change(t: float, x: np.ndarray) -> np.ndarray:
         out = np.empty_like(x)
-        derivatives(plant, t, x, out, scratch)
+        derivatives(plant, t, x, out, scratch, NO_WHEELS)
         return out
 
     return change, start

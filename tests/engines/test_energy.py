@@ -8,7 +8,7 @@ from railsim.analysis.energy import energy_over
 from railsim.dynamics.equilibrium import initial_state, state_size
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import build_plant
-from railsim.dynamics.workspace import workspace
+from railsim.dynamics.workspace import NO_WHEELS, workspace
 from railsim.model import Model
 from railsim.vehicles.adhesion import Adhesion
 from railsim.vehicles.class175 import Class175
@@ -44,7 +44,7 @@ def displaced(model: Model, moved: dict[str, float]) -> tuple[np.ndarray, np.nda
 
     def residual(place: np.ndarray) -> np.ndarray:
         x[others] = place
-        derivatives(plant, 0.0, x, out, scratch)
+        derivatives(plant, 0.0, x, out, scratch, NO_WHEELS)
         return out[n : 2 * n][others]
 
     best, step = root(residual, x[others], tol=1e-13).x, 1e-7

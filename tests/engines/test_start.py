@@ -9,7 +9,7 @@ from railsim.constants import GRAVITY
 from railsim.dynamics.equilibrium import state_size, steady_state
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import build_plant
-from railsim.dynamics.workspace import workspace
+from railsim.dynamics.workspace import NO_WHEELS, workspace
 from railsim.engines.interface import Run
 from railsim.errors import InputError
 from railsim.model import Model
@@ -85,7 +85,7 @@ def test_every_random_build_finds_its_steady_state_on_rough_track(vehicle: type[
         )
         plant = build_plant(run.model, run.track, run.speed)
         state, change = steady_state(plant, run.start), np.empty(state_size(plant))
-        derivatives(plant, 0.0, state, change, workspace(int(plant.core.joints)))
+        derivatives(plant, 0.0, state, change, workspace(int(plant.core.joints)), NO_WHEELS)
         count = len(run.model.names)
         assert np.abs(change[count : 2 * count]).max() < 1e-4
 

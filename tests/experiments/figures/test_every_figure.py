@@ -1,6 +1,6 @@
 """Figures that take too long for the golden record's test, at their smallest size: computed, drawn and checked.
 
-The quick ones are computed, drawn and checked by `tests/golden`.
+The quick ones are computed, drawn and checked by `tests/golden`, the validation report by its own tests.
 """
 
 from collections.abc import Iterator
@@ -19,6 +19,9 @@ def by_itself() -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize("name", [name for name in figure_kinds() if not quick(f"figures/{name}")])
+SLOW = [name for name in figure_kinds() if not quick(f"figures/{name}") and name != "validation"]
+
+
+@pytest.mark.parametrize("name", SLOW)
 def test_figure_is_computed_drawn_and_checked(name: str) -> None:
     assert list(computed_drawn_and_checked(figure_kinds()[name])) == []
