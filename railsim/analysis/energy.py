@@ -89,16 +89,16 @@ def energy_over(run: Run) -> np.ndarray:
     x = initial_state(plant, run)
     rows = np.zeros((run.rows, len(KINDS)))
     stages, trial, scratch = np.empty((4, len(x))), np.empty(len(x)), workspace(int(plant.core.joints))
-    _march(plant, x, run.substeps, run.rate, rows, stages, trial, scratch)
+    _march(plant, x, run.substeps, run.rate, rows, stages, trial, scratch, NO_WHEELS.copy())
     return rows
 
 
 @kernel
-def _march(plant: Plant, x, substeps, rate, rows, stages, trial, scratch):
+def _march(plant: Plant, x, substeps, rate, rows, stages, trial, scratch, unseen):
     h = 1.0 / (rate * substeps)
     for k in range(rows.shape[0]):
         energies(plant, x, scratch, rows[k])
         for j in range(substeps):
             t = k / rate + j * h
-            derivatives(plant, t, x, stages[0], scratch, NO_WHEELS)
-            rk4_step(plant, t, h, x, stages, trial, scratch, NO_WHEELS)
+            derivatives(plant, t, x, stages[0], scratch, unseen)
+            rk4_step(plant, t, h, x, stages, trial, scratch, unseen)
