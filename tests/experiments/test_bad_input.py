@@ -50,9 +50,9 @@ def scenario(tmp_path: Path) -> Path:
         ("speed.speed=1e-9", ("substeps",)),
     ],
 )
-def test_scenario_that_cannot_be_run(railsim: Command, scenario: Path, change: str, parts: tuple[str, ...]):
+def test_scenario_that_cannot_be_run(railsim_here: Command, scenario: Path, change: str, parts: tuple[str, ...]):
     extra = ["substeps=1"] if change.startswith("speed") else []
-    refused(railsim("run", scenario, "--engine", "compiled", "--set", change, *extra), *parts)
+    refused(railsim_here("run", scenario, "--engine", "compiled", "--set", change, *extra), *parts)
 
 
 @pytest.mark.parametrize(
@@ -64,9 +64,9 @@ def test_scenario_that_cannot_be_run(railsim: Command, scenario: Path, change: s
         ("0,0\n", ("only 1 rows",)),
     ],
 )
-def test_track_that_is_no_track(railsim: Command, scenario: Path, rows: str, parts: tuple[str, ...]):
+def test_track_that_is_no_track(railsim_here: Command, scenario: Path, rows: str, parts: tuple[str, ...]):
     (scenario.parent / "mine.csv").write_text(HEAD + rows)
-    refused(railsim("simulate", scenario, "--out", "out"), *parts)
+    refused(railsim_here("simulate", scenario, "--out", "out"), *parts)
     assert not (scenario.parent / "out").exists()
 
 
@@ -94,7 +94,7 @@ def test_what_does_not_exist(railsim_here: Command, arguments: tuple[str, ...], 
 
 
 @pytest.mark.parametrize("command", ["run", "simulate", "estimate", "figure"])
-def test_output_that_cannot_be_written(railsim: Command, recording: Path, tmp_path: Path, command: str):
+def test_output_that_cannot_be_written(railsim_here: Command, recording: Path, tmp_path: Path, command: str):
     """Below a regular file, since root may write anywhere else."""
     file = tmp_path / "file"
     file.write_text("mine")
@@ -104,7 +104,7 @@ def test_output_that_cannot_be_written(railsim: Command, recording: Path, tmp_pa
         "estimate": ("estimate", "speed_plain", recording),
         "figure": ("figure", "all", "--fast"),
     }
-    refused(railsim(*before[command], "--out", file / "out"), f"cannot write '{file}/out", "name a folder")
+    refused(railsim_here(*before[command], "--out", file / "out"), f"cannot write '{file}/out", "name a folder")
     assert file.read_text() == "mine"
 
 
@@ -122,12 +122,12 @@ def cut(path: Path) -> None:
 
 
 @pytest.mark.parametrize("part", ["about.json", "measured/256hz.parquet", "truth/about.json", "truth/channels.parquet"])
-def test_recording_cut_in_half(railsim: Command, recording: Path, tmp_path: Path, part: str):
+def test_recording_cut_in_half(railsim_here: Command, recording: Path, tmp_path: Path, part: str):
     half = tmp_path / "half"
     shutil.copytree(recording, half)
     cut(half / part)
-    refused(railsim("inspect", half), part.rpartition("/")[2])
-    refused(railsim("estimate", "speed_plain", half, "--out", "out"), part.rpartition("/")[2])
+    refused(railsim_here("inspect", half), part.rpartition("/")[2])
+    refused(railsim_here("estimate", "speed_plain", half, "--out", "out"), part.rpartition("/")[2])
 
 
 @pytest.mark.parametrize("part", ["about.json", "measured/256hz.parquet"])
@@ -173,7 +173,7 @@ def test_score_needs_truth_and_the_same_recording(railsim_here: Command, recordi
     ],
 )
 def test_discrepancy_that_cannot_begin_leaves_no_folder(
-    railsim: Command, tmp_path: Path, words: tuple[str, ...], parts: tuple[str, ...]
+    railsim_here: Command, tmp_path: Path, words: tuple[str, ...], parts: tuple[str, ...]
 ):
-    refused(railsim(*words, "--out", tmp_path / "out"), *parts)
+    refused(railsim_here(*words, "--out", tmp_path / "out"), *parts)
     assert not (tmp_path / "out").exists()
