@@ -26,7 +26,8 @@ PLACED = 1e-9  # m; farther from its place an axle is not there
 class Body:
     """Rigid body: mass [kg], principal inertia about its centre of gravity [kg m2], nominal place [m], free axes.
 
-    `origin`: how far ahead of the reference the track frame stands to which its coordinates refer [m].
+    `origin`: how far ahead of the reference the track frame stands to which its coordinates refer [m]. `sunk`: how far
+    its nominal place is below its design height, under a payload [m]; channels count heights from the latter.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Body:
     position: tuple[float, float, float]
     free: tuple[str, ...]
     origin: float = 0.0
+    sunk: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,8 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
 def _body(plant, b, q, v, a, work, row):
     motion, matrix = work[b, BODY_MOTION], work[b, BODY_ROTATION]
     own, rate, second = q[6 * b : 6 * b + 6], v[6 * b : 6 * b + 6], a[6 * b : 6 * b + 6]
-    row[0], row[1] = motion[1], motion[2] - plant.core.position[b, 2]
+    row[0] = motion[1] - plant.core.position[b, 1]
+    row[1] = motion[2] - plant.core.position[b, 2] - plant.core.sunk[b]
     row[5], row[6] = motion[7], motion[8]
     for k in range(3):
         row[2 + k], row[7 + k] = motion[3 + k], motion[9 + k]

@@ -74,6 +74,7 @@ def _core_type(model: Model) -> np.dtype:
         ("vertical_load", "f8", b),  # static, downwards in the track frame
         ("inertia", "f8", (b, 3)),
         ("position", "f8", (b, 3)),
+        ("sunk", "f8", b),  # of the position below the design height
         ("frames", "i8"),  # track frames that bodies refer to
         (
             "frame_offset",
@@ -190,6 +191,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "vertical_load": [model.vertical_load.get(b.name, 0.0) for b in model.bodies],
         "inertia": [b.inertia for b in model.bodies],
         "position": [b.position for b in model.bodies],
+        "sunk": [b.sunk for b in model.bodies],
         "wheelset_body": wheelset_body,
         "spin_inertia": [w.spin_inertia for w in model.wheelsets],
         "radius": [w.radius for w in model.wheelsets],

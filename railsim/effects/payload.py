@@ -1,13 +1,12 @@
 """Passengers or goods that the nominal mass does not hold."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
 from railsim.effects.interface import CHOSEN, Effect, Setup, changed
 from railsim.spec import quantity
-
-SPREAD = 0.9  # m; radius of gyration of what is carried about its own centre, in roll (illustrative)
+from railsim.vehicles.payload import LoadedBody, loaded
 
 
 class Payload(Effect, frozen=True):
@@ -32,22 +31,11 @@ class Payload(Effect, frozen=True):
         """A heavier body with a higher centre and more inertia; the suspension carries it at rest."""
         if self.mass == 0.0:
             return setup
-        vehicle, mass = setup.vehicle, self.mass
-        nominal = float(getattr(vehicle, "body_mass", 0.0))
-        total = nominal + mass
-        rise = mass * (self.height - float(getattr(vehicle, "body_height", 0.0))) / max(total, 1.0)
-        reduced = mass * (total - mass) / max(total, 1.0)
-        arm = self.height - float(getattr(vehicle, "body_height", 0.0))
-        upright = reduced * arm**2
-        lengthwise: dict[str, Callable[[float], float]] = {
-            "body_pitch_inertia": lambda inertia: inertia * total / nominal + upright,
-            "body_yaw_inertia": lambda inertia: inertia * total / nominal,
-        }
-        return changed(
-            setup,
-            self,
-            body_mass=lambda nominal: nominal + mass,
-            body_height=lambda nominal: nominal + rise,
-            body_roll_inertia=lambda nominal: nominal + reduced * arm**2 + mass * SPREAD**2,
-            **{name: more for name, more in lengthwise.items() if name in type(vehicle).model_fields},
-        )
+        fields = ("body_mass", "body_height", "body_roll_inertia", "body_pitch_inertia", "body_yaw_inertia")
+        mass, height, *inertia = (float(getattr(setup.vehicle, name, 0.0)) for name in fields)
+        roll, pitch, yaw = inertia
+        body = loaded(LoadedBody(max(mass, 1.0), (roll, pitch, yaw), 0.0, 0.0, height), self.mass, self.height)
+        values = dict(zip(fields, (body.mass, body.height, *body.inertia), strict=True))
+        if "body_pitch_inertia" not in type(setup.vehicle).model_fields:  # half a body, whose pitch and yaw are held
+            del values["body_pitch_inertia"], values["body_yaw_inertia"]
+        return changed(setup, self, **{name: lambda _, value=value: value for name, value in values.items()})

@@ -4,9 +4,12 @@ import numpy as np
 
 from railsim.constants import GRAVITY
 from railsim.contact.functions import ContactTable
+from railsim.errors import InputError
 from railsim.model import Body, LinearElement, LongitudinalPath, Model, Wheelset
 from railsim.spec import quantity
-from railsim.vehicles.running_gear import IWNICKI, RunningGear, contact_law, sides
+from railsim.vehicles.payload import LoadedBody
+from railsim.vehicles.running_gear import ILLUSTRATIVE, IWNICKI, RunningGear, contact_law
+from railsim.vehicles.secondary import SecondarySprings, secondary_springs, sides
 
 HALF = f"{IWNICKI}; half of the whole body"
 
@@ -17,13 +20,29 @@ class HalfVehicle(RunningGear, frozen=True):
     body_mass: float = quantity(16000.0, unit="kg", source=HALF, gt=0.0)
     body_roll_inertia: float = quantity(28400.0, unit="kg m2", source=HALF, gt=0.0)
 
+    seats: float = quantity(32.0, unit="- on half a body", source=ILLUSTRATIVE, ge=0.0)
+    standing_area: float = quantity(10.0, unit="m2 of half a body", source=ILLUSTRATIVE, ge=0.0)
+
     def model(self) -> Model:
-        """Bodies `body`, `bogie`, `wheelset1` (leading), `wheelset2`: 16 free coordinates and two spins."""
+        """Bodies `body`, `bogie`, `wheelset1` (leading), `wheelset2`: 16 free coordinates and two spins.
+
+        Raises
+        ------
+        InputError : a payload before or behind the bogie, which half a body does not carry.
+        """
+        if self.payload.ahead != 0.0:
+            raise InputError("payload.ahead: half a body stands on one bogie; give its mass alone, or a whole vehicle")
+        load, empty = self.loaded_body.mass * GRAVITY, self.body_mass * GRAVITY
+        bogie, body = self.sinks(load - empty)
+        springs = secondary_springs(self, load, empty, body)
         left, right = self.pair.sides(self.wheel_radius, self.half_gauge)
         return Model(
-            bodies=self._bodies(),
-            elements=(self._secondary(), *(self._primary(i) for i in (1, 2))),
-            nonlinear=(self.bump_stop("bump_stop", "bogie", 0.0),),
+            bodies=self._bodies(bogie, bogie + body),
+            elements=(self._secondary(springs, self.secondary_height - bogie), *(self._primary(i) for i in (1, 2))),
+            nonlinear=(
+                self.bump_stop("bump_stop", "bogie", 0.0, self.secondary_height - bogie),
+                *springs.elements(self, "", "bogie", 0.0, self.secondary_height - bogie),
+            ),
             wheelsets=tuple(
                 Wheelset(
                     f"wheelset{i}", self.wheelset_spin_inertia, self.wheel_radius, self.primary_half_spacing, "bogie"
@@ -37,34 +56,40 @@ class HalfVehicle(RunningGear, frozen=True):
             reference="bogie",
             trailing_pivot=2.0 * self.semi_bogie_spacing,
             chord_yaw="body",
-            path=LongitudinalPath("bogie", self.secondary_height),
+            path=LongitudinalPath("bogie", self.secondary_height - bogie),
         )
+
+    @property
+    def empty_body(self) -> LoadedBody:
+        """Half of a body. Its pitch and yaw are held; their inertia only serves what holds them in Exudyn."""
+        held = self.body_mass * self.semi_bogie_spacing**2 / 3.0
+        return LoadedBody(self.body_mass, (self.body_roll_inertia, held, held), 0.0, 0.0, self.body_height)
 
     @property
     def wheel_load(self) -> float:
         """Static vertical force of one wheel [N]."""
         return (self.body_mass + self.bogie_mass + 2.0 * self.wheelset_mass) * GRAVITY / 4.0
 
-    def _bodies(self) -> tuple[Body, ...]:
+    def _bodies(self, bogie_sunk: float, body_sunk: float) -> tuple[Body, ...]:
         wheelset_free = ("y", "z", "roll", "yaw")
         inertia = (self.wheelset_yaw_inertia, self.wheelset_spin_inertia, self.wheelset_yaw_inertia)
-        pitch = (
-            self.body_mass * self.semi_bogie_spacing**2 / 3.0
-        )  # held: serves only the absolute engine's holding forces
+        body = self.loaded_body
         return (
             Body(
                 "body",
-                self.body_mass,
-                (self.body_roll_inertia, pitch, pitch),
-                (0.0, 0.0, self.body_height),
+                body.mass,
+                body.inertia,
+                (0.0, body.left, body.height - body_sunk),
                 ("y", "z", "roll"),
+                sunk=body_sunk,
             ),
             Body(
                 "bogie",
                 self.bogie_mass,
                 (self.bogie_roll_inertia, self.bogie_pitch_inertia, self.bogie_yaw_inertia),
-                (0.0, 0.0, self.bogie_height),
+                (0.0, 0.0, self.bogie_height - bogie_sunk),
                 ("y", "z", "roll", "pitch", "yaw"),
+                sunk=bogie_sunk,
             ),
             *(
                 Body(f"wheelset{i}", self.wheelset_mass, inertia, (x, 0.0, self.wheel_radius), wheelset_free)
@@ -72,26 +97,18 @@ class HalfVehicle(RunningGear, frozen=True):
             ),
         )
 
-    def _secondary(self) -> LinearElement:
-        springs = (
-            self.secondary_longitudinal_stiffness,
-            self.secondary_lateral_stiffness,
-            self.secondary_vertical_stiffness,
-        )
+    def _secondary(self, springs: SecondarySprings, height: float) -> LinearElement:
         dampers = (0.0, self.secondary_lateral_damping, self.secondary_vertical_damping)
-        stiffness = both_sides(springs, self.secondary_half_spacing)
-        stiffness[3, 3] += self.roll_bar_stiffness
         damping = both_sides(dampers, self.secondary_half_spacing)
         damping += both_sides((self.yaw_damper_damping, 0.0, 0.0), self.yaw_damper_half_spacing)
-        load = self.body_mass * GRAVITY
         return LinearElement(
             "secondary",
             "body",
             "bogie",
-            (0.0, 0.0, self.secondary_height),
-            stiffness,
+            (0.0, 0.0, height),
+            couple_alone(springs.stiffness),
             damping,
-            (0.0, 0.0, load),
+            (0.0, 0.0, springs.force),
             finite=True,
         )
 
@@ -99,7 +116,7 @@ class HalfVehicle(RunningGear, frozen=True):
         springs = (self.primary_longitudinal_stiffness, self.primary_lateral_stiffness, self.primary_vertical_stiffness)
         dampers = (self.primary_longitudinal_damping, self.primary_lateral_damping, self.primary_vertical_damping)
         x = self.semi_wheelbase if number == 1 else -self.semi_wheelbase
-        load = 0.5 * (self.body_mass + self.bogie_mass) * GRAVITY
+        load = 0.5 * (self.loaded_body.mass + self.bogie_mass) * GRAVITY
         return LinearElement(
             f"primary{number}",
             "bogie",
@@ -112,13 +129,18 @@ class HalfVehicle(RunningGear, frozen=True):
 
 
 def both_sides(values: tuple[float, float, float], half_spacing: float) -> np.ndarray:
-    """`sides` for bodies that are held along the track.
+    """`sides` for bodies that are held along the track."""
+    return couple_alone(sides(values, half_spacing))
+
+
+def couple_alone(matrix: np.ndarray) -> np.ndarray:
+    """A stiffness or damping (6, 6) for bodies that are held along the track.
 
     Along x only the couple that turns the bodies in yaw is kept: every body is held at its place along the track,
     and against that holding the springs' common longitudinal stiffness would resist the bogie's pitch, which
     wheelsets that are free to roll do not. The force that they carry along the track follows from the holding and
     pitches the bogie by `model.LongitudinalPath`.
     """
-    total = sides(values, half_spacing)
+    total = matrix.copy()
     total[0, :] = total[:, 0] = 0.0
     return total

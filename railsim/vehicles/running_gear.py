@@ -20,7 +20,9 @@ from railsim.model import NonlinearElement
 from railsim.profiles.pair import Pair
 from railsim.spec import quantity
 from railsim.vehicles.adhesion import Adhesion
+from railsim.vehicles.air_spring import AirSpring
 from railsim.vehicles.interface import Vehicle
+from railsim.vehicles.payload import LoadedBody, Payload, loaded
 
 IWNICKI = "Iwnicki (1998), Manchester benchmarks, passenger vehicle 1"
 ILLUSTRATIVE = "illustrative"
@@ -71,6 +73,10 @@ class RunningGear(Vehicle, frozen=True):
     contact_damping_ratio: float = quantity(
         0.1, unit="-", source="illustrative: of the wheelset's bounce on the rails", ge=0.0
     )
+    seats: float = quantity(64.0, unit="- on the body", source=ILLUSTRATIVE, ge=0.0)
+    standing_area: float = quantity(20.0, unit="m2 of the body", source=ILLUSTRATIVE, ge=0.0)
+    payload: Payload = pydantic.Field(default_factory=Payload)
+    air_spring: AirSpring | None = quantity(None, unit="none = steel springs", source=ILLUSTRATIVE)
     pair: Pair = quantity(WheelRailPair(), unit="-", source="analytic pair, or profiles (kind: profiles)")
     adhesion: Adhesion = pydantic.Field(default_factory=Adhesion)
 
@@ -102,10 +108,31 @@ class RunningGear(Vehicle, frozen=True):
     def wheel_load(self) -> float:
         """Static vertical force of one wheel [N]."""
 
-    def bump_stop(self, name: str, bogie: str, x: float) -> NonlinearElement:
-        """Lateral bump stop between the body and a bogie at x [m]."""
+    @property
+    @abstractmethod
+    def empty_body(self) -> LoadedBody:
+        """The body without its payload; masses and inertias are those of the fields."""
+
+    @property
+    def loaded_body(self) -> LoadedBody:
+        """The body with its payload."""
+        mass = self.payload.carried(self.seats, self.standing_area)
+        if mass == 0.0:
+            return self.empty_body
+        return loaded(self.empty_body, mass, self.payload.height, self.payload.ahead, self.payload.left)
+
+    def sinks(self, more: float) -> tuple[float, float]:
+        """How far a bogie sinks on its four primary springs, and the body on the two secondary ones of a bogie, where
+        that bears so much more than of the empty body [N]; steel springs are packed for that one, air springs are
+        levelled [m].
+        """
+        on_bogie = 0.0 if self.air_spring is not None else more / (2.0 * self.secondary_vertical_stiffness)
+        return more / (4.0 * self.primary_vertical_stiffness), on_bogie
+
+    def bump_stop(self, name: str, bogie: str, x: float, height: float) -> NonlinearElement:
+        """Lateral bump stop between the body and a bogie at x and `height` [m]."""
         law = BumpStop(self.bump_stop_gap, self.bump_stop_stiffness, self.bump_stop_cubic)
-        return NonlinearElement(name, "body", bogie, (x, 0.0, self.secondary_height), "y", law)
+        return NonlinearElement(name, "body", bogie, (x, 0.0, height), "y", law)
 
 
 def contact_law(adhesion: Adhesion, stiffness: float, load: float, mass: float, damping_ratio: float) -> ContactLaw:
@@ -121,19 +148,3 @@ def contact_law(adhesion: Adhesion, stiffness: float, load: float, mass: float, 
     a = adhesion
     numbers = a.friction, a.friction_ratio, a.friction_decay, a.k_adhesion, a.k_slip
     return ContactLaw(*numbers, damping, float(a.creep), float(CREEP_LAWS.index(a.law)))
-
-
-def sides(values: tuple[float, float, float], half_spacing: float) -> np.ndarray:
-    """(6, 6) of two equal springs (or dampers) along x, y, z, `half_spacing` [m] to the left and right of the
-    element's centre.
-    """
-    return both_points(np.diag(values), half_spacing)
-
-
-def both_points(matrix: np.ndarray, half_spacing: float) -> np.ndarray:
-    """(6, 6) of two equal elements with a stiffness or damping (3, 3), as `sides`."""
-    total = np.zeros((6, 6))
-    for y in (half_spacing, -half_spacing):
-        jacobian = np.hstack((np.eye(3), [[0.0, 0.0, -y], [0.0, 0.0, 0.0], [y, 0.0, 0.0]]))
-        total += jacobian.T @ matrix @ jacobian
-    return total

@@ -9,11 +9,14 @@ import numpy as np
 
 from railsim.constants import GRAVITY
 from railsim.contact.functions import ContactTable
+from railsim.errors import InputError
 from railsim.force_laws import Damper, ForceLaw, Maxwell, SeriesDamper
 from railsim.model import Body, LinearElement, Model, NonlinearElement, Wheelset
 from railsim.spec import quantity
 from railsim.vehicles.half_vehicle import HalfVehicle
-from railsim.vehicles.running_gear import ILLUSTRATIVE, IWNICKI, RunningGear, both_points, contact_law, sides
+from railsim.vehicles.payload import LoadedBody
+from railsim.vehicles.running_gear import ILLUSTRATIVE, IWNICKI, RunningGear, contact_law
+from railsim.vehicles.secondary import both_points, secondary_springs, sides
 
 AS_SPRINGS = "none = the height of the secondary springs"
 RIGID = "none = rigid"
@@ -23,10 +26,16 @@ SIDEWAYS = np.array([0.0, 1.0, 0.0])
 
 @dataclass(frozen=True)
 class _Place:
-    """A bogie: number, name, name's ending of its elements, and distance ahead of the reference [m]."""
+    """A bogie: number, name, name's ending of its elements, and distance ahead of the reference [m].
+
+    What it bears of the body [N]; how far it and the body over it have sunk from their design heights [m].
+    """
 
     number: int
     x: float
+    load: float
+    sunk: float
+    body_sunk: float
 
     @property
     def ending(self) -> str:
@@ -101,14 +110,20 @@ class WholeVehicle(RunningGear, frozen=True):
     def model(self) -> Model:
         """Bodies `body`, `bogie` (leading), `bogie2`, `wheelset1` (leading) to `wheelset4`: 37 free coordinates and
         four spins.
+
+        Raises
+        ------
+        InputError : a payload that stands beyond the bogies.
         """
         left, right = self.pair.sides(self.wheel_radius, self.half_gauge)
-        elements = [e for place in self._places() for e in (*self._secondary(place), *self._primaries(place))]
+        places = self._places()
+        sunk = 0.5 * (places[0].body_sunk + places[1].body_sunk)
+        elements = [e for place in places for e in (*self._secondary(place, sunk), *self._primaries(place))]
         law = contact_law(
             self.adhesion, left.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
         )
         return Model(
-            bodies=self._bodies(),
+            bodies=self._bodies(places, sunk),
             elements=tuple(e for e in elements if isinstance(e, LinearElement)),
             nonlinear=tuple(e for e in elements if isinstance(e, NonlinearElement)),
             wheelsets=tuple(
@@ -119,7 +134,7 @@ class WholeVehicle(RunningGear, frozen=True):
                     self.primary_half_spacing,
                     place.name,
                 )
-                for place in self._places()
+                for place in places
                 for i, _ in place.wheelsets
             ),
             contact=ContactTable.build(left, right),
@@ -130,9 +145,12 @@ class WholeVehicle(RunningGear, frozen=True):
     def half(self) -> HalfVehicle:
         """The half vehicle of the same parameters: half the body on one bogie; it has no arms, rods and heights."""
         same = {name: getattr(self, name) for name in RunningGear.model_fields}
-        return HalfVehicle.build(
-            same | {"body_mass": 0.5 * self.body_mass, "body_roll_inertia": 0.5 * self.body_roll_inertia}
-        )
+        halves = ("body_mass", "body_roll_inertia", "seats", "standing_area")
+        half = {name: 0.5 * getattr(self, name) for name in halves}
+        payload = self.payload.but(ahead=0.0)
+        if payload.mass is not None:
+            payload = payload.but(mass=0.5 * payload.mass)
+        return HalfVehicle.build(same | half | {"payload": payload})
 
     def nominal(self) -> dict[str, Any]:
         """Parameters of the half vehicle, which estimators know, and under names of their own those of the whole."""
@@ -147,31 +165,56 @@ class WholeVehicle(RunningGear, frozen=True):
         """Static vertical force of one wheel [N]."""
         return (self.body_mass + 2.0 * self.bogie_mass + 4.0 * self.wheelset_mass) * GRAVITY / 8.0
 
-    def _places(self) -> tuple[_Place, _Place]:
-        return _Place(1, 0.0), _Place(2, -2.0 * self.semi_bogie_spacing)
+    @property
+    def empty_body(self) -> LoadedBody:
+        """The body that stands on both bogies."""
+        inertia = (self.body_roll_inertia, self.body_pitch_inertia, self.body_yaw_inertia)
+        return LoadedBody(self.body_mass, inertia, -self.semi_bogie_spacing, 0.0, self.body_height)
 
-    def _bodies(self) -> tuple[Body, ...]:
-        middle = -self.semi_bogie_spacing
-        turning = (self.body_roll_inertia, self.body_pitch_inertia, self.body_yaw_inertia)
+    def bogie_load(self, number: int) -> float:
+        """What a bogie, 1 leading or 2, bears of the body and its payload [N].
+
+        Raises
+        ------
+        InputError : the payload lifts the body off the other one.
+        """
+        body = self.loaded_body
+        ahead = (body.ahead + self.semi_bogie_spacing) / self.semi_bogie_spacing
+        if abs(ahead) >= 1.0:
+            raise InputError("payload: with it the centre of the body stands beyond a bogie; give a smaller 'ahead'")
+        return 0.5 * body.mass * GRAVITY * (1.0 + (ahead if number == 1 else -ahead))
+
+    def _places(self) -> tuple[_Place, _Place]:
+        return self._place(1, 0.0), self._place(2, -2.0 * self.semi_bogie_spacing)
+
+    def _place(self, number: int, x: float) -> _Place:
+        load = self.bogie_load(number)
+        bogie, body = self.sinks(load - 0.5 * self.body_mass * GRAVITY)
+        return _Place(number, x, load, bogie, bogie + body)
+
+    def _bodies(self, places: tuple[_Place, ...], sunk: float) -> tuple[Body, ...]:
+        body = self.loaded_body
         bogie = (self.bogie_roll_inertia, self.bogie_pitch_inertia, self.bogie_yaw_inertia)
         wheelset = (self.wheelset_yaw_inertia, self.wheelset_spin_inertia, self.wheelset_yaw_inertia)
         above = ("y", "z", "roll", "pitch", "yaw")
-        bodies = [Body("body", self.body_mass, turning, (middle, 0.0, self.body_height), above, middle)]
-        for place in self._places():
-            at = (place.x, 0.0, self.bogie_height)
-            bodies.append(Body(place.name, self.bogie_mass, bogie, at, ("x", *above), place.x))
-        for place in self._places():
+        centre = (body.ahead, body.left, body.height - sunk)
+        bodies = [Body("body", body.mass, body.inertia, centre, above, body.ahead, sunk)]
+        for place in places:
+            at = (place.x, 0.0, self.bogie_height - place.sunk)
+            bodies.append(Body(place.name, self.bogie_mass, bogie, at, ("x", *above), place.x, place.sunk))
+        for place in places:
             for i, ahead in place.wheelsets:
                 at = (place.x + ahead * self.semi_wheelbase, 0.0, self.wheel_radius)
                 free = ("x", "y", "z", "roll", "yaw")
                 bodies.append(Body(f"wheelset{i}", self.wheelset_mass, wheelset, at, free, place.x))
         return tuple(bodies)
 
-    def _secondary(self, place: _Place) -> list[LinearElement | NonlinearElement]:
+    def _secondary(self, place: _Place, body_sunk: float) -> list[LinearElement | NonlinearElement]:
         """What joins the body and a bogie: springs, with the linear parts that act at their height; the traction rod
         and dampers elsewhere; yaw dampers; dampers that are not linear, one a side; the bump stop.
         """
-        stiffness, damping = self._springs(), np.zeros((6, 6))
+        own = secondary_springs(self, place.load, 0.5 * self.body_mass * GRAVITY, body_sunk - place.sunk)
+        stiffness, damping = own.stiffness, np.zeros((6, 6))
         apart: list[LinearElement | NonlinearElement] = []
         rod = np.outer(np.eye(6)[0], np.eye(6)[0])
         for name, height, k, c in [
@@ -186,28 +229,19 @@ class WholeVehicle(RunningGear, frozen=True):
             if height is None:
                 stiffness, damping = stiffness + k, damping + c
             elif k.any() or c.any():
-                at = (place.x, 0.0, height)
+                at = (place.x, 0.0, height - place.sunk)
                 apart.append(LinearElement(f"{name}{place.ending}", "body", place.name, at, k, c, finite=True))
-        at, load = (place.x, 0.0, self.secondary_height), (0.0, 0.0, 0.5 * self.body_mass * GRAVITY)
+        at, load = (place.x, 0.0, self.secondary_height - place.sunk), (0.0, 0.0, own.force)
         springs = LinearElement(
             f"secondary{place.ending}", "body", place.name, at, stiffness, damping, load, finite=True
         )
         return [
             springs,
             *apart,
+            *own.elements(self, place.ending, place.name, place.x, at[2]),
             *self._damper_laws(place),
-            self.bump_stop(f"bump_stop{place.ending}", place.name, place.x),
+            self.bump_stop(f"bump_stop{place.ending}", place.name, place.x, at[2]),
         ]
-
-    def _springs(self) -> np.ndarray:
-        springs = (
-            self.secondary_longitudinal_stiffness,
-            self.secondary_lateral_stiffness,
-            self.secondary_vertical_stiffness,
-        )
-        stiffness = sides(springs, self.secondary_half_spacing)
-        stiffness[3, 3] += self.roll_bar_stiffness
-        return stiffness
 
     def _dampers(self) -> list[_Dampers]:
         yaw_height = self.secondary_height if self.yaw_damper_height is None else self.yaw_damper_height
@@ -247,7 +281,7 @@ class WholeVehicle(RunningGear, frozen=True):
         for pair in self._dampers():
             height = self.secondary_height if pair.height is None else pair.height
             for side, y in (("left", pair.half_spacing), ("right", -pair.half_spacing)):
-                name, at = f"{pair.name}{place.ending}_{side}", (place.x, y, height)
+                name, at = f"{pair.name}{place.ending}_{side}", (place.x, y, height - place.sunk)
                 if pair.law is not None:
                     laws.append(NonlinearElement(name, "body", place.name, at, pair.axis, pair.law))
         return laws
@@ -256,7 +290,8 @@ class WholeVehicle(RunningGear, frozen=True):
         """Springs and guidance of both wheelsets of a bogie."""
         springs = (self.primary_longitudinal_stiffness, self.primary_lateral_stiffness, self.primary_vertical_stiffness)
         dampers = (self.primary_longitudinal_damping, self.primary_lateral_damping, self.primary_vertical_damping)
-        load = (0.0, 0.0, 0.5 * (0.5 * self.body_mass + self.bogie_mass) * GRAVITY)
+        load = (0.0, 0.0, 0.5 * (place.load + self.bogie_mass * GRAVITY))
+        rise = self.arm_rise - place.sunk
         half = self.primary_half_spacing
         elements = []
         for i, ahead in place.wheelsets:
@@ -268,10 +303,10 @@ class WholeVehicle(RunningGear, frozen=True):
                 continue
             upright = sides((0.0, 0.0, springs[2]), half), sides((0.0, 0.0, dampers[2]), half)
             elements.append(LinearElement(f"primary{i}", place.name, wheelset, at_axle, *upright, load))
-            slope = -ahead * self.arm_rise / self.arm_length
+            slope = -ahead * rise / self.arm_length
             width = half if self.arm_half_spacing is None else self.arm_half_spacing
             guided = _guidance(springs, width, slope), _guidance(dampers, width, slope)
-            bushing = (x - ahead * self.arm_length, 0.0, self.wheel_radius + self.arm_rise)
+            bushing = (x - ahead * self.arm_length, 0.0, self.wheel_radius + rise)
             elements.append(LinearElement(f"bushing{i}", place.name, wheelset, bushing, *guided))
         return elements
 
@@ -281,4 +316,5 @@ def _guidance(values: tuple[float, float, float], half_spacing: float, slope: fl
     and sideways.
     """
     along = np.array([1.0, 0.0, slope]) / np.hypot(1.0, slope)
-    return both_points(values[0] * np.outer(along, along) + values[1] * np.outer(SIDEWAYS, SIDEWAYS), half_spacing)
+    matrix = values[0] * np.outer(along, along) + values[1] * np.outer(SIDEWAYS, SIDEWAYS)
+    return both_points(matrix, matrix, half_spacing)
