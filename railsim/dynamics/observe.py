@@ -67,6 +67,7 @@ def observe(plant, t, x, x_dot, wheels, scratch, row):
         if general(plant):
             frame_motion(plant, s + plant.core.frame_offset[plant.core.body_frame[b]], velocity, acceleration, frame)
         _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, row[at : at + BODY_COUNT])
+        row[at + 1] -= plant.core.sunk[b]
         at += BODY_COUNT
     for i in range(w):
         body = plant.core.wheelset_body[i]
@@ -121,7 +122,6 @@ def _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, 
     row[13], row[14], row[15] = t_x + row[7], t_y + row[8], t_z + row[9]
     t_x, t_y, t_z = body_axes(angles, a_x, a_y, a_z)
     row[16], row[17], row[18] = t_x + second[2], t_y + second[3], t_z + second[4]
-    row[1] -= plant.core.sunk[b]
 
 
 @kernel
@@ -135,10 +135,12 @@ def displacements(plant, q, row):
         frame, index = plant.core.coordinate[carried], plant.core.coordinate[body]
         x = plant.core.position[body, 0] - plant.core.position[carried, 0]
         height = _free(q, frame[2]) - x * _free(q, frame[4]) - _free(q, index[2])
-        height -= plant.core.sunk[carried] - plant.core.sunk[body]
         roll = _free(q, frame[3]) - _free(q, index[3])
         row[at] = height + plant.core.axlebox[i] * roll
         row[at + 1] = height - plant.core.axlebox[i] * roll
+        if plant.core.sunk[carried] != 0.0:
+            for side in range(2):
+                row[at + side] -= plant.core.sunk[carried]
         at += 2
 
 
