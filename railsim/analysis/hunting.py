@@ -134,7 +134,8 @@ def growth_rate(model: Model, speed: float, amplitude: float = SMALL, duration: 
     state = steady_state(build_plant(model, run.track, run.speed), 0.0)
     n, w = len(model.names), len(model.wheelsets)
     state[: 2 * n] += shape[: 2 * n]
-    state[2 * n + w : 2 * n + 2 * w] += shape[2 * n :]
+    state[2 * n + w : 2 * n + 2 * w] += shape[2 * n : 2 * n + w]
+    state[2 * n + 2 * w + 2 :] += shape[2 * n + w :]
     time, y = _lateral(replace(run, initial=state), "compiled")
     square = y**2 + (np.gradient(y, time) / np.imag(values[worst])) ** 2
     late = time > 0.2 * duration

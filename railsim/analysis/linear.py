@@ -1,4 +1,5 @@
-"""Linearised equations of a vehicle about its steady state at constant speed: M q'' + C q' + K q = 0.
+"""Linearised equations of a vehicle about its steady state at constant speed: M q'' + C q' + K q = F z, where z are
+the states of elements that have their own, dz/dt = D_q q + D_v q' + D_z z.
 
 The matrices hold everything that the compiled right-hand side does: suspension, geometric stiffness of preloads,
 Hertzian contact with gravitational stiffness, creep forces and the wheels' gyroscopic moments.
@@ -28,26 +29,34 @@ SPEEDS_TRIED = 40  # of the search for a critical speed
 
 @dataclass(frozen=True)
 class Linearised:
-    """M q'' + C q' + K q = 0 about a steady state.
+    """M q'' + C q' + K q = F z, dz/dt = D_q q + D_v q' + D_z z, about a steady state.
 
     Attributes
     ----------
     mass, damping, stiffness : (n, n) over `names`, SI; not symmetric where contacts and spinning wheels take part.
     names : free coordinates of the model, then the spin angle of each wheelset.
+    state_forces : (n, m) F, of the m states of elements.
+    state_rates : (m, 2 n + m) D_q, D_v and D_z, side by side.
     """
 
     mass: np.ndarray
     damping: np.ndarray
     stiffness: np.ndarray
     names: tuple[str, ...]
+    state_forces: np.ndarray
+    state_rates: np.ndarray
 
     def state_matrix(self) -> np.ndarray:
-        """A of dx/dt = A x, x = [coordinates that carry stiffness, all rates]; a wheel's spin angle acts on nothing."""
+        """A of dx/dt = A x, x = [coordinates that carry stiffness, all rates, states of elements]; a wheel's spin angle
+        acts on nothing.
+        """
+        n, states = self.state_forces.shape
         held = np.flatnonzero(self.stiffness.any(axis=0))
         inverse = np.linalg.inv(self.mass)
-        identity = np.eye(len(self.names))[held]
-        lower = np.hstack((-inverse @ self.stiffness[:, held], -inverse @ self.damping))
-        return np.vstack((np.hstack((np.zeros((len(held),) * 2), identity)), lower))
+        identity = np.eye(n)[held]
+        upper = np.hstack((np.zeros((len(held),) * 2), identity, np.zeros((len(held), states))))
+        middle = np.hstack((-inverse @ self.stiffness[:, held], -inverse @ self.damping, inverse @ self.state_forces))
+        return np.vstack((upper, middle, self.state_rates[:, np.concatenate((held, np.arange(n, 2 * n + states)))]))
 
     def eigenvalues(self) -> np.ndarray:
         """Eigenvalues of the first-order form [1/s], the least damped first."""
@@ -121,7 +130,13 @@ def _linearised(model: Model, speed: float, tables: TrackTables, at: float) -> L
     mass = np.concatenate((plant.core.mass, plant.core.spin_inertia))
     stiffness = np.hstack((-mass[:, None] * by_position[rates], np.zeros((n + w, w))))
     names = (*model.names, *(f"{wheelset.body}.spin" for wheelset in model.wheelsets))
-    return Linearised(np.diag(mass), -mass[:, None] * by_rate[rates], stiffness, names)
+    states = list(range(2 * n + 2 * w + 2, len(x)))
+    by_state = _jacobian(plant, x, states, np.full(len(states), LENGTH))
+    none = np.zeros((len(states), w))
+    state_rates = np.hstack((by_position[states], none, by_rate[states], by_state[states]))
+    return Linearised(
+        np.diag(mass), -mass[:, None] * by_rate[rates], stiffness, names, mass[:, None] * by_state[rates], state_rates
+    )
 
 
 def _jacobian(plant: Plant, x: np.ndarray, columns: list[int], steps: np.ndarray) -> np.ndarray:
@@ -134,6 +149,8 @@ def _jacobian(plant: Plant, x: np.ndarray, columns: list[int], steps: np.ndarray
         derivatives(plant, 0.0, moved, out, workspace(int(plant.core.joints)), NO_WHEELS)
         return out
 
+    if not columns:
+        return np.zeros((state_size(plant), 0))
     return np.column_stack(
         [
             (8.0 * (rate(c, h) - rate(c, -h)) - (rate(c, 2.0 * h) - rate(c, -2.0 * h))) / (12.0 * h)
