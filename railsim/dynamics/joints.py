@@ -1,11 +1,15 @@
 """Elements between bodies whose coordinates refer to different track frames (compiled).
 
-A joint is a pair of such bodies. The upper one's coordinates are carried into the lower one's frame, all elements of
-the pair are evaluated there, and their sum is carried back: once a pair, however many elements it has. The frame of
-the upper body stands in that of the lower one at P(s), turned by the rotation vector theta(s); a point r of the upper
-body is at P + r + theta x r + 1/2 theta x (theta x r), and rotations follow one another as a + b + 1/2 a x b (Baker,
-Campbell and Hausdorff), all to second order. Forces go back by the transposed of these maps, so that they do the same
-work in both frames.
+A joint is a pair of such bodies. A place of the upper one, near the elements that join them, is carried into the lower
+one's frame, all elements of the pair are evaluated there, and their sum is carried back: once a pair, however many
+elements it has. The frame of the upper body stands in that of the lower one at P(s), turned by the rotation vector
+theta(s); a point r of the upper frame is at P + r + a theta x r + b theta x (theta x r) with a = sin(theta) / theta and
+b = (1 - cos(theta)) / theta^2 (Rodrigues), here to fifth order. Rotations follow one another as
+theta + phi + 1/2 theta x phi + 1/12 theta x (theta x phi) (Baker, Campbell and Hausdorff), to first order in phi.
+Forces go back by the transposed of these maps, so that they do the same work in both frames.
+
+The place is near the elements because these may be far from the centre of gravity: over that distance only the frame's
+rotation may be large, and that is exact.
 """
 
 from railsim.compiled import inlined
@@ -15,28 +19,40 @@ from railsim.dynamics.elements import (
     STRETCH,
     body_coordinates,
     cross,
+    lever_moment,
     linear_force,
     moments_of,
     stretch_of,
+    turned_arm,
 )
 from railsim.dynamics.laws import element_force
 from railsim.dynamics.moving_frame import pose
 from railsim.dynamics.workspace import JOINT
 
-# of a joint: coordinates of the upper body in the lower one's frame, their rates, sum of force and moment on it, and
-# the pose of its frame
+# of a joint: coordinates of the upper body's place in the lower one's frame, their rates, sum of force and moment on
+# it, and the pose of the upper body's frame
 POSITION, RATE, WRENCH, HERE = 0, 6, 12, 18
 
 
 @inlined
 def open_joints(plant, s, velocity, q, rate, joints, work):
-    """Carry the coordinates of the upper bodies of all joints into the frames of the lower ones."""
+    """Carry the upper bodies' places of all joints into the frames of the lower ones."""
     for j in range(plant.core.joints):
         own = joints[JOINT * j : JOINT * (j + 1)]
         position, speed = own[POSITION:RATE], own[RATE:WRENCH]
         own[WRENCH:HERE] = 0.0
-        upper, lower = plant.core.joint_bodies[j, 0], plant.core.joint_bodies[j, 1]
+        upper, lower, arm = plant.core.joint_bodies[j, 0], plant.core.joint_bodies[j, 1], plant.core.joint_arm[j]
         body_coordinates(plant, upper, s, velocity, q, rate, work[60:72], position, speed)
+        first, second, third = work[9:12], work[12:15], work[15:18]
+        turned_arm(position[3:6], arm, first, second)
+        cross(speed[3:6], arm, third)
+        for k in range(3):
+            position[k] += second[k]
+            speed[k] += third[k]
+        cross(position[3:6], third, second)
+        cross(speed[3:6], first, work[0:3])
+        for k in range(3):
+            speed[k] += 0.5 * (second[k] + work[k])
         if plant.core.curved:
             _carry(plant, j, upper, lower, s, velocity, own, work)
 
@@ -47,54 +63,86 @@ def _carry(plant, j, upper, lower, s, velocity, own, work):
     at, turn, turning, first, second, third = work[0:3], work[3:6], work[6:9], work[9:12], work[12:15], work[15:18]
     pose(plant, plant.core.joint_pose[j], s + plant.core.frame_offset[plant.core.body_frame[lower]], here)
     for k in range(3):
-        at[k] = plant.core.local[upper, k] + position[k]
+        at[k] = plant.core.local[upper, k] + plant.core.joint_arm[j, k] + position[k]
         turn[k], turning[k] = here[3 + k], velocity * here[9 + k]
-    cross(turning, at, first)
+    a, b = _rodrigues(turn)
+    change = turn[0] * turning[0] + turn[1] * turning[1] + turn[2] * turning[2]
+    cross(turn, at, first)
     cross(turn, first, second)
-    cross(turn, at, third)
-    cross(turning, third, at)
     for k in range(3):
-        second[k] = velocity * here[6 + k] + first[k] + 0.5 * (second[k] + at[k])
-    cross(turn, third, at)
+        position[k] += here[k] + a * first[k] + b * second[k]
+    cross(turning, first, third)
+    for k in range(3):  # the moving frame's part of the velocity, and what its angle does to a and b
+        third[k] = velocity * here[6 + k] + b * third[k] - change * (first[k] / 3.0 + second[k] / 12.0)
+    cross(turning, at, first)
+    for k in range(3):
+        third[k] += a * first[k]
+        first[k] = b * first[k] + a * speed[k]  # under one more turn
+    cross(turn, first, second)
+    for k in range(3):
+        third[k] += second[k]
     cross(turn, speed[0:3], first)
+    cross(turn, first, second)
     for k in range(3):
-        position[k] += here[k] + third[k] + 0.5 * at[k]
-    cross(turn, first, third)
-    for k in range(3):
-        speed[k] += second[k] + first[k] + 0.5 * third[k]
+        speed[k] += third[k] + b * second[k]
     cross(turn, position[3:6], first)
-    cross(turning, position[3:6], second)
-    cross(turn, speed[3:6], third)
+    cross(turn, first, second)
+    cross(turning, position[3:6], third)
     for k in range(3):
-        position[3 + k] += turn[k] + 0.5 * first[k]
-        speed[3 + k] += turning[k] + 0.5 * (second[k] + third[k])
+        position[3 + k] += turn[k] + 0.5 * first[k] + second[k] / 12.0
+        at[k] = 0.5 * third[k]
+    cross(turn, speed[3:6], first)
+    cross(turn, first, second)
+    for k in range(3):
+        speed[3 + k] += turning[k] + at[k] + 0.5 * first[k] + second[k] / 12.0
 
 
 @inlined
-def close_joints(plant, force, joints, work):
+def _rodrigues(turn):
+    """sin(theta) / theta and (1 - cos(theta)) / theta^2 of a rotation vector, to fifth order."""
+    square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
+    return 1.0 - square / 6.0 * (1.0 - square / 20.0), 0.5 - square / 24.0 * (1.0 - square / 30.0)
+
+
+@inlined
+def close_joints(plant, q, force, joints, work):
     """Carry the forces on the upper bodies back into their own frames; return the sum along the track on those that
     are held there [N].
     """
     held = 0.0
-    first, second = work[0:3], work[3:6]
+    first, second, rotation, moment = work[0:3], work[3:6], work[12:15], work[15:18]
     for j in range(plant.core.joints):
         own = joints[JOINT * j : JOINT * (j + 1)]
         wrench, turn = own[WRENCH:HERE], own[HERE + 3 : HERE + 6]
         if plant.core.curved:
+            a, b = _rodrigues(turn)
             cross(turn, wrench[0:3], first)
             cross(turn, first, second)
             for k in range(3):
-                wrench[k] += 0.5 * second[k] - first[k]
+                wrench[k] += b * second[k] - a * first[k]
             cross(turn, wrench[3:6], first)
+            cross(turn, first, second)
             for k in range(3):
-                wrench[3 + k] -= 0.5 * first[k]
+                wrench[3 + k] += second[k] / 12.0 - 0.5 * first[k]
         index = plant.core.coordinate[plant.core.joint_bodies[j, 0]]
+        for k in range(3):
+            rotation[k] = q[index[3 + k]] if index[3 + k] >= 0 else 0.0
+        lever_moment(rotation, plant.core.joint_arm[j], wrench[0:3], work[18:30], moment)
+        for k in range(3):
+            wrench[3 + k] += moment[k]
         for k in range(6):
             if index[k] >= 0:
                 force[index[k]] += wrench[k]
         if index[0] < 0:
             held += wrench[0]
     return held
+
+
+@inlined
+def _upper_arm(plant, j, arm, work):
+    """From the joint's place to an element [m], work[54:57]."""
+    for k in range(3):
+        work[54 + k] = arm[k] - plant.core.joint_arm[j, k]
 
 
 @inlined
@@ -127,9 +175,10 @@ def element_of_joint(plant, e, q, rate, force, joints, work):
     j, lower, arms = plant.core.finite_joint[e], plant.core.finite_bodies[e, 1], plant.core.finite_arms[e]
     own = joints[JOINT * j : JOINT * (j + 1)]
     _lower(plant, lower, q, rate, work)
-    stretch_of(own[POSITION:RATE], own[RATE:WRENCH], work[12:18], work[18:24], arms[0], arms[1], work)
+    _upper_arm(plant, j, arms[0], work)
+    stretch_of(own[POSITION:RATE], own[RATE:WRENCH], work[12:18], work[18:24], work[54:57], arms[1], work)
     linear_force(plant, e, work)
-    moments_of(own[POSITION:RATE], work[12:18], arms[0], arms[1], work)
+    moments_of(own[POSITION:RATE], work[12:18], work[54:57], arms[1], work)
     _apply(plant, lower, own, force, work)
 
 
@@ -140,10 +189,11 @@ def law_of_joint(plant, e, t, q, rate, x, force, out, joints, work):
     lower = plant.core.joint_bodies[j, 1]
     own = joints[JOINT * j : JOINT * (j + 1)]
     _lower(plant, lower, q, rate, work)
-    stretch_of(own[POSITION:RATE], own[RATE:WRENCH], work[12:18], work[18:24], arms[0], arms[1], work)
+    _upper_arm(plant, j, arms[0], work)
+    stretch_of(own[POSITION:RATE], own[RATE:WRENCH], work[12:18], work[18:24], work[54:57], arms[1], work)
     resisting = element_force(plant, e, t, work[STRETCH + axis], work[SPEED + axis], x, out)
     if resisting != 0.0:
         work[APPLIED : APPLIED + 6] = 0.0
         work[APPLIED + axis] = -resisting
-        moments_of(own[POSITION:RATE], work[12:18], arms[0], arms[1], work)
+        moments_of(own[POSITION:RATE], work[12:18], work[54:57], arms[1], work)
         _apply(plant, lower, own, force, work)

@@ -119,7 +119,7 @@ def derivatives(plant, t, x, out, scratch, wheels):
             for i in range(n):
                 force[i] -= plant.core.direction[e, i] * resisting
     if general(plant):
-        held = close_joints(plant, force, scratch[JOINTS], scratch[ELEMENT])
+        held = close_joints(plant, q, force, scratch[JOINTS], scratch[ELEMENT])
     if plant.core.loads > 0:
         _loads(plant, t, s, force)
     along, rolling, torque = _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels)

@@ -88,6 +88,7 @@ def _core_type(model: Model) -> np.dtype:
         ("driver_origin", "f8"),
         ("joints", "i8"),  # pairs of bodies in two frames that elements join
         ("joint_bodies", "i8", (joints, 2)),  # upper, lower
+        ("joint_arm", "f8", (joints, 3)),  # from the upper body's centre of gravity to the place of the joint
         ("joint_pose", "i8", joints),
         ("wheelset_body", "i8", w),
         ("spin_inertia", "f8", w),
@@ -272,6 +273,13 @@ def _arms(model: Model, element: LinearElement | NonlinearElement) -> list[np.nd
     return [np.subtract(element.position, body.position) for body in bodies]
 
 
+def _joint_arm(model: Model, pair: tuple[str, str]) -> np.ndarray:
+    """From the centre of gravity of a joint's upper body to its first element [m]."""
+    joining = (*model.elements, *model.nonlinear)
+    first = next(element for element in joining if (element.upper, element.lower) == pair)
+    return _arms(model, first)[0]
+
+
 def _frames(model: Model) -> dict[str, Any]:
     """Track frames and joints."""
     origins, joints = _origins(model), _joints(model)
@@ -285,6 +293,7 @@ def _frames(model: Model) -> dict[str, Any]:
         "driver_origin": model.bodies[model.driver].origin,
         "joints": len(joints),
         "joint_bodies": np.array([[model.index(name) for name in pair] for pair in joints], dtype=int).reshape(-1, 2),
+        "joint_arm": np.array([_joint_arm(model, pair) for pair in joints]).reshape(-1, 3),
         "joint_pose": 1 + len(model.wheelsets) + np.arange(len(joints)),
     }
 
