@@ -49,10 +49,6 @@ def open_joints(plant, s, velocity, q, rate, joints, work):
         for k in range(3):
             position[k] += second[k]
             speed[k] += third[k]
-        cross(position[3:6], third, second)
-        cross(speed[3:6], first, work[0:3])
-        for k in range(3):
-            speed[k] += 0.5 * (second[k] + work[k])
         if plant.core.curved:
             _carry(plant, j, upper, lower, s, velocity, own, work)
 
