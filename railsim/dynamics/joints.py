@@ -151,18 +151,43 @@ def _lower(plant, lower, q, rate, work):
 
 
 @inlined
+def _relative_rotation(own, work):
+    """Turn the differences of both bodies' rotation vectors into the vector of the rotation between them, to second
+    order: in a curve the upper one's holds the turn of the track between both frames, which is not small.
+    """
+    turned_u, turned_l, spare = own[POSITION + 3 : RATE], work[15:18], work[6:9]
+    cross(turned_u, turned_l, spare)
+    for k in range(3):
+        work[STRETCH + 3 + k] += 0.5 * spare[k]
+    cross(own[RATE + 3 : WRENCH], turned_l, spare)
+    for k in range(3):
+        work[SPEED + 3 + k] += 0.5 * spare[k]
+    cross(turned_u, work[21:24], spare)
+    for k in range(3):
+        work[SPEED + 3 + k] += 0.5 * spare[k]
+
+
+@inlined
 def _apply(plant, lower, own, force, work):
-    """Add what `moments_of` gave to the joint's sum, and to the forces on the lower body."""
+    """Add what `moments_of` gave to the joint's sum, and to the forces on the lower body; moments by the gradient of
+    the elongations of `_relative_rotation`.
+    """
     moment_u, moment_l, turned, joint_force = work[24:27], work[27:30], work[48:51], work[51:54]
+    couple, by_lower, by_upper = work[APPLIED + 3 : APPLIED + 6], work[0:3], work[3:6]
+    by_lower[:] = 0.0
+    by_upper[:] = 0.0
+    if plant.core.curved:
+        cross(work[15:18], couple, by_lower)
+        cross(own[POSITION + 3 : RATE], couple, by_upper)
     for k in range(3):
         own[WRENCH + k] += joint_force[k]
-        own[WRENCH + 3 + k] += moment_u[k] - 0.5 * turned[k] + work[87 + k]
+        own[WRENCH + 3 + k] += moment_u[k] - 0.5 * turned[k] + couple[k] + 0.5 * by_lower[k]
         j = plant.core.coordinate[lower, k]
         if j >= 0:
             force[j] -= joint_force[k]
         j = plant.core.coordinate[lower, 3 + k]
         if j >= 0:
-            force[j] -= moment_l[k] + 0.5 * turned[k] + work[87 + k]
+            force[j] -= moment_l[k] + 0.5 * turned[k] + couple[k] + 0.5 * by_upper[k]
 
 
 @inlined
@@ -173,6 +198,8 @@ def element_of_joint(plant, e, q, rate, force, joints, work):
     _lower(plant, lower, q, rate, work)
     _upper_arm(plant, j, arms[0], work)
     stretch_of(own[POSITION:RATE], own[RATE:WRENCH], work[12:18], work[18:24], work[54:57], arms[1], work)
+    if plant.core.curved:
+        _relative_rotation(own, work)
     linear_force(plant, e, work)
     moments_of(own[POSITION:RATE], work[12:18], work[54:57], arms[1], work)
     _apply(plant, lower, own, force, work)
@@ -187,6 +214,8 @@ def law_of_joint(plant, e, t, q, rate, x, force, out, joints, work):
     _lower(plant, lower, q, rate, work)
     _upper_arm(plant, j, arms[0], work)
     stretch_of(own[POSITION:RATE], own[RATE:WRENCH], work[12:18], work[18:24], work[54:57], arms[1], work)
+    if plant.core.curved:
+        _relative_rotation(own, work)
     resisting = element_force(plant, e, t, work[STRETCH + axis], work[SPEED + axis], x, out)
     if resisting != 0.0:
         work[APPLIED : APPLIED + 6] = 0.0
