@@ -24,6 +24,7 @@ from railsim.track.synthesis import Segment, Transition, design, distances
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.manchester import Manchester
+from railsim.vehicles.whole_vehicle import WholeVehicle
 
 RADIUS, CANT = 400.0, 0.1568  # m; as in the shipped curve_r400
 BEFORE, TRANSITION = 60.0, 60.0  # m of straight and of clothoid
@@ -109,12 +110,18 @@ def curving_table(size: Size = Size.FULL) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def settled(vehicle: HalfVehicle, speed: float, engine: str = "compiled") -> dict[str, float]:
+def settled(
+    vehicle: HalfVehicle | WholeVehicle,
+    speed: float,
+    engine: str = "compiled",
+    radius: float = RADIUS,
+    cant: float = CANT,
+) -> dict[str, float]:
     """Means over the last second of a run through straight, clothoid and a long circle without irregularities."""
     model = vehicle.model()
     length = BEFORE + TRANSITION + SETTLE * speed + 60.0
     s = distances(length, 0.2)
-    circle = Segment(length - BEFORE - TRANSITION, 1.0 / RADIUS, CANT)
+    circle = Segment(length - BEFORE - TRANSITION, 1.0 / radius, cant)
     track = Track(s, design([Segment(BEFORE), Transition(TRANSITION), circle], s), "circle")
     duration = SETTLE + (BEFORE + TRANSITION - START) / speed
     tables = speed_tables(Constant(speed=speed), (), len(model.wheelsets), duration)
@@ -128,7 +135,8 @@ def compared(simulated: dict[str, float], solved: Curving) -> list[dict[str, Any
     """Rows of the table of one run."""
     rows = []
     for axis, unit in (("y", "m"), ("yaw", "rad")):
-        pairs = [(simulated[f"wheelset{i}.{axis} [{unit}]"], solved.values[f"wheelset{i}.{axis}"]) for i in (1, 2)]
+        names = [name for name in solved.values if name.startswith("wheelset") and name.endswith(f".{axis}")]
+        pairs = [(simulated[f"{name} [{unit}]"], solved.values[name]) for name in names]
         size = max(abs(reference) for _, reference in pairs)
         for i, (ours, reference) in enumerate(pairs, 1):
             difference = abs(ours - reference) / size

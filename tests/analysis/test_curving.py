@@ -11,6 +11,7 @@ from railsim.profiles.pair import ProfilePair
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.manchester import Manchester
+from railsim.vehicles.manchester_whole import ManchesterWhole
 
 PROFILES = ProfilePair(kind="profiles")
 
@@ -66,3 +67,26 @@ def test_runs_end_in_the_balance(vehicle: HalfVehicle, speed: float, engine: str
     for row in rows:
         assert row["difference [-]"] < limits[row["kind"]], row
     assert abs(solved.values["wheelset1.y"]) > 5e-3  # on the flange
+
+
+def test_a_whole_vehicle_carries_weight_and_centrifugal_force() -> None:
+    """All eight contact forces together; along the track they are what the body's holding force overcomes."""
+    vehicle, speed, radius = ManchesterWhole(), 14.0, 300.0
+    found = steady_curving(vehicle, Curve(1.0 / radius, 0.15, speed))
+    total = np.sum([wheel.force for wheel in found.wheels.values()], axis=0)
+    weight = 8.0 * vehicle.wheel_load
+    assert len(found.wheels) == 8
+    assert total[2] == pytest.approx(weight, rel=1e-9)
+    middle = vehicle.semi_bogie_spacing / radius  # angle between the frame of the circle and the body's own
+    inwards = total[0] * np.sin(middle) + total[1] * np.cos(middle)
+    assert inwards == pytest.approx(weight / GRAVITY * speed**2 / radius, rel=2e-3)
+
+
+def test_a_whole_vehicle_run_ends_in_the_balance() -> None:
+    vehicle, speed, radius, cant = ManchesterWhole(), 14.0, 300.0, 0.15
+    solved = steady_curving(vehicle, Curve(1.0 / radius, cant, speed))
+    rows = compared(settled(vehicle, speed, radius=radius, cant=cant), solved)
+    assert len(rows) == 16
+    for row in rows:
+        assert row["difference [-]"] < 0.01, row
+    assert min(abs(solved.values[f"wheelset{i}.y"]) for i in (1, 3)) > 5e-3  # on the flange
