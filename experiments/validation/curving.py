@@ -15,6 +15,7 @@ from experiments.validation.interface import Row, Section
 from railsim.analysis.curving import Curve, Curving, steady_curving
 from railsim.dynamics.channels import channel_names
 from railsim.engines.interface import Run, default_substeps
+from railsim.model import Model
 from railsim.profiles.pair import ProfilePair
 from railsim.simulation import load_engine
 from railsim.speed import Constant, speed_tables
@@ -118,7 +119,11 @@ def settled(
     cant: float = CANT,
 ) -> dict[str, float]:
     """Means over the last second of a run through straight, clothoid and a long circle without irregularities."""
-    model = vehicle.model()
+    return settled_model(vehicle.model(), speed, engine, radius, cant)
+
+
+def settled_model(model: Model, speed: float, engine: str, radius: float, cant: float) -> dict[str, float]:
+    """As `settled`, of a model; an infinite radius [m] is straight track with cant [m]."""
     length = BEFORE + TRANSITION + SETTLE * speed + 60.0
     s = distances(length, 0.2)
     circle = Segment(length - BEFORE - TRANSITION, 1.0 / radius, cant)

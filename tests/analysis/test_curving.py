@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from experiments.validation.curving import CANT, RADIUS, compared, settled
+from experiments.validation.whole_curving import whole_compared
 from railsim.analysis.curving import Curve, steady_curving
 from railsim.constants import GRAVITY
 from railsim.errors import InputError
 from railsim.profiles.pair import ProfilePair
 from railsim.vehicles.class175 import Class175
+from railsim.vehicles.class175_whole import Class175Whole
 from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.manchester import Manchester
 from railsim.vehicles.manchester_whole import ManchesterWhole
@@ -90,3 +92,19 @@ def test_a_whole_vehicle_run_ends_in_the_balance() -> None:
     for row in rows:
         assert row["difference [-]"] < 0.01, row
     assert min(abs(solved.values[f"wheelset{i}.y"]) for i in (1, 3)) > 5e-3  # on the flange
+
+
+def test_a_wide_curve_with_cant_deficiency() -> None:
+    """Trailing wheels nearly roll freely there: their creep forces are held against the vehicle's largest."""
+    vehicle, speed, radius, cant = Class175Whole(), 27.0, 800.0, 0.1
+    solved = steady_curving(vehicle, Curve(1.0 / radius, cant, speed))
+    rows = whole_compared(settled(vehicle, speed, radius=radius, cant=cant), solved)
+    held = [row for row in rows if row["kind"] != "creep force"]
+    assert len(held) == 18
+    for row in held:
+        assert row["difference [-]"] < 0.01, row
+
+
+def test_a_payload_is_refused() -> None:
+    with pytest.raises(InputError, match="without payload and air springs"):
+        steady_curving(ManchesterWhole.build({"payload": {"mass": 5000.0}}), Curve(1.0 / RADIUS, CANT, 14.0))

@@ -21,7 +21,7 @@ from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 from railsim.analysis.curving.contact import Side, Wheel
-from railsim.analysis.curving.layout import ACROSS, ALONG, UP, Part, Suspension, layout
+from railsim.analysis.curving.layout import ACROSS, ALONG, UP, Part, Suspension, check, layout
 from railsim.constants import GRAVITY
 from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23, RADIUS
 from railsim.contact.polach import friction_coefficient, polach_force
@@ -253,8 +253,10 @@ def steady_curving(vehicle: Vehicle, curve: Curve) -> Curving:
 
     Raises
     ------
-    InputError : no such state was found (the vehicle cannot run there at this speed).
+    InputError : no such state was found (the vehicle cannot run there at this speed), or the vehicle has a payload or
+        air springs.
     """
+    check(vehicle)
     left, right = vehicle.pair.sides(vehicle.wheel_radius, vehicle.half_gauge)
     sides = Side(left, 1.0), Side(left if right is None else right, -1.0)
     start = Balance(vehicle, Curve(0.0, 0.0, curve.speed), sides)

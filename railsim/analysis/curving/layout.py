@@ -6,6 +6,7 @@ from functools import singledispatch
 import numpy as np
 
 from railsim.constants import GRAVITY
+from railsim.errors import InputError
 from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.running_gear import RunningGear
 from railsim.vehicles.whole_vehicle import WholeVehicle
@@ -83,6 +84,18 @@ class Layout:
 def layout(vehicle: RunningGear) -> Layout:
     """Bodies and suspensions of a vehicle."""
     raise TypeError(f"steady curving: no balance for a {type(vehicle).__name__}")
+
+
+def check(vehicle: RunningGear) -> None:
+    """The balance knows empty vehicles on steel springs.
+
+    Raises
+    ------
+    InputError : the vehicle has a payload or air springs.
+    """
+    loaded = vehicle.payload.carried(vehicle.seats, vehicle.standing_area) != 0.0
+    if loaded or vehicle.air_spring is not None:
+        raise InputError("steady curving: solved for vehicles without payload and air springs only; leave these out")
 
 
 @layout.register
