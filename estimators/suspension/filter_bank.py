@@ -39,8 +39,12 @@ class Gains:
     readings: int
 
     def at(self, parameters: np.ndarray) -> np.ndarray:
-        """Packed matrices of many parameters (p, 3), interpolated; shape (p, length)."""
-        points = 2.0 * (parameters - self.low) / (self.high - self.low) - 1.0
+        """Packed matrices of many parameters (p, 3), interpolated; shape (p, length).
+
+        A parameter whose box has no width is the same everywhere.
+        """
+        width = self.high - self.low
+        points = np.where(width > 0.0, 2.0 * (parameters - self.low) / np.where(width > 0.0, width, 1.0) - 1.0, 0.0)
         first, second, third = (lagrange(nodes, points[:, i]) for i, nodes in enumerate(self.nodes))
         weights = np.einsum("pi,pj,pk->pijk", first, second, third).reshape(len(parameters), -1)
         return weights @ self.table

@@ -32,8 +32,12 @@ def verdicts(mean: np.ndarray, std: np.ndarray, nominal: np.ndarray) -> list[dic
 
 
 def damper(value: float, std: float, nominal: float) -> str:
-    """Healthy, degraded, failed or unknown; in doubt the better, so that a healthy damper is not called degraded."""
-    if not np.isfinite(value) or nominal <= 0.0 or std > BLUNT * nominal:
+    """Healthy, degraded, failed or unknown; in doubt the better, so that a healthy damper is not called degraded. Not
+    there, where the vehicle is built without.
+    """
+    if nominal <= 0.0:
+        return "not there"
+    if not np.isfinite(value) or std > BLUNT * nominal:
         return "unknown"
     if value + SURE * std < FAILED * nominal:
         return "failed"

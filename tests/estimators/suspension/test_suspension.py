@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
+from estimators.suspension.base import SuspensionEstimator
 from estimators.suspension.suspension_ekf import SuspensionEkf
 from estimators.suspension.suspension_ml import SuspensionMl
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.suspension_ukf import SuspensionUkf
-from estimators.suspension.verdicts import damper, profiles
+from estimators.suspension.verdicts import damper, profiles, std_name
 from estimators.vehicle.affine import FULL, PARAMETERS
 from experiments.scoring.suspension import true_parameters
+from railsim import load_scenario, measure, simulate
 from railsim.errors import InputError
 from tests.estimators.suspension_rig import changed, recording
 
@@ -46,6 +48,17 @@ def test_a_wheelset_rolls_as_far_as_its_contact_angle_tilts_it():
     found = np.polyfit(shift, truth["wheelset1.roll [rad]"] - tilt, 1)[0]
     slope = p["design_contact_angle"] / p["half_gauge"]
     assert found == pytest.approx(slope / (1.0 - p["wheel_radius"] * slope), rel=0.03)
+
+
+@pytest.mark.parametrize("kind", [FAST, SuspensionMl(keep_every=4, starts=8), SuspensionEkf(keep_every=4)])
+def test_a_vehicle_without_yaw_dampers_has_none_and_its_lateral_ones_are_found(kind: SuspensionEstimator):
+    scenario = load_scenario("suspension", {"vehicle": "manchester", "duration": 20.0})
+    run = measure(simulate(scenario, "compiled"), scenario)
+    estimate = kind.estimate(run.measurements)
+    assert estimate.series[PARAMETERS[0]].to_numpy()[-1] == pytest.approx(2 * 32e3, rel=0.05)
+    assert estimate.series[std_name(PARAMETERS[0])].to_numpy()[-1] < 0.05 * 64e3
+    assert estimate.series[PARAMETERS[1]].to_numpy()[-1] == 0.0
+    assert [entry["verdict"] for entry in estimate.about["verdicts"]] == ["healthy", "not there", "healthy"]
 
 
 def test_half_a_damper_is_called_degraded():
