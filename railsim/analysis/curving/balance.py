@@ -269,10 +269,11 @@ def steady_curving(vehicle: Vehicle, curve: Curve) -> Curving:
         found = root(lambda x, b=balance: b.residual(x) / weight, unknown, method="hybr", options=SETTINGS)
         unknown = found.x
         worst = float(np.abs(balance.residual(unknown)).max() / weight)
-    if not worst < ACCURACY:
-        raise InputError(
-            f"steady curving: no balance at curvature {curve.curvature:g} 1/m, cant {curve.cant:g} m and "
-            f"{curve.speed:g} m/s (left over {worst:.1e} of the weight); choose a speed that suits the curve"
-        )
+        if not worst < ACCURACY:
+            raise InputError(
+                f"steady curving: no balance at curvature {curve.curvature:g} 1/m, cant {curve.cant:g} m and "
+                f"{curve.speed:g} m/s (left over {worst:.1e} of the weight, after {part:.0%} of the way from straight "
+                "track); choose a speed that suits the curve"
+            )
     values = balance.named(unknown)
     return Curving(values, balance.loads(values)[2], worst)
