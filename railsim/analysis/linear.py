@@ -19,7 +19,7 @@ from railsim.dynamics.plant import Plant, build_plant, check_reach
 from railsim.dynamics.workspace import NO_WHEELS, workspace
 from railsim.errors import InputError
 from railsim.model import Model
-from railsim.speed import Constant, speed_tables
+from railsim.speed import FASTEST, Constant, speed_tables
 from railsim.track.kernel import TrackTables, build_tables
 from railsim.track.track import Track
 
@@ -92,8 +92,10 @@ def critical_speed(model: Model, low: float, high: float, track: Track | None = 
 
     Raises
     ------
-    InputError : a motion grows at `low` already.
+    InputError : a motion grows at `low` already; or `high` is faster than any run may be.
     """
+    if high > FASTEST:
+        raise InputError(f"critical speed: search up to {FASTEST:g} m/s at most, not {high:g}")
     tables = build_tables(straight() if track is None else track)
 
     def growth(speed: float) -> float:

@@ -21,6 +21,8 @@ from railsim.vehicles.secondary import both_points, secondary_springs, sides
 AS_SPRINGS = "none = the height of the secondary springs"
 RIGID = "none = rigid"
 LINEAR = "none = linear"
+HALVED = ("body_mass", "body_roll_inertia", "seats", "standing_area")
+"""Fields of which half a vehicle has half."""
 SIDEWAYS = np.array([0.0, 1.0, 0.0])
 
 
@@ -145,8 +147,7 @@ class WholeVehicle(RunningGear, frozen=True):
     def half(self) -> HalfVehicle:
         """The half vehicle of the same parameters: half the body on one bogie; it has no arms, rods and heights."""
         same = {name: getattr(self, name) for name in RunningGear.model_fields}
-        halves = ("body_mass", "body_roll_inertia", "seats", "standing_area")
-        half = {name: 0.5 * getattr(self, name) for name in halves}
+        half = {name: 0.5 * getattr(self, name) for name in HALVED}
         payload = self.payload.but(ahead=0.0)
         if payload.mass is not None:
             payload = payload.but(mass=0.5 * payload.mass)

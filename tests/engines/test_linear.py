@@ -121,3 +121,8 @@ def test_critical_speed_is_where_the_least_damping_vanishes() -> None:
     assert critical_speed(model, 20.0, 60.0) is None
     with pytest.raises(InputError, match="start the search lower"):
         critical_speed(model, 1.1 * speed, 119.0)
+
+
+def test_a_search_beyond_the_fastest_run_is_refused() -> None:
+    with pytest.raises(InputError, match="up to 120 m/s at most, not 200"):
+        critical_speed(Manchester().model(), 20.0, 200.0)

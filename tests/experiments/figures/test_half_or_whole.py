@@ -19,6 +19,7 @@ from experiments.figures.half_or_whole import (
 )
 from experiments.reporting.size import Size
 from railsim.vehicles.running_gear import RunningGear
+from railsim.vehicles.whole_vehicle import HALVED
 
 
 def test_squared_amplitudes_in_a_band_add_up_to_the_mean_square_there():
@@ -33,7 +34,7 @@ def test_squared_amplitudes_in_a_band_add_up_to_the_mean_square_there():
 def test_half_has_all_of_the_suspension_of_the_whole_vehicle():
     whole = vehicle()
     half = whole.half()
-    shared = set(RunningGear.model_fields) - {"body_mass", "body_roll_inertia"}
+    shared = set(RunningGear.model_fields) - set(HALVED)
     assert all(getattr(half, name) == getattr(whole, name) for name in shared)
     assert {element.name for element in whole.model().nonlinear} == {"bump_stop", "bump_stop2"}
     springs = {element.name: element for element in whole.model().elements if element.position[0] > -3.0}
