@@ -1,11 +1,13 @@
 """Steady curving: the balance's own checks, and runs of the engines against it."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from experiments.validation.curving import CANT, RADIUS, compared, settled
 from experiments.validation.whole_curving import whole_compared
-from railsim.analysis.curving import Curve, steady_curving
+from railsim.analysis.curving import Curve, Curving, steady_curving
 from railsim.constants import GRAVITY
 from railsim.errors import InputError
 from railsim.profiles.pair import ProfilePair
@@ -71,23 +73,28 @@ def test_runs_end_in_the_balance(vehicle: HalfVehicle, speed: float, engine: str
     assert abs(solved.values["wheelset1.y"]) > 5e-3  # on the flange
 
 
+@cache
+def whole_in_a_curve() -> tuple[ManchesterWhole, Curve, Curving]:
+    """The Manchester vehicle at R 300 m."""
+    vehicle, curve = ManchesterWhole(), Curve(1.0 / 300.0, 0.15, 14.0)
+    return vehicle, curve, steady_curving(vehicle, curve)
+
+
 def test_a_whole_vehicle_carries_weight_and_centrifugal_force() -> None:
     """All eight contact forces together; along the track they are what the body's holding force overcomes."""
-    vehicle, speed, radius = ManchesterWhole(), 14.0, 300.0
-    found = steady_curving(vehicle, Curve(1.0 / radius, 0.15, speed))
+    vehicle, curve, found = whole_in_a_curve()
     total = np.sum([wheel.force for wheel in found.wheels.values()], axis=0)
     weight = 8.0 * vehicle.wheel_load
     assert len(found.wheels) == 8
     assert total[2] == pytest.approx(weight, rel=1e-9)
-    middle = vehicle.semi_bogie_spacing / radius  # angle between the frame of the circle and the body's own
+    middle = vehicle.semi_bogie_spacing * curve.curvature  # angle between the frame of the circle and the body's own
     inwards = total[0] * np.sin(middle) + total[1] * np.cos(middle)
-    assert inwards == pytest.approx(weight / GRAVITY * speed**2 / radius, rel=2e-3)
+    assert inwards == pytest.approx(weight / GRAVITY * curve.speed**2 * curve.curvature, rel=2e-3)
 
 
 def test_a_whole_vehicle_run_ends_in_the_balance() -> None:
-    vehicle, speed, radius, cant = ManchesterWhole(), 14.0, 300.0, 0.15
-    solved = steady_curving(vehicle, Curve(1.0 / radius, cant, speed))
-    rows = compared(settled(vehicle, speed, radius=radius, cant=cant), solved)
+    vehicle, curve, solved = whole_in_a_curve()
+    rows = compared(settled(vehicle, curve.speed, radius=1.0 / curve.curvature, cant=curve.cant), solved)
     assert len(rows) == 16
     for row in rows:
         assert row["difference [-]"] < 0.01, row
