@@ -13,9 +13,14 @@ SIDES = (("left", 1.0), ("right", -1.0))
 
 
 class SecondarySprings(NamedTuple):
-    """Both springs of a bogie: stiffness (6, 6) in the middle between them, with the roll bar's; force on the body
-    [N]; what the left one bears beyond half of it [N]; and the vertical behaviour of the left and
-    the right one where they are of air.
+    """Both springs of a bogie.
+
+    Attributes
+    ----------
+    stiffness : (6, 6) in the middle between them, with the roll bar's [N/m, N/rad, N m/rad].
+    force : upwards on the body [N].
+    uneven : what the left one bears beyond half of the load [N].
+    air : vertical behaviour of the left and the right one, empty where they are of steel.
     """
 
     stiffness: np.ndarray

@@ -103,8 +103,8 @@ def test_a_load_off_the_centre_is_in_balance(engine: str, air: dict[str, float] 
         ahead += body.mass * GRAVITY * body.position[0]
     assert forces.sum() == pytest.approx(weights, rel=1e-6)
     rails = 0.75  # m; distance of the contacts from the middle
-    tilted = 4e-3  # of the wheelsets' own sideways forces, which have no level arm: their heights differ by a hair
-    assert rails * (forces[:, 0] - forces[:, 1]).sum() == pytest.approx(moment, rel=tilted)
+    across = rails * (forces[:, 0] - forces[:, 1]).sum()
+    assert across == pytest.approx(moment, rel=2e-4)
     axles = np.array([body.position[0] for body in model.bodies if body.name.startswith("wheelset")])
     assert forces.sum(axis=1) @ axles == pytest.approx(ahead, rel=2e-4)
     mass, x = 40000.0, 3.0 * 8000.0 / 40000.0
@@ -152,13 +152,10 @@ def test_bounce_follows_the_load_as_the_air_springs_say(mass: float) -> None:
     nearest = ours[np.abs(ours - expected).argmin()]
     assert float(np.imag(nearest)) == pytest.approx(float(np.imag(expected)), rel=5e-3)
     assert float(np.real(nearest)) == pytest.approx(float(np.real(expected)), rel=5e-2)
-    slow = np.sqrt((k1 * k2 / (k1 + k2) + k3) / body)  # the spring of both volumes alone, on a bogie that stands
-    assert float(np.imag(nearest)) == pytest.approx(slow, rel=0.15)
 
 
-@pytest.mark.parametrize("law", ["polach"])
-def test_engines_agree_with_a_load_off_the_centre(law: str) -> None:
-    model = whole(payload=ASIDE, air_spring=AIR, adhesion={"law": law}).model()
+def test_engines_agree_with_a_load_off_the_centre() -> None:
+    model = whole(payload=ASIDE, air_spring=AIR).model()
     track = rough(curve(1e9, 0.0, 220.0))
     fast, reference = (go(engine, make_run(model, track, 20.0, 6.0, start=25.0)) for engine in ("compiled", "exudyn"))
     for body in ("body", "bogie", "bogie2", "wheelset1", "wheelset4"):
