@@ -7,12 +7,14 @@ import numpy as np
 from estimators.adhesion.adhesion_level import COLUMNS, WINDOW
 from estimators.adhesion.classifier import LEVELS
 from estimators.interface import Estimate
-from experiments.scoring.interface import Scorer
+from experiments.scoring.interface import Check, Scorer
 from railsim.truth import TIME, Truth
 
 BOUNDS = (0.35, 0.134, 0.042)
 """Friction coefficients between the levels: 0.35, so that 0.4 of ordinary dry rails is dry; then geometric means."""
 SIDES = ("left", "right")
+EXCLUDED = 0.05
+"""A level of less probability is excluded."""
 
 
 class AdhesionLevelScorer(Scorer):
@@ -20,6 +22,17 @@ class AdhesionLevelScorer(Scorer):
 
     columns: ClassVar[tuple[str, ...]] = COLUMNS[:1]
     needs: ClassVar[tuple[str, ...]] = (*COLUMNS, TIME, "valid [-]")
+    checks: ClassVar[tuple[Check, ...]] = (
+        Check(
+            "adhesion level",
+            "level wrong [-]",
+            0.1,
+            "illustrative: nine windows in ten",
+            "true level not excluded [-]",
+            "windows that count [-]",
+            subject="health",
+        ),
+    )
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Share of windows whose level is right, probability that is honest, places of changes.
@@ -39,6 +52,8 @@ class AdhesionLevelScorer(Scorer):
             real = level[first][counts]
             right = given.argmax(axis=1) == real
             scores["level right [-]"] = float(np.mean(right))
+            scores["level wrong [-]"] = float(np.mean(~right))
+            scores["true level not excluded [-]"] = float(np.mean(given[np.arange(len(real)), real] >= EXCLUDED))
             scores["mean probability of the level named [-]"] = float(np.mean(given.max(axis=1)))
             scores["Brier score [-]"] = float(np.mean(np.sum((given - np.eye(len(LEVELS))[real]) ** 2, axis=1)))
         return scores | _change_scores(estimate, truth, level)

@@ -13,7 +13,7 @@ import pandas as pd
 
 from estimators.interface import Estimate
 from experiments.scoring.contact_geometry import series_of, settled_rows
-from experiments.scoring.interface import Scorer
+from experiments.scoring.interface import Check, Scorer
 from experiments.scoring.wheel_rail_truth import ContactTruth, contact_truth
 from railsim.analysis.statistics import root_mean_square
 from railsim.truth import TIME, Truth
@@ -31,6 +31,24 @@ class ConicityScorer(Scorer):
 
     columns: ClassVar[tuple[str, ...]] = ("conicity [-]",)
     needs: ClassVar[tuple[str, ...]] = (TIME,)
+    checks: ClassVar[tuple[Check, ...]] = (
+        Check(
+            "conicity",
+            "conicity rms error [-]",
+            0.05,
+            "illustrative: an eighth of the limit at which wheels are due; EN 14363 tests in classes of 0.05 to 0.1",
+            "conicity within 2 std [-]",
+            "valid share [-]",
+        ),
+        Check(
+            "conicity over the shift",
+            "function rms error by data [-]",
+            0.05,
+            "as of the conicity",
+            "function within 2 std [-]",
+            "function covered [-]",
+        ),
+    )
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Errors of the conicity over time against the cone that fits best in a moving window, and of its function."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from estimators.interface import Estimate
 from experiments.reporting.units import MM
-from experiments.scoring.interface import Scorer
+from experiments.scoring.interface import Check, Scorer
 from experiments.scoring.wheel_rail_truth import ContactTruth, contact_truth
 from railsim.analysis.statistics import root_mean_square
 from railsim.truth import TIME, Truth
@@ -27,11 +27,30 @@ _READ: dict[str, Callable[[ContactTruth], np.ndarray]] = {
 """By the column of an estimate: what is true of it."""
 
 
+_ALLOWED = {
+    "track_lateral [m]": (0.72, "EN 13848-2, alignment in D2, see `experiments.scoring.track`"),
+    "wheelset1.lateral_shift [m]": (1.0, "illustrative: a seventh of the way to the flange"),
+    "sum_of_radii [m]": (0.3, "conicity 0.05 over 3 mm on both wheels"),
+    "difference_of_radii [m]": (0.3, "conicity 0.05 over 3 mm on both wheels"),
+    "sum_of_angles [rad]": (50.0, "illustrative: a slope of 0.05"),
+    "difference_of_angles [rad]": (50.0, "illustrative: a slope of 0.05"),
+}
+"""By column: allowed rms error in mm or mrad, and why."""
+
+
+def _check(column: str) -> Check:
+    name, unit = column.removesuffix("]").split(" [")
+    allowed, source = _ALLOWED[column]
+    error = f"{name} rms error [m{unit}]"
+    return Check(name.replace("_", " "), error, allowed, source, f"{name} within 2 std [-]", f"{name} valid share [-]")
+
+
 class ContactGeometryScorer(Scorer):
     """Lateral positions, sums and differences of rolling radii and of contact angles."""
 
     columns: ClassVar[tuple[str, ...]] = tuple(_READ)
     needs: ClassVar[tuple[str, ...]] = (TIME,)
+    checks: ClassVar[tuple[Check, ...]] = tuple(map(_check, _ALLOWED))
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Errors of each column that the estimate has."""

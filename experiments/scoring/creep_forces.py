@@ -3,15 +3,39 @@
 from typing import ClassVar
 
 import numpy as np
+import pandas as pd
 
 from estimators.adhesion.channels import high_pass
 from estimators.interface import Estimate
-from experiments.scoring.interface import Scorer, stated
+from experiments.scoring.interface import Check, Scorer, stated
 from railsim.analysis.statistics import root_mean_square
 from railsim.truth import TIME, Truth
 
 SIDES = ("left", "right")
 FORCE, MOMENT = "lateral_creep_force [N]", "creep_yaw_moment [N m]"
+
+
+OF_LOAD = 0.01
+"""Allowed rms error over the static load of a wheelset: levels of adhesion lie 0.04 to 0.3 of it apart."""
+
+
+def _checks() -> tuple[Check, ...]:
+    source = "illustrative: 1 % of a wheelset's load; levels of adhesion lie 4 to 30 % of it apart"
+    checks = []
+    for name in ("wheelset1", "wheelset2"):
+        for what in ("lateral force", "yaw moment"):
+            label = f"{name} {what}"
+            checks.append(
+                Check(
+                    label,
+                    f"{label} rms error over load [-]",
+                    OF_LOAD,
+                    source,
+                    f"{label} within 2 std [-]",
+                    "valid share [-]",
+                )
+            )
+    return tuple(checks)
 
 
 class CreepForceScorer(Scorer):
@@ -23,6 +47,7 @@ class CreepForceScorer(Scorer):
         "valid [-]",
         *(f"wheelset{n}.{name}" for n in (1, 2) for name in (FORCE, MOMENT)),
     )
+    checks: ClassVar[tuple[Check, ...]] = _checks()
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Errors of forces and moments against the contacts', both high-passed at the estimator's corner."""
@@ -33,6 +58,9 @@ class CreepForceScorer(Scorer):
         time = series[TIME].to_numpy(float)[valid]
         corner = stated(estimate, "settings", "corner")
         scores = {"valid share [-]": float(np.mean(valid))}
+        vehicle = truth.about["vehicle"]
+        load = 2.0 * vehicle.get("design_wheel_load [N]", np.nan)
+        lever = vehicle["half_gauge [m]"]
         for number in (1, 2):
             true = {key: _as_seen(values, truth, time, corner) for key, values in true_forces(truth, number).items()}
             name = f"wheelset{number}"
@@ -40,16 +68,32 @@ class CreepForceScorer(Scorer):
             moment = series[f"{name}.{MOMENT}"].to_numpy(float)[valid]
             gravity = f"{name}.gravity_force [N]"  # stands apart where the estimator knows the profile
             apart = series[gravity].to_numpy(float)[valid] if gravity in series.columns else 0.0
+            net, turning = force + apart - true["creep"] - true["gravity"], moment - true["moment"]
+            scores |= _judged(f"{name} lateral force", net, load, _spread(series, f"{name}.{FORCE}", valid))
+            scores |= _judged(f"{name} yaw moment", turning, load * lever, _spread(series, f"{name}.{MOMENT}", valid))
             scores |= {
-                f"{name} lateral force rms error, gravity's included [N]": root_mean_square(
-                    force + apart - true["creep"] - true["gravity"]
-                ),
+                f"{name} lateral force rms error, gravity's included [N]": root_mean_square(net),
                 f"{name} lateral force rms error, creep alone [N]": root_mean_square(force - true["creep"]),
                 f"{name} lateral force true rms, creep alone [N]": root_mean_square(true["creep"]),
-                f"{name} yaw moment rms error [N m]": root_mean_square(moment - true["moment"]),
+                f"{name} yaw moment rms error [N m]": root_mean_square(turning),
                 f"{name} yaw moment true rms [N m]": root_mean_square(true["moment"]),
             }
         return scores
+
+
+def _spread(series: pd.DataFrame, column: str, valid: np.ndarray) -> np.ndarray | None:
+    """The stated deviation of a column; that of gravity's force stands apart and is not in it."""
+    name, unit = column.removesuffix("]").split(" [")
+    std = f"{name}_std [{unit}]"
+    return series[std].to_numpy(float)[valid] if std in series.columns else None
+
+
+def _judged(label: str, error: np.ndarray, full: float, spread: np.ndarray | None) -> dict[str, float]:
+    """Rms error over the `full` force or moment, and coverage by the stated deviation."""
+    scores = {f"{label} rms error over load [-]": root_mean_square(error) / full}
+    if spread is not None:
+        scores[f"{label} within 2 std [-]"] = float(np.mean(np.abs(error) <= 2.0 * spread))
+    return scores
 
 
 def true_forces(truth: Truth, number: int) -> dict[str, np.ndarray]:

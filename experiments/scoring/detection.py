@@ -3,11 +3,12 @@
 import numpy as np
 
 from estimators.interface import Estimate
-from estimators.suspension.verdicts import damper, std_name
+from estimators.suspension.verdicts import COMPONENTS, HOLLOW, WORN, damper, std_name
 from estimators.vehicle.affine import PARAMETERS, nominal
 from railsim.effects.interface import EFFECTS
 from railsim.truth import Truth
 
+BAD = ("degraded", "failed")
 ASKED = 15.0  # s from which on a verdict is asked for; the filters start from nothing
 
 
@@ -46,7 +47,7 @@ def score_detection(estimate: Estimate, truth: Truth) -> dict[str, float]:
     delays, alarms, under = [], 0, 0.0
     for which, name in enumerate(PARAMETERS[:2]):
         mean, std = series[name].to_numpy(dtype=float), series[std_name(name)].to_numpy(dtype=float)
-        said = [damper(m, s, built[which]) in ("degraded", "failed") for m, s in zip(mean, std, strict=True)]
+        said = [damper(m, s, built[which]) in BAD for m, s in zip(mean, std, strict=True)]
         bad = np.array(said) & (time >= ASKED)
         weak = (time >= onset[which]) & (share[which] < 1.0)
         alarms += bool((bad & ~weak).any())
@@ -59,6 +60,29 @@ def score_detection(estimate: Estimate, truth: Truth) -> dict[str, float]:
         seen = bool(np.isfinite(delays).all())
         scores |= {"detected [-]": float(seen)} | ({"detection delay [s]": max(delays)} if seen else {})
     return scores
+
+
+def score_verdicts(estimate: Estimate, truth: Truth, conicity: float) -> dict[str, float]:
+    """The verdicts that an estimate states at its end against what the components were.
+
+    Parameters
+    ----------
+    conicity : that the wheels had.
+
+    Returns
+    -------
+    "wrong verdicts [-]": components that were healthy and are called degraded or failed, or the other way round;
+    "verdicts given [-]": share of the components that are called something definite. Empty where none are stated.
+    """
+    stated = {one.get("component"): str(one.get("verdict")) for one in estimate.about.get("verdicts", [])}
+    share, _ = damping_left(truth)
+    faulty: dict[str, bool] = dict(zip(COMPONENTS, [*(share < WORN).tolist(), conicity > HOLLOW], strict=True))
+    known = {name: verdict for name, verdict in stated.items() if name in faulty}
+    if not known:
+        return {}
+    wrong = sum(v in BAD and not faulty[name] or v == "healthy" and faulty[name] for name, v in known.items())
+    given = [verdict in (*BAD, "healthy", "not there") for verdict in known.values()]
+    return {"wrong verdicts [-]": float(wrong), "verdicts given [-]": float(np.mean(given))}
 
 
 def raised(bad: np.ndarray, weak: np.ndarray) -> np.ndarray:

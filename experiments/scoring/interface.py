@@ -2,12 +2,43 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from estimators.interface import Estimate
 from railsim.errors import InputError
 from railsim.registry import Kind
 from railsim.truth import Truth
+
+ANY = 1e-9
+"""Least share of an estimate's samples that must count for it to have answered."""
+
+
+class Check(NamedTuple):
+    """What a scored quantity must be good for, by the names of its scores.
+
+    Attributes
+    ----------
+    quantity : in words. subject : "health" of components and adhesion levels, whose mistakes count apart; or "value".
+    error : score, `"score [unit]"`, that must be at most `allowance`; `source` : where that comes from.
+    within : score of the share of errors within two stated deviations; empty where there is none.
+    answered : score of the share that the estimate answers at all; below `enough` it is withheld.
+    excused : whether a warning in words excuses a mistake.
+    """
+
+    quantity: str
+    error: str
+    allowance: float
+    source: str
+    within: str = ""
+    answered: str = ""
+    enough: float = ANY
+    subject: Literal["value", "health"] = "value"
+    excused: bool = True
+
+    @property
+    def unit(self) -> str:
+        """Of the error and the allowance."""
+        return self.error.rpartition(" [")[2].removesuffix("]")
 
 
 class Scorer(ABC):
@@ -18,10 +49,12 @@ class Scorer(ABC):
     columns : columns of an estimate, `"name [unit]"`, that are scored here. The scorer is asked where the estimate has
         any of them.
     needs : columns without which it cannot score them.
+    checks : what its quantities must be good for; `railsim circumstances` judges by them.
     """
 
     columns: ClassVar[tuple[str, ...]]
     needs: ClassVar[tuple[str, ...]] = ()
+    checks: ClassVar[tuple[Check, ...]] = ()
 
     @abstractmethod
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:

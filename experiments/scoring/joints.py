@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
-from experiments.scoring.interface import Scorer
+from experiments.scoring.interface import Check, Scorer
 from railsim.analysis.statistics import root_mean_square
 from railsim.track.features import Feature, from_stated
 from railsim.truth import TIME, Truth
@@ -38,6 +38,16 @@ class JointScorer(Scorer):
 
     columns: ClassVar[tuple[str, ...]] = ("dip_snr [-]",)
     needs: ClassVar[tuple[str, ...]] = (TIME, "valid [-]")
+    checks: ClassVar[tuple[Check, ...]] = (
+        Check("dips", "missed or false dips [-]", 0.1, "illustrative: nine dips in ten, at most one false among ten"),
+        Check(
+            "depth of dips",
+            "rms relative error of depth [-]",
+            0.25,
+            "illustrative: a quarter",
+            "depth within 2 std [-]",
+        ),
+    )
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Recall, precision, and errors of position, depth, angle and side of the dips that were found."""
@@ -49,6 +59,7 @@ class JointScorer(Scorer):
             scores["recall [-]"] = float(detected[true].mean())
         if detected.any():
             scores["precision [-]"] = float(true[detected].mean())
+        scores["missed or false dips [-]"] = float(np.mean(true != detected)) if len(true) else 0.0
         hits = {name: values[true & detected] for name, values in columns.items()}
         return scores | (_sizes(hits) if len(hits["s [m]"]) else {})
 

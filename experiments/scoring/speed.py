@@ -9,7 +9,7 @@ import numpy as np
 from estimators.interface import Estimate
 from experiments.reporting.failures import PluginError, plugin_code
 from experiments.reporting.units import KMH
-from experiments.scoring.interface import Scorer
+from experiments.scoring.interface import Check, Scorer
 from railsim.analysis.statistics import root_mean_square
 from railsim.errors import InputError
 from railsim.truth import SPEED, TIME, Truth
@@ -20,15 +20,26 @@ class SpeedScorer(Scorer):
 
     columns: ClassVar[tuple[str, ...]] = (SPEED,)
     needs: ClassVar[tuple[str, ...]] = (TIME,)
+    checks: ClassVar[tuple[Check, ...]] = (
+        Check(
+            "speed",
+            "rms error over rms speed [-]",
+            0.01,
+            "illustrative: as good as a tachometer on a wheel worn by 5 mm",
+            "within 2 std [-]",
+            "valid share [-]",
+        ),
+    )
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Root mean square, 99.9 % quantile, largest size and mean of the error; share within two deviations."""
-        _, error = speed_errors(estimate, truth)
+        time, error = speed_errors(estimate, truth)
         valid = np.isfinite(error)
         if not valid.any():
             return {"valid share [-]": 0.0}
         size = np.abs(error[valid])
         rms = root_mean_square(size)
+        speed = root_mean_square(np.interp(time[valid], truth.time, truth[SPEED]))
         scores = {
             "rms error [km/h]": KMH * rms,
             "99.9 % error [km/h]": KMH * float(np.quantile(size, 0.999)),
@@ -36,6 +47,7 @@ class SpeedScorer(Scorer):
             "bias [km/h]": KMH * float(np.mean(error[valid])),
             "rms error [m/s]": rms,
             "largest error [m/s]": float(size.max()),
+            "rms error over rms speed [-]": rms / max(speed, 1e-9),
         }
         if "speed_std [m/s]" in estimate.series.columns:
             spread = estimate.series["speed_std [m/s]"].to_numpy()[valid]

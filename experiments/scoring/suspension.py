@@ -7,13 +7,16 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import PARAMETERS
-from experiments.scoring.detection import damping_left, score_detection
-from experiments.scoring.interface import Scorer
+from experiments.scoring.detection import damping_left, score_detection, score_verdicts
+from experiments.scoring.interface import Check, Scorer
 from railsim.errors import InputError
 from railsim.truth import TIME, Truth
 
 SETTLED = 5.0  # s at the end of the record over which the estimate is averaged
 LABELS = ("secondary lateral damping", "secondary yaw damping", "conicity")
+
+
+_QUARTER = "illustrative: a quarter of the nominal damping; dampers are called degraded below three quarters"
 
 
 class SuspensionScorer(Scorer):
@@ -24,12 +27,27 @@ class SuspensionScorer(Scorer):
 
     columns: ClassVar[tuple[str, ...]] = PARAMETERS[:2]
     needs: ClassVar[tuple[str, ...]] = (TIME,)
+    checks: ClassVar[tuple[Check, ...]] = (
+        *(Check(name, f"{name} size of error [%]", 25.0, _QUARTER, f"{name} within 2 std [-]") for name in LABELS[:2]),
+        Check(
+            "verdicts at the end",
+            "wrong verdicts [-]",
+            0.0,
+            "no healthy part accused, no faulty one called healthy",
+            answered="verdicts given [-]",
+            enough=1.0,
+            subject="health",
+            excused=False,
+        ),
+        Check("alarms on the way", "false alarms [-]", 0.0, "no healthy part accused", subject="health", excused=False),
+    )
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Error and stated deviation of each damper; detection of both beside the lateral one's."""
         scores: dict[str, float] = {}
         if PARAMETERS[0] in self.columns_of(estimate):
             scores |= score_parameter(0, estimate, truth) | score_detection(estimate, truth)
+            scores |= score_verdicts(estimate, truth, true_conicity(truth))
         if PARAMETERS[1] in self.columns_of(estimate):
             scores |= score_parameter(1, estimate, truth)
         return scores
@@ -91,4 +109,7 @@ def score_parameter(index: int, estimate: Estimate, truth: Truth) -> dict[str, f
     if true <= 0.0:
         return {}
     label, left = LABELS[index], damping_left(truth)[0][index]
-    return {f"{label} error [%]": 100.0 * (mean / true - left), f"{label} std [%]": 100.0 * std / true}
+    error, spread = mean / true - left, std / true
+    scores = {f"{label} error [%]": 100.0 * error, f"{label} std [%]": 100.0 * spread}
+    scores[f"{label} size of error [%]"] = 100.0 * abs(error)
+    return scores | {f"{label} within 2 std [-]": float(abs(error) <= 2.0 * spread)}

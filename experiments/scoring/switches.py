@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from estimators.interface import Estimate
-from experiments.scoring.interface import Scorer
+from experiments.scoring.interface import Check, Scorer
 from railsim.truth import Truth
 
 
@@ -13,6 +13,10 @@ class SwitchScorer(Scorer):
     """Switches and crossings of a crossover."""
 
     columns: ClassVar[tuple[str, ...]] = ("yaw [rad]",)
+    checks: ClassVar[tuple[Check, ...]] = (
+        Check("features of crossovers", "missed or false features [-]", 0.17, "illustrative: one of six"),
+        Check("places of features", "largest error of distance from middle [m]", 1.0, "illustrative: two sleepers"),
+    )
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Recall of the labelled features, their places by time, and their distances from the crossover's middle."""
@@ -24,6 +28,8 @@ class SwitchScorer(Scorer):
             "crossovers [-]": float(len(estimate.about.get("crossovers", []))),
         }
         hits = sorted(set(real) & set(events))
+        every = set(real) | set(events)
+        scores["missed or false features [-]"] = 1.0 - len(hits) / len(every) if every else 0.0
         if real:
             scores["features found [-]"] = len(hits) / len(real)
         if hits:

@@ -14,7 +14,7 @@ from estimators.interface import Estimate
 from estimators.signals.bands import Band, band_pass, bands_of, settled
 from estimators.speed.odometry import Odometry
 from experiments.reporting.units import MM
-from experiments.scoring.interface import Scorer, stated
+from experiments.scoring.interface import Check, Scorer, stated
 from railsim.analysis.statistics import root_mean_square
 from railsim.errors import InputError
 from railsim.truth import TIME, Truth
@@ -43,11 +43,58 @@ _DESIGN = {
 _RAILS = ("left_vertical", "right_vertical", "left_lateral", "right_lateral", "curvature", "cant")
 
 
+_REPEATABILITY = "EN 13848-2, repeatability, as quoted in secondary sources"
+_PAIR = 1.96 * 2.0**0.5
+"""95 % of the differences of two measurements lie within so many rms errors of one."""
+_LIMITS = {
+    "vertical": (0.5, 1.0),
+    "lateral": (0.7, 2.0),
+    "cross_level": (1.5, 1.5),
+    "gauge_deviation": (0.5, 0.5),
+}
+"""Repeatability in D1 and D2, mm: what 95 % of the differences of two measurements may be at most. That of alignment
+and longitudinal level is the standard's for each band; cross level and gauge are not given by band there.
+"""
+_TWIST_LIMIT = 0.7  # mm/m, likewise
+
+
+def _checks() -> tuple[Check, ...]:
+    checks = []
+    for quantity in QUANTITIES:
+        limits = _LIMITS[quantity.removeprefix("left_").removeprefix("right_")]
+        for band, limit in zip(("D1", "D2"), limits, strict=True):
+            label = f"{quantity} {band}"
+            checks.append(
+                Check(
+                    label.replace("_", " "),
+                    f"{label} rms error [mm]",
+                    limit / _PAIR,
+                    f"{_REPEATABILITY}: {limit:g} mm",
+                    f"{label} within 2 std [-]",
+                    f"{label} scored share [-]",
+                )
+            )
+    level, source = _LIMITS["cross_level"][0], f"{_REPEATABILITY}: "
+    checks += [
+        Check("cant", "cant rms error [mm]", level / _PAIR, f"{source}{level:g} mm", "", "cant scored share [-]"),
+        Check(
+            "twist",
+            "twist rms error [mm/m]",
+            _TWIST_LIMIT / _PAIR,
+            f"{source}{_TWIST_LIMIT:g} mm/m",
+            "",
+            "twist scored share [-]",
+        ),
+    ]
+    return tuple(checks)
+
+
 class TrackScorer(Scorer):
     """Irregularities band by band, cant and twist."""
 
     columns: ClassVar[tuple[str, ...]] = (*(f"{quantity} [m]" for quantity in QUANTITIES), CANT, TWIST)
     needs: ClassVar[tuple[str, ...]] = (S, TIME)
+    checks: ClassVar[tuple[Check, ...]] = _checks()
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Errors of each quantity that the estimate has."""

@@ -27,8 +27,8 @@ from railsim.truth import TIME
 SETTINGS = "estimators."
 _SHAPING = ("railsim", "estimators", "experiments")
 _APART = (
-    "benchmarks", "bounds", "calibration", "commands", "discrepancy", "fault_injection", "figures", "maintenance",
-    "reporting", "runs", "studies", "sweep", "validation",
+    "benchmarks", "bounds", "calibration", "circumstances", "commands", "discrepancy", "fault_injection", "figures",
+    "maintenance", "reporting", "runs", "studies", "sweep", "validation",
 )  # fmt: skip
 Suite = tuple[Measurements, tuple[SensorSet, ...]]
 """A recording without contents, and the sensor sets that stand there."""

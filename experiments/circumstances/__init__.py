@@ -1,0 +1,1 @@
+"""Every estimator away from home: a matrix of circumstances, and whether each estimate is right or says so."""
