@@ -50,7 +50,11 @@ class CreepForceScorer(Scorer):
     checks: ClassVar[tuple[Check, ...]] = _checks()
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
-        """Errors of forces and moments against the contacts', both high-passed at the estimator's corner."""
+        """Errors of forces and moments against the contacts', both high-passed at the estimator's corner.
+
+        The force whose error stands over the load, beside its coverage, is what the estimate means by it: with gravity's
+        part, or the creep alone where gravity's stands in a column of its own.
+        """
         series = estimate.series
         valid = series["valid [-]"].to_numpy(float) > 0.5
         if not valid.any():
@@ -69,7 +73,8 @@ class CreepForceScorer(Scorer):
             gravity = f"{name}.gravity_force [N]"  # stands apart where the estimator knows the profile
             apart = series[gravity].to_numpy(float)[valid] if gravity in series.columns else 0.0
             net, turning = force + apart - true["creep"] - true["gravity"], moment - true["moment"]
-            scores |= _judged(f"{name} lateral force", net, load, _spread(series, f"{name}.{FORCE}", valid))
+            side = net if gravity not in series.columns else force - true["creep"]
+            scores |= _judged(f"{name} lateral force", side, load, _spread(series, f"{name}.{FORCE}", valid))
             scores |= _judged(f"{name} yaw moment", turning, load * lever, _spread(series, f"{name}.{MOMENT}", valid))
             scores |= {
                 f"{name} lateral force rms error, gravity's included [N]": root_mean_square(net),
@@ -82,7 +87,7 @@ class CreepForceScorer(Scorer):
 
 
 def _spread(series: pd.DataFrame, column: str, valid: np.ndarray) -> np.ndarray | None:
-    """The stated deviation of a column; that of gravity's force stands apart and is not in it."""
+    """The stated deviation of a column."""
     name, unit = column.removesuffix("]").split(" [")
     std = f"{name}_std [{unit}]"
     return series[std].to_numpy(float)[valid] if std in series.columns else None

@@ -23,7 +23,7 @@ class SpeedScorer(Scorer):
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "speed",
-            "rms error over rms speed [-]",
+            "relative rms [-]",
             0.01,
             "illustrative: as good as a tachometer on a wheel worn by 5 mm",
             "within 2 std [-]",
@@ -47,7 +47,7 @@ class SpeedScorer(Scorer):
             "bias [km/h]": KMH * float(np.mean(error[valid])),
             "rms error [m/s]": rms,
             "largest error [m/s]": float(size.max()),
-            "rms error over rms speed [-]": rms / max(speed, 1e-9),
+            "relative rms [-]": rms / max(speed, 1e-9),
         }
         if "speed_std [m/s]" in estimate.series.columns:
             spread = estimate.series["speed_std [m/s]"].to_numpy()[valid]
