@@ -36,7 +36,7 @@ class ConicityScorer(Scorer):
             "conicity",
             "conicity rms error [-]",
             0.05,
-            "illustrative: an eighth of the limit at which wheels are due; EN 14363 tests in classes of 0.05 to 0.1",
+            "illustrative: an eighth of the limit at which wheels are due",
             "conicity within 2 std [-]",
             "valid share [-]",
         ),

@@ -52,8 +52,8 @@ class CreepForceScorer(Scorer):
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
         """Errors of forces and moments against the contacts', both high-passed at the estimator's corner.
 
-        The force whose error stands over the load, beside its coverage, is what the estimate means by it: with gravity's
-        part, or the creep alone where gravity's stands in a column of its own.
+        The force whose error stands over the load, beside its coverage, is what the estimate means by it: with the part
+        of gravity, or the creep alone where gravity has a column of its own.
         """
         series = estimate.series
         valid = series["valid [-]"].to_numpy(float) > 0.5
