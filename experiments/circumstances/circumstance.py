@@ -32,7 +32,7 @@ FAST_SHARE = 0.4
 CHOSEN = "circumstance"
 SPACING = 0.2  # m
 BAND = Band(shortest=1.0, longest=100.0)
-CLEAN, FADE = 25.0, 20.0  # m
+FADE = 20.0  # m, over which irregularities come in
 STRAIGHT, TRANSITION = 200.0, 60.0  # m, before and behind a curve; of each clothoid
 CUT = 0.4
 """Bandwidth of a sensor over its rate, where the rate is lowered."""
@@ -46,13 +46,14 @@ class Line(Spec, frozen=True):
     roughness: float = quantity(1.0, unit="- of the spectrum's amplitudes", source=CHOSEN, gt=0.0)
     radius: float | None = quantity(None, unit="m, to the left +; none: straight", source=CHOSEN)
     cant: float = quantity(0.0, unit="m over 1.5 m, right rail higher +", source=CHOSEN)
+    clean: float = quantity(60.0, unit="m at the start, without irregularities", source="the bases' start", ge=0.0)
     length: float = quantity(2000.0, unit="m", source=CHOSEN, ge=100.0)
 
     def track(self) -> Track:
         """Rows 0.2 m apart."""
         s = distances(self.length, SPACING)
         rng = np.random.default_rng([self.seed, 50])
-        columns = faded_irregularities(spectra(self.spectrum), s, SPACING, rng, BAND, (CLEAN, FADE))
+        columns = faded_irregularities(spectra(self.spectrum), s, SPACING, rng, BAND, (self.clean, FADE))
         columns = {name: np.round(self.roughness * values, 8) for name, values in columns.items()}
         if self.radius is not None:
             arc = Segment(self.length - 2.0 * (STRAIGHT + TRANSITION), 1.0 / self.radius, self.cant)

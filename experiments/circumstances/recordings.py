@@ -2,12 +2,13 @@
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from experiments.circumstances.circumstance import Circumstance
 from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.recording import Recording
-from railsim.simulation import measure, simulate
+from railsim.simulation import about_recording, measure, simulate
 
 ENGINE = "compiled"
 RECORDING, ABOUT = "recording", "circumstance.json"
@@ -35,6 +36,18 @@ def recorded(name: str, circumstance: Circumstance, fast: bool, folder: Path) ->
     return Recording.open(target / RECORDING)
 
 
+def check(name: str, circumstance: Circumstance, fast: bool, folder: Path) -> None:
+    """Raise `InputError` where a circumstance that is not recorded yet has a wrong key or value."""
+    if not folder_of(name, circumstance, fast, folder).is_dir():
+        with tempfile.TemporaryDirectory() as scratch:
+            scenario = circumstance.scenario(name, Path(scratch), fast)
+            try:
+                _nominal(circumstance, about_recording(scenario)["vehicle"])
+                _ = scenario.setup
+            except InputError as error:
+                raise InputError(f"circumstance '{name}': {error}") from None
+
+
 def _make(name: str, circumstance: Circumstance, fast: bool, aside: Path) -> None:
     with tempfile.TemporaryDirectory(dir=aside) as scratch:
         stated = circumstance.scenario(name, Path(scratch), fast)
@@ -48,10 +61,17 @@ def _make(name: str, circumstance: Circumstance, fast: bool, aside: Path) -> Non
 def _state(path: Path, circumstance: Circumstance, sheets: list[dict]) -> None:
     """Write into about.json what an engineer believes: the data sheets, and nominal parameters that may be wrong."""
     about = read_json(path, "a recording")
-    for field, factor in circumstance.nominal.items():
-        if not isinstance(about["vehicle"].get(field), int | float):
-            known = ", ".join(about["vehicle"])
-            raise InputError(f"nominal.{field}: about.json has no such number; there are: {known}")
-        about["vehicle"][field] *= factor
+    about["vehicle"] = _nominal(circumstance, about["vehicle"])
     about["sensors"] = sheets
     write_json(path, about)
+
+
+def _nominal(circumstance: Circumstance, vehicle: dict[str, Any]) -> dict[str, Any]:
+    """The vehicle's parameters as the engineer believes them; raises `InputError` where there is no such number."""
+    believed = dict(vehicle)
+    for field, factor in circumstance.nominal.items():
+        if not isinstance(vehicle.get(field), int | float):
+            known = ", ".join(vehicle)
+            raise InputError(f"nominal.{field}: about.json has no such number; there are: {known}")
+        believed[field] *= factor
+    return believed

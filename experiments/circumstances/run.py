@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from experiments.circumstances import cells, verdicts
 from experiments.circumstances.circumstance import Circumstance
-from experiments.circumstances.recordings import recorded
+from experiments.circumstances.recordings import check, recorded
 from experiments.circumstances.verdicts import Cell
 from experiments.sweep.plan import program_digest
 from railsim.errors import InputError
@@ -60,34 +60,56 @@ class Matrix:
         return found
 
 
-def run_matrix(matrix: Matrix, names: list[str], jobs: int) -> int:
-    """Make what is missing of the circumstances `names`; returns how many estimates were made.
+@dataclass(frozen=True)
+class Done:
+    """How many estimates were made now, and by name why a circumstance could not be run."""
+
+    estimates: int
+    problems: dict[str, str]
+
+
+def run_matrix(matrix: Matrix, names: list[str], jobs: int) -> Done:
+    """Make what is missing of the circumstances `names`; one that cannot be simulated leaves the others as they are.
 
     Raises
     ------
-    InputError : a circumstance cannot be run; the folder is of another version of the program, or cannot be written.
+    InputError : a circumstance has a wrong key or value; the folder is of another version of the program, or cannot be
+        written.
     """
     _open(matrix)
+    problems: dict[str, str] = {}
     with _written(matrix.folder), _written(matrix.recordings):
         left = {name: missing for name in names if (missing := matrix.left(name))}
-        bar = tqdm(total=sum(map(len, left.values())), desc="circumstances", unit=" estimates", file=sys.stderr)
-        with bar:
-            for done in _performed(matrix, left, jobs):
-                bar.update(done)
-    return sum(map(len, left.values()))
+        for name in left:
+            check(name, matrix.circumstances[name], matrix.fast, matrix.recordings)
+        total = sum(map(len, left.values()))
+        with tqdm(total=total, desc="circumstances", unit=" estimates", file=sys.stderr) as bar:
+            for name, problem in _performed(matrix, left, jobs):
+                bar.update(len(left[name]))
+                if problem:
+                    problems[name] = problem
+    return Done(total - sum(len(left[name]) for name in problems), problems)
 
 
-def perform(matrix: Matrix, name: str, estimators: list[str]) -> int:
-    """Make the cells of one circumstance; runs in a process of its own where there are several jobs."""
+def perform(matrix: Matrix, name: str, estimators: list[str]) -> tuple[str, str]:
+    """Make the cells of one circumstance; runs in a process of its own where there are several jobs.
+
+    Returns
+    -------
+    The name, and why the circumstance could not be simulated, empty where it could.
+    """
     circumstance = matrix.circumstances[name]
     key = cells.key_of(circumstance, matrix.fast, matrix.program)
     here = {"circumstance": name, "group": circumstance.group, "base": circumstance.base}
     with threadpool_limits(1):
-        recording = recorded(name, circumstance, matrix.fast, matrix.recordings)
+        try:
+            recording = recorded(name, circumstance, matrix.fast, matrix.recordings)
+        except InputError as error:
+            return name, str(error)
         for estimator in estimators:
             made = cells.run_estimator(estimator, recording, here)
             cells.keep(cells.place(matrix.folder, name, estimator), key, made)
-    return len(estimators)
+    return name, ""
 
 
 def sliced(names: list[str], text: str | None) -> list[str]:
@@ -105,7 +127,7 @@ def sliced(names: list[str], text: str | None) -> list[str]:
     return names[int(first) - 1 :: int(count)]
 
 
-def _performed(matrix: Matrix, left: dict[str, list[str]], jobs: int) -> Iterator[int]:
+def _performed(matrix: Matrix, left: dict[str, list[str]], jobs: int) -> Iterator[tuple[str, str]]:
     if jobs == 1 or len(left) < 2:
         for name, missing in left.items():
             yield perform(matrix, name, missing)

@@ -9,7 +9,7 @@ from experiments.reporting.text import table
 from railsim.errors import InputError
 
 if TYPE_CHECKING:
-    from experiments.circumstances.run import Matrix
+    from experiments.circumstances.run import Done, Matrix
     from experiments.circumstances.verdicts import Cell
 
 
@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(given: argparse.Namespace) -> Outcome:
     """Make the cells that are missing; write cells.csv, matrix.md and matrix.png from all that are there.
 
-    Exit code 1 where a claim is not held or an estimator failed.
+    Exit code 1 where a claim is not held, an estimator failed or a circumstance could not be run.
     """
     from experiments.circumstances.cells import all_kept
     from experiments.circumstances.circumstance import chosen, read_circumstances
@@ -53,9 +53,9 @@ def execute(given: argparse.Namespace) -> Outcome:
     out = Path(given.out)
     recordings = Path(given.recordings) if given.recordings else out / RECORDINGS
     matrix = Matrix(wanted, asked, out, recordings, given.fast)
-    performed = run_matrix(matrix, names, given.jobs)
+    done = run_matrix(matrix, names, given.jobs)
     complete = not given.only and not given.file and not given.fast and set(asked) == set(known)
-    return _outcome(matrix, performed, before, complete and not any(map(matrix.left, wanted)))
+    return _outcome(matrix, done, before, complete and not any(map(matrix.left, wanted)))
 
 
 def _estimators() -> list[str]:
@@ -64,7 +64,7 @@ def _estimators() -> list[str]:
     return list(ESTIMATORS.classes())
 
 
-def _outcome(matrix: "Matrix", performed: int, before: "list[Cell]", whole: bool) -> Outcome:
+def _outcome(matrix: "Matrix", done: "Done", before: "list[Cell]", whole: bool) -> Outcome:
     from dataclasses import asdict
 
     from experiments.circumstances import report
@@ -77,17 +77,21 @@ def _outcome(matrix: "Matrix", performed: int, before: "list[Cell]", whole: bool
     files = write_results(matrix, cells, made, beside)
     number = report.counts(cells)
     failed = sorted({cell.says for cell in cells if cell.verdict == FAILED})
-    result: dict[str, Any] = {"cells": len(report.counting(cells)), "performed": performed, "counts": number}
-    result |= {"claims": [asdict(claim) for claim in made], "failed": failed, "files": [str(path) for path in files]}
+    result: dict[str, Any] = {"cells": len(report.counting(cells)), "performed": done.estimates, "counts": number}
+    result |= {"claims": [asdict(claim) for claim in made], "failed": failed, "not_run": done.problems}
+    result |= {"files": [str(path) for path in files]}
     if beside is not None:
         result["against"] = beside.astype(object).where(beside.notna(), None).to_dict("records")
     lines = [
-        f"{result['cells']} cells of {len(matrix.circumstances)} circumstances ({performed} estimates made now)",
+        f"{result['cells']} cells of {len(matrix.circumstances)} circumstances ({done.estimates} estimates made now)",
         table(["cells", *number["health"]], [[name, *one.values()] for name, one in number.items()]),
         "",
         table(["claim", "value", "target", ""], [[c.claim, c.value, c.target, c.outcome] for c in made]),
     ]
     if beside is not None:
         lines += ["", table(list(map(str, beside.columns)), beside.to_numpy().tolist())]
-    lines += ["", *(f"FAILED: {line}" for line in failed), *map(str, files)]
-    return Outcome(result, "\n".join(lines), not failed and all(claim.held is not False for claim in made))
+    lines += ["", *(f"NOT RUN: {problem}" for problem in done.problems.values())]
+    lines += [*(f"FAILED: {line}" for line in failed), *map(str, files)]
+    return Outcome(
+        result, "\n".join(lines), not failed and not done.problems and all(claim.held is not False for claim in made)
+    )

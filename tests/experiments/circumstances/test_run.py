@@ -163,6 +163,22 @@ def test_part_of_the_shipped_matrix(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert claims["cells on the whole vehicle"] is None  # a part decides nothing
 
 
+def test_a_circumstance_that_cannot_be_simulated_leaves_the_others(
+    mine: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """So fast a train leaves the rails."""
+    keys = "{track: curve_r400, start: 290, speed.speed: 80}"
+    text = f"off: {{group: speed, base: half, what: too fast, duration: 8, set: {keys}}}"
+    (mine / "with_one.yaml").write_text(f"{text}\n{MINE}")
+    shared = ["--recordings", str(mine / "out" / "recordings"), "--out", str(tmp_path / "out")]
+    code = main(["circumstances", *QUICK, "--file", str(mine / "with_one.yaml"), *shared, "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert code == 1
+    assert list(found["not_run"]) == ["off"]
+    assert "\n" not in found["not_run"]["off"]
+    assert found["performed"] == 4
+
+
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
