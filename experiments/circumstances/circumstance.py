@@ -145,7 +145,10 @@ def read_circumstances(source: Path | str | None = None) -> dict[str, Circumstan
         raise InputError(f"cannot read circumstances '{path}'; give a YAML file of them") from None
     values = load_yaml(text, f"'{path}'")
     if not isinstance(values, dict) or not values or not all(isinstance(key, str) for key in values):
-        raise InputError(f"'{path}' must hold circumstances by name, for example 'wet: {{group: ..., what: ...}}'")
+        raise InputError(
+            f"'{path}' must hold circumstances by name, for example 'wet: {{group: ..., what: ...}}'; "
+            "put off, on, yes and no in quotes"
+        )
     circumstances = {name: Circumstance.build(one, name) for name, one in values.items()}
     for name, one in circumstances.items():
         pick(BASES.paths(), one.base, f"{name}.base")

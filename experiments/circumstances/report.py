@@ -1,6 +1,7 @@
 """What the matrix says: counts, a table of estimators by circumstances, claims, and another run beside it."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -98,7 +99,8 @@ def compared(cells: Sequence[Cell], others: Sequence[Cell]) -> pd.DataFrame:
 
 def frame(cells: Sequence[Cell]) -> pd.DataFrame:
     """One row a cell."""
-    return pd.DataFrame([cell.plain() for cell in cells])
+    names = pd.Index([field.name for field in fields(Cell)])
+    return pd.DataFrame([cell.plain() for cell in cells], columns=names)
 
 
 def markdown(

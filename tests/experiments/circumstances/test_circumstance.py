@@ -70,6 +70,7 @@ def test_chosen_by_name_and_group() -> None:
         ("wet: {group: adhesion}", "wet.what: missing"),
         ("wet: {what: wet, group: adhesion, bass: half}", "wet.bass: unknown key"),
         ("wet: {what: wet, group: adhesion, base: quarter}", "unknown wet.base 'quarter'"),
+        ("off: {what: wet, group: adhesion}", "put off, on, yes and no in quotes"),
         ("- wet", "must hold circumstances by name"),
         ("wet: {what: wet, group: adhesion, line: {seed: 1, spectrum: rough}}", "unknown track spectrum 'rough'"),
         (

@@ -168,14 +168,14 @@ def test_a_circumstance_that_cannot_be_simulated_leaves_the_others(
 ) -> None:
     """So fast a train leaves the rails."""
     keys = "{track: curve_r400, start: 290, speed.speed: 80}"
-    text = f"off: {{group: speed, base: half, what: too fast, duration: 8, set: {keys}}}"
+    text = f"gone: {{group: speed, base: half, what: too fast, duration: 8, set: {keys}}}"
     (mine / "with_one.yaml").write_text(f"{text}\n{MINE}")
     shared = ["--recordings", str(mine / "out" / "recordings"), "--out", str(tmp_path / "out")]
     code = main(["circumstances", *QUICK, "--file", str(mine / "with_one.yaml"), *shared, "--json"])
     found = json.loads(capsys.readouterr().out)
     assert code == 1
-    assert list(found["not_run"]) == ["off"]
-    assert "\n" not in found["not_run"]["off"]
+    assert list(found["not_run"]) == ["gone"]
+    assert "\n" not in found["not_run"]["gone"]
     assert found["performed"] == 4
 
 
