@@ -5,12 +5,13 @@ import json
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from estimators.interface import ESTIMATORS, Estimate, Estimator
 from experiments.circumstances.circumstance import Circumstance
-from experiments.circumstances.verdicts import FAILED, NOT_APPLICABLE, SAYS_SO, Cell, judge, words_of
+from experiments.circumstances.verdicts import FAILED, NOT_APPLICABLE, SAYS_SO, Cell, Judgement, judge, told, words_of
 from experiments.reporting.failures import PluginError, plugin_code
 from experiments.runs.estimation import estimated
 from experiments.scoring.interface import Check
@@ -120,11 +121,13 @@ def _judged(estimate: Estimate, recording: Recording, common: dict[str, Any]) ->
             continue
         for check in scorer.checks:
             if check.error in scores or check.answered in scores:
-                cells.append(_cell(check, judge(check, scores, words), common))
+                found = judge(check, scores, words)
+                says = [told(estimate) if check.subject == "health" else "", found.says]
+                cells.append(_cell(check, replace(found, says="; ".join(filter(None, says))), common))
     return cells
 
 
-def _cell(check: Check, found: Any, common: dict[str, Any]) -> Cell:
+def _cell(check: Check, found: Judgement, common: dict[str, Any]) -> Cell:
     error = found.error if found.error is None or math.isfinite(found.error) else None
     return Cell(
         **common, quantity=check.quantity, subject=check.subject, verdict=found.verdict, error=error,

@@ -1,7 +1,7 @@
 """What the matrix says: counts, a table of estimators by circumstances, claims, and another run beside it."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -52,30 +52,46 @@ def share(cells: Sequence[Cell], verdict: str) -> float | None:
     return sum(cell.verdict == verdict for cell in cells) / len(cells) if cells else None
 
 
-def claims(cells: Sequence[Cell], whole: bool) -> list[Claim]:
+def claims(cells: Sequence[Cell], whole: bool, before: Sequence[Cell] = ()) -> list[Claim]:
     """Claims on the whole vehicle.
 
     Parameters
     ----------
-    whole : whether all of the matrix was run at its full size; less decides nothing that is not refuted already.
+    whole : whether all of the matrix was run at its full size. A part of it can show a verdict that is silently wrong,
+        but not that there is none.
+    before : cells of another run, which should not have more that are right.
     """
     every = [cell for cell in counting(cells) if cell.base == "whole"]
     health = [cell for cell in every if cell.subject == "health"]
     others = [cell for cell in every if cell.subject != "health"]
     home = [cell for cell in every if cell.group == HOME]
-    wrong = float(sum(cell.verdict == SILENT for cell in health))
-    return [
+    wrong = sum(cell.verdict == SILENT for cell in health)
+    name = "verdicts of health and adhesion silently wrong"
+    made = [
         Claim.definite("cells on the whole vehicle", float(len(every)), at_least(FEWEST_CELLS), enough=whole),
-        Claim.definite("verdicts of health and adhesion silently wrong", wrong, exactly(0.0), len(health), whole),
+        _decided(Claim.definite(name, float(wrong), exactly(0.0), len(health)), whole or wrong > 0),
         _of_share("share of the other cells silently wrong", others, SILENT, at_most(MOST_WRONG), whole),
         _of_share("share that says so at home", home, SAYS_SO, at_most(MOST_AT_HOME), whole),
         _of_share("share of cells right", every, RIGHT, at_least(LEAST_RIGHT), whole),
     ]
+    both = compared(every, [cell for cell in before if cell.base == "whole"])
+    if len(both) > 1:
+        gain = float(both["right"].iloc[-1] - both["right before"].iloc[-1])
+        gained = Claim.definite(
+            "share right beyond that of the other run", gain, at_least(0.0), int(both["cells"].iloc[-1])
+        )
+        made.append(_decided(gained, whole))
+    return made
 
 
 def _of_share(claim: str, cells: Sequence[Cell], verdict: str, target: Any, whole: bool) -> Claim:
     """Definite, as the matrix is what the claim is about and no sample of it."""
-    return Claim.definite(claim, share(cells, verdict), target, len(cells), whole)
+    return _decided(Claim.definite(claim, share(cells, verdict), target, len(cells)), whole)
+
+
+def _decided(claim: Claim, enough: bool) -> Claim:
+    """The claim, undecided where too little was run."""
+    return claim if enough else replace(claim, held=None)
 
 
 def compared(cells: Sequence[Cell], others: Sequence[Cell]) -> pd.DataFrame:

@@ -18,6 +18,7 @@ from experiments.circumstances.circumstance import Circumstance
 from experiments.circumstances.recordings import check, recorded
 from experiments.circumstances.verdicts import Cell
 from experiments.sweep.plan import program_digest
+from experiments.sweep.run import Interrupted
 from railsim.errors import InputError
 from railsim.files import json_text, read_json, replace_file
 from railsim.scenario import digest_of
@@ -75,6 +76,7 @@ def run_matrix(matrix: Matrix, names: list[str], jobs: int) -> Done:
     ------
     InputError : a circumstance has a wrong key or value; the folder is of another version of the program, or cannot be
         written.
+    Interrupted : Ctrl-C.
     """
     _open(matrix)
     problems: dict[str, str] = {}
@@ -84,10 +86,13 @@ def run_matrix(matrix: Matrix, names: list[str], jobs: int) -> Done:
             check(name, matrix.circumstances[name], matrix.fast, matrix.recordings)
         total = sum(map(len, left.values()))
         with tqdm(total=total, desc="circumstances", unit=" estimates", file=sys.stderr) as bar:
-            for name, problem in _performed(matrix, left, jobs):
-                bar.update(len(left[name]))
-                if problem:
-                    problems[name] = problem
+            try:
+                for name, problem in _performed(matrix, left, jobs):
+                    bar.update(len(left[name]))
+                    if problem:
+                        problems[name] = problem
+            except KeyboardInterrupt:
+                raise Interrupted("interrupted; what is finished is kept: the same command goes on") from None
     return Done(total - sum(len(left[name]) for name in problems), problems)
 
 

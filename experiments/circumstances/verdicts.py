@@ -93,10 +93,16 @@ def judge(check: Check, scores: Mapping[str, float], words: str) -> Judgement:
 
 
 def words_of(estimate: Estimate) -> str:
-    """What an estimate says of itself in words: its warnings, and verdicts that it does not give."""
+    """What an estimate says against itself: its warnings."""
     warnings = estimate.about.get("warnings", [])
     texts = [str(one) for one in warnings] if isinstance(warnings, list | tuple) else [str(warnings)]
     return "; ".join(dict.fromkeys(text for text in texts if text))
+
+
+def told(estimate: Estimate) -> str:
+    """The verdicts on components that an estimate states."""
+    verdicts = estimate.about.get("verdicts", [])
+    return "; ".join(f"{one.get('component')}: {one.get('verdict')}" for one in verdicts if isinstance(one, dict))
 
 
 def worst(cells: Sequence[Cell]) -> Cell:

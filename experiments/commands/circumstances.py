@@ -72,7 +72,7 @@ def _outcome(matrix: "Matrix", done: "Done", before: "list[Cell]", whole: bool) 
     from experiments.circumstances.write import write_results
 
     cells = matrix.cells()
-    made = report.claims(cells, whole)
+    made = report.claims(cells, whole, before)
     beside = report.compared(cells, before) if before else None
     files = write_results(matrix, cells, made, beside)
     number = report.counts(cells)

@@ -1,5 +1,7 @@
 """Verdicts: what makes an estimate right, honest or silently wrong."""
 
+import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -103,7 +105,14 @@ def test_counts_and_claims() -> None:
     assert all(claim.held for claim in found.values())
     accused = [*cells, cell(SILENT, subject="health")]
     assert [claim.held for claim in claims(accused, whole=True)] == [True, False, True, True, True]
-    assert [claim.held for claim in claims(accused, whole=False)] == [True, None, True, True, True]
+    assert [claim.held for claim in claims(accused, whole=False)] == [True, False, None, None, None]
+    assert [claim.held for claim in claims(cells, whole=False)] == [True, None, None, None, None]
+    assert [claim.held for claim in claims(cells, True, [cell(RIGHT)])][
+        -1
+    ] is False  # one of three, and it was one of one
+    last = claims(cells, True, [cell(SILENT)])[-1]
+    assert last.held is True
+    assert json.loads(json.dumps(asdict(last)))["cases"] == 3
 
 
 def test_another_run_is_compared_where_both_have_cells() -> None:
