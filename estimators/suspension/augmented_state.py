@@ -15,7 +15,7 @@ from estimators.interface import Estimate
 from estimators.suspension.base import Problem, Situation, SuspensionEstimator
 from estimators.suspension.discrete_model import discrete
 from estimators.suspension.filter_bank import chebyshev, lagrange
-from estimators.suspension.suspension_rbpf import COLUMNS, report
+from estimators.suspension.suspension_rbpf import COLUMNS, checked
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import INPUTS, PARAMETERS
 from railsim.measurements import Measurements
@@ -138,7 +138,7 @@ def run(estimator: JointEstimator, problem: Problem, walk: float) -> Estimate:
         rows.append([float(record.time[last - 1]), *values, 1.0, 0.0, float(situation is not None)])
     names = [name for pair in ((one, std_name(one)) for one in PARAMETERS) for name in pair]
     series = pd.DataFrame(rows, columns=pd.Index(["time [s]", *names, *COLUMNS]))
-    return Estimate(estimator.name, series, report(estimator, problem, series, []))
+    return checked(estimator, problem, series, series, [])
 
 
 def _parameters(current: Joint) -> tuple[np.ndarray, np.ndarray]:

@@ -192,12 +192,9 @@ class FilterBank:
         return log_likelihood if self._since > SETTLE else np.zeros(self._count)
 
 
-class SuspensionEstimator(Estimator, frozen=True):
-    """Settings and model of the suspension estimators (Ward et al. 2011, section 4.1)."""
+class SuspensionSettings(Estimator, frozen=True):
+    """What is read of a recording, and what no model of it holds: of all suspension estimators."""
 
-    track: Track = quantity(
-        "exact", unit="exact, uncertain or unknown", source="how well the rails' place is known: by track.csv, or not"
-    )
     wheelset_sensors: bool = quantity(True, unit="-", source="Ward et al. 2011, section 4.1: with and without")
     creep: tuple[float, float, float] = quantity(
         DRY_ROLLING,
@@ -208,7 +205,6 @@ class SuspensionEstimator(Estimator, frozen=True):
     start: float | None = quantity(None, unit="m, distance at the first sample; else by GNSS", source="recording")
     high_pass: float = quantity(0.15, unit="Hz", source="a fifth of the body's lateral mode", gt=0.0)
     low_pass: float = quantity(8.0, unit="Hz", source="suspension.yaml; the model is not trusted beyond", gt=0.0)
-    keep_every: int = quantity(1, unit="samples", source="the low-pass allows 4 of 256 Hz", ge=1)
     track_error: float = quantity(
         0.05, unit="- power of the error of track.csv over ERRI B176 low", source=ILLUSTRATIVE, gt=0.0
     )
@@ -223,8 +219,6 @@ class SuspensionEstimator(Estimator, frozen=True):
     bogie_error: float = quantity(0.01, unit="m/s2, each sample", source="the same", gt=0.0)
     body_error: float = quantity(0.003, unit="m/s2, each sample", source="the same", gt=0.0)
     rate_error: float = quantity(5e-4, unit="rad/s, each sample", source="the same", gt=0.0)
-    largest: float = quantity(1.6, unit="- of the nominal damping", source=ILLUSTRATIVE, gt=1.0)
-    largest_conicity: float = quantity(0.45, unit="-", source="beyond it wheels are turned", gt=0.0)
 
     requires: ClassVar[tuple[str, ...]] = WITHOUT_WHEELSETS
 
@@ -233,13 +227,45 @@ class SuspensionEstimator(Estimator, frozen=True):
         """What is used where it is there."""
         return FULL if self.wheelset_sensors else WITHOUT_WHEELSETS
 
+    def placed(self, measurements: Measurements) -> bool:
+        """Whether the track was measured, and where the vehicle is on it is known."""
+        return can_locate(measurements) or (self.start is not None and measurements.track is not None)
+
+    def forces(self, vehicle: dict[str, float]) -> dict[str, float]:
+        """Densities of unknown forces, N/sqrt(Hz) and N m/sqrt(Hz), by body and direction."""
+        arm, semi = vehicle["half_gauge"], vehicle["semi_wheelbase"]
+        b, c = self.bogie_force, self.body_force
+        forces = {"bogie.y": b, "bogie.roll": b * arm, "bogie.yaw": b * semi, "body.y": c, "body.roll": c * arm}
+        return forces | {"wheelset.y": self.wheelset_force, "wheelset.yaw": self.wheelset_moment}
+
+    def model_errors(self, channels: Sequence[str]) -> np.ndarray:
+        """What the model leaves of each reading besides its sensor's noise, each sample at `TUNED` Hz, shape (m,)."""
+        error = {"wheelset": self.wheelset_error, "bogie": self.bogie_error, "body": self.body_error}
+        return np.array(
+            [self.rate_error if "rate" in name else error[name.split(".")[0].rstrip("12")] for name in channels]
+        )
+
+    def tracks(self, share: float) -> tuple[TrackSpectrum, TrackSpectrum]:
+        """Spectra of lateral position and roll of a share of the power of ERRI B176 low."""
+        return ERRI_LATERAL.scaled(ERRI_LATERAL.amplitude * share), ROLL.scaled(ROLL.amplitude * share)
+
+
+class SuspensionEstimator(SuspensionSettings, frozen=True):
+    """Settings and model of the suspension's filters (Ward et al. 2011, section 4.1)."""
+
+    track: Track = quantity(
+        "uncertain",
+        unit="exact, uncertain or unknown",
+        source="how well the rails' place is known: by track.csv, or not; without an error of its own (exact), what "
+        "load and rails add turns into damping",
+    )
+    keep_every: int = quantity(1, unit="samples", source="the low-pass allows 4 of 256 Hz", ge=1)
+    largest: float = quantity(1.6, unit="- of the nominal damping", source=ILLUSTRATIVE, gt=1.0)
+    largest_conicity: float = quantity(0.45, unit="-", source="beyond it wheels are turned", gt=0.0)
+
     def fits(self, measurements: Measurements) -> bool:
         """Whether channels, speed, vehicle and, where it is used, the track are there."""
-        placed = (
-            self.track == "unknown"
-            or can_locate(measurements)
-            or (self.start is not None and measurements.track is not None)
-        )
+        placed = self.track == "unknown" or self.placed(measurements)
         return can_read(measurements, self.requires) and fits(measurements.vehicle) and placed
 
     def prepare(self, measurements: Measurements) -> Problem:
@@ -261,18 +287,13 @@ class SuspensionEstimator(Estimator, frozen=True):
 
     def unknowns(self, vehicle: dict[str, float], channels: Sequence[str], noise: np.ndarray, rate: float) -> Unknowns:
         """What drives and spoils, for the readings `channels` of the given noise at `rate` Hz."""
-        arm, semi = vehicle["half_gauge"], vehicle["semi_wheelbase"]
-        b, c = self.bogie_force, self.body_force
-        forces = {"bogie.y": b, "bogie.roll": b * arm, "bogie.yaw": b * semi, "body.y": c, "body.roll": c * arm}
-        for name in ("wheelset1", "wheelset2"):
-            forces |= {f"{name}.y": self.wheelset_force, f"{name}.yaw": self.wheelset_moment}
-        force = np.array([forces[name] for name in COORDINATES])
-        error = {"wheelset": self.wheelset_error, "bogie": self.bogie_error, "body": self.body_error}
-        model = [self.rate_error if "rate" in name else error[name.split(".")[0].rstrip("12")] for name in channels]
+        named = self.forces(vehicle)
+        force = np.array([named[name.replace("1.", ".").replace("2.", ".")] for name in COORDINATES])
+        model = self.model_errors(channels)
         tracks: dict[Track, tuple[TrackSpectrum, ...]] = {
             "exact": (),
-            "uncertain": tuple(one.scaled(one.amplitude * self.track_error) for one in (ERRI_LATERAL, ROLL)),
-            "unknown": tuple(one.scaled(one.amplitude * self.track_level) for one in (ERRI_LATERAL, ROLL)),
+            "uncertain": self.tracks(self.track_error),
+            "unknown": self.tracks(self.track_level),
         }
         return Unknowns(
             (force + LEAST_FORCE) ** 2, noise**2 + np.square(model) * rate / TUNED, tracks[self.track], self.low_pass

@@ -20,7 +20,8 @@ from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
-EAST = "gnss.position_east [m]"
+EAST, NORTH = "gnss.position_east [m]", "gnss.position_north [m]"
+ASIDE = 1.0  # m; on a path that has left its first line by so much, way and easting differ by 2 cm at most (R >= 400 m)
 POSITION_ERROR = 0.2  # m; with a larger one the known track stands wrong under the wheels
 LONGEST_BRIDGE = 0.03  # s of bad samples that leave nothing behind in the band-pass (illustrative)
 AFTER = 2.0  # s after a longer one in which a channel is left out (chosen on suspension.yaml with gaps)
@@ -38,8 +39,9 @@ class SuspensionRecord:
     readings : after the band-pass, shape (n, m). good : which of them may be used, shape (n, m).
     noise : standard deviation of a sample by its data sheet, shape (m,).
     speed : m/s, NaN where it is not known, shape (n,).
-    inputs : known track as `vehicle.affine.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 8).
-    later : the same, a sample later, shape (n, 8).
+    inputs : known track as `vehicle.affine.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 8); for w
+        wheelsets in place of two, shape (n, 4 w).
+    later : the same, a sample later.
     health : what was left out, and why.
     """
 
@@ -62,6 +64,7 @@ def read(
     known_track: bool,
     start: float | None,
     every: int = 1,
+    ahead: Sequence[float] | None = None,
 ) -> SuspensionRecord:
     """Read a recording.
 
@@ -72,6 +75,7 @@ def read(
     known_track : whether the recording's track is used.
     start : distance of the bogie's centre at the first sample, m; None: by GNSS.
     every : one of so many samples is kept, after the band-pass.
+    ahead : of wheelsets before the bogie's centre, m; the two of the leading bogie where None.
 
     Raises
     ------
@@ -95,9 +99,11 @@ def read(
         raw[rows, column] = measurements[name]
     late = float(np.mean([data_sheet(measurements.about, name).delay for name in used]))
     odometry = integrate_speed(measurements)
-    inputs = np.zeros((len(time), len(INPUTS)))
+    inputs = np.zeros((len(time), len(INPUTS) if ahead is None else 4 * len(ahead)))
     if known_track:
-        inputs = _rails(measurements, _distance(measurements, odometry, time - late, start), rate)
+        arm = float(measurements.vehicle["semi_wheelbase"])
+        distance = _distance(measurements, odometry, time - late, start)
+        inputs = _rails(measurements, distance, rate, (arm, -arm) if ahead is None else ahead)
     sections = np.asarray(butter(2, band, btype="bandpass", fs=rate, output="sos"))
     noise = np.array([_noise(measurements, name, rate) for name in used])
     settled = np.column_stack([_settled(one, rate) for one in good.T])
@@ -125,7 +131,18 @@ def can_locate(measurements: Measurements) -> bool:
     if measurements.track is None or EAST not in measurements:
         return False
     sheet = measurements.sensor(EAST)
+    if straight_positions(measurements).sum() < 2:
+        return False
     return float(np.hypot(sheet.get("position_std", 1.0), sheet.get("drift_std", 1.0))) <= POSITION_ERROR
+
+
+def straight_positions(measurements: Measurements) -> np.ndarray:
+    """Positions that tell the way along the track: those on its first straight line, which goes east, shape (n,)."""
+    east = measurements[EAST]
+    north = measurements[NORTH] if NORTH in measurements else np.zeros(len(east))
+    finite = np.isfinite(east) & np.isfinite(north)
+    left = np.flatnonzero(finite & (np.abs(north) > ASIDE))
+    return finite & (np.arange(len(east)) < (left[0] if len(left) else len(east)))
 
 
 def _noise(measurements: Measurements, name: str, rate: float) -> float:
@@ -140,19 +157,19 @@ def _distance(measurements: Measurements, odometry: Odometry, time: np.ndarray, 
     if EAST not in measurements:
         raise InputError(f"the place on the track is not known; add '{EAST}', or give the distance 'start' in m")
     east, at = measurements[EAST], measurements.time(EAST)
-    finite = np.isfinite(east)
-    if finite.sum() < 2:
-        raise InputError(f"'{EAST}' has fewer than two samples; give the distance 'start' in m")
-    scale, offset = np.polyfit(odometry.distance_at(at[finite]), east[finite], 1)
+    straight = straight_positions(measurements)
+    if straight.sum() < 2:
+        raise InputError(f"'{EAST}' has fewer than two samples on straight track; give the distance 'start' in m")
+    scale, offset = np.polyfit(odometry.distance_at(at[straight]), east[straight], 1)
     return offset - data_sheet(measurements.about, EAST).position[0] + scale * travelled
 
 
-def _rails(measurements: Measurements, distance: np.ndarray, rate: float) -> np.ndarray:
-    """The known track under both wheelsets, shape (n, 8)."""
+def _rails(measurements: Measurements, distance: np.ndarray, rate: float, ahead: Sequence[float]) -> np.ndarray:
+    """The known track under w wheelsets, shape (n, 4 w)."""
     track = measurements.track
     if track is None:
         raise InputError("the recording has no measured track; set track to 'unknown'")
-    arm, half = float(measurements.vehicle["semi_wheelbase"]), float(measurements.vehicle["half_gauge"])
+    half = float(measurements.vehicle["half_gauge"])
     s = track["s [m]"].to_numpy(dtype=float)
     side = CubicSpline(s, _column(track, "lateral", "left_lateral", "right_lateral", 0.5, 0.5))
     roll = CubicSpline(
@@ -162,7 +179,7 @@ def _rails(measurements: Measurements, distance: np.ndarray, rate: float) -> np.
     )
     rates = roll.derivative(), side.derivative()
     speed = np.gradient(distance) * rate
-    ends = [np.clip(distance + one, s[0], s[-1]) for one in (arm, -arm)]
+    ends = [np.clip(distance + one, s[0], s[-1]) for one in ahead]
     values, changes = (
         [one(end) for one in (side, roll) for end in ends],
         [speed * one(end) for one in rates for end in ends],

@@ -6,7 +6,7 @@ from scipy.optimize import minimize
 
 from estimators.interface import Estimate
 from estimators.suspension.base import Problem, SuspensionEstimator
-from estimators.suspension.suspension_rbpf import COLUMNS, report
+from estimators.suspension.suspension_rbpf import COLUMNS, checked
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import PARAMETERS
 from railsim.measurements import Measurements
@@ -84,8 +84,11 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
         row = [value for pair in zip(mean, std, strict=True) for value in pair]
         names = [name for pair in ((one, std_name(one)) for one in PARAMETERS) for name in pair]
         rows = [[at, *row, 1.0, 0.0, 1.0] for at in problem.record.time[[0, -1]]]
-        series = pd.DataFrame(rows, columns=pd.Index(["time [s]", *names, *COLUMNS]))
-        return Estimate(self.name, series, {**report(self, problem, series, []), **about})
+        columns = pd.Index(["time [s]", *names, *COLUMNS])
+        series = pd.DataFrame(rows, columns=columns)
+        constant = pd.DataFrame([rows[-1]] * len(problem.stretches), columns=columns)
+        estimate = checked(self, problem, series, constant, [])
+        return Estimate(self.name, estimate.series, {**estimate.about, **about})
 
 
 def cost_of(problem: Problem, points: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ import pandas as pd
 
 from estimators.interface import Estimate
 from estimators.suspension.base import FilterBank, Problem, Situation, SuspensionEstimator
+from estimators.suspension.self_check import check
 from estimators.suspension.verdicts import std_name, verdicts
 from estimators.vehicle.affine import PARAMETERS
 from railsim.measurements import Measurements
@@ -59,11 +60,31 @@ class SuspensionRbpf(SuspensionEstimator, frozen=True):
         rows = [cloud.step(first, last) for first, last in problem.stretches]
         names = [name for pair in ((one, std_name(one)) for one in PARAMETERS) for name in pair]
         series = pd.DataFrame(rows, columns=pd.Index(["time [s]", *names, *COLUMNS]))
-        return Estimate(self.name, series, report(self, problem, series, cloud.warnings()))
+        return checked(self, problem, series, series, cloud.warnings())
+
+
+def checked(
+    estimator: SuspensionEstimator, problem: Problem, series: pd.DataFrame, of: pd.DataFrame, warnings: list[str]
+) -> Estimate:
+    """The estimate with verdicts; where the filter's innovations are larger than it expects, it is not valid.
+
+    Parameters
+    ----------
+    series : of the estimate. of : the same at the end of every stretch, where `series` has other rows.
+    """
+    found = check(problem, of[list(PARAMETERS)].to_numpy(dtype=float))
+    held = found.holds if len(series) == len(found.holds) else found.holds[[0, -1]]
+    series = series.assign(**{"valid [-]": series["valid [-]"].to_numpy() * held})
+    doubt = found.doubt()
+    about = {
+        **report(estimator, problem, series, [*warnings, *([f"cannot tell: {doubt}"] if doubt else [])], doubt),
+        "innovations over expected": None if np.isnan(found.ratio[-1]) else float(found.ratio[-1]),
+    }
+    return Estimate(estimator.name, series, about)
 
 
 def report(
-    estimator: SuspensionEstimator, problem: Problem, series: pd.DataFrame, warnings: list[str]
+    estimator: SuspensionEstimator, problem: Problem, series: pd.DataFrame, warnings: list[str], doubt: str
 ) -> dict[str, Any]:
     """What about.json of the estimate holds: settings, verdicts at the end, warnings and what was left out."""
     last = series.iloc[-1]
@@ -73,7 +94,7 @@ def report(
     return {
         **estimator.model_dump(),
         "channels": list(problem.record.channels),
-        "verdicts": verdicts(mean, std, problem.nominal),
+        "verdicts": verdicts(mean, std, problem.nominal, doubt),
         "warnings": [*health.warnings(), *warnings],
         "left_out": health.left_out,
     }

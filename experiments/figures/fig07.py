@@ -35,7 +35,7 @@ NOMINAL = "true {}"
 
 def cases() -> dict[str, tuple[SuspensionRbpf, float]]:
     """Estimator and track error of each case."""
-    full = SuspensionRbpf()
+    full = SuspensionRbpf(track="exact")
     reduced = full.but(wheelset_sensors=False)
     uncertain = reduced.but(track="uncertain", track_error=SHARE)
     return {

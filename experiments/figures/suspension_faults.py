@@ -125,7 +125,7 @@ def run(job: dict[str, Any], folder: Path, seconds: float | None = None) -> pd.D
         changes["effects"] = [{"kind": EFFECTS[job["component"]], "factor": job["share"], **onset}]
     scenario = load_scenario("suspension", changes)
     measurements = measure(simulate(scenario, engine="compiled"), scenario, seed=job.get("seed", 1)).measurements
-    series = SuspensionRbpf(wheelset_sensors=False, keep_every=EVERY).estimate(measurements).series
+    series = SuspensionRbpf(wheelset_sensors=False, keep_every=EVERY, track="exact").estimate(measurements).series
     built = nominal(measurements.vehicle).tolist()
     health_rows = pd.DataFrame({TIME: series[TIME], **job, "seed": job.get("seed", 1)})
     for i, (health, std, verdict) in enumerate((("health", "std", "verdict"), (*_OTHER,))):

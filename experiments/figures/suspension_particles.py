@@ -30,12 +30,12 @@ class SuspensionParticles(Figure):
     def compute(self, size: Size) -> pd.DataFrame:
         scenario = load_scenario("suspension", {"duration": 12.0 if size.reduced else 40.0})
         measurements = measure(simulate(scenario, engine="compiled"), scenario).measurements
-        SuspensionRbpf(particles=10).estimate(measurements)  # machine code
+        SuspensionRbpf(particles=10, track="exact").estimate(measurements)  # machine code
         rows = []
         for count in FAST_COUNTS if size.reduced else COUNTS:
             for seed in range(1, 1 + (FAST_SEEDS if size.reduced else SEEDS)):
                 began = time.process_time()
-                series = SuspensionRbpf(particles=count, seed=seed).estimate(measurements).series
+                series = SuspensionRbpf(particles=count, seed=seed, track="exact").estimate(measurements).series
                 speed = scenario.duration / (time.process_time() - began)
                 values = {name: series[name].to_numpy()[-1] for name in PARAMETERS}
                 spreads = {std_name(name): series[std_name(name)].to_numpy()[-1] for name in PARAMETERS}

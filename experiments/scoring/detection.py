@@ -3,12 +3,11 @@
 import numpy as np
 
 from estimators.interface import Estimate
-from estimators.suspension.verdicts import COMPONENTS, HOLLOW, WORN, damper, std_name
+from estimators.suspension.verdicts import BAD, COMPONENTS, HOLLOW, WORN, said, std_name
 from estimators.vehicle.affine import PARAMETERS, nominal
 from railsim.effects.interface import EFFECTS
 from railsim.truth import Truth
 
-BAD = ("degraded", "failed")
 ASKED = 15.0  # s from which on a verdict is asked for; the filters start from nothing
 
 
@@ -45,10 +44,8 @@ def score_detection(estimate: Estimate, truth: Truth) -> dict[str, float]:
     share, onset = damping_left(truth)
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     delays, alarms, under = [], 0, 0.0
-    for which, name in enumerate(PARAMETERS[:2]):
-        mean, std = series[name].to_numpy(dtype=float), series[std_name(name)].to_numpy(dtype=float)
-        said = [damper(m, s, built[which]) in BAD for m, s in zip(mean, std, strict=True)]
-        bad = np.array(said) & (time >= ASKED)
+    for which in range(2):
+        bad = np.array([one in BAD for one in said(series, which, float(built[which]))]) & (time >= ASKED)
         weak = (time >= onset[which]) & (share[which] < 1.0)
         alarms += bool((bad & ~weak).any())
         under += step * float((bad & ~weak).sum())
