@@ -39,8 +39,8 @@ class SuspensionRecord:
     readings : after the band-pass, shape (n, m). good : which of them may be used, shape (n, m).
     noise : standard deviation of a sample by its data sheet, shape (m,).
     speed : m/s, NaN where it is not known, shape (n,).
-    inputs : known track as `vehicle.affine.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 8); for w
-        wheelsets in place of two, shape (n, 4 w).
+    inputs : known track as `vehicle.affine.INPUTS`, after the band-pass, zero where nothing is known, shape (n, 8);
+        for w wheelsets in place of two, shape (n, 4 w).
     later : the same, a sample later.
     health : what was left out, and why.
     """

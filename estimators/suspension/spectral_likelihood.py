@@ -18,14 +18,13 @@ import numpy as np
 from estimators.filters.track_spectrum import TrackSpectrum
 from estimators.suspension.spectral_record import Stretch
 from estimators.suspension.spectral_vehicle import (
-    CONICITY,
     CONSIDERED,
     LATERAL,
     YAW,
     Nominal,
     Unknown,
 )
-from estimators.vehicle.lateral_frequency import Lateral, Response, coordinates_of, bogies_of, damped, moved, respond
+from estimators.vehicle.lateral_frequency import Lateral, Response, bogies_of, coordinates_of, damped, moved, respond
 
 HANN = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)
 LEVEL_STD, LEVEL_BOUND = 2.0, 6.0  # of the logarithms of levels: a factor of seven either way (choice)
@@ -118,6 +117,10 @@ class Likelihood:
             np.array([getattr(one, part) for one in self.unknowns]) for part in ("mean", "std", "low", "high")
         )
 
+    def on(self, stretches: Sequence[Stretch]) -> "Likelihood":
+        """The same of other stretches."""
+        return Likelihood(self.vehicle, stretches, self.levels)
+
     def parts(self, values: np.ndarray) -> list[_Part]:
         """Everything at some values."""
         return [self._part(values, one) for one in self.stretches]
@@ -146,12 +149,12 @@ class Likelihood:
             means = np.stack([mean for mean, _ in rows])
             spreads = np.stack([np.matmul(part.inverse, spread) for _, spread in rows])
             pulls = np.einsum("pkij,kj->pki", np.stack([spread for _, spread in rows]), weighted)
-            gradient += np.einsum("pkii->p", spreads).real - np.einsum("ki,pki->p", weighted.conj(), pulls).real
-            gradient -= 2.0 * np.einsum("ki,pki->p", weighted.conj(), means).real
+            gradient += np.real(np.einsum("pkii->p", spreads) - np.einsum("ki,pki->p", weighted.conj(), pulls))
+            gradient -= 2.0 * np.real(np.einsum("ki,pki->p", weighted.conj(), means))
             leaned = np.einsum("kij,pkj->pki", part.inverse, means)
             flat, turned = spreads.reshape(size, -1), np.swapaxes(spreads, 2, 3).reshape(size, -1)
-            information += (flat @ turned.T).real
-            information += 2.0 * (leaned.reshape(size, -1).conj() @ means.reshape(size, -1).T).real
+            information += np.real(flat @ turned.T)
+            information += 2.0 * np.real(leaned.reshape(size, -1).conj() @ means.reshape(size, -1).T)
         gradient, information = gradient / HANN, information / HANN
         own = len(self.unknowns)
         gradient[:own] += (values - self.mean) / self.std**2

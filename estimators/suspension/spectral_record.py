@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.signal import butter, sosfreqz
 
 from estimators.signals.channel_health import runs
@@ -71,10 +72,9 @@ def gates(measurements: Measurements, record: SuspensionRecord, p: Parameters) -
         return [Gate(SLOW, slow)]
     count = max(1, round(CURVE_WINDOW * record.rate))
     turning = np.interp(record.time, time[known], rate[known])
-    edge = np.pad(turning, (count // 2, count - 1 - count // 2), mode="edge")
-    turning = np.convolve(edge, np.ones(count) / count, mode="valid")
+    turning = uniform_filter1d(turning, count, mode="nearest")
     bent = np.abs(turning) > limit * np.where(slow, np.inf, record.speed)
-    wide = np.convolve(bent, np.ones(2 * count + 1), mode="same") > 0
+    wide = maximum_filter1d(bent.astype(float), 2 * count + 1, mode="nearest") > 0.0
     return [Gate(SLOW, slow), Gate(CURVE, wide & ~slow)]
 
 
@@ -111,7 +111,7 @@ def stretches(
             if reason:
                 left_out.append(_out(record, reason, *ends))
             else:
-                found.append(_transformed(record, used, *ends, band, passed))
+                found.append(transformed(record, used, *ends, band, passed))
     return found, left_out
 
 
@@ -148,7 +148,7 @@ def _out(record: SuspensionRecord, reason: str, first: int, last: int) -> dict[s
     return {"channel": "all", "reason": reason, "start [s]": round(start, 3), "end [s]": round(end, 3)}
 
 
-def _transformed(
+def transformed(
     record: SuspensionRecord,
     used: tuple[int, ...],
     first: int,
@@ -156,13 +156,13 @@ def _transformed(
     band: tuple[float, float],
     passed: tuple[float, float],
 ) -> Stretch:
-    """Hann window; the band-pass that readings and track went through is taken out again."""
+    """Under a Hann window; the band-pass that readings and track went through is taken out again."""
     count = last - first
     window = np.hanning(count)
     frequency = np.fft.rfftfreq(count, 1.0 / record.rate)
     chosen = (frequency >= band[0]) & (frequency <= band[1])
     sections = np.asarray(butter(2, passed, btype="bandpass", fs=record.rate, output="sos"))
-    through = sosfreqz(sections, frequency[chosen], fs=record.rate)[1]
+    through = np.asarray(sosfreqz(sections, frequency[chosen], fs=record.rate)[1])
     scale = np.sqrt(2.0 / record.rate / np.sum(window**2))
 
     def amplitude(values: np.ndarray) -> np.ndarray:

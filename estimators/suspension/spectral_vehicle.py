@@ -12,12 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from estimators.vehicle.affine import nominal
-from estimators.vehicle.lateral_frequency import Channel, Damper, Lateral, build
+from estimators.vehicle.lateral_frequency import Channel, Damper, Lateral, Place, build
 from estimators.vehicle.lateral_roll import NEEDED
 from estimators.vehicle.parameters import Parameters, numbers
 from railsim.constants import GRAVITY
-from railsim.data_sheet import data_sheet
-from railsim.measurements import Measurements
 from railsim.vehicles.payload import PASSENGER, SPREAD, STANDING, Payload
 
 TWICE = float(np.log(2.0))  # a factor of two is one standard deviation: what wear and weather do to contacts (choice)
@@ -142,7 +140,8 @@ def can_be_whole(vehicle: Mapping[str, Any]) -> bool:
 
 
 def nominal_vehicle(
-    measurements: Measurements,
+    vehicle: Mapping[str, Any],
+    places: Mapping[str, Place],
     channels: Sequence[str],
     whole: bool,
     creep: tuple[float, float, float],
@@ -152,6 +151,7 @@ def nominal_vehicle(
 
     Parameters
     ----------
+    vehicle : parameters, as about.json gives them. places : of the sensors by channel, at the centre where not given.
     channels : that are read. creep : shares of Kalker's coefficients at the start.
     gains : shares of the lateral and yaw dampers' force that are left where they blow off.
 
@@ -159,7 +159,6 @@ def nominal_vehicle(
     ------
     InputError : a parameter is missing; all of them are named.
     """
-    vehicle = measurements.vehicle
     p = numbers(vehicle, NEEDED)
     stated_whole = "whole_body_mass" in p
     if whole:
@@ -170,7 +169,7 @@ def nominal_vehicle(
     found = []
     for name in channels:
         body, _, rest = name.partition(".")
-        x, y, z = data_sheet(measurements.about, name).position
+        x, y, z = places.get(name, (0.0, 0.0, 0.0))
         found.append(Channel(body, rest.partition(" [")[0], (x + shift * (body == "body"), y, z)))
     built = nominal(vehicle)
     lateral = Damper(float(built[0]) or 1.0, 2.0 * p.get("lateral_damper_series_stiffness", np.inf), gains[0])

@@ -86,7 +86,7 @@ class SuspensionMl(SuspensionEstimator, frozen=True):
         rows = [[at, *row, 1.0, 0.0, 1.0] for at in problem.record.time[[0, -1]]]
         columns = pd.Index(["time [s]", *names, *COLUMNS])
         series = pd.DataFrame(rows, columns=columns)
-        constant = pd.DataFrame([rows[-1]] * len(problem.stretches), columns=columns)
+        constant = pd.DataFrame([rows[-1]], columns=columns)
         estimate = checked(self, problem, series, constant, [])
         return Estimate(self.name, estimate.series, {**estimate.about, **about})
 

@@ -78,7 +78,7 @@ def checked(
     doubt = found.doubt()
     about = {
         **report(estimator, problem, series, [*warnings, *([f"cannot tell: {doubt}"] if doubt else [])], doubt),
-        "innovations over expected": None if np.isnan(found.ratio[-1]) else float(found.ratio[-1]),
+        "misfit over expected": None if np.isnan(found.ratio[-1]) else float(found.ratio[-1]),
     }
     return Estimate(estimator.name, series, about)
 

@@ -1,4 +1,4 @@
-"""Condition of the secondary dampers on vehicles that are laden, worn or on slippery rails, by spectra of the record."""
+"""Condition of the secondary dampers of vehicles that are laden, worn or on slippery rails, from spectra."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
@@ -20,7 +20,6 @@ from estimators.suspension.spectral_vehicle import (
     LOAD,
     STIFFNESS,
     YAW,
-    Nominal,
     can_be_whole,
     nominal_vehicle,
     wheelsets_ahead,
@@ -30,6 +29,7 @@ from estimators.vehicle.affine import PARAMETERS, fits, nominal
 from estimators.vehicle.lateral_frequency import is_whole
 from estimators.vehicle.lateral_roll import NEEDED
 from estimators.vehicle.parameters import numbers
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -153,7 +153,8 @@ class SuspensionSpectral(SuspensionSettings, frozen=True):
         whole: bool,
     ) -> Likelihood:
         gain = blow_off_gain(measurements.vehicle, record)
-        vehicle = nominal_vehicle(measurements, record.channels, whole, self.creep, (1.0, gain))
+        places = {name: data_sheet(measurements.about, name).position for name in record.channels}
+        vehicle = nominal_vehicle(measurements.vehicle, places, record.channels, whole, self.creep, (1.0, gain))
         forces = self.forces(vehicle.p)
         forces["body.yaw"] = self.body_force * vehicle.p.get("semi_bogie_spacing", 0.0)
         noise = record.noise**2 * 2.0 / record.rate + self.model_errors(record.channels) ** 2 * 2.0 / TUNED

@@ -126,7 +126,6 @@ def build(p: Parameters, whole: bool, speed: float, creep: Shares, channels: Seq
     ]  # fmt: skip
     turns = [{f"{one.name}.yaw": 1.0, "body.yaw": -1.0} for one in bogies]
     lateral, yaw = (sum(np.outer(row, row) for row in (moving.row(one)[0] for one in rows)) for rows in (shears, turns))
-    directions = [_directions(one) for one in channels]
     rows = [[moving.row(direction) for direction in _directions(one)] for one in channels]
     (acceleration, felt), (tilt, tilted), (rate, _) = (
         tuple(np.stack([row[of][part] for row in rows]) for part in (0, 1)) for of in range(3)

@@ -41,11 +41,12 @@ def score_detection(estimate: Estimate, truth: Truth) -> dict[str, float]:
     if not set(needed) <= set(series.columns) or not (time >= ASKED).any():
         return {}
     built = nominal(truth_vehicle(truth))
+    columns = {str(name): series[name].to_numpy(dtype=float) for name in series.columns}
     share, onset = damping_left(truth)
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     delays, alarms, under = [], 0, 0.0
     for which in range(2):
-        bad = np.array([one in BAD for one in said(series, which, float(built[which]))]) & (time >= ASKED)
+        bad = np.array([one in BAD for one in said(columns, which, float(built[which]))]) & (time >= ASKED)
         weak = (time >= onset[which]) & (share[which] < 1.0)
         alarms += bool((bad & ~weak).any())
         under += step * float((bad & ~weak).sum())

@@ -50,7 +50,7 @@ def test_a_wheelset_rolls_as_far_as_its_contact_angle_tilts_it():
     assert found == pytest.approx(slope / (1.0 - p["wheel_radius"] * slope), rel=0.03)
 
 
-@pytest.mark.parametrize("kind", [FAST, SuspensionMl(keep_every=4, starts=8), SuspensionEkf(keep_every=4)])
+@pytest.mark.parametrize("kind", [FAST, SuspensionMl(keep_every=4, starts=8), SuspensionEkf()])
 def test_a_vehicle_without_yaw_dampers_has_none_and_its_lateral_ones_are_found(kind: SuspensionEstimator):
     scenario = load_scenario("suspension", {"vehicle": "manchester", "duration": 20.0})
     run = measure(simulate(scenario, "compiled"), scenario)
@@ -125,10 +125,14 @@ def test_without_a_track_the_known_one_is_asked_for():
 
 def test_verdicts_keep_from_their_limits():
     assert damper(1.0, 0.05, 1.0) == "healthy"
-    assert damper(0.7, 0.05, 1.0) == "healthy"
+    assert damper(0.8, 0.05, 1.0) == "cannot tell"
+    assert damper(0.7, 0.05, 1.0) == "cannot tell"
     assert damper(0.6, 0.05, 1.0) == "degraded"
     assert damper(0.1, 0.05, 1.0) == "failed"
-    assert damper(0.5, 0.5, 1.0) == "unknown"
+    assert damper(0.5, 0.5, 1.0) == "cannot tell"
+    assert damper(0.0, 0.4, 1.0) == "cannot tell"  # at the bound, with little known: dampings are not below zero
+    assert damper(np.nan, 0.1, 1.0) == "cannot tell"
+    assert damper(0.0, 0.0, 0.0) == "not there"
     assert profiles(0.15, 0.02) == "healthy"
     assert profiles(0.5, 0.02) == "degraded"
 
