@@ -27,7 +27,7 @@ HOME = "home"
 """Group of the circumstances in which nothing differs from what an estimator is told."""
 SHIPPED = shipped_folder("experiments", "circumstances") / "circumstances.yaml"
 BASES = Files("circumstance_bases", "experiments/circumstances/bases", ".yaml", "base of circumstances")
-FAST_SHARE = 0.4
+FAST_SHARE = 0.6
 """Share of the duration, and of the times in it, that is run with `--fast`."""
 CHOSEN = "circumstance"
 SPACING = 0.2  # m

@@ -179,6 +179,27 @@ def test_a_circumstance_that_cannot_be_simulated_leaves_the_others(
     assert found["performed"] == 4
 
 
+def test_every_check_finds_its_scores_at_home(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A check whose score has another name would never judge anything."""
+    forces = [f"wheelset{n} {what}" for n in (1, 2) for what in ("lateral force", "yaw moment")]
+    dampers = [f"secondary {kind} damping" for kind in ("lateral", "yaw")]
+    expected = {
+        "adhesion_creep_forces": forces,
+        "adhesion_creep_forces_profile": forces,
+        "adhesion_level": ["adhesion level"],
+        "cross_level": ["cross level D1", "cross level D2", "cant", "twist"],
+        "suspension_ekf": [*dampers, "conicity", "verdicts at the end", "alarms on the way"],
+        "switches": ["features of crossovers"],
+    }
+    ran(capsys, ["circumstances", *expected, "--only", "half_home", "--fast", "--out", str(tmp_path), "--json"])
+    for name, quantities in expected.items():
+        found = of(cells(tmp_path, "."), "half_home", name)
+        assert sorted(found["quantity"]) == sorted(quantities), name
+        told = [] if name in ("cross_level", "switches") else [one for one in found["quantity"] if " the " not in one]
+        stated = [one for one, share in zip(found["quantity"], found["coverage"], strict=True) if share == share]
+        assert sorted(stated) == sorted(told), name
+
+
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
