@@ -4,14 +4,24 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from estimators.interface import ESTIMATORS, Estimate, Estimator
 from experiments.circumstances.circumstance import Circumstance
-from experiments.circumstances.verdicts import FAILED, NOT_APPLICABLE, SAYS_SO, Cell, Judgement, judge, told, words_of
+from experiments.circumstances.verdicts import (
+    FAILED,
+    NOT_APPLICABLE,
+    SAYS_SO,
+    Cell,
+    Judgement,
+    excused,
+    judge,
+    told,
+    warnings_of,
+)
 from experiments.reporting.failures import PluginError, plugin_code
 from experiments.runs.estimation import estimated
 from experiments.scoring.interface import Check
@@ -42,25 +52,22 @@ def kept(path: Path, key: str | None) -> list[Cell] | None:
         stored = json.loads(path.read_text(encoding="utf-8"))
         if key is not None and stored["key"] != key:
             return None
-        return [Cell(**one) for one in stored["cells"]]
+        return [Cell(**one | {"warnings": tuple(one.get("warnings", ()))}) for one in stored["cells"]]
     except (OSError, ValueError, TypeError, KeyError):
         return None
 
 
-def all_kept(folder: Path) -> Iterator[Cell]:
+def all_kept(folder: Path) -> list[Cell]:
     """Every cell of a folder, whatever it was made for.
 
     Raises
     ------
     InputError : the folder holds none.
     """
-    found = False
-    for path in sorted((folder / CELLS).glob("*/*.json")):
-        for cell in kept(path, None) or []:
-            found = True
-            yield cell
+    found = [cell for path in sorted((folder / CELLS).glob("*/*.json")) for cell in kept(path, None) or []]
     if not found:
         raise InputError(f"'{folder}' holds no cells; name the folder that 'railsim circumstances --out' wrote")
+    return excused(found)
 
 
 def key_of(circumstance: Circumstance, fast: bool, program: str) -> str:
@@ -110,7 +117,7 @@ def why_not(estimator: Estimator, measured: Measurements) -> str:
 def _judged(estimate: Estimate, recording: Recording, common: dict[str, Any]) -> list[Cell]:
     assert recording.truth is not None
     scores, problems = scores_and_problems(estimate, recording.truth)
-    words = words_of(estimate)
+    common["warnings"] = warnings_of(estimate)
     cells = []
     for name, scorer in scorers().items():
         if not scorer.columns_of(estimate) or scorer.lacking(estimate):
@@ -121,7 +128,7 @@ def _judged(estimate: Estimate, recording: Recording, common: dict[str, Any]) ->
             continue
         for check in scorer.checks:
             if check.error in scores or check.answered in scores:
-                found = judge(check, scores, words)
+                found = judge(check, scores)
                 says = [told(estimate) if check.subject == "health" else "", found.says]
                 cells.append(_cell(check, replace(found, says="; ".join(filter(None, says))), common))
     return cells
@@ -132,4 +139,5 @@ def _cell(check: Check, found: Judgement, common: dict[str, Any]) -> Cell:
     return Cell(
         **common, quantity=check.quantity, subject=check.subject, verdict=found.verdict, error=error,
         allowance=check.allowance, unit=check.unit, coverage=found.coverage, answered=found.answered, says=found.says,
+        excusable=check.excused,
     )  # fmt: skip

@@ -116,7 +116,8 @@ def compared(cells: Sequence[Cell], others: Sequence[Cell]) -> pd.DataFrame:
 def frame(cells: Sequence[Cell]) -> pd.DataFrame:
     """One row a cell."""
     names = pd.Index([field.name for field in fields(Cell)])
-    return pd.DataFrame([cell.plain() for cell in cells], columns=names)
+    rows = [cell.plain() | {"warnings": " / ".join(cell.warnings)} for cell in cells]
+    return pd.DataFrame(rows, columns=names)
 
 
 def markdown(

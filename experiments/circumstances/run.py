@@ -58,7 +58,7 @@ class Matrix:
             key = cells.key_of(circumstance, self.fast, self.program)
             for estimator in self.estimators:
                 found += cells.kept(cells.place(self.folder, name, estimator), key) or []
-        return found
+        return verdicts.excused(found)
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,12 @@
 """Verdicts on an estimate of which the truth is known: right, says so, or silently wrong."""
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from estimators.interface import Estimate
+from experiments.circumstances.circumstance import HOME
 from experiments.scoring.interface import Check
 
 RIGHT, SAYS_SO, SILENT, FAILED, NOT_APPLICABLE = "right", "says so", "silently wrong", "failed", "not applicable"
@@ -25,6 +27,7 @@ class Cell:
     coverage : share of the errors within two stated deviations; None where none are stated.
     answered : share of the samples that the estimate calls valid.
     says : what the estimate says of itself, or why there is none.
+    warnings : all of its warnings. excusable : whether one of them may excuse a mistake.
     seconds : processor time of the whole estimate.
     """
 
@@ -42,6 +45,8 @@ class Cell:
     answered: float | None = None
     says: str = ""
     seconds: float | None = None
+    warnings: tuple[str, ...] = ()
+    excusable: bool = True
 
     def plain(self) -> dict[str, Any]:
         """As JSON and tables hold it."""
@@ -66,37 +71,57 @@ class Judgement:
     says: str
 
 
-def judge(check: Check, scores: Mapping[str, float], words: str) -> Judgement:
-    """The verdict on one quantity.
+def judge(check: Check, scores: Mapping[str, float]) -> Judgement:
+    """The verdict on one quantity, before any warning excuses it.
 
     Right: the error is allowed, and two stated deviations cover 0.85 of the errors, where deviations are stated. Says
-    so: nothing is given; or the error is larger, but the stated deviations cover it, or the estimate warns in words,
-    where words excuse. Silently wrong: all else.
+    so: nothing is given, or the error is larger, but the stated deviations cover it. Silently wrong: all else.
     """
     error, coverage = _number(scores, check.error), _number(scores, check.within)
     answered = _number(scores, check.answered)
     withheld = error is None or (answered is not None and answered < check.enough)
     covered = coverage is None or coverage >= COVERED
     within = error is not None and error <= check.allowance
-    says = words
+    verdict, says = SILENT, ""
     if error is None or (withheld and within):
-        verdict, says = SAYS_SO, words or "gives no verdict" * (check.enough >= 1.0) or "calls no sample valid"
+        verdict, says = SAYS_SO, "gives no verdict" if check.enough >= 1.0 else "calls no sample valid"
     elif within and covered:
         verdict = RIGHT
     elif not within and coverage is not None and covered:
-        verdict, says = SAYS_SO, words or "its stated deviation is as large as the error"
-    elif words and check.excused:
-        verdict = SAYS_SO
-    else:
-        verdict = SILENT
+        verdict, says = SAYS_SO, "its stated deviation is as large as the error"
     return Judgement(verdict, error, coverage, answered, says)
 
 
-def words_of(estimate: Estimate) -> str:
-    """What an estimate says against itself: its warnings."""
+def excused(cells: Sequence[Cell]) -> list[Cell]:
+    """The cells, those that are wrong with a warning in words as `says so`.
+
+    A warning that the estimator gives at home too, whatever the numbers in it, says nothing of the circumstance and
+    excuses nothing. Words never excuse verdicts on components (`Check.excused`).
+    """
+    usual: dict[tuple[str, str], set[str]] = {}
+    for cell in cells:
+        if cell.group == HOME:
+            usual.setdefault((cell.base, cell.estimator), set()).update(map(_shape, cell.warnings))
+    return [_excused(cell, usual.get((cell.base, cell.estimator), set())) for cell in cells]
+
+
+def _excused(cell: Cell, usual: set[str]) -> Cell:
+    new = [text for text in cell.warnings if _shape(text) not in usual]
+    if cell.verdict != SILENT or not cell.excusable or not new:
+        return cell
+    return replace(cell, verdict=SAYS_SO, says="; ".join(filter(None, [cell.says, *new])))
+
+
+def _shape(text: str) -> str:
+    """A warning without its numbers."""
+    return re.sub(r"\d+(\.\d+)?", "#", text)
+
+
+def warnings_of(estimate: Estimate) -> tuple[str, ...]:
+    """What an estimate says against itself in words."""
     warnings = estimate.about.get("warnings", [])
-    texts = [str(one) for one in warnings] if isinstance(warnings, list | tuple) else [str(warnings)]
-    return "; ".join(dict.fromkeys(text for text in texts if text))
+    texts = map(str, warnings) if isinstance(warnings, list | tuple) else [str(warnings)]
+    return tuple(dict.fromkeys(text for text in texts if text))
 
 
 def told(estimate: Estimate) -> str:

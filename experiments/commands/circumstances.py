@@ -49,7 +49,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     for name in given.estimators:
         pick(dict.fromkeys(known), name, "estimator")
     asked = tuple(dict.fromkeys(given.estimators or known))
-    before = list(all_kept(Path(given.against))) if given.against else []
+    before = all_kept(Path(given.against)) if given.against else []
     out = Path(given.out)
     recordings = Path(given.recordings) if given.recordings else out / RECORDINGS
     matrix = Matrix(wanted, asked, out, recordings, given.fast)

@@ -22,7 +22,7 @@ class Check(NamedTuple):
     error : score, `"score [unit]"`, that must be at most `allowance`; `source` : where that comes from.
     within : score of the share of errors within two stated deviations; empty where there is none.
     answered : score of the share that the estimate answers at all; below `enough` it is withheld.
-    excused : whether a warning in words excuses a mistake.
+    excused : whether a warning in words may excuse a mistake.
     """
 
     quantity: str

@@ -10,7 +10,17 @@ import pytest
 
 from estimators.interface import Estimate
 from experiments.circumstances.report import claims, compared, counts, merged
-from experiments.circumstances.verdicts import FAILED, NOT_APPLICABLE, RIGHT, SAYS_SO, SILENT, Cell, judge, words_of
+from experiments.circumstances.verdicts import (
+    FAILED,
+    NOT_APPLICABLE,
+    RIGHT,
+    SAYS_SO,
+    SILENT,
+    Cell,
+    excused,
+    judge,
+    warnings_of,
+)
 from experiments.scoring.interface import Check
 from experiments.scoring.score import scorers
 
@@ -26,50 +36,54 @@ def cell(verdict: str, **changes: Any) -> Cell:
 
 
 @pytest.mark.parametrize(
-    ("error", "coverage", "valid", "words", "verdict"),
+    ("error", "coverage", "valid", "verdict"),
     [
-        (0.4, 0.95, 1.0, "", RIGHT),
-        (0.4, None, None, "", RIGHT),
-        (0.4, 0.95, 1.0, "a channel is lost", RIGHT),
-        (0.4, 0.84, 1.0, "", SILENT),
-        (0.4, 0.84, 1.0, "a channel is lost", SAYS_SO),
-        (0.6, 0.84, 1.0, "", SILENT),
-        (0.6, None, 1.0, "", SILENT),
-        (0.6, 0.85, 1.0, "", SAYS_SO),
-        (0.6, 0.84, 1.0, "a curve", SAYS_SO),
-        (None, None, 0.0, "", SAYS_SO),
-        (None, None, None, "", SAYS_SO),
+        (0.4, 0.95, 1.0, RIGHT),
+        (0.4, None, None, RIGHT),
+        (0.4, 0.84, 1.0, SILENT),
+        (0.6, 0.84, 1.0, SILENT),
+        (0.6, None, 1.0, SILENT),
+        (0.6, 0.85, 1.0, SAYS_SO),
+        (None, None, 0.0, SAYS_SO),
+        (None, None, None, SAYS_SO),
+        (float("nan"), None, None, SAYS_SO),
     ],
 )
-def test_values(error: float | None, coverage: float | None, valid: float | None, words: str, verdict: str) -> None:
+def test_values(error: float | None, coverage: float | None, valid: float | None, verdict: str) -> None:
     given = {"rms error [mm]": error, "within 2 std [-]": coverage, "valid share [-]": valid}
-    found = judge(VALUE, {name: one for name, one in given.items() if one is not None}, words)
-    assert (found.verdict, found.error, found.coverage) == (verdict, error, coverage)
+    found = judge(VALUE, {name: one for name, one in given.items() if one is not None})
+    assert (found.verdict, found.coverage) == (verdict, coverage)
     assert found.says or verdict != SAYS_SO
 
 
 @pytest.mark.parametrize(
-    ("wrong", "given", "words", "verdict"),
-    [
-        (0.0, 1.0, "", RIGHT),
-        (0.0, 0.5, "", SAYS_SO),
-        (1.0, 1.0, "", SILENT),
-        (1.0, 0.5, "", SILENT),
-        (1.0, 1.0, "do not trust me", SILENT),
-    ],
+    ("wrong", "given", "verdict"), [(0.0, 1.0, RIGHT), (0.0, 0.5, SAYS_SO), (1.0, 1.0, SILENT), (1.0, 0.5, SILENT)]
 )
-def test_words_do_not_excuse_an_accusation(wrong: float, given: float, words: str, verdict: str) -> None:
-    assert judge(HEALTH, {"wrong [-]": wrong, "given [-]": given}, words).verdict == verdict
+def test_verdicts_on_components(wrong: float, given: float, verdict: str) -> None:
+    assert judge(HEALTH, {"wrong [-]": wrong, "given [-]": given}).verdict == verdict
 
 
-def test_an_error_that_is_no_number_is_none() -> None:
-    assert judge(VALUE, {"rms error [mm]": float("nan")}, "").verdict == SAYS_SO
+def test_a_warning_excuses_unless_it_stands_at_home_too() -> None:
+    away = {"circumstance": "curve", "group": "curve"}
+    usual, other = ("3.0 s left out, from 0.0 to 3.0 s",), ("4.5 s left out, from 0.0 to 4.5 s",)
+    cells = [
+        cell(SILENT, warnings=usual),
+        cell(SILENT, **away, warnings=other),
+        cell(SILENT, **away, warnings=(*other, "a curve: do not trust this")),
+        cell(RIGHT, **away, warnings=("a curve: do not trust this",)),
+        cell(SILENT, **away, warnings=("a curve: do not trust this",), excusable=False),
+        cell(SILENT, **away, estimator="two", warnings=usual),
+        cell(SILENT, **away),
+    ]
+    found = excused(cells)
+    assert [one.verdict for one in found] == [SILENT, SILENT, SAYS_SO, RIGHT, SILENT, SAYS_SO, SILENT]
+    assert found[2].says == "a curve: do not trust this"
 
 
 def test_warnings_are_the_words() -> None:
     series = pd.DataFrame({"time [s]": [0.0]})
-    assert words_of(Estimate("one", series, {"warnings": ["a", "b", "a"]})) == "a; b"
-    assert words_of(Estimate("one", series, {"settings": {"a": 1}})) == ""
+    assert warnings_of(Estimate("one", series, {"warnings": ["a", "b", "a"]})) == ("a", "b")
+    assert warnings_of(Estimate("one", series, {"settings": {"a": 1}})) == ()
 
 
 def test_the_worst_quantity_speaks_for_an_estimator() -> None:
