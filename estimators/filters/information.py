@@ -7,7 +7,7 @@ bound is van Trees', with the prior in it). What the model says wrongly comes on
 G = S_post H' S_noise^-1, an error dH of the responses leaves G dH times the track.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -127,7 +127,7 @@ def information(
     distance_error : relative standard deviation of distance and speed (the odometer's wheel radius).
     """
     H, wrong = responses(systems, speed, wheelbase, scales, distance_error)
-    return spectra(H, wrong, systems[0], priors, noise, speed)
+    return spectra(H, wrong, priors, noise, speed)
 
 
 def responses(
@@ -147,19 +147,20 @@ def responses(
 
 
 def spectra(
-    H: np.ndarray, wrong: np.ndarray, system: System, priors: Sequence[TrackSpectrum], noise: Noise, speed: float
+    H: np.ndarray, wrong: np.ndarray, priors: Sequence[TrackSpectrum], noise: Noise, speed: float
 ) -> Information:
     """Spectra at one speed from the responses; other arguments as of `information`."""
-    k, q = wavenumbers(), len(priors)
+    k = wavenumbers()
+    tracks = np.stack([one.density(k) for one in priors], axis=1).reshape(len(k), len(priors))
+    return Information(k, tracks, H, sensor_noise(k, noise, speed), wrong)
+
+
+def sensor_noise(k: np.ndarray, noise: Noise, speed: float) -> np.ndarray:
+    """Covariance spectrum of the readings' white and drifting noise at wavenumbers, one-sided, shape (k, m, m)."""
     time = noise.drift_time
     drift = 4 * noise.drift**2 * time / (1 + (np.outer(k, time) * speed) ** 2)
     white = (noise.density**2 + drift) * speed / (2 * np.pi)
-    covariance = np.einsum("km,ml->kml", white, np.eye(len(noise.density))).astype(complex)
-    if noise.drive.any():
-        inside = system.from_states(k * speed)
-        covariance += np.einsum("kmn,n,kln->kml", inside, 2 * noise.drive * speed / (2 * np.pi), inside.conj())
-    tracks = np.stack([one.density(k) for one in priors], axis=1).reshape(len(k), q)
-    return Information(k, tracks, H, covariance, wrong)
+    return np.einsum("km,ml->kml", white, np.eye(len(noise.density))).astype(complex)
 
 
 def _between(k: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -169,8 +170,12 @@ def _between(k: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def deviations(
-    system: Callable[[dict[str, float]], System], vehicle: dict[str, float], unknown: dict[str, float]
+    system: Callable[[dict[str, float]], System], vehicle: dict[str, float], changes: Sequence[Mapping[str, float]]
 ) -> list[System]:
-    """The plane with nominal parameters, then with each unknown off by its relative standard deviation."""
-    varied = [vehicle | {name: vehicle.get(name, 1.0) * (1 + share)} for name, share in unknown.items()]
-    return [system(vehicle), *(system(one) for one in varied)]
+    """The plane with the given parameters, then with each set of changes: of the logarithms of the parameters."""
+    return [system(one) for one in (vehicle, *(changed(vehicle, change) for change in changes))]
+
+
+def changed(vehicle: dict[str, float], change: Mapping[str, float]) -> dict[str, float]:
+    """Parameters with changed logarithms; what is not given is 1."""
+    return vehicle | {name: vehicle.get(name, 1.0) * float(np.exp(by)) for name, by in change.items()}

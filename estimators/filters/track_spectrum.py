@@ -76,7 +76,7 @@ ERRI_VERTICAL, ERRI_LATERAL = (TrackSpectrum.of(spectra("erri_low")[quantity]) f
 
 
 class Noise(NamedTuple):
-    """Noise of the readings of one plane and what drives its states besides the track; arrays over readings, states.
+    """Noise of the readings of one plane; arrays over the readings.
 
     Attributes
     ----------
@@ -85,7 +85,6 @@ class Noise(NamedTuple):
     drift : standard deviation of the drifting part, shape (m,).
     drift_time : its correlation time, s, shape (m,).
     tilt : standard deviations of the angles by which each reading feels other motions, rad, shape (m, 2).
-    drive : variance per second that is added to each state, shape (n,).
     """
 
     density: np.ndarray
@@ -93,7 +92,6 @@ class Noise(NamedTuple):
     drift: np.ndarray
     drift_time: np.ndarray
     tilt: np.ndarray
-    drive: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -172,7 +170,7 @@ def passage(
     ----------
     systems : the plane at a speed (m/s), for each kind of place.
     priors : of the quantities of the track, in the order of the plane's inputs.
-    drives : variance per second that enters each state, by the speed, likewise.
+    drives : variance per second that enters each state, shape (n,), by the speed, likewise.
     speed : speeds that occur, m/s.
     spacing, count : step of the grid, m, and steps in a wheelbase.
     start : standard deviations of the vehicle's states at the start, shape (n,).
@@ -183,9 +181,14 @@ def passage(
     kept = count + (twice is not None)  # second differences reach one place farther back
     track = Track.of(priors, spacing, kept)
     tables = [
-        _step(move, track, noise._replace(drive=drive(float(one))), len(start), spacing / float(one), twice)
+        _step(move, new, track, noise, len(start), spacing / float(one), twice)
         for system, drive in zip(systems, drives, strict=True)
-        for move, one in zip(step_transitions(system, speeds, spacing, track.quantities), speeds, strict=True)
+        for move, new, one in zip(
+            step_transitions(system, speeds, spacing, track.quantities),
+            step_noises(system, drive, speeds, spacing),
+            speeds,
+            strict=True,
+        )
     ]
     m, n, p = len(noise.density), len(start), len(track.new)
     present = noise.tilt > 0
@@ -221,18 +224,40 @@ def step_transitions(
 ) -> np.ndarray:
     """States after a step and mean outputs over it, from states, inputs and their rates.
 
-    They are smooth in the logarithm of the speed, so that cubic splines take the place of most exponentials.
-
     Returns
     -------
     Shape (speeds, n + m, n + 4 quantities).
     """
+    return _over(speeds, lambda speed: step_transition(system(speed), spacing / speed, 2 * quantities))
+
+
+def step_noises(
+    system: Callable[[float], System], drive: Callable[[float], np.ndarray], speeds: np.ndarray, spacing: float
+) -> np.ndarray:
+    """Covariance of what drives the states in a step, in the states after it and in the mean outputs over it.
+
+    Returns
+    -------
+    Shape (speeds, n + m, n + m).
+    """
+
+    def covariance(speed: float) -> np.ndarray:
+        own, dt = system(speed), spacing / speed
+        n, m = len(own.A), len(own.C)
+        whole = np.block([[own.A, np.zeros((n, m))], [own.C / dt, np.zeros((m, m))]])
+        return van_loan(whole, np.diag(np.concatenate([drive(speed), np.zeros(m)])), dt)[1]
+
+    return _over(speeds, covariance)
+
+
+def _over(speeds: np.ndarray, compute: Callable[[float], np.ndarray]) -> np.ndarray:
+    """Matrices at all speeds, m/s; they are smooth in its logarithm, so that splines take the place of most of them."""
     count = int(np.ceil(np.log(speeds[-1] / speeds[0]) / EXACT_STEP)) + 3
     if len(speeds) < max(SPLINE_LEAST, count):
-        return np.stack([step_transition(system(float(one)), spacing / float(one), 2 * quantities) for one in speeds])
+        return np.stack([compute(float(one)) for one in speeds])
     exact = np.geomspace(speeds[0], speeds[-1], count)
-    moves = np.stack([step_transition(system(float(one)), spacing / float(one), 2 * quantities) for one in exact])
-    return CubicSpline(np.log(exact), moves)(np.log(np.clip(speeds, exact[0], exact[-1])))
+    found = np.stack([compute(float(one)) for one in exact])
+    return CubicSpline(np.log(exact), found)(np.log(np.clip(speeds, exact[0], exact[-1])))
 
 
 def step_transition(system: System, dt: float, inputs: int) -> np.ndarray:
@@ -246,7 +271,7 @@ def step_transition(system: System, dt: float, inputs: int) -> np.ndarray:
 
 
 def _step(
-    moved: np.ndarray, track: Track, noise: Noise, n: int, dt: float, twice: np.ndarray | None
+    moved: np.ndarray, driven: np.ndarray, track: Track, noise: Noise, n: int, dt: float, twice: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """F and Q of `Steps` for steps of `dt` s; irregularities go linearly from place to place, outputs are means."""
     m, p, q = len(noise.density), len(track.new), track.quantities
@@ -276,5 +301,6 @@ def _step(
     into[: n + m, -q:] = lead
     Q = into @ track.new @ into.T
     drift = 2.0 * noise.drift**2 / noise.drift_time
-    Q[np.diag_indices(len(Q))] += dt * np.concatenate([noise.drive, np.zeros(m), drift, np.zeros(held - m + p)])
+    Q[: n + m, : n + m] += driven
+    Q[np.diag_indices(len(Q))] += dt * np.concatenate([np.zeros(n + m), drift, np.zeros(held - m + p)])
     return F, Q

@@ -1,12 +1,13 @@
 """The fused estimate across the track: lateral path and cross level together, of all that the bogie feels sideways.
 
-Readings pass a high-pass over distance first: what is longer than `LONGEST` the vehicle follows without motion of its
+Readings pass a band-pass over distance first: what is longer than `LONGEST` the vehicle follows without motion of its
 own, so that path and cant of that length are those of the bogie itself; they are added afterwards. Filter and model
-are linear, so that a high-passed track makes the high-passed readings.
+are linear, so that a band-passed track makes the band-passed readings.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,21 +15,23 @@ import numpy as np
 from estimators.filters.track_spectrum import ERRI_VERTICAL, TrackSpectrum
 from estimators.signals.bands import Band, band_pass, transform
 from estimators.speed.odometry import Odometry
-from estimators.track.fusion import Plane, TrackRegime
+from estimators.track.disturbances import FORCE, HEIGHT, Disturbance
 from estimators.track.observations import Attitude, Observation, observation
-from estimators.track.sensor_pairs import WHEELSETS, axleboxes, displacements, singles
+from estimators.track.plane import Plane, TrackRegime
+from estimators.track.sensor_pairs import WHEELSETS, axleboxes, displacements, singles, with_rails
 from estimators.vehicle import lateral_roll
 from estimators.vehicle.bump_stop import slope, steps
-from estimators.vehicle.lateral_roll import COORDINATES
+from estimators.vehicle.lateral_roll import COORDINATES, WHOLE
 from estimators.vehicle.parameters import given
 from estimators.vehicle.state_space import CANT_BASE, Output
-from estimators.vehicle.suspension import BUMP_STOP
+from estimators.vehicle.suspension import BUMP_STOP, PIVOT
 from railsim.data_sheet import channels_on, data_sheet
 from railsim.measurements import Measurements
 from railsim.track.spectra import WC
 
 YAW, ROLL, SIDE = "bogie.rate_yaw [rad/s]", "bogie.rate_roll [rad/s]", "bogie.acceleration_y [m/s2]"
 LONGEST = 300.0  # m; longer waves are taken from the bogie's own path and roll
+SHORTEST = 2.0  # m; shorter waves shake wheelsets by what the model leaves out, and belong to no band
 ORDER = 8
 PATH = 1000.0  # m; of the bogie's own path longer waves are left out
 SPACING = 0.25  # m, about; the grid divides the wheelbase
@@ -38,8 +41,34 @@ CROSS_LEVEL = TrackSpectrum(4 * ERRI_VERTICAL.amplitude, 0, (0.001, WC))
 """Likewise; ERRI's upper corner, and freedom for the design cant below."""
 
 
-DISTURBED = (("wheelset1.y", "wheelset2.y"), ("wheelset1.yaw", "wheelset2.yaw"))
-"""Wheelsets are pushed sideways and turned by forces that are not in the model: flange, creep beyond its slope."""
+BEGINS = (0.05, 0.5)  # sizes of disturbances from which the fit begins
+BEHIND = TrackSpectrum(1.0, 0, (2.0 * np.pi / 60.0,))
+"""Shape of what the other bogie does to the body: that of a track, level for waves longer than the bands of interest."""
+WORN = {"design_conicity": 0.4, "design_contact_angle_rate": 1.0}
+"""Logarithms of what wear and larger amplitudes make of contact slopes: 1.5 and 2.7 times; a fit begins there too."""
+YAW_GYRATION = 0.7
+"""Squared radius of gyration of a coach's body in yaw over that of its bogies' distance from the centre, where the
+inertia is not given: 0.68 to 0.73 in the Manchester benchmark and two coaches of the same kind.
+"""
+
+
+def _of(*names: str) -> tuple[int, ...]:
+    return tuple(WHOLE.index(name) for name in names)
+
+
+def disturbances(coordinates: Sequence[str]) -> tuple[Disturbance, ...]:
+    """What is not in the lateral model: the other bogie, flanges, creep beyond its slope, contacts that move."""
+    body = tuple(name for name in ("body.y", "body.yaw") if name in coordinates)
+    return (
+        Disturbance("lateral force on the body", _of(*body), BEHIND, size=0.1, spread=3.0, begins=BEGINS),
+        Disturbance("roll moment on the body", _of("body.roll"), BEHIND, size=0.1, spread=3.0, begins=BEGINS),
+        Disturbance("roll moment on the bogie", _of("bogie.roll"), begins=BEGINS),
+        Disturbance("yaw moment on the bogie", _of("bogie.yaw"), begins=BEGINS),
+        Disturbance("yaw moment on wheelsets", _of("wheelset1.yaw", "wheelset2.yaw"), begins=BEGINS),
+        Disturbance("lateral force on the bogie", _of("bogie.y"), FORCE, begins=BEGINS),
+        Disturbance("lateral force on wheelsets", _of("wheelset1.y", "wheelset2.y"), FORCE, begins=BEGINS),
+        Disturbance("lean of wheelsets over the rails", (1, 3), HEIGHT, of_rails=True, size=0.02, spread=1.0),
+    )
 
 
 def fits(measurements: Measurements) -> bool:
@@ -47,18 +76,21 @@ def fits(measurements: Measurements) -> bool:
     return all(name in measurements for name in (YAW, ROLL, SIDE)) and given(measurements.vehicle, lateral_roll.NEEDED)
 
 
-def high_passed(reading: Observation, odometry: Odometry) -> Observation:
-    """Without waves longer than `LONGEST`; missing places are bridged for the filter and stay missing."""
+def passed(reading: Observation, odometry: Odometry) -> Observation:
+    """Without waves longer than `LONGEST` or shorter than `SHORTEST`; missing places are bridged for the filter and
+    stay missing.
+    """
     present = np.isfinite(reading.values)
     if not present.any():
         return reading
     at = np.arange(len(reading.values))
-    values = _high(np.interp(at, at[present], reading.values[present]), odometry)
+    bridged = np.interp(at, at[present], reading.values[present])
+    values = transform(bridged, odometry.spacing, _between, 3.0 * LONGEST, detrend=False)
     return replace(reading, values=np.where(present, values, np.nan))
 
 
-def _high(values: np.ndarray, odometry: Odometry) -> np.ndarray:
-    return transform(values, odometry.spacing, lambda k: 1.0 - low(k), 3.0 * LONGEST, detrend=False)
+def _between(k: np.ndarray) -> np.ndarray:
+    return (1.0 - low(k)) / (1.0 + (k * SHORTEST / (2.0 * np.pi)) ** (2 * ORDER))
 
 
 def long_waves(vehicle: Mapping[str, Any], odometry: Odometry, moved: Attitude | None) -> tuple[np.ndarray, np.ndarray]:
@@ -84,16 +116,17 @@ def low(k: np.ndarray) -> np.ndarray:
 def across(
     measurements: Measurements,
     odometry: Odometry,
+    fitted: dict[str, float],
     unknown: dict[str, float],
     regimes: tuple[TrackRegime, ...],
     kind: np.ndarray,
     lift: Callable[[Output], tuple[np.ndarray, float]],
-) -> Plane:
-    """The lateral plane with all readings.
+) -> list[Plane]:
+    """The lateral plane with all readings, of half a vehicle, and of a whole one where the bogies' distance is given.
 
     Parameters
     ----------
-    regimes, kind : of places, see `Plane`.
+    fitted, unknown, regimes, kind : see `Plane`.
     lift : what the vertical estimate says of a sensor at a wheelset, see `singles`.
     """
     observations = [
@@ -105,23 +138,32 @@ def across(
         observations.append(observation(measurements, odometry, name, output))
     for number, x in WHEELSETS:
         for name in channels_on(measurements, f"wheelset{number}", "acceleration_y"):
-            observations.append(observation(measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0))))
+            observations.append(with_rails(measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0))))
     observations += displacements(measurements, odometry, half_difference=True)
     observations += axleboxes(measurements, odometry, half_difference=True)
     observations += singles(measurements, odometry, lift)
     outputs = [one.output for one in observations]
-    return Plane(
+    vehicle = dict(measurements.vehicle)
+    half = Plane(
         lambda p, speed: lateral_roll.lateral(p, outputs, speed),
-        dict(measurements.vehicle),
+        vehicle,
         unknown,
-        [high_passed(one, odometry) for one in observations],
+        fitted,
+        [passed(one, odometry) for one in observations],
         (LATERAL, CROSS_LEVEL),
-        2 * lateral_roll.COUNT,
-        tuple(tuple(lateral_roll.COUNT + COORDINATES.index(name) for name in group) for group in DISTURBED),
-        start,
+        disturbances(COORDINATES),
+        partial(start, COORDINATES),
         regimes,
         kind,
+        varying=tuple(WORN),
+        begins=(WORN,),
     )
+    distance = vehicle.get("semi_bogie_spacing", 0.0)
+    if not distance > 0.0:
+        return [half]
+    inertia = vehicle.get("body_yaw_inertia", YAW_GYRATION * 2.0 * vehicle["body_mass"] * distance**2)
+    whole = vehicle | {PIVOT: distance, "body_yaw_inertia": inertia}
+    return [half, replace(half, vehicle=whole, disturbances=disturbances(WHOLE), start=partial(start, WHOLE))]
 
 
 def track_regimes(
@@ -149,10 +191,10 @@ def track_regimes(
     return tuple(regimes), np.searchsorted(numbers, step)
 
 
-def start(height: np.ndarray, slope: np.ndarray, speed: float) -> np.ndarray:
+def start(coordinates: Sequence[str], height: np.ndarray, slope: np.ndarray, speed: float) -> np.ndarray:
     """Standard deviations of the states at the start."""
     shift, rotation, roll = height[0] + height[1], slope[0] + slope[1], height[1] / CANT_BASE
     of_axis = {"y": shift, "roll": roll, "yaw": rotation}
-    share = [{"body.y": 3, "body.roll": 2}.get(name, 1) for name in COORDINATES]
-    positions = np.array([of_axis[name.partition(".")[2]] for name in COORDINATES])
+    share = [{"body.y": 3, "body.roll": 2}.get(name, 1) for name in coordinates]
+    positions = np.array([of_axis[name.partition(".")[2]] for name in coordinates])
     return np.concatenate([share * positions, speed * (np.array(share) * rotation)])

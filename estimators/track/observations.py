@@ -33,6 +33,7 @@ class Observation:
     density, bias, drift, drift_time, scale : as in `SensorErrors`; scale is the factor's standard deviation.
     tilt : standard deviations of two angles between what is taken to be its axis and where that really points, rad.
     turning : what it reads per radian of each, shape (n, 2).
+    late : m that its values come after those of other readings, being means over twice that more; see `delay`.
     """
 
     name: str
@@ -45,6 +46,11 @@ class Observation:
     scale: float
     tilt: tuple[float, float]
     turning: np.ndarray
+    late: float = 0.0
+
+    def delay(self, wavenumber: np.ndarray) -> np.ndarray:
+        """Its values over those that it would have with the others, complex, shape of the wavenumbers (rad/m)."""
+        return np.sinc(wavenumber * self.late / np.pi) * np.exp(-1j * wavenumber * self.late)
 
 
 @dataclass(frozen=True)
@@ -108,6 +114,7 @@ def observation(
         scale,
         _tilt(turning, float(np.hypot(mounting, roll_std)), mounting),
         np.zeros((len(odometry.s), 2)) if turning is None else np.stack(turning, axis=1),
+        late,
     )
 
 
@@ -146,6 +153,7 @@ def combined(
         share * left.scale,
         left.tilt,
         left.turning,
+        left.late,
     )
 
 

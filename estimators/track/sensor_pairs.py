@@ -127,10 +127,18 @@ def _displacement(measurements: Measurements, odometry: Odometry, name: str, x: 
 
 
 def _axlebox(measurements: Measurements, odometry: Odometry, name: str, x: float) -> Observation:
-    """Acceleration averaged with triangular weights over two steps, as the second difference of the track has it."""
-    reading = observation(
-        measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0)), typical=GRAVITY, late=odometry.spacing / 2.0
-    )
+    return with_rails(measurements, odometry, name, Output("axlebox", (x, 0.0, 0.0)), GRAVITY)
+
+
+def with_rails(
+    measurements: Measurements, odometry: Odometry, name: str, output: Output, typical: float = 0.0
+) -> Observation:
+    """Acceleration of what follows the rails, averaged with triangular weights over two steps.
+
+    Between the places of the grid the track is taken to be straight, so that all of its curvature is at the places: what
+    follows the rails has the second difference of the track for its mean acceleration, half a step late.
+    """
+    reading = observation(measurements, odometry, name, output, typical=typical, late=odometry.spacing / 2.0)
     known = np.isfinite(reading.values)
     bridged = (
         np.interp(odometry.s, odometry.s[known], reading.values[known]) if known.any() else np.zeros(len(odometry.s))

@@ -2,7 +2,7 @@
 every value is uncertain by.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,19 +11,24 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
-from estimators.filters.track_spectrum import ERRI_VERTICAL
+from estimators.filters.track_spectrum import ERRI_VERTICAL, TrackSpectrum
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import BANDS, band_pass, bands_of, settled
 from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrate_speed
 from estimators.track import lateral_fusion
-from estimators.track.fusion import Fused, Plane, fuse
+from estimators.track.alignment_displacement import AlignmentDisplacement
+from estimators.track.disturbances import FORCE, HEIGHT, Disturbance
+from estimators.track.fusion import Fused, fuse
 from estimators.track.geometry import by_speed
 from estimators.track.observations import Attitude, attitude, observation
+from estimators.track.plane import Plane
+from estimators.track.plane_fit import PlaneFit
+from estimators.track.self_check import Opinion, checked, double_integrated, sinking
 from estimators.track.sensor_pairs import axleboxes, displacements, without_roll
 from estimators.vehicle.creep import CREEP_FACTOR, SPIN_FACTOR
 from estimators.vehicle.parameters import numbers
 from estimators.vehicle.state_space import Output
-from estimators.vehicle.vertical import vertical
+from estimators.vehicle.vertical import COORDINATES, coordinates_of, vertical
 from railsim.constants import GRAVITY
 from railsim.data_sheet import channels_on, data_sheet
 from railsim.measurements import Measurements
@@ -46,13 +51,25 @@ STIFF_AND_HEAVY: tuple[str, ...] = (
     "bogie_mass",
     "body_mass",
     "bogie_pitch_inertia",
+    "traction_rod_stiffness",
 )
 DAMPED: tuple[str, ...] = ("primary_vertical_damping", "secondary_vertical_damping")
 LATERAL_STIFF_AND_HEAVY: tuple[str, ...] = (
-    *STIFF_AND_HEAVY[:4], "primary_lateral_stiffness", "primary_longitudinal_stiffness", "secondary_lateral_stiffness",
-    "roll_bar_stiffness", "wheelset_mass", "body_roll_inertia", "bogie_roll_inertia", "bogie_yaw_inertia",
+    "body_mass", "body_roll_inertia", "secondary_lateral_stiffness", "roll_bar_stiffness", "primary_lateral_stiffness",
 )  # fmt: skip
-LATERAL_DAMPED: tuple[str, ...] = (*DAMPED, "secondary_lateral_damping")
+LATERAL_DAMPED: tuple[str, ...] = ("secondary_lateral_damping", "yaw_damper_damping")
+LITTLE_SEEN: tuple[str, ...] = (
+    *STIFF_AND_HEAVY[:3], "primary_longitudinal_stiffness", "wheelset_mass", "bogie_roll_inertia", "bogie_yaw_inertia",
+)  # fmt: skip
+"""Of these the lateral readings say too little; they are not fitted."""
+BODY, BOUNCE, PITCHING = (COORDINATES.index(name) for name in ("body.z", "bogie.z", "bogie.pitch"))
+DISTURBANCES = (
+    Disturbance("force on the body", (BODY,), size=0.1, spread=3.0, begins=(0.02, 0.7)),
+    Disturbance("force on the bogie", (BOUNCE,), FORCE, size=0.03),
+    Disturbance("moment on the bogie", (PITCHING,), FORCE, size=0.1),
+    Disturbance("wheelsets over the rails", (0, 1), HEIGHT, of_rails=True, size=0.01),
+)
+"""What is not in the vertical model: the other bogie and the body's pitch, rods, and wheels that climb in the gauge."""
 
 
 class TrackSmoother(Estimator, frozen=True):
@@ -62,9 +79,9 @@ class TrackSmoother(Estimator, frozen=True):
     slowest: float = quantity(1.0, unit="m/s", source="illustrative", gt=0.0)
     parameter_error: float = quantity(
         0.03,
-        unit="- (standard deviation of stiffness, mass, inertia; dampers twice that)",
+        unit="- (of stiffness, mass, inertia as a data sheet gives them; dampers twice that)",
         source="illustrative",
-        ge=0.0,
+        gt=0.0,
     )
     distance_error: float = quantity(
         0.01, unit="- (standard deviation of the odometer's scale)", source="illustrative: wheel worn by 5 mm", ge=0.0
@@ -78,13 +95,13 @@ class TrackSmoother(Estimator, frozen=True):
     )
 
     creep_error: float = quantity(
-        0.08, unit="- (standard deviation of the creep coefficients)", source="illustrative: dry rail", ge=0.0
+        0.08, unit="- (of the creep coefficients on dry rails)", source="illustrative: dry rail", gt=0.0
     )
     spin_error: float = quantity(
-        0.2, unit="- (standard deviation of that by spin beyond it)", source="illustrative: Polach, Kalker", ge=0.0
+        0.2, unit="- (of that by spin beyond it)", source="illustrative: Polach, Kalker", gt=0.0
     )
     profile_error: float = quantity(
-        0.05, unit="- (standard deviation of conicity, contact angle's rate)", source="illustrative: worn", ge=0.0
+        0.05, unit="- (of conicity, contact angle's rate as the profiles give them)", source="illustrative", gt=0.0
     )
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH)
@@ -110,8 +127,9 @@ class TrackSmoother(Estimator, frozen=True):
         )
         moved = attitude(measurements, odometry)
         plane = self.vertical_plane(measurements, odometry, moved)
-        tracks = {"vertical": fuse(plane, odometry, [bands_of("vertical")], self.distance_error)[0]}
+        tracks = {"vertical": fuse([plane], odometry, [bands_of("vertical")], self.distance_error)[0]}
         tracks["vertical"] = tracks["vertical"].raised(*self._settling(vehicle, odometry, moved), CURVE_SHARES)
+        tracks["vertical"] = tracks["vertical"].widened(sinking(vehicle, self._prior(tracks["vertical"])))
         if lateral_fusion.fits(measurements):
             tracks |= self._sideways(measurements, Lift(plane, tracks["vertical"], self.distance_error))
             canted = self._canted(odometry, moved)
@@ -123,10 +141,17 @@ class TrackSmoother(Estimator, frozen=True):
             add(series, name, fused, out, wheelbase / 2)
         seen = np.interp(out.s, odometry.s, tracks["vertical"].seen.astype(float)) > 0.5
         series["valid [-]"] = (out.valid & seen).astype(float)
-        about: dict[str, Any] = self.model_dump()
+        warnings = list[str]()
+        for name in {"vertical", "cross_level", "lateral"} & set(tracks):
+            opinion = self._opinion(measurements, tracks[name], out) if name == "vertical" else None
+            columns, words = checked(series, name, tracks[name].fit.misfit, opinion)
+            series = series.assign(**columns)
+            warnings += words
+        about: dict[str, Any] = self.model_dump() | {"warnings": sorted(warnings)}
         for name in {"vertical", "cross_level", "lateral"} & set(tracks):
             about[f"{name}_level [m rad]"] = tracks[name].level
             about |= {f"{name}_{band}_bound [m]": bound for band, bound in tracks[name].bounds.items()}
+            about[f"{name}_fit"] = _told(tracks[name].fit)
         return Estimate(self.name, series, about)
 
     def vertical_plane(self, measurements: Measurements, odometry: Odometry, moved: Attitude | None) -> Plane:
@@ -151,14 +176,12 @@ class TrackSmoother(Estimator, frozen=True):
         return Plane(
             lambda p, _speed: vertical(p, outputs),
             dict(measurements.vehicle),
-            self._unknown(),
+            {},
+            self._spreads(measurements.vehicle, STIFF_AND_HEAVY, DAMPED),
             observations,
             (ERRI_VERTICAL,),
-            6,
-            (),
-            lambda height, slope, speed: np.array(
-                [2 * height[0], 2 * height[0], *(slope[0] * np.array([2, 2 * speed, 2 * speed, speed]))]
-            ),
+            DISTURBANCES,
+            lambda height, slope, speed: _start(measurements.vehicle, height[0], slope[0], speed),
         )
 
     def _sideways(self, measurements: Measurements, lift: "Lift") -> dict[str, Fused]:
@@ -172,12 +195,15 @@ class TrackSmoother(Estimator, frozen=True):
         curve = maximum_filter1d(curve, max(1, round(CURVE_REACH / odometry.spacing)))
         unbalanced = np.zeros(len(odometry.s)) if moved is None else self._unbalanced(odometry, moved)
         regimes, kind = lateral_fusion.track_regimes(measurements.vehicle, curve, unbalanced)
-        unknown = self._unknown_sideways()
-        plane = lateral_fusion.across(
-            measurements, odometry, unknown, regimes, kind, lambda output: lift(output, odometry)
+        fitted = self._spreads(measurements.vehicle, LATERAL_STIFF_AND_HEAVY, LATERAL_DAMPED)
+        fitted |= dict.fromkeys(("design_conicity", "design_contact_angle_rate"), self.profile_error)
+        fitted |= {CREEP_FACTOR: self.creep_error}
+        unknown = self._spreads(measurements.vehicle, LITTLE_SEEN, DAMPED) | {SPIN_FACTOR: self.spin_error}
+        planes = lateral_fusion.across(
+            measurements, odometry, fitted, unknown, regimes, kind, lambda output: lift(output, odometry)
         )
         names = ("lateral", "cross_level")
-        fused = fuse(plane, odometry, [bands_of(name) for name in names], self.distance_error)
+        fused = fuse(planes, odometry, [bands_of(name) for name in names], self.distance_error)
         own = lateral_fusion.long_waves(measurements.vehicle, odometry, moved)
         lateral, level = (one._replace(values=one.values + more) for one, more in zip(fused, own, strict=True))
         if curve.any():  # the path's long waves reach far into the bands where the record ends
@@ -186,6 +212,20 @@ class TrackSmoother(Estimator, frozen=True):
         if moved is not None:  # the attitude through a gap is a guess, which stands in both
             lateral, level = lateral.without(moved.bridged), level.without(moved.bridged)
         return {"lateral": lateral, "cross_level": level}
+
+    def _prior(self, fused: Fused) -> TrackSpectrum:
+        return ERRI_VERTICAL.scaled(fused.level)
+
+    def _opinion(self, measurements: Measurements, fused: Fused, odometry: Odometry) -> Opinion | None:
+        """The plain estimate from transducers, where there is one."""
+        plain = AlignmentDisplacement.build({"speed_source": self.speed_source, "slowest": self.slowest})
+        if not plain.fits(measurements):
+            return None
+        noise = data_sheet(measurements.about, ACCELERATION).density(measurements.rate(ACCELERATION))
+        by_noise = double_integrated(noise, float(np.median(odometry.speed)))
+        by_wheels = sinking(measurements.vehicle, self._prior(fused))
+        deviations = {band: float(np.hypot(by_noise[band], by_wheels[band])) for band in BANDS}
+        return Opinion(plain.estimate(measurements), deviations)
 
     def _unbalanced(self, odometry: Odometry, moved: Attitude) -> np.ndarray:
         """Lateral acceleration that cant does not balance, m/s2."""
@@ -213,16 +253,10 @@ class TrackSmoother(Estimator, frozen=True):
             return np.zeros(len(odometry.s), dtype=bool)
         return maximum_filter1d(curved(moved, odometry), max(1, round(2 * CURVE_REACH / odometry.spacing)))
 
-    def _unknown(self) -> dict[str, float]:
-        """Relative standard deviations of the vehicle's parameters."""
-        one = self.parameter_error
-        return dict.fromkeys(STIFF_AND_HEAVY, one) | dict.fromkeys(DAMPED, 2 * one)
-
-    def _unknown_sideways(self) -> dict[str, float]:
-        one = self.parameter_error
-        known = dict.fromkeys(LATERAL_STIFF_AND_HEAVY, one) | dict.fromkeys(LATERAL_DAMPED, 2 * one)
-        profile = dict.fromkeys(("design_conicity", "design_contact_angle_rate"), self.profile_error)
-        return known | profile | {CREEP_FACTOR: self.creep_error, SPIN_FACTOR: self.spin_error}
+    def _spreads(self, vehicle: Mapping[str, Any], stiff: Sequence[str], damped: Sequence[str]) -> dict[str, float]:
+        """Scales of the logarithms of those parameters that the vehicle has."""
+        spreads = dict.fromkeys(stiff, self.parameter_error) | dict.fromkeys(damped, 2.0 * self.parameter_error)
+        return {name: spread for name, spread in spreads.items() if vehicle.get(name, 0.0) > 0.0}
 
 
 @dataclass(frozen=True)
@@ -244,7 +278,7 @@ class Lift:
         steps = 2 if output.kind == "axlebox" else 1  # over which its reading is a mean
 
         def response(k: np.ndarray, speed: float) -> np.ndarray:
-            lead, trail = vertical(self.plane.vehicle, [output]).response(k * speed)[:, 0].T
+            lead, trail = vertical(self.fused.fit.plane.vehicle, [output]).response(k * speed)[:, 0].T
             return lead + trail * np.exp(-1j * k * self.plane.wheelbase)
 
         def gains(speed: float) -> list[Callable[[np.ndarray], np.ndarray]]:
@@ -257,12 +291,34 @@ class Lift:
         course = by_speed([self.fused.on(odometry.s).values], odometry, gains, LIFT_MEMORY)
         speed = float(np.median(odometry.speed))
         priors = [self.plane.priors[0].scaled(self.fused.level)]
-        known = self.plane.information(speed, odometry.spacing, self.distance_error, priors, np.zeros(0))
+        plane, sizes = self.fused.fit.plane, self.fused.fit.sizes[0]
+        known = plane.information(speed, odometry.spacing, self.distance_error, priors, sizes)
         inside = (known.wavenumber > 2 * np.pi / BANDS["d1"].longest) & (
             known.wavenumber < 2 * np.pi / BANDS["d1"].shortest
         )
         error = known.with_model_error[inside, 0] * np.abs(response(known.wavenumber[inside], speed)) ** 2
         return course, float(np.sqrt(2.0 * np.pi / speed * error.max()))
+
+
+def _start(vehicle: Mapping[str, Any], height: float, slope: float, speed: float) -> np.ndarray:
+    """Standard deviations of the vertical plane's states at the start: the track's, twice that above springs."""
+    along = len(coordinates_of(vehicle)) - len(COORDINATES)
+    positions = [2 * height, 2 * height, 2 * slope, *[height] * along]
+    rates = [2 * speed * slope, 2 * speed * slope, speed * slope, *[speed * slope] * along]
+    return np.array([*positions, *rates])
+
+
+def _told(found: PlaneFit) -> dict[str, Any]:
+    """What a fit found of the unknowns, as numbers with names."""
+    nominal = found.plane.usual_of or found.plane.vehicle
+    return {
+        "factors": {name: found.plane.vehicle.get(name, 1.0) / nominal.get(name, 1.0) for name in found.plane.fitted},
+        "disturbances": {
+            one.name: float(size) for one, size in zip(found.plane.disturbances, found.sizes[0], strict=True)
+        },
+        "trust": found.plane.trust,
+        "misfit": {band: one._asdict() for band, one in found.misfit.items()},
+    }
 
 
 def centripetal(moved: Attitude, odometry: Odometry) -> np.ndarray:

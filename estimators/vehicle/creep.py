@@ -56,6 +56,9 @@ def polach_slopes(p: Parameters, angle: float) -> CreepCoefficients:
     return CreepCoefficients(share * f11, share * f22, share * f23 * of_spin)
 
 
+_ellipse = lru_cache(maxsize=64)(hertz_ellipse)
+
+
 @lru_cache(maxsize=64)
 def slopes_about_spin(along: float, across: float, load: float, spin: float) -> CreepCoefficients:
     """Slopes of one wheel's creep force (Polach's law) about its spin at rest, for creepages of the size `CREEPAGE`.
@@ -68,7 +71,7 @@ def slopes_about_spin(along: float, across: float, load: float, spin: float) -> 
     ----------
     along, across : sums of the curvatures, 1/m. load : of the wheel, N. spin : creepage at rest, 1/m.
     """
-    ellipse = hertz_ellipse(along, across)
+    ellipse = _ellipse(along, across)
     a, b = ellipse.longitudinal * load ** (1.0 / 3.0), ellipse.lateral * load ** (1.0 / 3.0)
     constants = (a, b, *kalker_coefficients(a / b), load, FRICTION, K_ADHESION, K_SLIP)
     nodes, weights = np.polynomial.hermite_e.hermegauss(6)

@@ -17,10 +17,12 @@ from estimators.vehicle.linear_model import Kinematics, Reduced, Row, reduce
 from estimators.vehicle.parameters import Parameters, numbers
 from estimators.vehicle.state_space import Output, System
 from estimators.vehicle.suspension import (
+    PIVOT,
     half_vehicle_bogies,
     heights,
     masses,
     suspension_elements,
+    whole_vehicle_bogies,
 )
 from railsim.constants import GRAVITY
 
@@ -30,6 +32,8 @@ COORDINATES = (
 )  # fmt: skip
 RAILS = ("wheelset1.rail_y", "wheelset1.cross_level", "wheelset2.rail_y", "wheelset2.cross_level")
 COUNT = len(COORDINATES)
+WHOLE = (*COORDINATES, "body.yaw")
+"""With a whole body, which also yaws."""
 WHEELSETS = ("wheelset1", "wheelset2")
 NEEDED = (
     "body_mass", "body_roll_inertia", "body_height", "bogie_mass", "bogie_roll_inertia", "bogie_yaw_inertia",
@@ -44,15 +48,15 @@ NEEDED = (
 
 
 def lateral(vehicle: Parameters, outputs: Sequence[Output], speed: float) -> System:
-    """States: the nine coordinates (m, rad), then their rates; inputs path and cross level under the leading wheelset,
-    then under the trailing one.
+    """States: the coordinates (m, rad), then their rates; inputs path and cross level under the leading wheelset, then
+    under the trailing one. The coordinates are `COORDINATES`, or `WHOLE` where `PIVOT` is among the parameters.
     """
     geometry = arcs(vehicle)
     moving = _kinematics(vehicle, geometry)
     A, B, E = _equations(vehicle, geometry, moving, speed).first_order()
     rows = [_row(vehicle, output, A, B, E, moving) for output in outputs]
-    C, D, G, J = (np.stack(part) for part in zip(*rows, strict=True))
-    return System(A, B, E, C, D, G, J if J.any() else None)
+    C, D, G, J, feels = (np.stack(part) for part in zip(*rows, strict=True))
+    return System(A, B, E, C, D, G, J if J.any() else None, feels)
 
 
 def followed(
@@ -88,12 +92,16 @@ def equations(p: Parameters, speed: float) -> Reduced:
 
 
 def _equations(p: Parameters, geometry: ContactGeometry, moving: Kinematics, speed: float) -> Reduced:
-    bogies, above, slopes = half_vehicle_bogies(p), heights(p), polach_slopes(p, geometry.angle)
-    elements = suspension_elements(p, bogies, above)
+    above, slopes = heights(p), polach_slopes(p, geometry.angle)
+    bogies, body = half_vehicle_bogies(p), p
+    if PIVOT in p:
+        bogies = whole_vehicle_bogies(p)
+        body = {**p, "body_mass": 2.0 * p["body_mass"], "body_roll_inertia": 2.0 * p["body_roll_inertia"]}
+    elements = suspension_elements(body, bogies, above)
     for wheelset in wheelsets(p, bogies):
         elements += creep_forces(wheelset, slopes, speed, moment_of_spin=False)
         elements += weight(wheelset, geometry) + gyroscopic(wheelset, speed)
-    return reduce(elements, masses(p, bogies, COORDINATES), moving)
+    return reduce(elements, masses(body, bogies, moving.coordinates), moving)
 
 
 def _kinematics(p: Parameters, geometry: ContactGeometry) -> Kinematics:
@@ -101,25 +109,27 @@ def _kinematics(p: Parameters, geometry: ContactGeometry) -> Kinematics:
     leaning: dict[str, Row] = {
         f"{name}.rail_roll": {f"{name}.cross_level": -0.5 / p["half_gauge"]} for name in WHEELSETS
     }
-    return Kinematics(COORDINATES, RAILS, leaning | relations(geometry, wheelsets(p, half_vehicle_bogies(p))))
+    of_contacts = relations(geometry, wheelsets(p, half_vehicle_bogies(p)))
+    return Kinematics(WHOLE if PIVOT in p else COORDINATES, RAILS, leaning | of_contacts)
 
 
 def _row(
     p: Parameters, output: Output, A: np.ndarray, B: np.ndarray, E: np.ndarray, moving: Kinematics
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """C, D, G, J of one output."""
-    still, x, y, z = np.zeros(len(RAILS)), *output.position
+) -> tuple[np.ndarray, ...]:
+    """C, D, G, J of one output, and how it feels the coordinates' accelerations."""
+    count = len(moving.coordinates)
+    still, deaf, x, y, z = np.zeros(len(RAILS)), np.zeros(count), *output.position
     wheelset = WHEELSETS[0 if x > 0 else 1]
 
-    def specific_force(direction: Row, tilt: Row) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def specific_force(direction: Row, tilt: Row) -> tuple[np.ndarray, ...]:
         """Acceleration along a direction with gravity's share by the roll."""
         (moved, of_rails), (rolled, rolled_rails) = moving.row(direction), moving.row(tilt)
-        states = moved @ A[COUNT:]
-        states[:COUNT] += GRAVITY * rolled
-        return states, moved @ B[COUNT:] + GRAVITY * rolled_rails, moved @ E[COUNT:], of_rails
+        states = moved @ A[count:]
+        states[:count] += GRAVITY * rolled
+        return states, moved @ B[count:] + GRAVITY * rolled_rails, moved @ E[count:], of_rails, moved
 
     if output.kind == "rate":
-        return np.append(np.zeros(COUNT), moving.row({f"bogie.{output.axis}": 1.0})[0]), still, still, still
+        return np.append(deaf, moving.row({f"bogie.{output.axis}": 1.0})[0]), still, still, still, deaf
     if output.kind == "acceleration":
         return specific_force({"bogie.y": 1.0, "bogie.roll": -z, "bogie.yaw": x}, {"bogie.roll": 1.0})
     if output.kind == "axlebox":
@@ -128,4 +138,4 @@ def _row(
         return specific_force({f"{wheelset}.roll": y}, {})
     arm = p["primary_half_spacing"]
     moved, of_rails = moving.row({"bogie.roll": arm, f"{wheelset}.roll": -arm})
-    return np.append(moved, np.zeros(COUNT)), of_rails, still, still
+    return np.append(moved, deaf), of_rails, still, still, deaf

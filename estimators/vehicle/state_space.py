@@ -12,7 +12,8 @@ class System(NamedTuple):
     """dx/dt = A x + B u + E du/dt, y = C x + D u + G du/dt + J d2u/dt2.
 
     Shapes (n, n), (n, 2 q), (n, 2 q), (m, n), and (m, 2 q) for D, G and J, with q quantities of the track under the
-    leading wheelset, then under the trailing one.
+    leading wheelset, then under the trailing one. An unknown force may push a coordinate: it changes the coordinate's
+    acceleration a, and y by `feels` a at once, shape (m, n / 2); nothing where None.
     """
 
     A: np.ndarray
@@ -22,6 +23,7 @@ class System(NamedTuple):
     D: np.ndarray
     G: np.ndarray
     J: np.ndarray | None = None
+    feels: np.ndarray | None = None
 
     def response(self, frequency: np.ndarray) -> np.ndarray:
         """Outputs over the inputs at angular frequencies (rad/s), shape (frequencies, m, 2 q)."""
@@ -36,19 +38,43 @@ class System(NamedTuple):
         upper = np.hstack([np.zeros((n, n)), np.eye(n)])
         if len(self.A) != 2 * n or not np.array_equal(self.A[:n], upper) or self.B[:n].any() or self.E[:n].any():
             return np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B + s * self.E)
-        stiffness, damping = self.A[n:, :n], self.A[n:, n:]  # positions and their rates: half the equations
-        positions = np.linalg.solve(s**2 * np.eye(n) - s * damping - stiffness, self.B[n:] + s * self.E[n:])
+        positions = np.linalg.solve(self._dynamic_stiffness(s), self.B[n:] + s * self.E[n:])
         return np.concatenate([positions, s * positions], axis=1)
+
+    def _dynamic_stiffness(self, s: np.ndarray) -> np.ndarray:
+        """Of unit masses, from positions alone: half the equations, shape (frequencies, n / 2, n / 2)."""
+        n = len(self.A) // 2
+        return s**2 * np.eye(n) - s * self.A[n:, n:] - self.A[n:, :n]
+
+    def transfer(self, frequency: np.ndarray) -> "Transfer":
+        """Outputs over inputs and forces; the first half of the states are positions, the others their rates."""
+        s, n, inputs = 1j * np.asarray(frequency)[:, None, None], len(self.A) // 2, self.B.shape[1]
+        both = np.concatenate([self.B[n:] + s * self.E[n:], np.broadcast_to(np.eye(n), (len(s), n, n))], axis=2)
+        positions = np.linalg.solve(self._dynamic_stiffness(s), both)
+        outputs = (self.C[:, :n] + s * self.C[:, n:]) @ positions
+        of_inputs = outputs[:, :, :inputs] + self.D + s * self.G + (0.0 if self.J is None else s**2 * self.J)
+        of_white = outputs[:, :, inputs:]
+        return Transfer(of_inputs, of_white + (0.0 if self.feels is None else self.feels), of_white)
 
     def only(self, chosen: list[int]) -> "System":
         """The same with some of the outputs."""
-        twice = None if self.J is None else self.J[chosen]
-        return self._replace(C=self.C[chosen], D=self.D[chosen], G=self.G[chosen], J=twice)
+        twice, feels = (None if part is None else part[chosen] for part in (self.J, self.feels))
+        return self._replace(C=self.C[chosen], D=self.D[chosen], G=self.G[chosen], J=twice, feels=feels)
 
-    def from_states(self, frequency: np.ndarray) -> np.ndarray:
-        """Outputs over what is added to the derivatives of the states, shape (frequencies, m, n)."""
-        s = 1j * np.asarray(frequency)[:, None, None]
-        return self.C @ np.linalg.inv(s * np.eye(len(self.A)) - self.A)
+
+class Transfer(NamedTuple):
+    """Responses of the outputs of a system at frequencies.
+
+    Attributes
+    ----------
+    of_inputs : over the inputs, shape (frequencies, m, 2 q).
+    of_forces : over the acceleration that an unknown force gives to each coordinate, shape (frequencies, m, n / 2).
+    of_white_forces : the same for white noise, whose own acceleration no sensor shows.
+    """
+
+    of_inputs: np.ndarray
+    of_forces: np.ndarray
+    of_white_forces: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ left); BODY is "body", a bogie or a wheelset. A point x ahead, y to the left of 
 
 Springs stand in pairs, left and right: a pair is one element along its own direction, and one against the rotation that
 its spacing resists. Lateral primary springs act at axle height, those of the secondary suspension at their own.
-Longitudinal springs resist yaw alone: along the track every body is held in its place.
+Longitudinal springs resist yaw; only where bodies surge on traction rods have they coordinates along the track (x), and
+a point z above a centre of gravity moves by x + z pitch.
 
 After Wickens (2003), Fundamentals of Rail Vehicle Dynamics, chapters 2 and 6.
 """
@@ -21,6 +22,11 @@ from railsim.constants import GRAVITY
 
 BUMP_STOP = "bump_stop_slope"
 """Key among the parameters: slope of the lateral bump stop's force in N/m, 0 where not given."""
+
+PIVOT = "pivot_distance"
+"""Key among the parameters: distance of the bogies from the body's centre, m, where the body is a whole one; else half
+a body stands on one bogie.
+"""
 
 
 class Bogie(NamedTuple):
@@ -70,6 +76,12 @@ def half_vehicle_bogies(p: Parameters) -> tuple[Bogie, ...]:
     return (Bogie("bogie", 0.0, {"wheelset1": arm, "wheelset2": -arm}),)
 
 
+def whole_vehicle_bogies(p: Parameters) -> tuple[Bogie, ...]:
+    """The same bogie under a whole body, whose other bogie is taken for a fixed place."""
+    ahead = p[PIVOT]
+    return half_vehicle_bogies(p)[0]._replace(position=ahead), Bogie("bogie2", -ahead, {})
+
+
 def masses(p: Parameters, bogies: Sequence[Bogie], coordinates: Sequence[str]) -> list[float]:
     """Mass (kg) or moment of inertia (kg m2) of each coordinate."""
     kinds = {"body": "body"} | {bogie.name: "bogie" for bogie in bogies}
@@ -77,8 +89,35 @@ def masses(p: Parameters, bogies: Sequence[Bogie], coordinates: Sequence[str]) -
     inertias = []
     for coordinate in coordinates:
         name, _, axis = coordinate.partition(".")
-        inertias.append(p[f"{kinds[name]}_mass" if axis in ("y", "z") else f"{kinds[name]}_{axis}_inertia"])
+        inertia = p[f"{kinds[name]}_mass" if axis in ("x", "y", "z") else f"{kinds[name]}_{axis}_inertia"]
+        if axis == "x" and kinds[name] == "wheelset":  # it rolls
+            inertia += p["wheelset_spin_inertia"] / p["wheel_radius"] ** 2
+        inertias.append(inertia)
     return inertias
+
+
+def longitudinal_springs(p: Parameters, bogies: Sequence[Bogie]) -> list[Element]:
+    """Springs and dampers along the track: to a body that keeps its speed, and the axles' guidance."""
+    springs, height = [], p["bogie_height"]
+    for bogie in bogies:
+        for above, stiffness, damping in (
+            (
+                p.get("traction_rod_height", p["secondary_height"]),
+                p["traction_rod_stiffness"],
+                p["traction_rod_damping"],
+            ),
+            (p["secondary_height"], 2.0 * p["secondary_longitudinal_stiffness"], 0.0),
+            (p.get("yaw_damper_height", p["secondary_height"]), 0.0, 2.0 * p.get("yaw_damper_damping", 0.0)),
+        ):
+            direction = {f"{bogie.name}.x": 1.0, f"{bogie.name}.pitch": above - height, "body.x": -1.0}
+            springs.append(spring(direction, stiffness, damping))
+        stiffness, damping = (2.0 * p[f"primary_longitudinal_{kind}"] for kind in ("stiffness", "damping"))
+        below = p["wheel_radius"] - height
+        springs += [
+            spring({f"{bogie.name}.x": 1.0, f"{bogie.name}.pitch": below, f"{name}.x": -1.0}, stiffness, damping)
+            for name in bogie.wheelsets
+        ]
+    return springs
 
 
 def lateral_springs(p: Parameters, bogies: Sequence[Bogie], above: Heights) -> list[Element]:
@@ -183,7 +222,7 @@ def carried_weight(p: Parameters, bogies: Sequence[Bogie], above: Heights) -> li
         roll = f"{bogie.name}.roll"
         elements += _turning(load, secondary_shear(bogie, above), "body.roll", roll)
         elements.append(spring({roll: 1.0}, -load * above.spring))
-        share = (load + p["bogie_mass"] * GRAVITY) / len(bogie.wheelsets)
+        share = (load + p["bogie_mass"] * GRAVITY) / max(1, len(bogie.wheelsets))
         for name in bogie.wheelsets:
             elements += _turning(share, primary_shear(bogie, name, above), roll, f"{name}.roll")
             elements.append(spring({roll: 1.0}, -share * above.bogie))

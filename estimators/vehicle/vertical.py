@@ -7,6 +7,10 @@ secondary k_s and c_s of a side, semi wheelbase b, bogie of mass m and inertia I
     Z(s) = 2 (k_s + c_s s) M s^2 / (M s^2 + 2 c_s s + 2 k_s)
     I pitch'' + 4 b^2 (c_p s + k_p) pitch = -b (2 k_p + 2 c_p s) (w_1 - w_2)
 
+A bogie that a traction rod joins to the body also surges on it, and its height over the rod turns that into pitch.
+Bogie and wheelsets then have a coordinate along the track each; the body holds its speed. A wheelset rolls: to its mass
+comes I / r^2.
+
 After section 5.1 of Ward et al. 2011 (Fig. 17; references 38-41 there). Two uses: the equations of motion over the
 rails, and their inverse, the wheelsets' motion from that of the bogie.
 """
@@ -21,6 +25,7 @@ from estimators.vehicle.parameters import positive_numbers
 from estimators.vehicle.state_space import Output, System
 from estimators.vehicle.suspension import (
     half_vehicle_bogies,
+    longitudinal_springs,
     masses,
     primary_vertical_springs,
     secondary_vertical_springs,
@@ -28,6 +33,7 @@ from estimators.vehicle.suspension import (
 )
 
 BOUNCE, BODY_BOUNCE, PITCH = COORDINATES = ("bogie.z", "body.z", "bogie.pitch")
+ALONG = ("bogie.x", "wheelset1.x", "wheelset2.x")
 WHEELSETS = ("wheelset1.z", "wheelset2.z")
 NEEDED_IN_BOUNCE = (
     "bogie_mass", "body_mass", "semi_wheelbase", "primary_vertical_stiffness", "primary_vertical_damping",
@@ -41,11 +47,17 @@ NEEDED = tuple(dict.fromkeys((*NEEDED_IN_PITCH, *NEEDED_IN_BOUNCE)))
 
 
 def vertical(vehicle: Mapping[str, Any], outputs: list[Output]) -> System:
-    """States: heights of bogie and body, bogie's pitch (m, rad), their rates. u is the mean height of the rails."""
-    bogies, moving = half_vehicle_bogies(vehicle), Kinematics(COORDINATES, WHEELSETS)
-    A, B, E = reduce(vertical_springs(vehicle, bogies), masses(vehicle, bogies, COORDINATES), moving).first_order()
-    n, bounce, pitch = len(COORDINATES), COORDINATES.index(BOUNCE), COORDINATES.index(PITCH)
-    rows, twice = [], np.zeros((len(outputs), len(WHEELSETS)))
+    """States: heights of bogie and body, bogie's pitch (m, rad), with a traction rod `ALONG` after them, then their
+    rates. u is the mean height of the rails.
+    """
+    coordinates = coordinates_of(vehicle)
+    bogies, moving = half_vehicle_bogies(vehicle), Kinematics(coordinates, WHEELSETS)
+    springs = vertical_springs(vehicle, bogies)
+    if coordinates != COORDINATES:
+        springs += longitudinal_springs(vehicle, bogies)
+    A, B, E = reduce(springs, masses(vehicle, bogies, coordinates), moving).first_order()
+    n, bounce, pitch = len(coordinates), COORDINATES.index(BOUNCE), COORDINATES.index(PITCH)
+    rows, twice, feels = [], np.zeros((len(outputs), len(WHEELSETS))), np.zeros((len(outputs), n))
     still = np.zeros(len(WHEELSETS))
     for number, output in enumerate(outputs):
         x, wheelset = output.position[0], 0 if output.position[0] > 0 else 1
@@ -53,6 +65,7 @@ def vertical(vehicle: Mapping[str, Any], outputs: list[Output]) -> System:
             rows.append((np.eye(2 * n)[n + pitch], still, still))
         elif output.kind == "acceleration":
             rows.append(tuple(part[n + bounce] - x * part[n + pitch] for part in (A, B, E)))
+            feels[number, [bounce, pitch]] = 1.0, -x
         elif output.kind == "axlebox":
             rows.append((np.zeros(2 * n), still, still))
             twice[number, wheelset] = 1.0
@@ -60,7 +73,12 @@ def vertical(vehicle: Mapping[str, Any], outputs: list[Output]) -> System:
             moved, of_wheelsets = moving.row(primary_vertical_springs(vehicle, bogies)[wheelset].motion)
             rows.append((np.append(moved, np.zeros(n)), of_wheelsets, still))
     C, D, G = (np.stack(part) for part in zip(*rows, strict=True))
-    return System(A, B, E, C, D, G, twice if twice.any() else None)
+    return System(A, B, E, C, D, G, twice if twice.any() else None, feels)
+
+
+def coordinates_of(vehicle: Mapping[str, Any]) -> tuple[str, ...]:
+    """Those along the track are there where a traction rod is given."""
+    return (*COORDINATES, *ALONG) if vehicle.get("traction_rod_stiffness", 0.0) > 0.0 else COORDINATES
 
 
 class Ratio(NamedTuple):
