@@ -16,12 +16,16 @@ def van_loan(A: np.ndarray, intensity: np.ndarray, step: float) -> tuple[np.ndar
     Parameters
     ----------
     intensity : W, covariance of the white noise w per unit of time or distance, (n, n).
-    step : duration or distance.
+    step : duration or distance. It is halved until -A grows by no more than e over a part, and the parts put together:
+        what a stiff system forgets within a step would otherwise drown the rest.
     """
-    n = len(A)
-    moved = expm(np.block([[-A, intensity], [np.zeros((n, n)), A.T]]) * step)
+    n, halvings = len(A), max(0, int(np.ceil(np.log2(max(-np.linalg.eigvals(A).real.min() * step, 1.0)))))
+    moved = expm(np.block([[-A, intensity], [np.zeros((n, n)), A.T]]) * (step / 2**halvings))
     F = moved[n:, n:].T
     Q = F @ moved[:n, n:]
+    for _ in range(halvings):
+        Q = Q + F @ Q @ F.T
+        F = F @ F
     return F, (Q + Q.T) / 2.0
 
 

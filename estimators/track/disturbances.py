@@ -41,6 +41,8 @@ class Disturbance:
     size, spread : median of its size before anything was measured, over what the track does to the same coordinate, and
         standard deviation of the logarithm.
     begins : sizes from which a fit begins, when it begins several times.
+    local : whether its size differs between kinds of places; else it is that of straight track, as what a curve does
+        to a body at rest would be taken for it.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Disturbance:
     size: float = 0.1
     spread: float = 1.5
     begins: tuple[float, ...] = ()
+    local: bool = False
 
     def density(self, wavenumber: np.ndarray) -> np.ndarray:
         """One-sided density for variance 1, or for acceleration of variance 1 in steps of `UNIT_LENGTH` if white."""

@@ -85,7 +85,7 @@ def fuse(
     same readings and kinds of places it is that which explains them best.
     """
     kind = np.zeros(len(odometry.s), dtype=int) if planes[0].kind is None else planes[0].kind
-    fits = [fit_plane(plane, odometry, kind, _usual_speed(odometry), distance_error) for plane in planes]
+    fits = [fit_plane(plane, odometry, kind, distance_error) for plane in planes]
     found = min(fits, key=lambda one: one.cost)
     plane, levels, sizes = found.plane, found.levels, found.sizes
     priors = [prior.scaled(float(level)) for prior, level in zip(plane.priors, levels, strict=True)]

@@ -43,7 +43,7 @@ CROSS_LEVEL = TrackSpectrum(4 * ERRI_VERTICAL.amplitude, 0, (0.001, WC))
 
 BEGINS = (0.05, 0.5)  # sizes of disturbances from which the fit begins
 BEHIND = TrackSpectrum(1.0, 0, (2.0 * np.pi / 60.0,))
-"""Shape of what the other bogie does to the body: that of a track, level for waves longer than the bands of interest."""
+"""Shape of what the other bogie does to the body: that of a track, level for waves longer than those of interest."""
 WORN = {"design_conicity": 0.4, "design_contact_angle_rate": 1.0}
 """Logarithms of what wear and larger amplitudes make of contact slopes: 1.5 and 2.7 times; a fit begins there too."""
 YAW_GYRATION = 0.7
@@ -57,16 +57,20 @@ def _of(*names: str) -> tuple[int, ...]:
 
 
 def disturbances(coordinates: Sequence[str]) -> tuple[Disturbance, ...]:
-    """What is not in the lateral model: the other bogie, flanges, creep beyond its slope, contacts that move."""
+    """What is not in the lateral model: the other bogie, flanges, creep beyond its slope, contacts that move.
+
+    The other bogie does to a whole body half of what the modelled one does; half a body knows of no other bogie.
+    """
     body = tuple(name for name in ("body.y", "body.yaw") if name in coordinates)
+    behind = 0.5 if "body.yaw" in coordinates else 0.05
     return (
-        Disturbance("lateral force on the body", _of(*body), BEHIND, size=0.1, spread=3.0, begins=BEGINS),
-        Disturbance("roll moment on the body", _of("body.roll"), BEHIND, size=0.1, spread=3.0, begins=BEGINS),
+        Disturbance("lateral force on the body", _of(*body), BEHIND, size=behind, begins=BEGINS),
+        Disturbance("roll moment on the body", _of("body.roll"), BEHIND, size=behind, begins=BEGINS),
         Disturbance("roll moment on the bogie", _of("bogie.roll"), begins=BEGINS),
         Disturbance("yaw moment on the bogie", _of("bogie.yaw"), begins=BEGINS),
-        Disturbance("yaw moment on wheelsets", _of("wheelset1.yaw", "wheelset2.yaw"), begins=BEGINS),
+        Disturbance("yaw moment on wheelsets", _of("wheelset1.yaw", "wheelset2.yaw"), begins=BEGINS, local=True),
         Disturbance("lateral force on the bogie", _of("bogie.y"), FORCE, begins=BEGINS),
-        Disturbance("lateral force on wheelsets", _of("wheelset1.y", "wheelset2.y"), FORCE, begins=BEGINS),
+        Disturbance("lateral force on wheelsets", _of("wheelset1.y", "wheelset2.y"), FORCE, begins=BEGINS, local=True),
         Disturbance("lean of wheelsets over the rails", (1, 3), HEIGHT, of_rails=True, size=0.02, spread=1.0),
     )
 

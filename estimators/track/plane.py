@@ -122,7 +122,7 @@ class Plane:
 
     @property
     def _variation(self) -> dict[str, float]:
-        """Standard deviations of logarithms of slopes that go from nominal to twice as far as what was found, evenly."""
+        """Standard deviations of logarithms of slopes that go evenly from nominal to twice as far as was found."""
         if self.usual_of is None:
             return {}
         off = {name: np.log(self.vehicle[name] / self.usual_of[name]) for name in self.varying}

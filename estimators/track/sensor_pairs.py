@@ -135,8 +135,8 @@ def with_rails(
 ) -> Observation:
     """Acceleration of what follows the rails, averaged with triangular weights over two steps.
 
-    Between the places of the grid the track is taken to be straight, so that all of its curvature is at the places: what
-    follows the rails has the second difference of the track for its mean acceleration, half a step late.
+    Between the places of the grid the track is taken to be straight, so that all of its curvature is at the places.
+    What follows the rails then has the second difference of the track for its mean acceleration, half a step late.
     """
     reading = observation(measurements, odometry, name, output, typical=typical, late=odometry.spacing / 2.0)
     known = np.isfinite(reading.values)

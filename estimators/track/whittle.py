@@ -22,7 +22,8 @@ from estimators.speed.odometry import Odometry
 from estimators.track.observations import Observation
 
 FITTED = (2.5, 60.0)  # m; wavelengths that are looked at
-SLOWER = 0.6  # of the usual speed; slower, readings are scaled up by so much that their noise looks like track
+CLASS = 0.2  # of the logarithm of the speed: places of like speed are looked at together
+MOST = 3  # classes of speed that are looked at, those with the most places
 SHORTEST = 256  # steps of the grid
 BINS = 60  # equal in the logarithm of the wavenumber
 HANN = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)  # squared correlations of coefficients one and two apart
@@ -40,11 +41,13 @@ class Spectra(NamedTuple):
     ----------
     wavenumber : rad/m, shape (b,). number : coefficients in each bin, shape (b,).
     density : one-sided, shape (b, m, m).
+    classes : of the speed: each with its speed in m/s and its bins.
     """
 
     wavenumber: np.ndarray
     number: np.ndarray
     density: np.ndarray
+    classes: tuple[tuple[float, slice], ...]
 
 
 @dataclass(frozen=True)
@@ -228,29 +231,44 @@ def chi_square(seen: Spectra, found: Fit, band: Band) -> tuple[float, float]:
     return mean, (mean - 1.0) * float(np.sqrt(seen.density.shape[1] * number / HANN))
 
 
-def spectra(observations: Sequence[Observation], odometry: Odometry, speed: float, where: np.ndarray) -> Spectra | None:
-    """Of the longest stretch that all readings have; None where that is too short. They are scaled to `speed`."""
+def spectra(observations: Sequence[Observation], odometry: Odometry, where: np.ndarray) -> Spectra | None:
+    """Of all stretches that all readings have, by classes of speed; None where each is too short."""
     values = np.stack([one.values for one in observations], axis=1)
-    known = where & np.isfinite(values).all(axis=1)
-    known &= odometry.speed > SLOWER * speed
-    ends = max(stretches(known), key=lambda ends: ends[1] - ends[0], default=(0, 0))
-    if ends[1] - ends[0] < SHORTEST:
+    known = where & odometry.valid & np.isfinite(values).all(axis=1)
+    number = np.round(np.log(odometry.speed) / CLASS).astype(int)
+    found = []
+    for one in np.unique(number[known]):
+        pieces = [slice(*ends) for ends in stretches(known & (number == one)) if ends[1] - ends[0] >= SHORTEST]
+        if pieces:
+            found.append(_of_class(observations, values, odometry, pieces))
+    if not found:
         return None
-    piece = slice(*ends)
-    speed_ratio = speed / odometry.speed[piece]
-    values = values[piece] * np.stack(
-        [speed_ratio if one.output.kind == "rate" else speed_ratio**2 for one in observations], axis=1
-    )
-    window = np.asarray(get_window("hann", len(values)))
-    spectrum = np.fft.rfft((values - values.mean(axis=0)) * window[:, None], axis=0)
-    k = 2 * np.pi * np.fft.rfftfreq(len(values), odometry.spacing)
+    found = sorted(found, key=lambda one: -one[1].sum())[:MOST]
+    ends = np.cumsum([0, *(len(one[1]) for one in found)])
+    classes = tuple((one[0], slice(int(a), int(b))) for one, a, b in zip(found, ends[:-1], ends[1:], strict=True))
+    number, wavenumber, density = (np.concatenate([one[part] for one in found]) for part in (1, 2, 3))
+    return Spectra(wavenumber, number, density, classes)
+
+
+def _of_class(
+    observations: Sequence[Observation], values: np.ndarray, odometry: Odometry, pieces: Sequence[slice]
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Mean speed, and number, wavenumber and density of the bins; readings are scaled to that speed."""
+    speed = float(np.mean(np.concatenate([odometry.speed[piece] for piece in pieces])))
+    power = np.array([1 if one.output.kind == "rate" else 2 for one in observations])
     edges = np.geomspace(2 * np.pi / FITTED[1], 2 * np.pi / FITTED[0], BINS + 1)
-    bin_of = np.searchsorted(edges, k) - 1
-    inside = (bin_of >= 0) & (bin_of < BINS)
-    used, bin_of = np.unique(bin_of[inside], return_inverse=True)
-    count = np.bincount(bin_of).astype(float)
-    density = np.zeros((len(used), values.shape[1], values.shape[1]), dtype=complex)
-    np.add.at(density, bin_of, np.einsum("km,kl->kml", spectrum[inside], spectrum[inside].conj()))
-    middle = np.bincount(bin_of, k[inside]) / count
-    scale = odometry.spacing / np.sum(window**2) / np.pi
-    return Spectra(middle, count, density * (scale / count)[:, None, None])
+    count, middle = np.zeros(BINS), np.zeros(BINS)
+    density = np.zeros((BINS, values.shape[1], values.shape[1]), dtype=complex)
+    for piece in pieces:
+        scaled = values[piece] * (speed / odometry.speed[piece])[:, None] ** power
+        window = np.asarray(get_window("hann", len(scaled)))
+        spectrum = np.fft.rfft((scaled - scaled.mean(axis=0)) * window[:, None], axis=0)
+        k = 2 * np.pi * np.fft.rfftfreq(len(scaled), odometry.spacing)
+        bin_of = np.searchsorted(edges, k) - 1
+        inside = (bin_of >= 0) & (bin_of < BINS)
+        spectrum = spectrum[inside] * np.sqrt(odometry.spacing / np.sum(window**2) / np.pi)
+        np.add.at(count, bin_of[inside], 1.0)
+        np.add.at(middle, bin_of[inside], k[inside])
+        np.add.at(density, bin_of[inside], np.einsum("km,kl->kml", spectrum, spectrum.conj()))
+    used = count > 0.0
+    return speed, count[used], middle[used] / count[used], density[used] / count[used, None, None]

@@ -16,10 +16,10 @@ from estimators.track.alignment_accelerometer import AlignmentAccelerometer
 from estimators.track.alignment_lateral import AlignmentLateral
 from estimators.track.alignment_vertical import AlignmentVertical
 from estimators.track.cross_level import CrossLevel
-from estimators.track.fusion import TrackRegime
 from estimators.track.geometry import TrackEstimator
 from estimators.track.observations import attitude
-from estimators.track.track_smoother import LATERAL_DAMPED, LATERAL_STIFF_AND_HEAVY, STIFF_AND_HEAVY, TrackSmoother
+from estimators.track.plane import TrackRegime
+from estimators.track.track_smoother import TrackSmoother
 from experiments.reporting.size import Size
 from experiments.reporting.units import MM
 from experiments.runs.track import POSITIONS, SHARE, gyro_at, sensor_name, sensors
@@ -46,9 +46,16 @@ RUNS = {  # track on which nothing was tuned: length in m, vehicle, speeds in m/
     "unseen_erri_high": (600.0, "manchester", (10.0, 20.0, 40.0)),
     "unseen_curve_r550": (800.0, "class175", (9.0, 15.0, 24.0)),
 }
-SPREAD = (  # relative standard deviation of the true parameters about the nominal ones: what TrackSmoother assumes
-    dict.fromkeys((*STIFF_AND_HEAVY, *LATERAL_STIFF_AND_HEAVY), 0.03) | dict.fromkeys(LATERAL_DAMPED, 0.06)
-)
+STIFF_AND_HEAVY: tuple[str, ...] = (
+    "primary_vertical_stiffness", "secondary_vertical_stiffness", "bogie_mass", "body_mass", "bogie_pitch_inertia",
+    "primary_lateral_stiffness", "primary_longitudinal_stiffness", "secondary_lateral_stiffness",
+    "roll_bar_stiffness", "wheelset_mass", "body_roll_inertia", "bogie_roll_inertia", "bogie_yaw_inertia",
+)  # fmt: skip
+DAMPED: tuple[str, ...] = (
+    "primary_vertical_damping", "secondary_vertical_damping", "secondary_lateral_damping",
+)  # fmt: skip
+SPREAD = dict.fromkeys(STIFF_AND_HEAVY, 0.03) | dict.fromkeys(DAMPED, 0.06)
+"""Relative standard deviations of the true parameters about the nominal ones: what a data sheet may be wrong by."""
 CONICITY = 0.05  # the same of the conicity
 K_SLIP = 0.112  # standard deviation of Polach's kS about 0.4: 8 % of the creep coefficients
 FAST_LENGTH, SMOKE_LENGTH = 400.0, 250.0  # m
@@ -140,8 +147,8 @@ def alone(measurements: Measurements) -> dict[tuple[str, str, str], float]:
     nothing, speed = np.zeros(len(odometry.s)), float(np.median(odometry.speed))
     up = TrackSmoother().vertical_plane(measurements, odometry, attitude(measurements, odometry))
     side = lateral_fusion.across(
-        measurements, odometry, {}, (TrackRegime(),), nothing.astype(int), lambda _: (nothing, 0.0)
-    )
+        measurements, odometry, {}, {}, (TrackRegime(),), nothing.astype(int), lambda _: (nothing, 0.0)
+    )[0]
     by = {
         "alignment_vertical": (("bogie.rate_pitch",), ()),
         ACCELEROMETER: (("bogie.acceleration_z",), ()),

@@ -29,7 +29,7 @@ COUNT = 4
 SPACING = 2.0 * VEHICLE["semi_wheelbase"] / COUNT
 
 
-def _noise(states: int, drive: float = 0.0) -> Noise:
+def _noise() -> Noise:
     pair = np.ones(2)
     return Noise(
         np.array([8.7e-5, 7.4e-4]),
@@ -37,7 +37,6 @@ def _noise(states: int, drive: float = 0.0) -> Noise:
         np.array([5e-5, 2e-4]),
         100.0 * pair,
         np.array([[5e-3, 0.0], [5e-3, 5e-3]]),
-        np.full(states, drive),
     )
 
 
@@ -45,7 +44,7 @@ def _passage() -> Passage:
     start = np.array([0.01, 0.01, 0.003, 0.05, 0.05, 0.05])
     system = vertical(VEHICLE, OUTPUTS)
     return passage(
-        [lambda _speed: system], [PRIOR], _noise(6), [lambda _: np.zeros(6)], np.array(SPEEDS), SPACING, COUNT, start
+        [lambda _speed: system], [PRIOR], _noise(), [lambda _: np.zeros(6)], np.array(SPEEDS), SPACING, COUNT, start
     )
 
 
@@ -178,7 +177,7 @@ def test_long_waves_lift_bogie_and_body_alike():
 def test_bound_goes_from_the_prior_to_the_noise():
     """Useless sensors leave the prior; good ones leave noise / |H|^2 of the gyro and accelerometer together."""
     system, wheelbase = vertical(VEHICLE, OUTPUTS), 2.0 * VEHICLE["semi_wheelbase"]
-    noise = _noise(6)._replace(drift=np.full(2, 1e-12))
+    noise = _noise()._replace(drift=np.full(2, 1e-12))
     blind = information([system], [PRIOR], noise._replace(density=np.full(2, 1e9)), 20.0, wheelbase, np.zeros(2))
     np.testing.assert_allclose(blind.bound, blind.tracks, rtol=1e-6)
     sharp = information([system], [PRIOR.scaled(1.0)], noise, 20.0, wheelbase, np.zeros(2))
@@ -205,7 +204,7 @@ def test_moves_between_exact_speeds_are_splines_of_them():
 def test_local_model_error_of_a_wave_is_that_of_its_wavenumber():
     """Half the squared amplitude that the unknowns leave of a pure wave, four times that where it is twice as high."""
     system, other = (vertical(VEHICLE | {"bogie_mass": m * VEHICLE["bogie_mass"]}, OUTPUTS) for m in (1.0, 1.05))
-    known = information([system, other], [PRIOR], _noise(6), 20.0, 4 * SPACING, np.array([0.01, 0.01]), 0.01)
+    known = information([system, other], [PRIOR], _noise(), 20.0, 4 * SPACING, np.array([0.01, 0.01]), 0.01)
     s, k, band = np.arange(0.0, 2000.0, 0.125), 2 * np.pi / 12.0, BANDS["d1"]
     height = np.where(s < 1000.0, 1.0, 2.0) * 1e-3
     found = known.local((height * np.sin(k * s))[:, None], 0.125, band)

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import cumulative_trapezoid, quad, solve_ivp
+from scipy.linalg import expm
 
 from estimators.filters.information import Information, information
 from estimators.filters.track_spectrum import SPEED_STEP, Noise, Passage, TrackSpectrum, passage
@@ -26,10 +27,10 @@ def _system(twice: bool) -> System:
     return System(A, 30.0 * B, E, rng.normal(size=(m, n)), D, 0.02 * G, 1e-3 * J if twice else None)
 
 
-def _noise(drive: float = 0.0) -> Noise:
-    n, m, _ = SIZES
+def _noise() -> Noise:
+    m = SIZES[1]
     bias, drift = np.array([0.4, 0.5]), np.array([0.3, 1.2])
-    return Noise(np.full(m, 1e-3), bias, drift, np.array([50.0, 80.0]), TILT, np.full(n, drive))
+    return Noise(np.full(m, 1e-3), bias, drift, np.array([50.0, 80.0]), TILT)
 
 
 def _tables(system: System, speeds: tuple[float, float] = (SPEED, SPEED), drive: float = 0.0) -> Passage:
@@ -111,11 +112,20 @@ def test_second_differences_of_a_cubic_track_are_its_second_derivative():
 
 
 def test_noise_of_a_step_is_what_the_track_and_the_drives_bring():
-    """A bias drifts so that its drifting part keeps its variance: 2 drift^2 dt / T a step, and each state its drive."""
-    (n, _, q), drive = SIZES, 0.03
-    made, quiet = _tables(_system(False), drive=drive), _tables(_system(False))
+    """A bias drifts so that its drifting part keeps its variance: 2 drift^2 dt / T a step. What drives the states is in
+    them after the step and in the mean outputs over it: integrals over the time left, by the trapezoidal rule.
+    """
+    (n, m, q), drive = SIZES, 0.03
+    system = _system(False)
+    made, quiet = _tables(system, drive=drive), _tables(system)
     brought = made.steps.Q[0] - quiet.steps.Q[0]
-    assert brought == pytest.approx(np.diag([drive * DURATION] * n + [0.0] * (len(brought) - n)), abs=1e-15)
+    left = np.linspace(0.0, DURATION, 4001)
+    moved = np.stack([expm(system.A * one) for one in left])
+    mean = system.C @ np.concatenate([np.zeros((1, n, n)), cumulative_trapezoid(moved, left, axis=0)]) / DURATION
+    both = np.concatenate([moved, mean], axis=1)
+    expected = drive * np.trapezoid(both @ np.swapaxes(both, 1, 2), left, axis=0)
+    assert brought[: n + m, : n + m] == pytest.approx(expected, rel=1e-5, abs=1e-9 * expected.max())
+    assert not brought[n + m :].any()
     drifting = np.diag(quiet.steps.Q[0])[quiet.steps.parts[:, 1]]
     assert drifting == pytest.approx([2.0 * 0.09 * DURATION / 50.0, 2.0 * 1.44 * DURATION / 80.0])
     rows = made.steps.F.shape[1]
@@ -146,13 +156,13 @@ def test_between_the_speeds_of_the_tables_a_step_is_that_of_the_speed_itself():
 
 def test_noise_spectrum_has_the_variances_of_its_parts():
     """Integrals over the wavenumbers: white noise has density^2 times the bandwidth in Hz, a first-order Gauss-Markov
-    process its variance times the share 2 / pi atan(omega T) below omega; a state dx/dt = -a x driven by d has d / 2 a.
+    process its variance times the share 2 / pi atan(omega T) below omega.
     """
-    m, a, drive = 2, 5.0, 0.3
+    m = 2
     none = np.zeros((1, 2))
-    system = System(np.array([[-a]]), none, none, np.array([[1.0], [2.0]]), np.zeros((m, 2)), np.zeros((m, 2)))
+    system = System(np.array([[-5.0]]), none, none, np.array([[1.0], [2.0]]), np.zeros((m, 2)), np.zeros((m, 2)))
     density, drift, time = np.array([0.1, 0.2]), np.array([0.3, 0.4]), np.array([0.5, 0.2])
-    noise = Noise(density, np.ones(m), drift, time, np.zeros((m, 2)), np.array([drive]))
+    noise = Noise(density, np.ones(m), drift, time, np.zeros((m, 2)))
     known = information([system], [PRIORS[0]], noise, SPEED, 2.5, np.zeros(m))
     omega = known.wavenumber[[0, -1]] * SPEED
 
@@ -162,8 +172,7 @@ def test_noise_spectrum_has_the_variances_of_its_parts():
 
     total = np.trapezoid(known.noise * known.wavenumber[:, None, None], np.log(known.wavenumber), axis=0)
     white = density**2 * (omega[1] - omega[0]) / (2.0 * np.pi)
-    driven = drive / (2.0 * a) * share(1.0 / a) * np.array([[1.0, 2.0], [2.0, 4.0]])
-    assert np.real(total) == pytest.approx(np.diag(white + drift**2 * share(time)) + driven, rel=1e-3)
+    assert np.real(total) == pytest.approx(np.diag(white + drift**2 * share(time)), rel=1e-3)
 
 
 def test_what_the_model_says_wrongly_is_the_change_of_the_response_by_each_unknown():

@@ -79,7 +79,7 @@ def test_fused_estimate_goes_through_a_stop(run, source: SpeedSource) -> None:
     found = score(estimate, truth)
     assert found["vertical D1 rms error [mm]"] < 0.2
     assert found["vertical D1 within 2 std [-]"] > 0.9
-    assert found["vertical D2 rms error [mm]"] < 0.5 * found["vertical D2 true rms [mm]"]
+    assert found["vertical D2 rms error [mm]"] < 0.6 * found["vertical D2 true rms [mm]"]
 
 
 def test_refined_speed_knows_a_standstill(run) -> None:
