@@ -13,8 +13,7 @@ from estimators.filters.information import changed, sensor_noise
 from estimators.signals.bands import BANDS, Band
 from estimators.speed.odometry import Odometry
 from estimators.track.plane import Plane
-from estimators.track.sensor_pairs import forward
-from estimators.track.whittle import FITTED, Problem, Spectra, chi_square, fit, spectra
+from estimators.track.whittle import FITTED, Problem, Spectra, chi_square, even_speed, fit, spectra
 from estimators.vehicle.state_space import Transfer
 
 LEVELS = (-22.0, -9.0)  # natural logarithm of the level in m rad: 3e-10 to 1e-4; ERRI's lie at -15
@@ -66,7 +65,7 @@ def fit_plane(plane: Plane, odometry: Odometry, kind: np.ndarray, distance_error
     groups = np.array([one.sized_as for one in plane.regimes])
     sizes, misfit = dict[int, np.ndarray](), dict[str, Misfit]()
     size = np.array([one.size for one in plane.disturbances])
-    steady = np.abs(forward(odometry)) < STEADY
+    steady = np.abs(np.gradient(0.5 * even_speed(odometry) ** 2, odometry.spacing)) < STEADY
     known, cost = False, 0.0
     for number in dict.fromkeys(sorted(groups)):
         here = groups[kind] == number

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import get_window
 
 from estimators.signals.bands import Band, stretches
@@ -23,11 +24,12 @@ from estimators.track.observations import Observation
 
 FITTED = (2.5, 60.0)  # m; wavelengths that are looked at
 CLASS = 0.2  # of the logarithm of the speed: places of like speed are looked at together
+EVEN = 40.0  # m, over which the speed is averaged
 MOST = 3  # classes of speed that are looked at, those with the most places
 SHORTEST = 256  # steps of the grid
 BINS = 60  # equal in the logarithm of the wavenumber
 HANN = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)  # squared correlations of coefficients one and two apart
-STEP = 1e-3  # of the logarithm of a parameter, for the slope of the spectra
+STEP = 1e-5  # of the logarithm of a parameter, for the slope of the spectra
 FIRST, ROUNDS = 6, 40  # steps of scoring from every start, and from the best of them at most
 ENOUGH = 0.02  # expected gain of the logarithm of the posterior that is no more
 NEAR = 0.05  # change of the parameters' logarithms within which slopes of the spectra are kept
@@ -235,7 +237,9 @@ def spectra(observations: Sequence[Observation], odometry: Odometry, where: np.n
     """Of all stretches that all readings have, by classes of speed; None where each is too short."""
     values = np.stack([one.values for one in observations], axis=1)
     known = where & odometry.valid & np.isfinite(values).all(axis=1)
-    number = np.round(np.log(odometry.speed) / CLASS).astype(int)
+    speed = even_speed(odometry)
+    usual = np.median(speed[known]) if known.any() else 1.0
+    number = np.round(np.log(speed / usual) / CLASS).astype(int)
     found = []
     for one in np.unique(number[known]):
         pieces = [slice(*ends) for ends in stretches(known & (number == one)) if ends[1] - ends[0] >= SHORTEST]
@@ -248,6 +252,12 @@ def spectra(observations: Sequence[Observation], odometry: Odometry, where: np.n
     classes = tuple((one[0], slice(int(a), int(b))) for one, a, b in zip(found, ends[:-1], ends[1:], strict=True))
     number, wavenumber, density = (np.concatenate([one[part] for one in found]) for part in (1, 2, 3))
     return Spectra(wavenumber, number, density, classes)
+
+
+def even_speed(odometry: Odometry) -> np.ndarray:
+    """Speed without the noise of its sensor, mean over `EVEN`, m/s, shape (n,)."""
+    count = max(1, round(EVEN / odometry.spacing))
+    return np.sqrt(uniform_filter1d(odometry.speed**2, count, mode="nearest"))
 
 
 def _of_class(
