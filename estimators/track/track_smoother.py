@@ -26,7 +26,7 @@ from estimators.track.plane_fit import PlaneFit
 from estimators.track.self_check import Opinion, checked, double_integrated, sinking
 from estimators.track.sensor_pairs import axleboxes, displacements, without_roll
 from estimators.vehicle.creep import CREEP_FACTOR, SPIN_FACTOR
-from estimators.vehicle.parameters import numbers
+from estimators.vehicle.parameters import given, numbers
 from estimators.vehicle.state_space import CANT_BASE, Output
 from estimators.vehicle.vertical import COORDINATES, coordinates_of, vertical
 from railsim.constants import GRAVITY
@@ -46,6 +46,7 @@ NEEDED = (
     "secondary_vertical_damping",
 )  # fmt: skip
 """Nominal parameters without which nothing is estimated, SI units."""
+NEEDED_BY_PLAIN = ("semi_wheelbase", "primary_half_spacing")
 STIFF_AND_HEAVY: tuple[str, ...] = (
     "primary_vertical_stiffness",
     "secondary_vertical_stiffness",
@@ -223,7 +224,7 @@ class TrackSmoother(Estimator, frozen=True):
     def _opinion(self, measurements: Measurements, fused: Fused, odometry: Odometry) -> Opinion | None:
         """The plain estimate from transducers, where there is one."""
         plain = AlignmentDisplacement.build({"speed_source": self.speed_source, "slowest": self.slowest})
-        if not plain.fits(measurements):
+        if not (plain.fits(measurements) and given(measurements.vehicle, NEEDED_BY_PLAIN)):
             return None
         noise = data_sheet(measurements.about, ACCELERATION).density(measurements.rate(ACCELERATION))
         by_noise = double_integrated(noise, float(np.median(odometry.speed)))
