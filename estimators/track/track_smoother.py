@@ -243,14 +243,14 @@ class TrackSmoother(Estimator, frozen=True):
         """How far the primary springs give under the larger force in a canted curve, m; what is unsure in curves, m."""
         if moved is None:
             return np.zeros(len(odometry.s)), np.zeros(len(odometry.s))
-        given = (
+        settled = (
             (p["bogie_mass"] + p["body_mass"]) * centripetal(moved, odometry) / (4 * p["primary_vertical_stiffness"])
         )
         curve = curved(moved, odometry)
         canted = uniform_filter1d(
             np.abs(beyond_straight(moved.roll, curve)), max(1, round(CURVE_REACH / odometry.spacing))
         )
-        return given, self.curve_error * canted * curve
+        return settled, self.curve_error * canted * curve
 
     def _canted(self, odometry: Odometry, moved: Attitude | None) -> np.ndarray:
         """Where a curve's cant stands in the cross level and cannot be told from a rail's own irregularity."""
