@@ -127,6 +127,7 @@ def across(
     lift: Callable[[Output], tuple[np.ndarray, float]],
 ) -> list[Plane]:
     """The lateral plane with all readings, of half a vehicle, and of a whole one where the bogies' distance is given.
+    Where the parameters are those of a whole vehicle it is that one alone.
 
     Parameters
     ----------
@@ -167,7 +168,8 @@ def across(
         return [half]
     inertia = vehicle.get("body_yaw_inertia", YAW_GYRATION * 2.0 * vehicle["body_mass"] * distance**2)
     whole = vehicle | {PIVOT: distance, "body_yaw_inertia": inertia}
-    return [half, replace(half, vehicle=whole, disturbances=disturbances(WHOLE), start=partial(start, WHOLE))]
+    free = replace(half, vehicle=whole, disturbances=disturbances(WHOLE), start=partial(start, WHOLE))
+    return [free] if "whole_body_mass" in vehicle else [half, free]
 
 
 def track_regimes(
