@@ -104,6 +104,8 @@ def score_parameter(index: int, estimate: Estimate, truth: Truth) -> dict[str, f
         return {}
     true = true_parameters(truth)[index]
     mean, std = final(estimate)[:, index]
+    if not (np.isfinite(mean) and np.isfinite(std)):
+        return {}  # withheld
     if index == 2:
         return {"conicity error [-]": mean - true, "conicity std [-]": std}
     if true <= 0.0:
