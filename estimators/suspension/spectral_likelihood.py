@@ -29,7 +29,7 @@ from estimators.vehicle.lateral_frequency import Lateral, Response, bogies_of, c
 HANN = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)
 LEVEL_STD, LEVEL_BOUND = 2.0, 6.0  # of the logarithms of levels: a factor of seven either way (choice)
 STEP = 1e-3  # of the unknowns, for slopes of the matrices
-MOST_STEPS, ENOUGH = 25, 0.02  # iterations; gain of the cost below which they end
+MOST_STEPS, ENOUGH = 100, 0.02  # iterations; gain of the cost below which they end
 FORCES = ("forces on wheelsets", "forces on bogies", "forces on the body")
 RAILS = ("lateral error of the track", "cross-level error of the track")
 KINDS = (
@@ -79,13 +79,13 @@ class Mode:
     Attributes
     ----------
     values : unknowns, then levels. cost : minus logarithm of the posterior density there. information : Fisher's, with
-        the prior's. slope : of the cost.
+        the prior's. left : what a step of Newton's method would still gain of the cost.
     """
 
     values: np.ndarray
     cost: float
     information: np.ndarray
-    slope: np.ndarray
+    left: float
 
 
 class _Part(NamedTuple):
@@ -182,7 +182,8 @@ class Likelihood:
                 damping *= 10.0
                 if damping > 1e6:
                     break
-        return Mode(values, cost, information, slope)
+        step = self._step(values, slope, information, 0.0)
+        return Mode(values, cost, information, -0.5 * float(slope @ step))
 
     def _step(self, values: np.ndarray, slope: np.ndarray, information: np.ndarray, damping: float) -> np.ndarray:
         free = ~(((values <= self.low) & (slope > 0.0)) | ((values >= self.high) & (slope < 0.0)))

@@ -11,7 +11,7 @@ from estimators.interface import Estimate
 from estimators.suspension.base import TUNED, SuspensionSettings
 from estimators.suspension.observations import SuspensionRecord, can_read, read
 from estimators.suspension.spectral_likelihood import BANDS, HANN, Likelihood, Mode, densities
-from estimators.suspension.spectral_record import CURVE, YAW_RATE, Stretch, gates, stretches
+from estimators.suspension.spectral_record import CURVE, YAW_RATE, Gate, Stretch, gates, stretches
 from estimators.suspension.spectral_vehicle import (
     ANGLES,
     CONICITY,
@@ -38,6 +38,9 @@ STARTS = ((1.0, 1.0), (0.4, 0.4))
 """Shares of the dampers at which the fit begins: new, and well below what counts as worn."""
 IMPROBABLE = 1e-4  # of the chi-square of whitened residuals, where the model holds (choice)
 COMPARABLE = 12.0  # of minus the logarithm of the posterior: modes beyond it are passed over
+MOST_LEFT = 1.0  # of minus the logarithm of the posterior: odds of 2.7, of the 100 that a verdict needs
+UNSETTLED = "the fit has not settled; another stretch of track would help"
+SETTLING = "the band-pass settles"
 SETTLE = 3.0  # s at the beginning, while the band-pass forgets its start
 HELPS: Mapping[str, str] = {
     LOAD: "the load that the vehicle carries (load cells, pressure of air springs)",
@@ -50,8 +53,10 @@ UNPLACED = (
     "the place on a measured track is not known, so the track counts as unknown; "
     "a position to 0.2 m (RTK) or the distance 'start' would help"
 )
-STRAIGHT = 20.0  # s of straight track with which curves are left out; with less they are used for the dampers (choice)
-CURVED = "most of the record is curve, where creep forces bend and tell no conicity; straight track would help"
+STRAIGHT = 20.0  # s of straight track with which curves are left out; with less they are used too (choice)
+CURVED = (
+    "most of the record is curve, where creep forces bend: lateral dampers alone are told; straight track would help"
+)
 NO_STRETCH = "nothing of the record can be used"
 
 
@@ -98,7 +103,7 @@ class SuspensionSpectral(SuspensionSettings, frozen=True):
         if YAW_RATE not in record.channels:
             raise InputError(f"'{YAW_RATE}' cannot be used; check the sensor")
         closed = gates(measurements, record, p)
-        closed[0].where[: round(SETTLE * record.rate)] = True
+        closed.append(Gate(SETTLING, np.arange(len(record.time)) < round(SETTLE * record.rate)))
         within = self.lowest, self.highest
         parts, left_out = stretches(record, closed, within, band)
         curved = [one for one in closed if one.reason == CURVE and one.where.any()]
@@ -174,18 +179,19 @@ class SuspensionSpectral(SuspensionSettings, frozen=True):
         built = nominal(measurements.vehicle)
         mean, std = moments(found, built)
         if about["curve"]:
-            mean[2], std[2] = np.nan, np.nan
+            mean[1:], std[1:] = np.nan, np.nan
             warnings = [*warnings, CURVED]
         first = found[0]
         about |= _explained(first.likelihood, first.mode)
         warnings = [*warnings, *(f"{text}; deviations are widened for it" for text in first.misfits)]
-        entries = verdicts(mean, std, built)
+        doubt = UNSETTLED if first.mode.left > MOST_LEFT else ""
+        entries = verdicts(mean, std, built, doubt)
         for entry, name in zip(entries, (LATERAL, YAW, CONICITY), strict=True):
             if entry["verdict"] == CANNOT_TELL:
-                bent = about["curve"] and name == CONICITY
-                entry["reason"] = CURVED if bent else what_would_help(first, name)
+                bent = about["curve"] and name != LATERAL
+                entry["reason"] = CURVED if bent else doubt or what_would_help(first, name)
                 warnings.append(f"{entry['component']}: cannot tell: {entry['reason']}")
-        return self._series(record, mean, std, 1.0, {**about, "verdicts": entries, "warnings": warnings})
+        return self._series(record, mean, std, float(not doubt), {**about, "verdicts": entries, "warnings": warnings})
 
     def _without(
         self, measurements: Measurements, record: SuspensionRecord, about: dict[str, Any], warnings: list[str]
@@ -322,7 +328,7 @@ def _front(stretch: Stretch) -> Stretch:
 def _gate_warnings(left_out: Sequence[Mapping[str, Any]]) -> list[str]:
     """One line for each reason."""
     lines = []
-    for reason in dict.fromkeys(str(one["reason"]) for one in left_out):
+    for reason in dict.fromkeys(str(one["reason"]) for one in left_out if one["reason"] != SETTLING):
         spans = [one for one in left_out if one["reason"] == reason]
         total = sum(float(one["end [s]"]) - float(one["start [s]"]) for one in spans)
         lines.append(

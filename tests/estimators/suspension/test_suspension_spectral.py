@@ -105,6 +105,15 @@ def test_without_a_place_the_track_counts_as_unknown_and_it_says_so():
     assert not {"degraded", "failed"} & {entry["verdict"] for entry in estimate.about["verdicts"]}
 
 
+def test_a_curve_tells_of_lateral_dampers_alone():
+    changes = {"track": "curve_r400", "speed": {"kind": "constant", "speed": 14.0}, "start": 250.0}
+    scenario = load_scenario("suspension", {**WHOLE, **changes})
+    measured = measure(simulate(scenario, "compiled"), scenario).measurements
+    estimate = SuspensionSpectral().estimate(measured)
+    assert [entry["verdict"] for entry in estimate.about["verdicts"]] == ["healthy", "cannot tell", "cannot tell"]
+    assert any("curve" in line for line in estimate.about["warnings"])
+
+
 def test_nothing_usable_is_said_in_words():
     measured = whole()
     speed = "wheelset1_axle.speed [m/s]"
