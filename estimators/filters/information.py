@@ -28,6 +28,12 @@ def wavenumbers() -> np.ndarray:
     return np.geomspace(2 * np.pi / LONGEST, 2 * np.pi / SHORTEST, POINTS)
 
 
+def band_rms(k: np.ndarray, density: np.ndarray, band: Band | None = None) -> float:
+    """Root of the integral of a density over wavenumbers k (rad/m), over a band by the response of the band filters."""
+    weight = 1.0 if band is None else response(k, band) ** 2
+    return float(np.sqrt(np.trapezoid(density * weight * k, np.log(k))))
+
+
 @dataclass(frozen=True)
 class Information:
     """Spectra of what is known of the quantities of the track, all one-sided over the wavenumber in rad/m.
@@ -103,8 +109,7 @@ class Information:
 
     def rms(self, density: np.ndarray, band: Band | None = None) -> float:
         """Root of the integral of a density, over a band by the response of the band filters, m."""
-        weight = 1.0 if band is None else response(self.wavenumber, band) ** 2
-        return float(np.sqrt(np.trapezoid(density * weight * self.wavenumber, np.log(self.wavenumber))))
+        return band_rms(self.wavenumber, density, band)
 
 
 def information(

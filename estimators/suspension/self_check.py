@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
+from estimators.signals.windows import HANN
 from estimators.suspension.base import SETTLE, SLOWEST, TUNED, Problem
-from estimators.suspension.spectral_likelihood import HANN, Likelihood, densities
+from estimators.suspension.spectral_likelihood import IMPROBABLE, Likelihood, densities
 from estimators.suspension.spectral_record import transformed
 from estimators.suspension.spectral_vehicle import CONICITY, LATERAL, YAW, nominal_vehicle
 from estimators.vehicle.lateral_frequency import respond
@@ -24,7 +25,6 @@ PADDING = 10.0  # s of nothing behind the record: longer than the vehicle rememb
 GRID = 0.02  # of the box; models are those of the nearest grid point
 SPEED_BIN = 0.2  # m/s; models are those of the nearest speed
 HIGHEST = 12.0  # Hz; the band-pass leaves nothing above
-IMPROBABLE = 1e-4  # probability of misfits so large where the model holds (choice)
 BAND = (0.3, 7.5)  # Hz, as `suspension_spectral`
 NOTHING = 1e-9  # of the track's power: the error of a track that is known exactly
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from estimators.filters.track_spectrum import TrackSpectrum
+from estimators.signals.windows import HANN
 from estimators.suspension.spectral_record import Stretch
 from estimators.suspension.spectral_vehicle import (
     CONSIDERED,
@@ -26,8 +27,8 @@ from estimators.suspension.spectral_vehicle import (
 )
 from estimators.vehicle.lateral_frequency import Lateral, Response, bogies_of, coordinates_of, damped, moved, respond
 
-HANN = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)
 LEVEL_STD, LEVEL_BOUND = 2.0, 6.0  # of the logarithms of levels: a factor of seven either way (choice)
+IMPROBABLE = 1e-4  # chance of whitened residuals so large where the model holds (choice)
 STEP = 1e-3  # of the unknowns, for slopes of the matrices
 MOST_STEPS, ENOUGH = 100, 0.02  # iterations; gain of the cost below which they end
 FORCES = ("forces on wheelsets", "forces on bogies", "forces on the body")

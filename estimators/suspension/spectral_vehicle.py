@@ -15,15 +15,13 @@ from estimators.vehicle.affine import nominal
 from estimators.vehicle.lateral_frequency import Channel, Damper, Lateral, Place, build
 from estimators.vehicle.lateral_roll import NEEDED
 from estimators.vehicle.parameters import Parameters, numbers
+from estimators.vehicle.suspension import whole_body_yaw_inertia
 from railsim.constants import GRAVITY
 from railsim.vehicles.payload import PASSENGER, SPREAD, STANDING, Payload
 
 TWICE = float(np.log(2.0))  # a factor of two is one standard deviation: what wear and weather do to contacts (choice)
 SPRING, RUBBER, INERTIA, LENGTH = 0.1, 0.2, 0.05, 0.05  # tolerances, logarithmic standard deviations (choice)
 PAYLOAD = 0.15  # of the empty body's mass, mean and standard deviation where about.json names no seats (choice)
-YAW_RADIUS = 0.7
-"""Square of the body's radius of gyration in yaw over that of half the bogies' distance, where about.json does not
-state the inertia: 0.68 (Iwnicki 1998), 0.73 (class175_whole)."""
 LATERAL, YAW, CONICITY, LOAD, CREEP = "lateral dampers", "yaw dampers", "conicity", "payload", "creep"
 ANGLES, STIFFNESS = "design_contact_angle_rate", "secondary_lateral_stiffness"
 MOST = 3.0  # largest share of a nominal damper
@@ -163,9 +161,9 @@ def nominal_vehicle(
     p = numbers(vehicle, NEEDED)
     stated_whole = "whole_body_mass" in p
     if whole:
+        p["body_yaw_inertia"] = whole_body_yaw_inertia(p)
         p["body_mass"] = p.get("whole_body_mass", 2.0 * p["body_mass"])
         p["body_roll_inertia"] = p.get("whole_body_roll_inertia", 2.0 * p["body_roll_inertia"])
-        p.setdefault("body_yaw_inertia", YAW_RADIUS * p["body_mass"] * p["semi_bogie_spacing"] ** 2)
     shift = p.get("semi_bogie_spacing", 0.0) * (whole - stated_whole)
     found = []
     for name in channels:

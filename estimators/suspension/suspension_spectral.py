@@ -8,9 +8,10 @@ import pandas as pd
 from scipy.stats import chi2
 
 from estimators.interface import Estimate
+from estimators.signals.windows import HANN
 from estimators.suspension.base import TUNED, SuspensionSettings
 from estimators.suspension.observations import SuspensionRecord, can_read, read
-from estimators.suspension.spectral_likelihood import BANDS, HANN, Likelihood, Mode, densities
+from estimators.suspension.spectral_likelihood import BANDS, IMPROBABLE, Likelihood, Mode, densities
 from estimators.suspension.spectral_record import CURVE, YAW_RATE, Gate, Stretch, gates, stretches
 from estimators.suspension.spectral_vehicle import (
     ANGLES,
@@ -36,7 +37,6 @@ from railsim.spec import quantity
 
 STARTS = ((1.0, 1.0), (0.4, 0.4))
 """Shares of the dampers at which the fit begins: new, and well below what counts as worn."""
-IMPROBABLE = 1e-4  # of the chi-square of whitened residuals, where the model holds (choice)
 COMPARABLE = 12.0  # of minus the logarithm of the posterior: modes beyond it are passed over
 MOST_LEFT = 1.0  # of minus the logarithm of the posterior: odds of 2.7, of the 100 that a verdict needs
 UNSETTLED = "the fit has not settled; another stretch of track would help"

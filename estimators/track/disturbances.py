@@ -67,27 +67,36 @@ class Disturbance:
         weighed = gain * (density[:, None] * variance)[:, None, :]
         return weighed @ np.swapaxes(gain.conj(), 1, 2)
 
-    def usual(self, system: System, speed: float, wheelbase: float, priors: Sequence[TrackSpectrum]) -> np.ndarray:
-        """Variance of each member by each quantity of the track, which is size 1, shape (quantities, members)."""
-        k, n = wavenumbers(), len(system.A) // 2
+    def usual(self, accelerations: np.ndarray, priors: Sequence[TrackSpectrum]) -> np.ndarray:
+        """Variance of each member by each quantity of the track, which is size 1, shape (quantities, members).
+
+        `accelerations` : see there.
+        """
+        k = wavenumbers()
         variances = np.zeros((len(priors), len(self.members)))
         band = PUSHES if self.shape is not None else SHORT
-        lead, trail = np.split(system.states(k * speed)[:, :n], 2, axis=2)
-        moves = np.abs(lead + trail * np.exp(-1j * k * wheelbase)[:, None, None]) ** 2
         for q, prior in enumerate(priors):
             for number, member in enumerate(self.members):
                 if self.of_rails:
                     own = member % len(priors) == q
-                    variances[q, number] = own * np.trapezoid(prior.density(k) * response(k, SHORT) * k, np.log(k))
+                    power = own * prior.density(k) * response(k, SHORT)
                 else:
-                    power = moves[:, member, q] * (k * speed) ** 4 * prior.density(k) * response(k, band)
-                    variances[q, number] = np.trapezoid(power * k, np.log(k))
+                    power = accelerations[:, member, q] * prior.density(k) * response(k, band)
+                variances[q, number] = np.trapezoid(power * k, np.log(k))
         return variances
 
     @property
     def states(self) -> int:
         """How many states it adds."""
         return 0 if self.shape is None else len(self.members) * len(self.shape.corners)
+
+
+def accelerations(system: System, speed: float, wheelbase: float) -> np.ndarray:
+    """Squares of the coordinates' accelerations over the quantities of the track, shape (k, n / 2, quantities)."""
+    k, n = wavenumbers(), len(system.A) // 2
+    lead, trail = np.split(system.states(k * speed)[:, :n], 2, axis=2)
+    moves = np.abs(lead + trail * np.exp(-1j * k * wheelbase)[:, None, None]) ** 2
+    return moves * (k * speed)[:, None, None] ** 4
 
 
 def extended(system: System, disturbances: Sequence[Disturbance], speed: float) -> System:

@@ -24,7 +24,7 @@ from estimators.vehicle.bump_stop import slope, steps
 from estimators.vehicle.lateral_roll import COORDINATES, WHOLE
 from estimators.vehicle.parameters import given
 from estimators.vehicle.state_space import CANT_BASE, Output
-from estimators.vehicle.suspension import BUMP_STOP, PIVOT
+from estimators.vehicle.suspension import BUMP_STOP, PIVOT, whole_body_yaw_inertia
 from railsim.data_sheet import channels_on, data_sheet
 from railsim.measurements import Measurements
 from railsim.track.spectra import WC
@@ -46,10 +46,6 @@ BEHIND = TrackSpectrum(1.0, 0, (2.0 * np.pi / 60.0,))
 """Shape of what the other bogie does to the body: that of a track, level for waves longer than those of interest."""
 WORN = {"design_conicity": 0.4, "design_contact_angle_rate": 1.0}
 """Logarithms of what wear and larger amplitudes make of contact slopes: 1.5 and 2.7 times; a fit begins there too."""
-YAW_GYRATION = 0.7
-"""Squared radius of gyration of a coach's body in yaw over that of its bogies' distance from the centre, where the
-inertia is not given: 0.68 to 0.73 in the Manchester benchmark and two coaches of the same kind.
-"""
 
 
 def _of(*names: str) -> tuple[int, ...]:
@@ -59,7 +55,8 @@ def _of(*names: str) -> tuple[int, ...]:
 def disturbances(coordinates: Sequence[str]) -> tuple[Disturbance, ...]:
     """What is not in the lateral model: the other bogie, flanges, creep beyond its slope, contacts that move.
 
-    The other bogie does to a whole body half of what the modelled one does; half a body knows of no other bogie.
+    The other bogie does to a whole body half of what the modelled one does; half a body knows of no other bogie. Both
+    sizes are choices, made with whole_coach and curve_r400 in view.
     """
     body = tuple(name for name in ("body.y", "body.yaw") if name in coordinates)
     behind = 0.5 if "body.yaw" in coordinates else 0.05
@@ -166,8 +163,7 @@ def across(
     distance = vehicle.get("semi_bogie_spacing", 0.0)
     if not distance > 0.0:
         return [half]
-    inertia = vehicle.get("body_yaw_inertia", YAW_GYRATION * 2.0 * vehicle["body_mass"] * distance**2)
-    whole = vehicle | {PIVOT: distance, "body_yaw_inertia": inertia}
+    whole = vehicle | {PIVOT: distance, "body_yaw_inertia": whole_body_yaw_inertia(vehicle)}
     free = replace(half, vehicle=whole, disturbances=disturbances(WHOLE), start=partial(start, WHOLE))
     return [free] if "whole_body_mass" in vehicle else [half, free]
 

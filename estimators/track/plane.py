@@ -143,9 +143,8 @@ class Plane:
         """Variance of each disturbance of size 1 by each quantity of the plane's priors, (quantities, members) each."""
         if speed not in self._usual:
             system = self.system(self.usual_of or self.vehicle, speed)
-            self._usual[speed] = tuple(
-                one.usual(system, speed, self.wheelbase, self.priors) for one in self.disturbances
-            )
+            moves = disturbances.accelerations(system, speed, self.wheelbase)
+            self._usual[speed] = tuple(one.usual(moves, self.priors) for one in self.disturbances)
         return self._usual[speed]
 
     def variances(self, speed: float, priors: Sequence[TrackSpectrum], sizes: np.ndarray) -> list[np.ndarray]:

@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
-from estimators.filters.track_spectrum import ERRI_VERTICAL, TrackSpectrum
+from estimators.filters.track_spectrum import ERRI_VERTICAL
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import BANDS, band_pass, bands_of, settled
 from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrate_speed
@@ -38,7 +38,10 @@ ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
-LEANING = 0.3  # of the body's roll in a curve: unknown by the load, 30 to 45 % of a body in a crowded coach (EN 15663)
+LEANING = 0.3
+"""Share of the body's roll in a curve that is unknown by the load, 30 to 45 % of a body in a crowded coach (EN 15663);
+added after cross level by bogie sensors alone had failed on curve_r400.
+"""
 CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
 NEEDED = (
     "body_mass", "bogie_mass", "bogie_pitch_inertia", "wheel_radius", "secondary_height", "wheelset_mass",
@@ -71,7 +74,9 @@ DISTURBANCES = (
     Disturbance("moment on the bogie", (PITCHING,), FORCE, size=0.1),
     Disturbance("wheelsets over the rails", (0, 1), HEIGHT, of_rails=True, size=0.01, spread=0.6),
 )
-"""What is not in the vertical model: the other bogie and the body's pitch, rods, and wheels that climb in the gauge."""
+"""What is not in the vertical model: the other bogie and the body's pitch, rods, and wheels that climb in the gauge.
+The spread of the last was narrowed from 1.5 after a stop on jointed track, where it took the track's slope.
+"""
 
 
 class TrackSmoother(Estimator, frozen=True):
@@ -131,7 +136,9 @@ class TrackSmoother(Estimator, frozen=True):
         plane = self.vertical_plane(measurements, odometry, moved)
         tracks = {"vertical": fuse([plane], odometry, [bands_of("vertical")], self.distance_error)[0]}
         tracks["vertical"] = tracks["vertical"].raised(*self._settling(vehicle, odometry, moved), CURVE_SHARES)
-        tracks["vertical"] = tracks["vertical"].widened(sinking(vehicle, self._prior(tracks["vertical"])))
+        tracks["vertical"] = tracks["vertical"].widened(
+            sinking(vehicle, ERRI_VERTICAL.scaled(tracks["vertical"].level))
+        )
         if lateral_fusion.fits(measurements):
             tracks |= self._sideways(measurements, Lift(plane, tracks["vertical"], self.distance_error))
             canted = self._canted(odometry, moved)
@@ -218,9 +225,6 @@ class TrackSmoother(Estimator, frozen=True):
             lateral, level = lateral.without(moved.bridged), level.without(moved.bridged)
         return {"lateral": lateral, "cross_level": level}
 
-    def _prior(self, fused: Fused) -> TrackSpectrum:
-        return ERRI_VERTICAL.scaled(fused.level)
-
     def _opinion(self, measurements: Measurements, fused: Fused, odometry: Odometry) -> Opinion | None:
         """The plain estimate from transducers, where there is one."""
         plain = AlignmentDisplacement.build({"speed_source": self.speed_source, "slowest": self.slowest})
@@ -228,7 +232,7 @@ class TrackSmoother(Estimator, frozen=True):
             return None
         noise = data_sheet(measurements.about, ACCELERATION).density(measurements.rate(ACCELERATION))
         by_noise = double_integrated(noise, float(np.median(odometry.speed)))
-        by_wheels = sinking(measurements.vehicle, self._prior(fused))
+        by_wheels = sinking(measurements.vehicle, ERRI_VERTICAL.scaled(fused.level))
         deviations = {band: float(np.hypot(by_noise[band], by_wheels[band])) for band in BANDS}
         return Opinion(plain.estimate(measurements), deviations)
 

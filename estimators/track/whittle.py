@@ -19,6 +19,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import get_window
 
 from estimators.signals.bands import Band, stretches
+from estimators.signals.windows import HANN
 from estimators.speed.odometry import Odometry
 from estimators.track.observations import Observation
 
@@ -28,7 +29,6 @@ EVEN = 40.0  # m, over which the speed is averaged
 MOST = 3  # classes of speed that are looked at, those with the most places
 SHORTEST = 256  # steps of the grid
 BINS = 60  # equal in the logarithm of the wavenumber
-HANN = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)  # squared correlations of coefficients one and two apart
 STEP = 1e-5  # of the logarithm of a parameter, for the slope of the spectra
 FIRST, ROUNDS = 6, 40  # steps of scoring from every start, and from the best of them at most
 ENOUGH = 0.02  # expected gain of the logarithm of the posterior that is no more

@@ -21,7 +21,14 @@ from estimators.vehicle.contact import cones, creep_forces, gyroscopic, relation
 from estimators.vehicle.creep import Shares, kalker_slopes
 from estimators.vehicle.linear_model import Kinematics, reduce
 from estimators.vehicle.parameters import Parameters
-from estimators.vehicle.suspension import Bogie, half_vehicle_bogies, heights, masses, suspension_elements
+from estimators.vehicle.suspension import (
+    Bogie,
+    half_vehicle_bogies,
+    heights,
+    masses,
+    suspension_elements,
+    whole_vehicle_bogies,
+)
 from railsim.constants import GRAVITY
 
 Place = tuple[float, float, float]
@@ -80,13 +87,7 @@ def is_whole(vehicle: Mapping[str, Any]) -> bool | None:
 
 def bogies_of(p: Parameters, whole: bool) -> tuple[Bogie, ...]:
     """The bogies of a half or a whole vehicle, the leading one first."""
-    if not whole:
-        return half_vehicle_bogies(p)
-    arm, far = p["semi_wheelbase"], p["semi_bogie_spacing"]
-    return (
-        Bogie("bogie", far, {"wheelset1": arm, "wheelset2": -arm}),
-        Bogie("bogie2", -far, {"wheelset3": arm, "wheelset4": -arm}),
-    )
+    return whole_vehicle_bogies(p, p["semi_bogie_spacing"]) if whole else half_vehicle_bogies(p)
 
 
 def coordinates_of(bogies: Sequence[Bogie], whole: bool) -> tuple[str, ...]:

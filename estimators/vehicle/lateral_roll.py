@@ -95,10 +95,10 @@ def _equations(p: Parameters, geometry: ContactGeometry, moving: Kinematics, spe
     above, slopes = heights(p), polach_slopes(p, geometry.angle)
     bogies, body = half_vehicle_bogies(p), p
     if PIVOT in p:
-        bogies = whole_vehicle_bogies(p)
+        bogies = whole_vehicle_bogies(p, p[PIVOT])  # the other one is held, having no coordinates
         body = {**p, "body_mass": 2.0 * p["body_mass"], "body_roll_inertia": 2.0 * p["body_roll_inertia"]}
     elements = suspension_elements(body, bogies, above)
-    for wheelset in wheelsets(p, bogies):
+    for wheelset in wheelsets(p, half_vehicle_bogies(p)):
         elements += creep_forces(wheelset, slopes, speed, moment_of_spin=False)
         elements += weight(wheelset, geometry) + gyroscopic(wheelset, speed)
     return reduce(elements, masses(body, bogies, moving.coordinates), moving)

@@ -14,7 +14,7 @@ After Wickens (2003), Fundamentals of Rail Vehicle Dynamics, chapters 2 and 6.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from estimators.vehicle.linear_model import Element, Row, spring
 from estimators.vehicle.parameters import Parameters
@@ -26,6 +26,11 @@ BUMP_STOP = "bump_stop_slope"
 PIVOT = "pivot_distance"
 """Key among the parameters: distance of the bogies from the body's centre, m, where the body is a whole one; else half
 a body stands on one bogie.
+"""
+
+YAW_GYRATION = 0.7
+"""Squared radius of gyration of a coach's body in yaw over that of its bogies' distance from the centre, where the
+inertia is not given: 0.68 to 0.73 in the Manchester benchmark and two coaches of the same kind.
 """
 
 
@@ -76,10 +81,22 @@ def half_vehicle_bogies(p: Parameters) -> tuple[Bogie, ...]:
     return (Bogie("bogie", 0.0, {"wheelset1": arm, "wheelset2": -arm}),)
 
 
-def whole_vehicle_bogies(p: Parameters) -> tuple[Bogie, ...]:
-    """The same bogie under a whole body, whose other bogie is taken for a fixed place."""
-    ahead = p[PIVOT]
-    return half_vehicle_bogies(p)[0]._replace(position=ahead), Bogie("bogie2", -ahead, {})
+def whole_vehicle_bogies(p: Parameters, distance: float) -> tuple[Bogie, Bogie]:
+    """Both bogies of a whole vehicle, `distance` m from the body's centre."""
+    arm = p["semi_wheelbase"]
+    return (
+        Bogie("bogie", distance, {"wheelset1": arm, "wheelset2": -arm}),
+        Bogie("bogie2", -distance, {"wheelset3": arm, "wheelset4": -arm}),
+    )
+
+
+def whole_body_yaw_inertia(p: Mapping[str, Any]) -> float:
+    """Moment of inertia of a whole body in yaw, kg m2: that of about.json, or else by the bogies' distance.
+
+    `p` : parameters of half a vehicle.
+    """
+    guessed = YAW_GYRATION * 2.0 * p["body_mass"] * p["semi_bogie_spacing"] ** 2
+    return float(p.get("body_yaw_inertia", guessed))
 
 
 def masses(p: Parameters, bogies: Sequence[Bogie], coordinates: Sequence[str]) -> list[float]:
@@ -222,7 +239,7 @@ def carried_weight(p: Parameters, bogies: Sequence[Bogie], above: Heights) -> li
         roll = f"{bogie.name}.roll"
         elements += _turning(load, secondary_shear(bogie, above), "body.roll", roll)
         elements.append(spring({roll: 1.0}, -load * above.spring))
-        share = (load + p["bogie_mass"] * GRAVITY) / max(1, len(bogie.wheelsets))
+        share = (load + p["bogie_mass"] * GRAVITY) / len(bogie.wheelsets)
         for name in bogie.wheelsets:
             elements += _turning(share, primary_shear(bogie, name, above), roll, f"{name}.roll")
             elements.append(spring({roll: 1.0}, -share * above.bogie))
