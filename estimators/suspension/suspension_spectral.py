@@ -10,7 +10,7 @@ from scipy.stats import chi2
 from estimators.interface import Estimate
 from estimators.signals.windows import HANN
 from estimators.suspension.base import TUNED, SuspensionSettings
-from estimators.suspension.observations import SuspensionRecord, can_read, read
+from estimators.suspension.observations import SuspensionRecord, can_read, read, straight_positions
 from estimators.suspension.spectral_likelihood import BANDS, IMPROBABLE, Likelihood, Mode, densities
 from estimators.suspension.spectral_record import CURVE, YAW_RATE, Gate, Stretch, gates, stretches
 from estimators.suspension.spectral_vehicle import (
@@ -97,6 +97,8 @@ class SuspensionSpectral(SuspensionSettings, frozen=True):
         self.need(measurements)
         p = numbers(measurements.vehicle, NEEDED)
         known = self.track == "uncertain" and self.placed(measurements)
+        if known and self.start is None:
+            known = bool(straight_positions(measurements).sum() > 1)
         ahead = wheelsets_ahead(p, can_be_whole(measurements.vehicle))
         band = self.high_pass, self.low_pass
         record = read(measurements, self.channels, band, known, self.start, 1, ahead)

@@ -14,6 +14,7 @@ from experiments.reporting.plots import BLACK, BLUE, GREY, ORANGE, PURPLE
 COLOURS = {RIGHT: BLUE, SAYS_SO: "#F0E0A0", SILENT: ORANGE, FAILED: PURPLE}
 INK = {RIGHT: "white", SAYS_SO: BLACK, SILENT: BLACK, FAILED: "white"}
 CELL = 0.27  # inches
+FEW = 5  # columns, too narrow for a legend in one row
 
 
 def draw(circumstances: Mapping[str, Circumstance], estimators: Sequence[str], by_place: Merged) -> Figure:
@@ -41,7 +42,13 @@ def draw(circumstances: Mapping[str, Circumstance], estimators: Sequence[str], b
     shown = {by_place[place].verdict for place in by_place} - {NOT_APPLICABLE}
     handles = [Patch(color=COLOURS[v], label=f"{LETTERS[v]}  {v}") for v in COLOURS if v in shown]
     handles.append(Patch(color="#f4f4f4", label="does not apply"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=9)
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=len(handles) if len(columns) > FEW else 1,
+        frameon=False,
+        fontsize=9,
+    )
     return figure
 
 
