@@ -151,13 +151,14 @@ class TrackSmoother(Estimator, frozen=True):
         seen = np.interp(out.s, odometry.s, tracks["vertical"].seen.astype(float)) > 0.5
         series["valid [-]"] = (out.valid & seen).astype(float)
         warnings = list[str]()
-        for name in {"vertical", "cross_level", "lateral"} & set(tracks):
+        fitted = [name for name in ("vertical", "lateral", "cross_level") if name in tracks]
+        for name in fitted:
             opinion = self._opinion(measurements, tracks[name], out) if name == "vertical" else None
             columns, words = checked(series, name, tracks[name].fit.misfit, opinion)
             series = series.assign(**columns)
             warnings += words
         about: dict[str, Any] = self.model_dump() | {"warnings": sorted(warnings)}
-        for name in {"vertical", "cross_level", "lateral"} & set(tracks):
+        for name in fitted:
             about[f"{name}_level [m rad]"] = tracks[name].level
             about |= {f"{name}_{band}_bound [m]": bound for band, bound in tracks[name].bounds.items()}
             about[f"{name}_fit"] = _told(tracks[name].fit)
