@@ -71,7 +71,10 @@ class TrackSpectrum(Spectrum):
         return total
 
 
-ERRI_VERTICAL, ERRI_LATERAL = (TrackSpectrum.of(spectra("erri_low")[quantity]) for quantity in ("vertical", "lateral"))
+ERRI_VERTICAL, ERRI_LATERAL, ERRI_CROSS_LEVEL, ERRI_GAUGE = (
+    TrackSpectrum.of(spectra("erri_low")[quantity])
+    for quantity in ("vertical", "lateral", "cross_level", "gauge_deviation")
+)
 """Of ERRI B176 (1989), "low"."""
 
 

@@ -8,25 +8,46 @@ from estimators.interface import Estimate
 from estimators.signals.bands import ORDER
 from estimators.signals.frequency_response import filter_time
 from estimators.speed.odometry import Odometry
-from estimators.track.geometry import TrackEstimator, filled, geometry
+from estimators.track.chain_error import (
+    Chain,
+    Reading,
+    additions,
+    deviations,
+    over_centre,
+    vertical_chain,
+    without_mean,
+)
+from estimators.track.geometry import TrackEstimator, by_speed, geometry
+from estimators.vehicle.parameters import given
+from estimators.vehicle.state_space import Output
+from estimators.vehicle.vertical import NEEDED, vertical
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 PAPER = "Ward et al. 2011, section 3.1"
+MEMORY = 30.0  # m; the inverse of the mean of both wheelsets rings no longer
 
 
 class AlignmentAccelerometer(TrackEstimator, frozen=True):
     """Vertical acceleration twice integrated, the path of the bogie at the sensor's place.
 
     In space: acceleration over the square of speed is curvature, as with a gyro. In time: integrated with a high pass
-    whose corner is the median speed over `cut`, then put on the grid. Where on the bogie the sensor stands matters.
+    whose corner is the median speed over `cut`, then put on the grid. Where on the bogie the sensor stands matters: in
+    its middle it feels the mean of both wheelsets, which hides waves of four semi wheelbases. `compensate` undoes what
+    can be undone of that and of the primary suspension, with the vehicle's nominal parameters (Wiener filter).
     """
 
     requires: ClassVar[tuple[str, ...]] = ("bogie.acceleration_z [m/s2]",)
 
     sensor: str = quantity("bogie", unit="name of the accelerometer", source=PAPER, pattern=r"^\w+$")
     domain: Literal["space", "time"] = quantity("space", unit="-", source=PAPER)
+    compensate: bool = quantity(
+        True, unit="- (in space, where the vehicle's parameters are given)", source="as alignment_vertical"
+    )
+    regularisation: float = quantity(
+        0.01, unit="-", source="power of what the model leaves over that of the track; as cross_level", gt=0.0
+    )
 
     def needed(self) -> tuple[str, ...]:
         """The vertical channel of `sensor`."""
@@ -41,19 +62,60 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
         """
         odometry = self.odometry(measurements)
         name = self.needed()[0]
-        ahead = data_sheet(measurements.about, name).position[0]
-        raw = filled(measurements[name])
-        raw = raw - float(np.mean(raw))
-        if self.domain == "space":
-            acceleration, good = odometry.channel(measurements, name, ahead, raw)
-            curvature = acceleration / odometry.speed**2
-            columns = geometry("vertical", curvature, good, odometry, self.cut, integrate=2)
-            columns["vertical_curvature [1/m]"] = np.where(good, curvature, np.nan)
-        else:
-            height = filter_time(raw, measurements.rate(name), self._integral(odometry))
-            values, good = odometry.channel(measurements, name, ahead, height)
-            columns = geometry("vertical", values, good, odometry, self.cut)
+        compensates = self._compensates(measurements)
+        columns, good = self._columns(measurements, odometry, without_mean(measurements[name]), compensates)
+        if chain := self._chain(measurements):
+            added = [
+                self._columns(measurements, odometry, one, False)[0] for one in additions(measurements, name, odometry)
+            ]
+            columns |= deviations("vertical", columns, chain, odometry, added)
         return self.result(odometry, columns, good)
+
+    def _columns(
+        self, measurements: Measurements, odometry: Odometry, samples: np.ndarray, compensates: bool
+    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """Columns from samples of acceleration (m/s2), and where they are measured."""
+        name = self.needed()[0]
+        ahead = data_sheet(measurements.about, name).position[0]
+        if self.domain == "time":
+            height = filter_time(samples, measurements.rate(name), self._integral(odometry))
+            values, good = odometry.channel(measurements, name, ahead, height)
+            return geometry("vertical", values, good, odometry, self.cut), good
+        acceleration, good = odometry.channel(measurements, name, ahead, samples)
+        curvature = np.where(good, acceleration / odometry.speed**2, np.nan)
+        if compensates:
+            curvature = by_speed(
+                [curvature], odometry, lambda speed: [lambda k: self._inverse(measurements, speed, k)], MEMORY
+            )
+        columns = geometry("vertical", curvature, good, odometry, self.cut, integrate=2)
+        return columns | {"vertical_curvature [1/m]": np.where(good, curvature, np.nan)}, good
+
+    def _compensates(self, measurements: Measurements) -> bool:
+        return self.compensate and self.domain == "space" and given(measurements.vehicle, NEEDED)
+
+    def _output(self, measurements: Measurements) -> Output:
+        return Output("acceleration", data_sheet(measurements.about, self.needed()[0]).position)
+
+    def _inverse(self, measurements: Measurements, speed: float, k: np.ndarray) -> np.ndarray:
+        """The track's curvature over the sensor's, at wave numbers, rad/m, shape (k,)."""
+        output, moving = self._output(measurements), np.maximum(k, 1e-6)
+        arm = measurements.vehicle["semi_wheelbase"]
+        felt = over_centre(vertical(measurements.vehicle, [output]), arm, speed, moving)
+        shown = felt[:, 0, 0] * self._height(output, speed, moving)
+        return np.conj(shown) / (np.abs(shown) ** 2 + self.regularisation)
+
+    def _height(self, output: Output, speed: float, k: np.ndarray) -> np.ndarray:
+        """Height under the sensor over its acceleration, put where the sensor stood."""
+        return -np.exp(-1j * k * output.position[0]) / (speed * k) ** 2
+
+    def _chain(self, measurements: Measurements) -> Chain | None:
+        output = self._output(measurements)
+
+        def gain(speed: float, k: np.ndarray) -> list[np.ndarray]:
+            height = self._height(output, speed, k)
+            return [height * self._inverse(measurements, speed, k) if self._compensates(measurements) else height]
+
+        return vertical_chain(measurements, [Reading(self.needed(), output)], gain)
 
     def _integral(self, odometry: Odometry):
         """-1 / w^2 above the corner."""

@@ -6,13 +6,25 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry
-from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails, turning
+from estimators.track.chain_error import (
+    Chain,
+    Reading,
+    additions,
+    balancing_cant,
+    deviations,
+    sideways_chain,
+    vertical_chain,
+    without_mean,
+)
+from estimators.track.geometry import CANT_BASE, TrackEstimator, geometry, rails, turning
 from estimators.vehicle.parameters import numbers
+from estimators.vehicle.state_space import Output
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
 ACCELERATION = "bogie.acceleration_z [m/s2]"
 PITCH, ROLL = "bogie.rate_pitch [rad/s]", "bogie.rate_roll [rad/s]"
+LENGTH = Output("displacement", (1.0, 0.0, 0.0))
 LEFT, RIGHT = "primary1_left.displacement [m]", "primary1_right.displacement [m]"
 
 
@@ -36,22 +48,53 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
         odometry = self.odometry(measurements)
         given = numbers(measurements.vehicle, ("semi_wheelbase", "primary_half_spacing"))
         arm, half = given["semi_wheelbase"], given["primary_half_spacing"]
-        raw = filled(measurements[ACCELERATION])
-        acceleration, good = odometry.channel(measurements, ACCELERATION, arm, raw - float(np.mean(raw)))
+        lever = arm - data_sheet(measurements.about, ACCELERATION).position[0]
+        speed = np.interp(odometry.s - arm, odometry.s, odometry.speed)  # the bogie's centre is `arm` behind the place
+
+        def path(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            acceleration, measured = odometry.channel(measurements, ACCELERATION, arm, samples)
+            return acceleration / speed**2, measured
+
+        curvature, good = path(without_mean(measurements[ACCELERATION]))
         pitching, measured_pitch = turning(measurements, PITCH, odometry, ahead=arm)
         left, measured_left = odometry.channel(measurements, LEFT, arm)
         right, measured_right = odometry.channel(measurements, RIGHT, arm)
         good = good & measured_pitch & measured_left & measured_right
-        lever = arm - data_sheet(measurements.about, ACCELERATION).position[0]
-        speed = np.interp(odometry.s - arm, odometry.s, odometry.speed)  # the bogie's centre is `arm` behind the place
         columns = _sum(
-            geometry("vertical", acceleration / speed**2, good, odometry, self.cut, integrate=2),
+            geometry("vertical", curvature, good, odometry, self.cut, integrate=2),
             geometry("vertical", -lever * pitching, good, odometry, self.cut, integrate=1),
             geometry("vertical", -(left + right) / 2.0, good, odometry, self.cut),
         )
+        if chain := self._chain(measurements, arm, lever):
+            added = [
+                geometry("vertical", path(one)[0], good, odometry, self.cut, integrate=2)
+                for one in additions(measurements, ACCELERATION, odometry)
+            ]
+            columns |= deviations("vertical", columns, chain, odometry, added)
         if ROLL in measurements:
             columns |= self._apart(measurements, odometry, columns, (left - right) / (2.0 * half), good)
         return self.result(odometry, columns, good)
+
+    def _chain(self, measurements: Measurements, arm: float, lever: float) -> Chain | None:
+        readings = [
+            Reading((ACCELERATION,), Output("acceleration", data_sheet(measurements.about, ACCELERATION).position)),
+            Reading((PITCH,), Output("rate")),
+            Reading((LEFT, RIGHT), LENGTH),
+        ]
+
+        def gain(speed: float, k: np.ndarray) -> list[np.ndarray]:
+            place = np.exp(-1j * k * arm)
+            return [-place / (speed * k) ** 2, -lever * place / (1j * k * speed), -place]
+
+        return vertical_chain(measurements, readings, gain)
+
+    def _level_chain(self, measurements: Measurements, arm: float, half: float) -> Chain | None:
+        def gain(speed: float, k: np.ndarray) -> list[np.ndarray]:
+            place = CANT_BASE * np.exp(-1j * k * arm)
+            return [-place / (1j * k * speed), place / half]
+
+        readings = [Reading((ROLL,), Output("rate")), Reading((LEFT, RIGHT), LENGTH)]
+        return sideways_chain(measurements, readings, gain, "cross_level")
 
     def _apart(
         self,
@@ -62,13 +105,18 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
         good: np.ndarray,
     ) -> dict[str, np.ndarray]:
         """Cross level and each rail, from the bogie's roll less that across the suspension (rad)."""
-        rolling, rolled = turning(measurements, ROLL, odometry, ahead=number(measurements, "semi_wheelbase"))
+        given = numbers(measurements.vehicle, ("semi_wheelbase", "primary_half_spacing"))
+        arm, half = given["semi_wheelbase"], given["primary_half_spacing"]
+        rolling, rolled = turning(measurements, ROLL, odometry, ahead=arm)
         both = good & rolled
         level = _sum(
             geometry("cross_level", -CANT_BASE * rolling, both, odometry, self.cut, integrate=1),
             geometry("cross_level", CANT_BASE * suspension, both, odometry, self.cut),
         )
-        return level | rails(columns, level)
+        if chain := self._level_chain(measurements, arm, half):
+            level |= deviations("cross_level", level, chain, odometry)
+        cant = geometry("cross_level", balancing_cant(measurements, odometry), good, odometry, self.cut)
+        return level | rails(columns, level, cant)
 
 
 def _sum(*parts: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -7,9 +7,11 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry
+from estimators.track.chain_error import Chain, Reading, additions, deviations, sideways_chain
 from estimators.track.geometry import Gain, TrackEstimator, by_speed, geometry, turning
 from estimators.vehicle.creep import CREEP_FACTOR
 from estimators.vehicle.lateral_roll import followed
+from estimators.vehicle.state_space import Output
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -52,7 +54,7 @@ class AlignmentLateral(TrackEstimator, frozen=True):
         odometry = self.odometry(measurements)
         curvature, good = turning(measurements, RATE, odometry)
         rolling = np.zeros(len(curvature))
-        if self.compensation and ROLL_RATE in measurements:
+        if self._rolled(measurements):
             rolling, rolled = turning(measurements, ROLL_RATE, odometry)
             good = good & rolled
         seen = np.where(good, curvature, np.nan)
@@ -60,14 +62,37 @@ class AlignmentLateral(TrackEstimator, frozen=True):
         if self.compensation:
             track = self._compensated(seen, np.where(good, rolling, np.nan), odometry, measurements)
         columns = geometry("lateral", track, good, odometry, self.cut, integrate=2)
+        if chain := self._chain(measurements):
+            slow = [
+                turning(measurements, RATE, odometry, samples=one) for one in additions(measurements, RATE, odometry)
+            ]
+            added = [geometry("lateral", *one, odometry, self.cut, integrate=2) for one in slow]
+            columns |= deviations("lateral", columns, chain, odometry, added)
         columns["lateral_curvature [1/m]"] = seen
         return self.result(odometry, columns, good)
+
+    def _rolled(self, measurements: Measurements) -> bool:
+        """Whether the roll rate goes in."""
+        return self.compensation and ROLL_RATE in measurements
+
+    def _chain(self, measurements: Measurements) -> Chain | None:
+        rolled = self._rolled(measurements)
+        readings = [Reading((RATE,), Output("rate", axis="yaw"))]
+        readings += [Reading((ROLL_RATE,), Output("rate", axis="roll"))] if rolled else []
+
+        def gain(speed: float, k: np.ndarray) -> list[np.ndarray]:
+            path = -1.0 / (speed * k**2)
+            if not self.compensation:
+                return [path]
+            return [path * one(k) for one in self._filters(measurements.vehicle, speed, rolled)]
+
+        return sideways_chain(measurements, readings, gain, "lateral")
 
     def _compensated(
         self, yawing: np.ndarray, rolling: np.ndarray, odometry: Odometry, measurements: Measurements
     ) -> np.ndarray:
         """Curvature of the rails from yaw rate and roll rate over speed (NaN where not measured)."""
-        rolled = ROLL_RATE in measurements
+        rolled = self._rolled(measurements)
         inputs = [yawing, rolling] if rolled else [yawing]
         return by_speed(inputs, odometry, lambda speed: self._filters(measurements.vehicle, speed, rolled), MEMORY)
 

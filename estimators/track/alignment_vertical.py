@@ -1,5 +1,6 @@
 """Vertical alignment and curvature from the bogie's pitch rate: equation z'' = -pitch rate / speed."""
 
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -7,7 +8,9 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.signals.bands import transform
 from estimators.speed.odometry import Odometry
+from estimators.track.chain_error import Chain, Reading, additions, deviations, vertical_chain
 from estimators.track.geometry import TrackEstimator, geometry, turning
+from estimators.vehicle.state_space import Output
 from estimators.vehicle.vertical import pitch_inverse
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -41,18 +44,37 @@ class AlignmentVertical(TrackEstimator, frozen=True):
         odometry = self.odometry(measurements)
         curvature, good = self._curvature(measurements, odometry)
         columns = geometry("vertical", curvature, good, odometry, self.cut, integrate=2)
+        if chain := self._chain(measurements):
+            added = [
+                geometry("vertical", *self._curvature(measurements, odometry, one), odometry, self.cut, integrate=2)
+                for one in additions(measurements, RATE, odometry)
+            ]
+            columns |= deviations("vertical", columns, chain, odometry, added)
         columns["vertical_curvature [1/m]"] = np.where(good, curvature, np.nan)
         return self.result(odometry, columns, good)
 
-    def _curvature(self, measurements: Measurements, odometry: Odometry) -> tuple[np.ndarray, np.ndarray]:
+    def _chain(self, measurements: Measurements) -> Chain | None:
+        def gain(speed: float, k: np.ndarray) -> list[np.ndarray]:
+            height = 1.0 / (speed * k**2)
+            if not self.compensate:
+                return [height]
+            return [height * pitch_inverse(measurements.vehicle).whole(k * speed) * self._chord(measurements, k)]
+
+        return vertical_chain(measurements, [Reading((RATE,), Output("rate"))], gain)
+
+    def _curvature(
+        self, measurements: Measurements, odometry: Odometry, samples: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """From the pitch rate, or from samples in its place, rad/s."""
         if not self.compensate:
-            rate, good = turning(measurements, RATE, odometry)
+            rate, good = turning(measurements, RATE, odometry, samples=samples)
             return -rate, good
-        rate, good = turning(measurements, RATE, odometry, pitch_inverse(measurements.vehicle).whole)
-        arm = float(measurements.vehicle["semi_wheelbase"])
+        inverse = pitch_inverse(measurements.vehicle).whole
+        rate, good = turning(measurements, RATE, odometry, inverse, samples=samples)
+        seen = np.where(good, -rate, np.nan)
+        return transform(seen, odometry.spacing, partial(self._chord, measurements), MEMORY, detrend=False), good
 
-        def inverse(k: np.ndarray) -> np.ndarray:
-            chord = np.sinc(k * arm / np.pi)
-            return chord / (chord**2 + self.regularisation)
-
-        return transform(np.where(good, -rate, np.nan), odometry.spacing, inverse, MEMORY, detrend=False), good
+    def _chord(self, measurements: Measurements, k: np.ndarray) -> np.ndarray:
+        """Slope of the track over that of the chord between the wheelsets."""
+        chord = np.sinc(k * measurements.vehicle["semi_wheelbase"] / np.pi)
+        return chord / (chord**2 + self.regularisation)

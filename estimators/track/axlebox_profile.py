@@ -5,7 +5,19 @@ from typing import ClassVar
 import numpy as np
 
 from estimators.interface import Estimate
-from estimators.track.geometry import CANT_BASE, TrackEstimator, filled, geometry, number, rails
+from estimators.signals.bands import BANDS
+from estimators.track.chain_error import (
+    Chain,
+    Reading,
+    additions,
+    balancing_cant,
+    deviations,
+    sideways_chain,
+    vertical_chain,
+    without_mean,
+)
+from estimators.track.geometry import CANT_BASE, TrackEstimator, geometry, number, rails
+from estimators.vehicle.state_space import Output
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -17,7 +29,8 @@ class AxleboxProfile(TrackEstimator, frozen=True):
     """Vertical accelerations of the axleboxes over the square of speed, twice integrated in space.
 
     The wheelset is rigid between its axleboxes, so their mean is the mean of the rails and their difference its roll.
-    A range of 100 g leaves noise that buries long waves (Ward et al. 2011, section 3.1); `cut` is therefore short.
+    A range of 100 g leaves noise that buries long waves (Ward et al. 2011, section 3.1); `cut` is therefore short, and
+    bands beyond it are not given.
     """
 
     requires: ClassVar[tuple[str, ...]] = (LEFT, RIGHT)
@@ -34,15 +47,43 @@ class AxleboxProfile(TrackEstimator, frozen=True):
         odometry = self.odometry(measurements)
         arm = number(measurements, "semi_wheelbase")
         speed = np.interp(odometry.s - arm, odometry.s, odometry.speed)
-        curvature, present = [], np.ones(len(odometry.s), dtype=bool)
-        for name in (LEFT, RIGHT):
-            raw = filled(measurements[name])
-            acceleration, good = odometry.channel(measurements, name, arm, raw - float(np.mean(raw)))
-            curvature.append(acceleration / speed**2)
-            present &= good
         apart = data_sheet(measurements.about, LEFT).position[1] - data_sheet(measurements.about, RIGHT).position[1]
         apart = apart or 2.0 * number(measurements, "primary_half_spacing")
-        left, right = curvature
-        vertical = geometry("vertical", (left + right) / 2.0, present, odometry, self.cut, integrate=2)
-        level = geometry("cross_level", (right - left) * CANT_BASE / apart, present, odometry, self.cut, integrate=2)
-        return self.result(odometry, vertical | level | rails(vertical, level), present)
+        bands = {name: band for name, band in BANDS.items() if band.shortest < self.cut}
+
+        def path(name: str, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            acceleration, measured = odometry.channel(measurements, name, arm, samples)
+            return acceleration / speed**2, measured
+
+        def columns(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
+            return geometry(name, values, present, odometry, self.cut, 2, bands)
+
+        left, present = path(LEFT, without_mean(measurements[LEFT]))
+        right, measured = path(RIGHT, without_mean(measurements[RIGHT]))
+        present = present & measured
+        share = CANT_BASE / apart
+        vertical, level = columns("vertical", (left + right) / 2.0), columns("cross_level", (right - left) * share)
+        heights, levels = self._chains(measurements, arm, apart)
+        if heights and levels:
+            added = [path(name, one)[0] for name in (LEFT, RIGHT) for one in additions(measurements, name, odometry)]
+            halves = [columns("vertical", one / 2.0) for one in added]
+            vertical |= deviations("vertical", vertical, heights, odometry, halves)
+            whole = [columns("cross_level", one * share) for one in added]
+            level |= deviations("cross_level", level, levels, odometry, whole)
+        cant = geometry("cross_level", balancing_cant(measurements, odometry), present, odometry, self.cut, 0, bands)
+        return self.result(odometry, vertical | level | rails(vertical, level, cant), present)
+
+    def _chains(self, measurements: Measurements, arm: float, apart: float) -> tuple[Chain | None, Chain | None]:
+        """Of the mean of both rails, and of cross level."""
+
+        def height(speed: float, k: np.ndarray) -> list[np.ndarray]:
+            return [-np.exp(-1j * k * arm) / (speed * k) ** 2]
+
+        def level(speed: float, k: np.ndarray) -> list[np.ndarray]:
+            return [2.0 * CANT_BASE / apart * np.exp(-1j * k * arm) / (speed * k) ** 2]
+
+        middle, side = Output("axlebox", (1.0, 0.0, 0.0)), Output("lift", (1.0, apart / 2.0, 0.0))
+        return (
+            vertical_chain(measurements, [Reading((LEFT, RIGHT), middle)], height),
+            sideways_chain(measurements, [Reading((LEFT, RIGHT), side)], level, "cross_level"),
+        )

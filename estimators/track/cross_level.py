@@ -1,16 +1,28 @@
 """Cross level, absolute cant and twist from the bogie's roll."""
 
-from collections.abc import Callable
-from typing import ClassVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from estimators.interface import Estimate
-from estimators.signals.bands import transform
-from estimators.signals.frequency_response import filter_time
+from estimators.signals.bands import settled, transform
 from estimators.speed.odometry import Odometry
-from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, filled, geometry, turning, without_bias
+from estimators.track.chain_error import (
+    Chain,
+    Reading,
+    additions,
+    deviations,
+    filtered_deviation,
+    sideways_chain,
+)
+from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, geometry, turning
+from estimators.track.observations import CROSSOVER, CURVE, Attitude, attitude, beyond_straight, curved
+from estimators.vehicle import roll_plane
+from estimators.vehicle.parameters import given
 from estimators.vehicle.roll_plane import over_track
+from estimators.vehicle.state_space import Output
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
@@ -19,6 +31,16 @@ from railsim.spec import quantity
 ROLL, YAW = "bogie.rate_roll [rad/s]", "bogie.rate_yaw [rad/s]"
 LATERAL = "bogie.acceleration_y [m/s2]"
 MEMORY = 60.0  # m; the body's roll has decayed
+NOWHERE_STRAIGHT = (
+    "cant: no straight track was found in the record, so what biases of gyro and accelerometer and the mounting make is"
+    " still in it; give a longer record, or one with a standstill"
+)
+LONG = 2.0 * np.pi / 150.0  # rad/m; longer waves than D3 are design
+LOAD = 0.3  # share of the lean that the load leaves open, 30 to 45 % of a body in a crowded coach (EN 15663)
+LEANING = (
+    "body_mass", "body_height", "bogie_mass", "bogie_height", "wheel_radius", "primary_vertical_stiffness",
+    "primary_half_spacing",
+)  # fmt: skip
 
 
 class CrossLevel(TrackEstimator, frozen=True):
@@ -27,21 +49,22 @@ class CrossLevel(TrackEstimator, frozen=True):
     The bogie rolls by the mean of its wheelsets, which does not show waves of four semi wheelbases, through the primary
     suspension; `compensate` takes that out as far as can be, with the vehicle's nominal parameters.
 
-    Absolute roll: a lateral accelerometer feels V yaw rate + g roll, which holds over long times; the roll rate holds
-    over short ones. Both are joined by complementary filters without phase at `crossover`. Twist over `base` is the
-    mean slope of cant, straight from the roll rate, so that it holds the ramps of transitions too.
+    Absolute roll: a lateral accelerometer feels V yaw rate + g roll, which holds over long waves; the roll rate holds
+    over short ones (`observations.attitude`). Straight track is taken to
+    have no cant, which tells biases and the mounting; where a record has no straight track these stay in. The bogie
+    leans on its primary springs where cant does not balance a curve; the nominal lean is taken out. Twist over `base`
+    is the mean slope of cant, straight from the roll rate, so that it holds the ramps of transitions too.
     """
 
     requires: ClassVar[tuple[str, ...]] = (ROLL,)
 
-    compensate: bool = quantity(False, unit="-", source="the paper's chain does without")
+    compensate: bool = quantity(
+        True, unit="- (where the vehicle's parameters are given)", source="the paper's chain does without"
+    )
     regularisation: float = quantity(
         0.01, unit="-", source="power of what the model leaves over that of cross level; straight_erri_low", gt=0.0
     )
     base: float = quantity(3.0, unit="m", source="EN 13848-1: twist base, commonly 3 m", ge=0.5, le=20.0)
-    crossover: float = quantity(
-        20.0, unit="s", source="MEMS gyro drift over accelerometer bias; illustrative", gt=1.0, le=1000.0
-    )
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Cross level and twist over the whole record, and cant where lateral acceleration and yaw rate are there.
@@ -51,20 +74,80 @@ class CrossLevel(TrackEstimator, frozen=True):
         InputError : no roll rate, no speed, or no movement.
         """
         odometry = self.odometry(measurements)
-        rolling, good = turning(measurements, ROLL, odometry)
-        if self.compensate:
-            seen = np.where(good, rolling, np.nan)
-            rolling = by_speed([seen], odometry, lambda speed: [self._inverse(measurements, speed)], MEMORY)
+        raw, good = turning(measurements, ROLL, odometry)
+        rolling = self._inverted(np.where(good, raw, np.nan), measurements, odometry)
         columns = geometry("cross_level", -CANT_BASE * rolling, good, odometry, self.cut, integrate=1)
-        slope = np.where(good, -CANT_BASE * rolling, np.nan)
-        columns["twist [m/m]"] = transform(
-            slope, odometry.spacing, lambda k: np.sinc(k * self.base / (2.0 * np.pi)), self.base, detrend=False
-        )
-        if {LATERAL, YAW} <= set(measurements.channels) and self._together(measurements):
-            roll = self._absolute(measurements, odometry)
-            values, known = odometry.channel(measurements, ROLL, values=roll)
-            columns["cant [m]"] = np.where(good & known, -CANT_BASE * np.sin(values), np.nan)
-        return self.result(odometry, columns, good, **{"twist_base [m]": self.base})
+        columns["twist [m/m]"] = self._twist(np.where(good, -CANT_BASE * rolling, np.nan), odometry)
+        if chain := self._chain(measurements, self._compensates(measurements)):
+            slow = additions(measurements, ROLL, odometry)
+            added = [turning(measurements, ROLL, odometry, samples=one)[0] for one in slow]
+            columns |= self._deviations(chain, columns, added, good, odometry)
+        moved, warnings = attitude(measurements, odometry), list[str]()
+        if moved is not None:
+            curve = curved(moved, odometry)
+            columns |= self._cant(measurements, odometry, moved, curve, good)
+            warnings += [NOWHERE_STRAIGHT] if curve.all() else []
+        about = {"compensated": self._compensates(measurements), "warnings": warnings}
+        return self.result(odometry, columns, good, **{"twist_base [m]": self.base}, **about)
+
+    def _inverted(self, rolling: np.ndarray, measurements: Measurements, odometry: Odometry) -> np.ndarray:
+        """Slope of the rails' roll from that of the bogie's, rad/m, where it is compensated."""
+        if not self._compensates(measurements):
+            return rolling
+        return by_speed([rolling], odometry, lambda speed: [self._inverse(measurements, speed)], MEMORY)
+
+    def _twist(self, slope: np.ndarray, odometry: Odometry) -> np.ndarray:
+        return transform(slope, odometry.spacing, self._over_base, self.base, detrend=False)
+
+    def _over_base(self, k: np.ndarray) -> np.ndarray:
+        return np.sinc(k * self.base / (2.0 * np.pi))
+
+    def _compensates(self, measurements: Measurements) -> bool:
+        return self.compensate and given(measurements.vehicle, roll_plane.NEEDED)
+
+    def _chain(self, measurements: Measurements, compensated: bool) -> Chain | None:
+        def gain(speed: float, k: np.ndarray) -> list[np.ndarray]:
+            level = -CANT_BASE / (1j * k * speed)
+            return [level * self._inverse(measurements, speed)(k) if compensated else level]
+
+        return sideways_chain(measurements, [Reading((ROLL,), Output("rate"))], gain, "cross_level")
+
+    def _deviations(
+        self,
+        chain: Chain,
+        columns: Mapping[str, np.ndarray],
+        added: Sequence[np.ndarray],
+        good: np.ndarray,
+        odometry: Odometry,
+    ) -> dict[str, np.ndarray]:
+        slopes = [np.where(good, -CANT_BASE * one, np.nan) for one in added]
+        levels = [geometry("cross_level", one, good, odometry, self.cut, integrate=1) for one in slopes]
+        more = np.sum([np.nan_to_num(self._twist(one, odometry)) ** 2 for one in slopes], axis=0)
+        twist = columns["twist [m/m]"]
+        spread = filtered_deviation(twist, lambda k: k * self._over_base(k), chain, odometry, more)
+        return deviations("cross_level", columns, chain, odometry, levels) | {"twist_std [m/m]": spread}
+
+    def _cant(
+        self, measurements: Measurements, odometry: Odometry, moved: Attitude, curve: np.ndarray, good: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Absolute cant and its standard deviation."""
+        good = settled(good & ~moved.bridged, odometry.spacing, CROSSOVER)
+        leaning = lean(measurements.vehicle, moved.side, odometry)
+        values = beyond_straight(moved.roll - leaning, curve)
+        cant = np.where(good, -CANT_BASE * np.sin(values), np.nan)
+        chain = self._chain(measurements, compensated=False)
+        if chain is None:
+            return {"cant [m]": cant}
+        side, yaw = data_sheet(measurements.about, LATERAL), data_sheet(measurements.about, YAW)
+        off = yaw.error("bias_std") / GRAVITY * np.abs(odometry.speed - _usual(odometry.speed, curve))
+        if curve.all():
+            tilt = np.hypot(side.error("bias_std") / GRAVITY, side.error("misalignment_std"))
+            off = np.hypot(tilt, yaw.error("bias_std") / GRAVITY * odometry.speed)
+        count = max(1, round(2.0 * np.pi / LONG / odometry.spacing))
+        waves = np.where(good, CANT_BASE * (values - uniform_filter1d(values, count)), np.nan)
+        more = CANT_BASE**2 * (off**2 + (LOAD * leaning) ** 2)
+        spread = filtered_deviation(waves, lambda k: (k > LONG).astype(float), chain, odometry, more)
+        return {"cant [m]": cant, "cant_std [m]": spread}
 
     def _inverse(self, measurements: Measurements, speed: float) -> Callable[[np.ndarray], np.ndarray]:
         def gain(k: np.ndarray) -> np.ndarray:
@@ -73,23 +156,21 @@ class CrossLevel(TrackEstimator, frozen=True):
 
         return gain
 
-    def _together(self, measurements: Measurements) -> bool:
-        return len(measurements.time(LATERAL)) == len(measurements.time(ROLL)) == len(measurements.time(YAW))
 
-    def _absolute(self, measurements: Measurements, odometry: Odometry) -> np.ndarray:
-        """Roll of the bogie against the horizon at the samples of the roll rate, rad."""
-        time, rate = measurements.time(ROLL), measurements.rate(ROLL)
-        speed = np.interp(time - data_sheet(measurements.about, YAW).delay, odometry.knots, odometry.speed_at_knots)
-        yaw = filled(without_bias(measurements[YAW], time, odometry, still_only=True))
-        level = (filled(measurements[LATERAL]) - speed * yaw) / GRAVITY
-        corner = 2.0 * np.pi / self.crossover
-        slow = filter_time(level, rate, lambda w: 1.0 / (1.0 + (w / corner) ** 4))
-        fast = filter_time(
-            filled(without_bias(measurements[ROLL], time, odometry)), rate, lambda w: _integral(w, corner)
-        )
-        return slow + fast
+def _usual(speed: np.ndarray, curve: np.ndarray) -> float:
+    """Median speed on straight track."""
+    return float(np.median(speed if curve.all() else speed[~curve]))
 
 
-def _integral(omega: np.ndarray, corner: float) -> np.ndarray:
-    """1 / (i w) times what the slow path leaves: w^4 / (w^4 + corner^4)."""
-    return -1j * omega**3 / (omega**4 + corner**4)
+def lean(vehicle: Mapping[str, Any], side: np.ndarray, odometry: Odometry) -> np.ndarray:
+    """Roll of the bogie on its primary springs by lateral acceleration that cant does not balance (m/s2), rad.
+
+    At rest, body and bogie upright: sum of masses times heights above the axles over the primary springs' stiffness in
+    roll. Zero where a parameter is not given.
+    """
+    if not given(vehicle, LEANING):
+        return np.zeros(len(side))
+    above = vehicle["body_mass"] * (vehicle["body_height"] - vehicle["wheel_radius"])
+    above += vehicle["bogie_mass"] * (vehicle["bogie_height"] - vehicle["wheel_radius"])
+    stiffness = 4.0 * vehicle["primary_vertical_stiffness"] * vehicle["primary_half_spacing"] ** 2
+    return above / stiffness * uniform_filter1d(side, max(1, round(CURVE / odometry.spacing)))

@@ -47,7 +47,13 @@ class TrackEstimator(Estimator, frozen=True):
 
 
 def geometry(
-    name: str, values: np.ndarray, good: np.ndarray, odometry: Odometry, cut: float, integrate: int = 0
+    name: str,
+    values: np.ndarray,
+    good: np.ndarray,
+    odometry: Odometry,
+    cut: float,
+    integrate: int = 0,
+    bands: Mapping[str, Band] | None = None,
 ) -> dict[str, np.ndarray]:
     """Columns of one quantity: wavelengths below `cut`, then the bands, each where its filter has settled.
 
@@ -56,10 +62,11 @@ def geometry(
     name : "vertical" and the like, in m after integration.
     values : on the grid, shape (n,). good : where they are measured.
     integrate : how often to integrate over distance.
+    bands : those that are given; all of the quantity's where None.
     """
     masked = np.where(good, values, np.nan)
     columns = {f"{name} [m]": band_pass(masked, odometry.spacing, Band(0.0, cut), integrate)}
-    for band, edges in bands_of(name).items():
+    for band, edges in (bands_of(name) if bands is None else bands).items():
         found = band_pass(masked, odometry.spacing, edges, integrate)
         columns[f"{name}_{band} [m]"] = np.where(settled(good, odometry.spacing, edges.longest), found, np.nan)
     return columns
@@ -82,6 +89,7 @@ def turning(
     odometry: Odometry,
     gain: Callable[[np.ndarray], np.ndarray] | None = None,
     ahead: float = 0.0,
+    samples: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A gyro's rate over the speed (1/m) on the grid, bias taken out, and where it is measured.
 
@@ -89,8 +97,11 @@ def turning(
     ----------
     gain : response of a filter over time, by angular frequency in rad/s.
     ahead : how far before the bogie's centre the place lies to which the rate shall belong, m.
+    samples : to be taken in place of the measured ones; they have no bias.
     """
-    rate = filled(without_bias(measurements[name], measurements.time(name), odometry))
+    if samples is None:
+        samples = without_bias(measurements[name], measurements.time(name), odometry)
+    rate = filled(samples)
     if gain is not None:
         rate = filter_time(rate, measurements.rate(name), gain)
     values, good = odometry.channel(measurements, name, ahead, rate)
@@ -145,11 +156,26 @@ def number(measurements: Measurements, name: str) -> float:
     return float(value)
 
 
-def rails(vertical: dict[str, np.ndarray], level: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Columns of the left and the right rail from those of their mean and of cross level."""
+def rails(
+    vertical: Mapping[str, np.ndarray], level: Mapping[str, np.ndarray], cant: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Columns of the left and the right rail from those of their mean and of cross level.
+
+    Parameters
+    ----------
+    vertical, level : errors of both are taken as independent.
+    cant : the bands that a curve's cant may have, m, named as those of cross level. Cross level holds it; a rail's own
+        irregularity does not, so it is error there.
+    """
     columns = {}
     for side, sign in (("left", -0.5), ("right", 0.5)):
         for name, values in vertical.items():
-            if name.startswith("vertical") and name.endswith("[m]"):
-                columns[f"{side}_{name}"] = values + sign * level[name.replace("vertical", "cross_level")]
+            of_level = name.replace("vertical", "cross_level")
+            if of_level not in level or not (name.startswith("vertical") and name.endswith("[m]")):
+                continue
+            if "_std" in name:
+                canted = np.nan_to_num(cant[of_level.replace("_std", "")])
+                columns[f"{side}_{name}"] = np.sqrt(values**2 + (level[of_level] ** 2 + canted**2) / 4.0)
+            else:
+                columns[f"{side}_{name}"] = values + sign * level[of_level]
     return columns

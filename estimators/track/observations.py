@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from estimators.signals.bands import stretches, transform
 from estimators.speed.odometry import Odometry
@@ -18,6 +18,8 @@ CROSSOVER = 60.0  # m; roll comes from the lateral acceleration above this wavel
 BRIDGE_ONE, BRIDGE_MORE = 20.0, 4.0
 """m marked as lost, of which 3 m are the resampling's: over longer gaps of one, or of more, of lateral accelerometer,
 roll and yaw gyro the attitude is not known. Trial on straight_erri_low at 20 m/s: where D3 is more off than stated."""
+CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
+CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 CURVE = 20.0  # m; yaw rates of longer wavelengths turn about the vertical, shorter ones about the bogie's own axis
 
 
@@ -185,6 +187,18 @@ def attitude(measurements: Measurements, odometry: Odometry, sensor: str = "bogi
     gaps = _gaps(lost > 0, BRIDGE_ONE / odometry.spacing) | _gaps(lost > 1, BRIDGE_MORE / odometry.spacing)
     bridged = maximum_filter1d(gaps, 2 * round(CROSSOVER / odometry.spacing) + 1)
     return Attitude(roll, design, roll_rate, yaw_rate, side, roll_std / GRAVITY, curving_rate_std, bridged)
+
+
+def curved(moved: Attitude, odometry: Odometry) -> np.ndarray:
+    """Where the track is curved, and not only the yaw gyro biased."""
+    count = max(1, round(CURVE_REACH / odometry.spacing))
+    curvature = np.abs(uniform_filter1d(moved.curving_rate / odometry.speed, count))
+    return curvature > CANTED + 2.0 * moved.curving_rate_std / odometry.speed
+
+
+def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:
+    """Values less their median outside curves, which is the sensor's bias; as they are where all is curve."""
+    return values if curve.all() else values - np.median(values[~curve])
 
 
 def _gaps(lost: np.ndarray, longest: float) -> np.ndarray:

@@ -20,7 +20,7 @@ from estimators.track.alignment_displacement import AlignmentDisplacement
 from estimators.track.disturbances import FORCE, HEIGHT, Disturbance
 from estimators.track.fusion import Fused, fuse
 from estimators.track.geometry import by_speed
-from estimators.track.observations import Attitude, attitude, observation
+from estimators.track.observations import CURVE_REACH, Attitude, attitude, beyond_straight, curved, observation
 from estimators.track.plane import Plane
 from estimators.track.plane_fit import PlaneFit
 from estimators.track.self_check import Opinion, checked, double_integrated, sinking
@@ -36,13 +36,11 @@ from railsim.spec import quantity
 
 ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
-CURVE_REACH = 60.0  # m; the error in a transition is felt this far
 LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
 LEANING = 0.3
 """Share of the body's roll in a curve that is unknown by the load, 30 to 45 % of a body in a crowded coach (EN 15663);
 added after cross level by bogie sensors alone had failed on curve_r400.
 """
-CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
 NEEDED = (
     "body_mass", "bogie_mass", "bogie_pitch_inertia", "wheel_radius", "secondary_height", "wheelset_mass",
     "semi_wheelbase", "primary_vertical_stiffness", "primary_vertical_damping", "secondary_vertical_stiffness",
@@ -340,18 +338,6 @@ def lean(p: Mapping[str, float], unbalanced: np.ndarray) -> np.ndarray:
     """Roll of the body on its springs by lateral acceleration (m/s2) that cant does not balance, at rest, rad."""
     stiffness = 2.0 * p["secondary_vertical_stiffness"] * p["secondary_half_spacing"] ** 2 + p["roll_bar_stiffness"]
     return np.abs(unbalanced) * p["body_mass"] * (p["body_height"] - p["secondary_height"]) / stiffness
-
-
-def curved(moved: Attitude, odometry: Odometry) -> np.ndarray:
-    """Where the track is curved, and not only the yaw gyro biased."""
-    count = max(1, round(CURVE_REACH / odometry.spacing))
-    curvature = np.abs(uniform_filter1d(moved.curving_rate / odometry.speed, count))
-    return curvature > CANTED + 2.0 * moved.curving_rate_std / odometry.speed
-
-
-def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:
-    """Values less their median outside curves, which is the sensor's bias; as they are where all is curve."""
-    return values if curve.all() else values - np.median(values[~curve])
 
 
 def add(series: pd.DataFrame, name: str, fused: Fused, odometry: Odometry, lead: float) -> None:

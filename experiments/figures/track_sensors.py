@@ -40,14 +40,14 @@ class TrackSensors(Figure):
             mems, industrial = measured["mems"], measured["industrial"]
             tables = [
                 errors(AlignmentVertical(compensate=True), mems, truth, GYRO),
-                errors(AlignmentAccelerometer(), mems, truth, ACCELEROMETER),
+                errors(AlignmentAccelerometer(compensate=False), mems, truth, ACCELEROMETER),
                 errors(AlignmentDisplacement(), industrial, truth, DISPLACEMENT),
                 errors(AxleboxProfile(), mems, truth, AXLEBOXES),
                 errors(AlignmentLateral(compensation=False), mems, truth, PLAIN),
                 errors(AlignmentLateral(), mems, truth, COMPENSATED),
             ]
             for x in POSITIONS if speed == MIDDLE else ():
-                accelerometer = AlignmentAccelerometer(sensor=sensor_name(x))
+                accelerometer = AlignmentAccelerometer(sensor=sensor_name(x), compensate=False)
                 tables.append(errors(accelerometer, mems, truth, ACCELEROMETER).assign(**{"place [m]": x}))
                 moved = [gyro_at(x, one) for one in mems]
                 tables.append(errors(AlignmentVertical(compensate=True), moved, truth, GYRO).assign(**{"place [m]": x}))

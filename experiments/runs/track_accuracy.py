@@ -128,7 +128,7 @@ def _by_position(truth: Truth, speed: float) -> list[dict[str, Any]]:
     for x in POSITIONS:
         moved = [gyro_at(x, one) for one in recordings]
         for name, estimator, on in (
-            (ACCELEROMETER, AlignmentAccelerometer(sensor=sensor_name(x)), recordings),
+            (ACCELEROMETER, AlignmentAccelerometer(sensor=sensor_name(x), compensate=False), recordings),
             (GYRO, AlignmentVertical(compensate=True), moved),
         ):
             head = {"part": "place", "estimator": name, "speed [m/s]": speed, "grade": "mems", "place [m]": x}

@@ -76,13 +76,20 @@ def _checks() -> tuple[Check, ...]:
             )
     level, source = _LIMITS["cross_level"][0], f"{_REPEATABILITY}: "
     checks += [
-        Check("cant", "cant rms error [mm]", level / _PAIR, f"{source}{level:g} mm", "", "cant scored share [-]"),
+        Check(
+            "cant",
+            "cant rms error [mm]",
+            level / _PAIR,
+            f"{source}{level:g} mm",
+            "cant within 2 std [-]",
+            "cant scored share [-]",
+        ),
         Check(
             "twist",
             "twist rms error [mm/m]",
             _TWIST_LIMIT / _PAIR,
             f"{source}{_TWIST_LIMIT:g} mm/m",
-            "",
+            "twist within 2 std [-]",
             "twist scored share [-]",
         ),
     ]
@@ -215,7 +222,7 @@ def score_cant(estimate: Estimate, truth: Truth) -> dict[str, float]:
     time, spacing = estimate.series[TIME].to_numpy(), float(np.median(np.diff(estimate.series[S])))
     true = true_track(truth, time, spacing)
     error = estimate.series["cant [m]"].to_numpy() - (true["cant [m]"] + true["cross_level [m]"]).to_numpy()
-    return _plain("cant", error, estimate, "mm", MM)
+    return _plain("cant", error, estimate, "m")
 
 
 def score_twist(estimate: Estimate, truth: Truth) -> dict[str, float]:
@@ -228,17 +235,21 @@ def score_twist(estimate: Estimate, truth: Truth) -> dict[str, float]:
     places = series[S].to_numpy()
     ahead, behind = (np.interp(places + x, places, level, np.nan, np.nan) for x in (base / 2, -base / 2))
     error = series["twist [m/m]"].to_numpy() - (ahead - behind) / base
-    return _plain("twist", error, estimate, "mm/m", MM)
+    return _plain("twist", error, estimate, "m/m")
 
 
-def _plain(what: str, error: np.ndarray, estimate: Estimate, unit: str, factor: float) -> dict[str, float]:
+def _plain(what: str, error: np.ndarray, estimate: Estimate, unit: str) -> dict[str, float]:
     valid = np.isfinite(error)
     if VALID in estimate.series.columns:
         valid &= estimate.series[VALID].to_numpy() > 0.5
     scores = {f"{what} scored share [-]": float(np.mean(valid))}
     if valid.any():
-        scores[f"{what} rms error [{unit}]"] = factor * root_mean_square(error[valid])
-        scores[f"{what} bias [{unit}]"] = factor * float(np.mean(error[valid]))
+        scores[f"{what} rms error [m{unit}]"] = MM * root_mean_square(error[valid])
+        scores[f"{what} bias [m{unit}]"] = MM * float(np.mean(error[valid]))
+        std = f"{what}_std [{unit}]"
+        if std in estimate.series.columns:
+            spread = estimate.series[std].to_numpy()[valid]
+            scores[f"{what} within 2 std [-]"] = float(np.mean(np.abs(error[valid]) <= 2.0 * spread))
     return scores
 
 
