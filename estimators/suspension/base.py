@@ -22,8 +22,10 @@ from estimators.vehicle.affine import (
     nominal,
 )
 from estimators.vehicle.creep import DRY_ROLLING
+from estimators.vehicle.lateral_frequency import is_whole
 from estimators.vehicle.lateral_roll import NEEDED
 from estimators.vehicle.parameters import numbers
+from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 from railsim.track.spectra import WC, WS
@@ -264,9 +266,19 @@ class SuspensionEstimator(SuspensionSettings, frozen=True):
     largest_conicity: float = quantity(0.45, unit="-", source="beyond it wheels are turned", gt=0.0)
 
     def fits(self, measurements: Measurements) -> bool:
-        """Whether channels, speed, vehicle and, where it is used, the track are there."""
+        """Whether channels, speed, half a vehicle and, where it is used, the track are there."""
         placed = self.track == "unknown" or self.placed(measurements)
-        return can_read(measurements, self.requires) and fits(measurements.vehicle) and placed
+        half = fits(measurements.vehicle) and not is_whole(measurements.vehicle)
+        return can_read(measurements, self.requires) and half and placed
+
+    def need(self, measurements: Measurements) -> None:
+        """Raise `InputError` for missing channels, and for a whole vehicle, whose body these filters do not know."""
+        super().need(measurements)
+        if is_whole(measurements.vehicle):
+            raise InputError(
+                f"{self.name} models half a vehicle, and about.json gives a whole one: what it says of dampers would be"
+                " wrong; use suspension_spectral, which knows whole vehicles"
+            )
 
     def prepare(self, measurements: Measurements) -> Problem:
         """Read a recording; raises `InputError` where something is missing."""

@@ -13,12 +13,14 @@ from estimators.suspension.base import SuspensionEstimator
 from estimators.suspension.spectral_vehicle import nominal_vehicle
 from estimators.suspension.suspension_ekf import SuspensionEkf
 from estimators.suspension.suspension_ml import SuspensionMl
+from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.suspension_spectral import SuspensionSpectral
+from estimators.suspension.suspension_ukf import SuspensionUkf
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import FULL, PARAMETERS, half_vehicle, nominal
 from estimators.vehicle.creep import DRY_ROLLING
 from estimators.vehicle.lateral_frequency import respond
-from railsim import load_scenario, measure, simulate
+from railsim import InputError, load_scenario, measure, simulate
 from railsim.measurements import Measurements
 from tests.estimators.suspension_rig import changed
 
@@ -69,9 +71,31 @@ def test_a_damper_that_lost_half_or_all_is_called_under_load(kind: str, which: i
     assert mean[which] == pytest.approx(left, abs=0.1)
 
 
+@pytest.mark.parametrize("estimator", [SuspensionMl(), SuspensionEkf(), SuspensionRbpf(), SuspensionUkf()])
+def test_filters_of_half_a_vehicle_refuse_a_whole_one_and_name_what_takes_it(estimator: SuspensionEstimator):
+    measured = whole(LOADED)
+    assert not estimator.fits(measured)
+    with pytest.raises(InputError, match="use suspension_spectral"):
+        estimator.estimate(measured)
+    assert SuspensionSpectral().fits(measured)
+
+
+def _half_stated(measured: Measurements) -> Measurements:
+    """The same with about.json that gives half of the vehicle."""
+    stated = {name: value for name, value in measured.vehicle.items() if not name.startswith(("whole_", "body_yaw"))}
+    sensors = [dict(one) for one in measured.about["sensors"]]
+    for sensor in sensors:
+        if sensor["name"] == "body":
+            sensor["position"] = [0.0, 0.0, -0.7]  # from the centre of half a body
+    about = {**measured.about, "vehicle": stated, "sensors": sensors}
+    return changed(measured, about=about)
+
+
 @pytest.mark.parametrize("estimator", [SuspensionMl(keep_every=4, starts=4), SuspensionEkf()])
-def test_filters_of_half_a_vehicle_tell_nothing_of_a_whole_one_and_say_why(estimator: SuspensionEstimator):
-    estimate = estimator.estimate(whole(LOADED))
+def test_filters_on_a_whole_vehicle_of_which_only_half_is_stated_tell_nothing_and_say_why(
+    estimator: SuspensionEstimator,
+):
+    estimate = estimator.estimate(_half_stated(whole(LOADED)))
     assert {entry["verdict"] for entry in estimate.about["verdicts"]} == {"cannot tell"}
     assert any("chi-square" in line for line in estimate.about["warnings"])
     assert estimate.series["valid [-]"].to_numpy()[-1] == 0.0
@@ -89,13 +113,7 @@ def test_half_a_vehicle_is_told_from_a_whole_one_where_about_json_leaves_it_open
     half = measure(simulate(scenario, "compiled"), scenario).measurements
     assert SuspensionSpectral().estimate(half).about["structure_found"] == "half"
     measured = whole()
-    stated = {name: value for name, value in measured.vehicle.items() if not name.startswith(("whole_", "body_yaw"))}
-    sensors = [dict(one) for one in measured.about["sensors"]]
-    for sensor in sensors:
-        if sensor["name"] == "body":
-            sensor["position"] = [0.0, 0.0, -0.7]  # from the centre of half a body
-    about = {**measured.about, "vehicle": stated, "sensors": sensors}
-    assert SuspensionSpectral().estimate(changed(measured, about=about)).about["structure_found"] == "whole"
+    assert SuspensionSpectral().estimate(_half_stated(measured)).about["structure_found"] == "whole"
 
 
 def test_without_a_place_the_track_counts_as_unknown_and_it_says_so():

