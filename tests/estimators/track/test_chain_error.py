@@ -62,7 +62,9 @@ def _errors(series: pd.DataFrame, band: str, track) -> tuple[np.ndarray, np.ndar
     s = series["s [m]"].to_numpy()
     true = band_pass(track(s), s[1] - s[0], BANDS[band])
     inside = (s > 150.0) & (s < LENGTH - 150.0)
-    return (series[f"vertical_{band} [m]"].to_numpy() - true)[inside], series[f"vertical_{band}_std [m]"][inside]
+    return (series[f"vertical_{band} [m]"].to_numpy() - true)[inside], series[f"vertical_{band}_std [m]"].to_numpy()[
+        inside
+    ]
 
 
 @pytest.mark.parametrize("kind", [AlignmentVertical, AlignmentAccelerometer])
