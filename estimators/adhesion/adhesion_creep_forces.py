@@ -1,11 +1,16 @@
 """Net lateral creep force and yaw moment of each wheelset by a Kalman filter (Ward et al. 2011, section 4.2)."""
 
+from collections.abc import Sequence
+
+import numpy as np
 import pandas as pd
 
-from estimators.adhesion.channels import has_all, used_channels
+from estimators.adhesion.bogie_place import BogiePlace
+from estimators.adhesion.channels import WHEELSETS, has_all
 from estimators.adhesion.creep_force_estimator import CreepForceEstimator, columns_with_std, settled_rows
-from estimators.adhesion.creep_forces import FORCE_NAMES, MOTIONS, Forces, force_spectra
-from estimators.adhesion.creep_model import ROLL_BODIES
+from estimators.adhesion.creep_forces import FORCE_NAMES, MOTIONS, Forces, force_spectra, smoothed_forces
+from estimators.adhesion.creep_model import ROLL_BODIES, parameters
+from estimators.adhesion.force_budget import budgeted
 from estimators.interface import Estimate
 from estimators.signals.channel_health import Health
 from railsim.measurements import Measurements
@@ -23,30 +28,42 @@ class AdhesionCreepForces(CreepForceEstimator, frozen=True):
         """Forces over time, high-passed like every channel; NaN until the filter has settled."""
         self.need(measurements)
         health = self.health(measurements)
-        forces = self.forces(measurements, health)
-        return Estimate(self.name, force_table(forces), self.about_forces(measurements, health, forces))
+        found = [self.budgeted(measurements, health, place) for place in self.bogies(measurements, health)]
+        return Estimate(self.name, force_table(found), self.about_forces(measurements, health, found))
 
-    def about_forces(self, measurements: Measurements, health: Health, forces: Forces) -> dict[str, object]:
+    def budgeted(self, measurements: Measurements, health: Health, place: BogiePlace) -> Forces:
+        """The filter over one bogie with all that its data sheets leave unknown."""
+        record = self.record(measurements, health, ROLL_BODIES, place)
+        p = parameters(measurements.vehicle)
+        lever = measurements.vehicle.get("arm_length")
+        return smoothed_forces(record, p, budgeted(measurements.vehicle | p, record, self.shaping, lever))
+
+    def about_forces(self, measurements: Measurements, health: Health, found: Sequence[Forces]) -> dict[str, object]:
         """Settings, densities of the estimates, and what was left out."""
-        complete = has_all(measurements, forces.record.names + _rolls(measurements, health), ("wheelset1", "wheelset2"))
         warnings = health.warnings()
-        if not complete:
-            warnings.append("no full set of wheelset sensors: single wheelsets' forces are known by their sums only")
+        densities: dict[str, object] = {}
+        for forces in found:
+            densities |= force_spectra(forces)
+            place = forces.record.place
+            if not has_all(measurements, health.good, WHEELSETS, place):
+                names = " and ".join(place.bodies[name] for name in WHEELSETS)
+                warnings.append(f"no full set of sensors on {names}: their forces are known by their sums only")
         return {
             "settings": self.model_dump(mode="json"),
-            "channels": list(forces.record.names),
-            "densities": force_spectra(forces),
+            "channels": list(dict.fromkeys(name for forces in found for name in forces.record.names)),
+            "densities": densities,
             "left_out": health.left_out,
             "warnings": warnings,
         }
 
 
-def _rolls(measurements: Measurements, health: Health) -> tuple[str, ...]:
-    return tuple(name for name in used_channels(measurements, ROLL_BODIES) if name in health.good)
-
-
-def force_table(forces: Forces) -> pd.DataFrame:
-    """Columns of the estimate: forces, moments and creepages, each with its standard deviation."""
-    settled = settled_rows(forces.time, forces.signals)
-    columns = columns_with_std(FORCE_NAMES + MOTIONS[:2], forces.signals, forces.spread, settled)
-    return pd.DataFrame({"time [s]": forces.time, **columns, "valid [-]": settled.astype(float)})
+def force_table(found: Sequence[Forces]) -> pd.DataFrame:
+    """Columns of the estimate: forces, moments and creepages of every bogie, each with its standard deviation."""
+    columns: dict[str, np.ndarray] = {}
+    valid = np.ones(len(found[0].time), dtype=bool)
+    for forces in found:
+        settled = settled_rows(forces.time, forces.signals)
+        names = [forces.record.place.column(name) for name in FORCE_NAMES + MOTIONS[:2]]
+        columns |= columns_with_std(names, forces.signals, forces.spread, settled)
+        valid &= settled
+    return pd.DataFrame({"time [s]": found[0].time, **columns, "valid [-]": valid.astype(float)})

@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import bilinear, lfilter
 
+from estimators.adhesion.bogie_place import HALF, BogiePlace
 from estimators.adhesion.creep_model import BODIES, COUNT, ROLL_BODIES, Floating
 from estimators.speed.odometry import LONGEST_STEP, SpeedSource, integrate_speed
 from railsim.constants import GRAVITY
-from railsim.data_sheet import channels_on, data_sheet
+from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 
@@ -47,6 +48,7 @@ class LateralRecord:
     names : channels in use, (c,). placements : where they are, (c,).
     samples : high-passed, NaN where left out, (n, c). R : variances, (c,).
     inputs : rolls of the bodies, then their rates, high-passed, (n, 8).
+    place : the bogie. corner : of the high-pass, Hz.
     """
 
     time: np.ndarray
@@ -56,6 +58,8 @@ class LateralRecord:
     samples: np.ndarray
     R: np.ndarray
     inputs: np.ndarray
+    place: BogiePlace = HALF
+    corner: float = 0.3
 
     def observation(self, model: Floating) -> tuple[np.ndarray, np.ndarray]:
         """What the channels show of the states (c, states) and of the inputs (c, 8)."""
@@ -73,62 +77,106 @@ class LateralRecord:
         return H, D
 
 
-def used_channels(measurements: Measurements, bodies: Sequence[str]) -> list[str]:
-    """Every lateral accelerometer, yaw and roll gyro on these bodies."""
+def used_channels(measurements: Measurements, bodies: Sequence[str], place: BogiePlace = HALF) -> list[str]:
+    """Every lateral accelerometer, yaw and roll gyro on these bodies of a bogie."""
     quantities = {body: (ACCELERATION, ROLL) if body == "body" else (ACCELERATION, YAW, ROLL) for body in bodies}
     return [
-        name for body in bodies for quantity in quantities[body] for name in channels_on(measurements, body, quantity)
+        name
+        for body in bodies
+        for quantity in quantities[body]
+        for name in place.channels(measurements, body, quantity)
     ]
 
 
-def has_all(measurements: Measurements, names: Iterable[str], bodies: Sequence[str]) -> bool:
+def has_all(measurements: Measurements, names: Iterable[str], bodies: Sequence[str], place: BogiePlace = HALF) -> bool:
     """Whether each of these bodies has a lateral accelerometer, and but for the car body a yaw and a roll gyro."""
     there = set(names)
     return all(
-        there & set(channels_on(measurements, body, quantity))
+        there & set(place.channels(measurements, body, quantity))
         for body in bodies
         for quantity in ((ACCELERATION,) if body == "body" else (ACCELERATION, YAW, ROLL))
     )
 
 
 def read(
-    measurements: Measurements, bodies: Sequence[str], good: Good, corner: float, source: SpeedSource
+    measurements: Measurements,
+    bodies: Sequence[str],
+    good: Good,
+    corner: float,
+    source: SpeedSource,
+    place: BogiePlace = HALF,
+    time: np.ndarray | None = None,
 ) -> LateralRecord:
-    """The record on a grid of 256 Hz.
+    """The record of one bogie on a grid of 256 Hz.
 
     Parameters
     ----------
     bodies : whose sensors are used, of `BODIES`.
     good : samples that may be believed; a channel that is not in it is left out.
     corner : of the high-pass, Hz. source : of the speed.
+    place : the bogie. time : the grid, s; by `grid` of these channels where None.
 
     Raises
     ------
     InputError : less than two seconds of record, no speed, no channel that can be used.
     """
-    names = [name for name in used_channels(measurements, bodies) if name in good]
+    names = [name for name in used_channels(measurements, bodies, place) if name in good]
     if not names:
-        raise InputError(f"no lateral accelerometer or gyro on {', '.join(bodies)}; add one")
-    time = _grid(measurements, names)
+        raise InputError(
+            f"no lateral accelerometer or gyro on {', '.join(place.bodies[one] for one in bodies)}; add one"
+        )
+    time = grid(measurements, names) if time is None else time
     odometry = integrate_speed(measurements, source)
     speed = np.interp(time, odometry.knots, np.where(odometry.trusted, odometry.speed_at_knots, np.nan))
-    inputs, known = _rolls(measurements, names, bodies, good, time, corner)
+    usable = Usable(measurements, {name: good[name] for name in names}, place, time, corner)
+    inputs, known = _rolls(usable, bodies)
     rows: list[tuple[str, np.ndarray, SensorPlacement, float]] = []
     for body in bodies:
         spin = np.gradient(inputs[:, len(ROLL_BODIES) + ROLL_BODIES.index(body)], 1.0 / RATE)
         error = float(np.hypot(ACCELERATION_ERROR, 0.0 if known[body] else GRAVITY * UNKNOWN_ROLL))
-        for name in _on(measurements, names, body, ACCELERATION):
-            values = _filtered(measurements, name, good, time, corner)
+        for name in usable.on(body, ACCELERATION):
+            values = usable.filtered(name)
             ahead, _, above = data_sheet(measurements.about, name).position
             rows.append(
                 (name, values + above * spin, SensorPlacement(body, False, ahead), _variance(measurements, name, error))
             )
-        for name in _on(measurements, names, body, YAW) if body != "body" else []:
-            values = _filtered(measurements, name, good, time, corner)
+        for name in usable.on(body, YAW) if body != "body" else []:
+            values = usable.filtered(name)
             rows.append((name, values, SensorPlacement(body, True, 0.0), _variance(measurements, name, RATE_ERROR)))
     kept, samples, placements, variances = zip(*rows, strict=True)
     stacked = np.ascontiguousarray(np.stack(samples, axis=1))
-    return LateralRecord(time, speed, tuple(kept), tuple(placements), stacked, np.array(variances), inputs)
+    return LateralRecord(
+        time, speed, tuple(kept), tuple(placements), stacked, np.array(variances), inputs, place, corner
+    )
+
+
+@dataclass(frozen=True)
+class Usable:
+    """Channels of a bogie that can be used.
+
+    Attributes
+    ----------
+    good : their samples that may be believed. time : of the grid, s, (n,). corner : of the high-pass, Hz.
+    """
+
+    measurements: Measurements
+    good: Good
+    place: BogiePlace
+    time: np.ndarray
+    corner: float
+
+    def on(self, body: str, quantity: str) -> list[str]:
+        """Channels on one of the filter's bodies."""
+        return [name for name in self.place.channels(self.measurements, body, quantity) if name in self.good]
+
+    def filtered(self, name: str, integrate: bool = False) -> np.ndarray:
+        """On the grid and high-passed; what is lost is bridged for the high-pass and is NaN after it."""
+        values = _resampled(self.measurements, name, self.good, self.time)
+        there = np.isfinite(values)
+        if not there.any():
+            return values
+        bridged = np.interp(self.time, self.time[there], values[there])
+        return np.where(there, high_pass(bridged, self.corner, integrate), np.nan)
 
 
 def high_pass(values: np.ndarray, corner: float, integrate: bool = False, rate: float = RATE) -> np.ndarray:
@@ -138,7 +186,13 @@ def high_pass(values: np.ndarray, corner: float, integrate: bool = False, rate: 
     return np.asarray(lfilter(b, a, values - values[0]))
 
 
-def _grid(measurements: Measurements, names: Sequence[str]) -> np.ndarray:
+def grid(measurements: Measurements, names: Sequence[str]) -> np.ndarray:
+    """Times of 256 Hz that all of these channels have in common, s.
+
+    Raises
+    ------
+    InputError : they are less than two seconds.
+    """
     start = max(float(measurements.time(name)[0]) for name in names if len(measurements.time(name)))
     end = min(float(measurements.time(name)[-1]) for name in names if len(measurements.time(name)))
     if not end - start >= 2.0:
@@ -167,35 +221,16 @@ def _resampled(measurements: Measurements, name: str, good: Good, time: np.ndarr
     return np.where(lost, np.nan, resampled)
 
 
-def _filtered(
-    measurements: Measurements, name: str, good: Good, time: np.ndarray, corner: float, integrate: bool = False
-) -> np.ndarray:
-    """On the grid and high-passed; what is lost is bridged for the high-pass and is NaN after it."""
-    values = _resampled(measurements, name, good, time)
-    there = np.isfinite(values)
-    if not there.any():
-        return values
-    bridged = np.interp(time, time[there], values[there])
-    return np.where(there, high_pass(bridged, corner, integrate), np.nan)
-
-
-def _rolls(
-    measurements: Measurements,
-    names: Sequence[str],
-    bodies: Sequence[str],
-    good: Good,
-    time: np.ndarray,
-    corner: float,
-) -> tuple[np.ndarray, dict[str, bool]]:
+def _rolls(usable: Usable, bodies: Sequence[str]) -> tuple[np.ndarray, dict[str, bool]]:
     """Rolls and roll rates of all bodies (n, 8), where a body's own is lost the bogie's, and who has a gyro at all."""
-    rolls = np.zeros((len(time), 2 * len(ROLL_BODIES)))
+    count = len(usable.time)
+    rolls = np.zeros((count, 2 * len(ROLL_BODIES)))
     known = {}
-    spare = np.zeros((len(time), 2))
+    spare = np.zeros((count, 2))
     for body in sorted(ROLL_BODIES, key=lambda one: one != "bogie"):
-        own = _on(measurements, names, body, ROLL) if body in bodies else []
-        values = np.full((len(time), 2), np.nan)
-        for name in own:
-            pair = [_filtered(measurements, name, good, time, corner, integrate) for integrate in (True, False)]
+        values = np.full((count, 2), np.nan)
+        for name in usable.on(body, ROLL) if body in bodies else []:
+            pair = [usable.filtered(name, integrate) for integrate in (True, False)]
             values = np.where(np.isfinite(values), values, np.stack(pair, axis=1))
         known[body] = bool(np.isfinite(values).any())
         values = np.where(np.isfinite(values), values, spare if body != "bogie" else 0.0)
@@ -203,10 +238,6 @@ def _rolls(
         column = ROLL_BODIES.index(body)
         rolls[:, column], rolls[:, len(ROLL_BODIES) + column] = values[:, 0], values[:, 1]
     return rolls, known
-
-
-def _on(measurements: Measurements, names: Sequence[str], body: str, quantity: str) -> list[str]:
-    return [name for name in channels_on(measurements, body, quantity) if name in names]
 
 
 def _variance(measurements: Measurements, name: str, error: float) -> float:

@@ -5,10 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from estimators.adhesion.channels import used_channels
+from estimators.adhesion.bogie_place import BogiePlace, places
+from estimators.adhesion.channels import WHEELSETS, LateralRecord, grid, has_all, read, used_channels
 from estimators.adhesion.classifier import vehicles
 from estimators.adhesion.creep_forces import Forces, find_forces
-from estimators.adhesion.creep_model import ROLL_BODIES, Shaping
+from estimators.adhesion.creep_model import ROLL_BODIES, Shaping, parameters
 from estimators.interface import Estimator
 from estimators.signals.channel_health import Health, channel_health
 from estimators.speed.odometry import SpeedSource, has_speed
@@ -49,13 +50,37 @@ class CreepForceEstimator(Estimator, frozen=True):
         """Whether the recording has every channel, and a speed."""
         return super().fits(measurements) and has_speed(measurements, self.speed_source)
 
-    def forces(self, measurements: Measurements, health: Health, bodies: tuple[str, ...] = ROLL_BODIES) -> Forces:
-        """The filter over the recording with the sensors of these bodies."""
-        return find_forces(measurements, bodies, health.good, self.corner, self.speed_source, self.shaping)
+    def forces(
+        self,
+        measurements: Measurements,
+        health: Health,
+        bodies: tuple[str, ...] = ROLL_BODIES,
+        place: BogiePlace | None = None,
+    ) -> Forces:
+        """The filter over the recording of one bogie with the sensors of these bodies; the leading bogie where None."""
+        record = self.record(measurements, health, bodies, place or places(measurements.vehicle)[0])
+        return find_forces(record, parameters(measurements.vehicle), self.shaping)
+
+    def record(
+        self, measurements: Measurements, health: Health, bodies: tuple[str, ...], place: BogiePlace
+    ) -> LateralRecord:
+        """What the filter takes of one bogie, on the same times for every bogie."""
+        used = [name for one in self.bogies(measurements, health) for name in used_channels(measurements, bodies, one)]
+        time = grid(measurements, [name for name in used if name in health.good])
+        return read(measurements, bodies, health.good, self.corner, self.speed_source, place, time)
+
+    def bogies(self, measurements: Measurements, health: Health) -> list[BogiePlace]:
+        """The leading bogie, and others whose wheelsets bear all sensors: their forces would be known by sums only."""
+        own = ("bogie", *WHEELSETS)
+        leading, *others = places(measurements.vehicle)
+        return [leading, *(place for place in others if has_all(measurements, health.good, own, place))]
 
     def health(self, measurements: Measurements) -> Health:
         """Judgement of every channel that the filter can use."""
-        return channel_health(measurements, used_channels(measurements, ROLL_BODIES))
+        names = [
+            name for place in places(measurements.vehicle) for name in used_channels(measurements, ROLL_BODIES, place)
+        ]
+        return channel_health(measurements, dict.fromkeys(names))
 
 
 class CalibratedEstimator(CreepForceEstimator, frozen=True):

@@ -6,22 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from estimators.adhesion.channels import RATE, WHEELSETS, Good, LateralRecord, read
+from estimators.adhesion.channels import RATE, WHEELSETS, LateralRecord
 from estimators.adhesion.creep_model import (
     BODIES,
     COUNT,
     FORCES,
     ROLL_BODIES,
-    STATES,
+    SECONDARY,
     Floating,
     Shaping,
     floating,
-    parameters,
 )
 from estimators.filters.dropout_filter import run_filter, shifted
-from estimators.speed.odometry import SpeedSource
+from estimators.filters.dropout_smoother import smooth
 from estimators.vehicle.plan_view import COORDINATES
-from railsim.measurements import Measurements
 
 FORCE_NAMES = tuple(
     f"{wheelset}.{quantity}"
@@ -68,22 +66,14 @@ class Forces:
         return np.asarray(np.isfinite(self.record.samples[:, columns]).all(axis=1))
 
 
-def find_forces(
-    measurements: Measurements, bodies: Sequence[str], good: Good, corner: float, source: SpeedSource, shaping: Shaping
-) -> Forces:
-    """Run the filter over a recording.
+def find_forces(record: LateralRecord, p: dict[str, float], shaping: Shaping) -> Forces:
+    """Run the filter over the record of one bogie.
 
     Parameters
     ----------
-    bodies : whose sensors are used. good : samples that may be believed, by channel. corner : of the high-pass, Hz.
-
-    Raises
-    ------
-    InputError : a vehicle parameter, a channel or the speed is missing.
+    p : parameters of the half vehicle.
     """
-    p = parameters(measurements.vehicle)
     model = floating(p, RATE, shaping)
-    record = read(measurements, bodies, good, corner, source)
     H, D = record.observation(model)
     filtered, spread = run_filter(
         np.ascontiguousarray(model.A),
@@ -92,7 +82,7 @@ def find_forces(
         H,
         D,
         record.R,
-        np.zeros(STATES),
+        np.zeros(len(model.A)),
         model.start.copy(),
         shifted(record.inputs),
         record.inputs,
@@ -102,9 +92,29 @@ def find_forces(
     return Forces(record, *_signals(filtered, spread, record, model, p), p)
 
 
+def smoothed_forces(record: LateralRecord, p: dict[str, float], shaping: Shaping) -> Forces:
+    """As `find_forces`, each sample by what follows it as well.
+
+    An unknown force that cannot be told from one of `SIGNALS` stays in it, and in its stated deviation.
+    """
+    model = floating(p, RATE, shaping)
+    H, D = record.observation(model)
+    rows, whole = _rows(model), [(one.within, one.std) for one in shaping.others]
+    for state, (signal, _) in enumerate(whole, SECONDARY + 1):
+        if signal is not None:
+            rows[signal, state] = 1.0
+    values, spread = smooth(
+        model.A, model.Q, model.B, H, D, record.R, model.start, record.inputs, record.samples, rows, RATE
+    )
+    for signal, std in whole:
+        if signal is not None:
+            spread[:, signal] = np.hypot(spread[:, signal], std)
+    return Forces(record, *_signals(values, spread, record, model, p), p)
+
+
 def _rows(model: Floating) -> np.ndarray:
     """States or rows behind `SIGNALS`, in between the lateral rate and the yaw of each wheelset."""
-    rows = np.zeros((13, STATES))
+    rows = np.zeros((13, len(model.A)))
     rows[:4, FORCES] = np.eye(4)
     for number, wheelset in enumerate(WHEELSETS):
         y, yaw = BODIES[wheelset]
@@ -148,11 +158,13 @@ def spectra(signals: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def force_spectra(forces: Forces, length: int = 1024, highest: float = 15.0) -> dict[str, Any]:
-    """One-sided densities of the estimated forces where they are all known, as plain lists by name."""
+    """One-sided densities of a bogie's estimated forces where they are all known, as plain lists by name."""
     good = np.isfinite(forces.signals[:, :4]).all(axis=1)
     if good.sum() < length:
         return {}
     frequency, density = spectra(forces.signals[good][:, :4], length)
     kept = frequency <= highest
-    by_name = {name: np.real(density[kept, i, i]).tolist() for i, name in enumerate(FORCE_NAMES)}
+    by_name = {
+        forces.record.place.column(name): np.real(density[kept, i, i]).tolist() for i, name in enumerate(FORCE_NAMES)
+    }
     return {"frequency [Hz]": frequency[kept].tolist()} | by_name

@@ -6,6 +6,8 @@ the wheelsets, and an error S of the secondary suspension's lateral force, each 
 
     q' = v - q / T,   M v' = -C v - K q + E f + e S + roll terms,   f' = -f / t + w
 
+The shaping may add other unknown forces (`estimators.adhesion.force_budget`), each a state more.
+
 T, a leak much longer than the motions that matter, keeps the place of the whole vehicle, which nothing measures, from
 growing without bound. Rolls are known inputs: measured roll rates, integrated. A roll tilts an accelerometer, so that
 it shows y'' + g roll, and moves the ends of the springs sideways, which do not stand at the bodies' centres.
@@ -14,7 +16,7 @@ Forces are along the axle (the tilted frame), so that a load that leans with the
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +30,6 @@ from railsim.constants import GRAVITY
 COUNT = len(COORDINATES)
 FORCES = slice(2 * COUNT, 2 * COUNT + 4)
 SECONDARY = 2 * COUNT + 4
-STATES = 2 * COUNT + 5
 HEIGHTS = ("bogie_height", "body_height", "secondary_height")
 ROLL_BODIES = ("wheelset1", "wheelset2", "bogie", "body")
 BODIES: Mapping[str, tuple[int, int | None]] = {
@@ -52,6 +53,22 @@ class Shaping:
     time: float = 0.1  # s, of force and moment
     secondary_time: float = 0.5  # s
     leak: float = 5.0  # s
+    others: "tuple[UnknownForce, ...]" = ()
+
+
+class UnknownForce(NamedTuple):
+    """A force that the nominal vehicle does not give, as first-order noise.
+
+    Attributes
+    ----------
+    direction : generalised forces by one newton or newton metre of it, (7,). std : N or N m. time : correlation, s.
+    within : which of F1, M1, F2, M2 it acts beside and cannot be told from; None where what moves tells.
+    """
+
+    direction: np.ndarray
+    std: float
+    time: float
+    within: int | None = None
 
 
 @dataclass(frozen=True)
@@ -60,11 +77,12 @@ class Floating:
 
     Attributes
     ----------
-    A : transition, (19, 19). Q : covariance of a step, (19, 19).
-    B : of the inputs (rolls of `ROLL_BODIES`, then their rates) held over a step, (19, 8).
-    acceleration : rows of v' for the states, (7, 19); acceleration_input : the same for the inputs, (7, 8), without
+    A : transition, (states, states); 19 states, and one for each of the shaping's `others`.
+    Q : covariance of a step, (states, states).
+    B : of the inputs (rolls of `ROLL_BODIES`, then their rates) held over a step, (states, 8).
+    acceleration : rows of v' for the states, (7, states); acceleration_input : the same for the inputs, (7, 8), without
         gravity's share, as an accelerometer shows it.
-    start : covariance at the start, (19, 19).
+    start : covariance at the start, (states, states).
     """
 
     A: np.ndarray
@@ -89,25 +107,40 @@ def floating(p: Mapping[str, float], rate: float, shaping: Shaping) -> Floating:
     """The model for samples at `rate` Hz."""
     free = suspended(p)
     inverse = np.linalg.inv(free.mass)
-    acceleration = np.zeros((COUNT, STATES))
+    unknown = _unknown_forces(shaping)
+    states = 2 * COUNT + len(unknown)
+    acceleration = np.zeros((COUNT, states))
     acceleration[:, :COUNT] = -inverse @ free.stiffness
     acceleration[:, COUNT : 2 * COUNT] = -inverse @ free.damping
-    acceleration[:, FORCES] = inverse[:, ON_WHEELSETS]
-    acceleration[:, SECONDARY] = inverse @ SECONDARY_FORCE
+    acceleration[:, 2 * COUNT :] = inverse @ np.stack([one.direction for one in unknown], axis=1)
     by_roll = inverse @ roll_forces(free)
-    continuous = np.zeros((STATES, STATES))
+    continuous = np.zeros((states, states))
     continuous[:COUNT, COUNT : 2 * COUNT] = np.eye(COUNT)
     continuous[:COUNT, :COUNT] = -np.eye(COUNT) / shaping.leak
     continuous[COUNT : 2 * COUNT] = acceleration
     continuous[COUNT : 2 * COUNT, COUNT : 2 * COUNT] -= np.eye(COUNT) / shaping.leak
-    continuous[FORCES, FORCES] = -np.eye(4) / shaping.time
-    continuous[SECONDARY, SECONDARY] = -1.0 / shaping.secondary_time
-    inputs = np.zeros((STATES, 2 * len(ROLL_BODIES)))
+    drive = np.zeros((states, states))
+    for state, one in enumerate(unknown, 2 * COUNT):
+        continuous[state, state] = -1.0 / one.time
+        drive[state, state] = 2.0 / one.time * one.std**2
+    inputs = np.zeros((states, 2 * len(ROLL_BODIES)))
     inputs[COUNT : 2 * COUNT] = by_roll
     for column, name in enumerate(ROLL_BODIES):
         inputs[COUNT + BODIES[name][0], column] -= GRAVITY
-    A, Q = van_loan(continuous, np.diag(_intensity(shaping)), 1.0 / rate)
-    return Floating(A, Q, held_inputs(continuous, inputs, 1.0 / rate), acceleration, by_roll, _start(shaping))
+    A, Q = van_loan(continuous, drive, 1.0 / rate)
+    start = np.array([0.005] * COUNT + [0.05] * COUNT + [one.std for one in unknown])
+    return Floating(A, Q, held_inputs(continuous, inputs, 1.0 / rate), acceleration, by_roll, np.diag(start**2))
+
+
+def _unknown_forces(shaping: Shaping) -> list[UnknownForce]:
+    """F1, M1, F2, M2, S and the shaping's others, in the order of the states."""
+    sizes = [shaping.force, shaping.moment] * 2
+    rails = [
+        UnknownForce(np.eye(COUNT)[coordinate], size, shaping.time)
+        for coordinate, size in zip(ON_WHEELSETS, sizes, strict=True)
+    ]
+    secondary = UnknownForce(SECONDARY_FORCE, shaping.secondary, shaping.secondary_time)
+    return [*rails, secondary, *shaping.others]
 
 
 def suspended(p: Mapping[str, float]) -> Reduced:
@@ -120,20 +153,3 @@ def suspended(p: Mapping[str, float]) -> Reduced:
 def roll_forces(free: Reduced) -> np.ndarray:
     """Generalised forces (7, 8) by the rolls and roll rates of `ROLL_BODIES`: springs that do not stand at centres."""
     return -np.hstack([free.input_stiffness, free.input_damping])
-
-
-def _intensity(shaping: Shaping) -> np.ndarray:
-    """Density of the noise that drives the states, diagonal."""
-    drive = np.zeros(STATES)
-    drive[FORCES] = 2.0 / shaping.time * np.array([shaping.force, shaping.moment] * 2) ** 2
-    drive[SECONDARY] = 2.0 / shaping.secondary_time * shaping.secondary**2
-    return drive
-
-
-def _start(shaping: Shaping) -> np.ndarray:
-    spread = np.zeros(STATES)
-    spread[:COUNT] = 0.005  # m, rad: within the flange clearance
-    spread[COUNT : 2 * COUNT] = 0.05  # m/s, rad/s
-    spread[FORCES] = [shaping.force, shaping.moment] * 2
-    spread[SECONDARY] = shaping.secondary
-    return np.diag(spread**2)

@@ -18,6 +18,7 @@ from estimators.adhesion.classifier import FILE, LEVELS, softmax, terms
 from estimators.adhesion.creep_force_estimator import SETTLE
 from estimators.adhesion.creep_forces import RATE
 from estimators.adhesion.features import SETS, features, windows
+from estimators.vehicle.lateral_frequency import is_whole
 from experiments.runs.adhesion import CLEAR, recording, sensors
 from railsim import load_scenario
 from railsim.analysis.statistics import root_mean_square
@@ -45,6 +46,15 @@ SPREAD = {
     "primary_lateral_stiffness": (0.85, 1.15),
 }
 """Range of the factors of parameters in the runs with vehicles off their nominal parameters (illustrative)."""
+WHOLE_SPREAD = {
+    "secondary_lateral_damping": (0.0, 1.1),
+    "yaw_damper_damping": (0.0, 1.1),
+    "primary_longitudinal_stiffness": (0.85, 1.15),
+    "primary_lateral_stiffness": (0.85, 1.15),
+}
+"""The same of whole vehicles: dampers may be gone, and what changes the mass is the payload."""
+PAYLOADS = (0.0, 0.4)  # over the body's mass
+WORN = 0.5  # share of them with S1002 wheels on 60E1 rails, whose conicity changes with the shift
 CONICITIES = (0.07, 0.22)  # of these vehicles' wheels; new to worn (illustrative)
 LEFT = 2  # tracks that are left out at a time
 
@@ -122,12 +132,13 @@ def scenarios() -> dict[str, Any]:
 def collect(vehicle: str) -> dict[tuple[str, float], Windows]:
     """Features of every window of every run, by set of sensors and length of the window."""
     rows: dict[tuple[str, float], list[tuple[np.ndarray, float, int, int]]] = {}
+    apart = _apart(vehicle)
     for number, speed, level, seed, path, varied in _runs():
         settings = {"vehicle": {"name": vehicle, "adhesion": LEVELS[level]}, "track": str(path)}
         unknown = _unknown(vehicle, seed) if varied else {}
-        settings |= {"start": CLEAR} if varied else {}
-        measurements = recording(settings, speed, DURATION, sensors(TRACKS[number].grade), seed, unknown)
-        for kind, signals in signal_sets(measurements).items():
+        settings |= {"start": CLEAR - (apart or 0.0)} if varied else {}  # the leading wheels too on even track
+        measurements = recording(settings, speed, DURATION, sensors(TRACKS[number].grade, apart=apart), seed, unknown)
+        for kind, signals in signal_sets(measurements):
             for window, hop in HOPS.items():
                 rows.setdefault((kind, window), []).extend(
                     (features(signals[place], kind, window), speed, level, number)
@@ -136,12 +147,22 @@ def collect(vehicle: str) -> dict[tuple[str, float], Windows]:
     return {key: Windows(*(np.array(column) for column in zip(*found, strict=True))) for key, found in rows.items()}
 
 
-def signal_sets(measurements: Any) -> dict[str, np.ndarray]:
-    """Settled signals of the filter with each set of sensors."""
+def signal_sets(measurements: Any) -> list[tuple[str, np.ndarray]]:
+    """Settled signals of the filter with each set of sensors, of every bogie."""
     estimator = AdhesionCreepForces()
     health = estimator.health(measurements)
     skipped = round(SETTLE * RATE)
-    return {kind: estimator.forces(measurements, health, bodies).signals[skipped:] for kind, bodies in SETS.items()}
+    return [
+        (kind, estimator.forces(measurements, health, bodies, place).signals[skipped:])
+        for place in estimator.bogies(measurements, health)
+        for kind, bodies in SETS.items()
+    ]
+
+
+def _apart(vehicle: str) -> float | None:
+    """Distance of the bogies from the body's centre, m; None of half a vehicle."""
+    nominal = load_scenario("smooth", {"vehicle": vehicle}).vehicle.nominal()
+    return float(nominal["semi_bogie_spacing"]) if is_whole(nominal) else None
 
 
 def _runs() -> Iterator[tuple[int, float, int, int, Path, bool]]:
@@ -161,8 +182,14 @@ def _runs() -> Iterator[tuple[int, float, int, int, Path, bool]]:
 def _unknown(vehicle: str, seed: int) -> dict[str, Any]:
     """Parameters of a vehicle as it really is, which the recording does not know."""
     rng = np.random.default_rng(seed)
-    nominal = load_scenario("smooth", {"vehicle": vehicle}).vehicle.nominal()
-    found: dict[str, Any] = {name: nominal[name] * rng.uniform(*bounds) for name, bounds in SPREAD.items()}
+    kind: Any = load_scenario("smooth", {"vehicle": vehicle}).vehicle
+    whole = is_whole(kind.nominal())
+    spread = WHOLE_SPREAD if whole else SPREAD
+    found: dict[str, Any] = {name: getattr(kind, name) * rng.uniform(*bounds) for name, bounds in spread.items()}
+    if whole:
+        found["payload"] = {"mass": float(kind.body_mass * rng.uniform(*PAYLOADS))}
+        if rng.uniform() < WORN:
+            return found | {"pair": {"kind": "profiles", "wheel": "s1002", "rail": "uic60_40"}}
     return found | {"pair": {"kind": "smooth", "conicity": float(rng.uniform(*CONICITIES))}}
 
 

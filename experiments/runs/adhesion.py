@@ -19,13 +19,25 @@ START = 25.0  # m
 CLEAR = 20.0  # m, start of runs with vehicles off their nominal parameters: all wheels on even track
 
 
-def sensors(grade: str = "mems", wheelsets: bool = True) -> list[dict[str, Any]]:
-    """Lateral accelerometers, yaw and roll gyros on wheelsets, bogie and body; tachometer, its wheel worn by 0.5 %."""
+def sensors(grade: str = "mems", wheelsets: bool = True, apart: float | None = None) -> list[dict[str, Any]]:
+    """Lateral accelerometers, yaw and roll gyros on wheelsets, bogie and body; tachometer, its wheel worn by 0.5 %.
+
+    `apart` : of a whole vehicle, distance of the bogies from the body's centre, m; both bogies bear sensors then, and
+    the body above each.
+    """
     suite: list[dict[str, Any]] = []
-    for body in ("wheelset1", "wheelset2", "bogie", "body") if wheelsets else ("bogie", "body"):
-        shared = {"name": body, "body": body, "rate": 256}
+    if apart is None:
+        bodies = [(body, body, 0.0) for body in ("wheelset1", "wheelset2", "bogie", "body")]
+    else:
+        bodies = [(body, body, 0.0) for body in (*(f"wheelset{number}" for number in range(1, 5)), "bogie", "bogie2")]
+        bodies += [("body", "body", apart), ("body_rear", "body", -apart)]
+    for name, body, ahead in bodies:
+        if not wheelsets and body.startswith("wheelset"):
+            continue
+        shared: dict[str, Any] = {"name": name, "body": body, "rate": 256}
         errors = AXLEBOX if body.startswith("wheelset") else grade
-        suite.append({"kind": "accelerometer", "axes": ["y"], "errors": errors, **shared})
+        place = {"position": [ahead, 0.0, 0.0]} if ahead else {}
+        suite.append({"kind": "accelerometer", "axes": ["y"], "errors": errors, **shared, **place})
         suite.append(
             {"kind": "gyro", "axes": ["roll"] if body == "body" else ["roll", "yaw"], "errors": grade, **shared}
         )

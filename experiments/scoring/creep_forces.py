@@ -12,6 +12,8 @@ from railsim.analysis.statistics import root_mean_square
 from railsim.truth import TIME, Truth
 
 SIDES = ("left", "right")
+NUMBERS = (1, 2, 3, 4)
+"""Wheelsets that an estimate may have columns of; it must have the first two."""
 FORCE, MOMENT = "lateral_creep_force [N]", "creep_yaw_moment [N m]"
 
 
@@ -22,7 +24,7 @@ OF_LOAD = 0.01
 def _checks() -> tuple[Check, ...]:
     source = "illustrative: 1 % of a wheelset's load; levels of adhesion lie 4 to 30 % of it apart"
     checks = []
-    for name in ("wheelset1", "wheelset2"):
+    for name in (f"wheelset{number}" for number in NUMBERS):
         for what in ("lateral force", "yaw moment"):
             label = f"{name} {what}"
             checks.append(
@@ -32,7 +34,7 @@ def _checks() -> tuple[Check, ...]:
                     OF_LOAD,
                     source,
                     f"{label} within 2 std [-]",
-                    "valid share [-]",
+                    f"{name} valid share [-]",
                 )
             )
     return tuple(checks)
@@ -57,15 +59,17 @@ class CreepForceScorer(Scorer):
         """
         series = estimate.series
         valid = series["valid [-]"].to_numpy(float) > 0.5
+        numbers = [number for number in NUMBERS if f"wheelset{number}.{FORCE}" in series.columns]
+        share = float(np.mean(valid))
+        scores = {"valid share [-]": share} | {f"wheelset{number} valid share [-]": share for number in numbers}
         if not valid.any():
-            return {"valid share [-]": 0.0}
+            return scores
         time = series[TIME].to_numpy(float)[valid]
         corner = stated(estimate, "settings", "corner")
-        scores = {"valid share [-]": float(np.mean(valid))}
         vehicle = truth.about["vehicle"]
         load = 2.0 * vehicle.get("design_wheel_load [N]", np.nan)
         lever = vehicle["half_gauge [m]"]
-        for number in (1, 2):
+        for number in numbers:
             true = {key: _as_seen(values, truth, time, corner) for key, values in true_forces(truth, number).items()}
             name = f"wheelset{number}"
             force = series[f"{name}.{FORCE}"].to_numpy(float)[valid]
