@@ -153,7 +153,7 @@ def test_the_page_tells_every_allowance() -> None:
     for scorer in scorers().values():
         for check in scorer.checks:
             name, _, band = check.quantity.partition(" D")
-            for part in ("left ", "right ", "wheelset1 ", "wheelset2 "):
+            for part in ("left ", "right ", *(f"wheelset{number} " for number in range(1, 5))):
                 name = name.removeprefix(part)
             row = next((line for line in rows if name in line), "")
             number = f"{check.allowance:.2g}" if check.allowance else "none"
