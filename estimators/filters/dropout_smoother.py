@@ -32,7 +32,8 @@ def smooth(A, Q, B, H, D, R, start, inputs, samples, rows, rate):
     ----------
     A, Q : transition and covariance of a step, (n, n). B : of the inputs, (n, m).
     H : (c, n), D : (c, m), R : (c,): what the channels show of states and inputs, and their variances.
-    start : covariance one step before the first, (n, n), where there is no settled one. inputs : (steps, m). samples : NaN where left out, (steps, c).
+    start : covariance one step before the first, (n, n), where there is no settled one.
+    inputs : (steps, m). samples : NaN where left out, (steps, c).
     rows : combinations of the states that are wanted, (r, n). rate : Hz.
 
     Returns
