@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from railsim.errors import InputError
+from railsim.stamps import usual_step
 
 TIME = "time [s]"
 _NAME = re.compile(r"\S.* \[[^\[\]]+\]")
@@ -160,7 +161,11 @@ def _check_time(time: np.ndarray, rate: float) -> None:
     if time.size > 1:
         real = 1.0 / float(np.median(np.diff(time)))
         if abs(real / rate - 1) > _RATE_TOLERANCE:
-            raise InputError(f"times stated as {rate:g} Hz follow each other at {real:.6g} Hz; correct the rate")
+            found = usual_step(time)  # stamps may be rounded, which moves their median
+            if not found.fits(1.0 / rate, _RATE_TOLERANCE):
+                raise InputError(
+                    f"times stated as {rate:.10g} Hz follow each other at {1 / found.size:.10g} Hz; correct the rate"
+                )
 
 
 def _check_track(track: pd.DataFrame) -> None:

@@ -21,14 +21,16 @@ def wanted_unit(name: str) -> str:
     return match[1]
 
 
-def numbers(column: Column, table: Table, lost: tuple[float | str, ...] = ()) -> np.ndarray:
-    """The column's numbers with NaN for lost ones, shape (n,), a copy.
+def numbers(
+    column: Column, table: Table, lost: tuple[float | str, ...] = (), where: str = "of the channel"
+) -> np.ndarray:
+    """The column's numbers with NaN for lost ones, shape (n,), a copy; `where` says whose key `lost` is.
 
     Raises
     ------
     InputError : a cell is no number; the line gives its row.
     """
-    values = _from_texts(column, table, lost) if isinstance(column.values, list) else column.values.copy()
+    values = _from_texts(column, table, lost, where) if isinstance(column.values, list) else column.values.copy()
     for marker in lost:
         if not isinstance(marker, str):
             values[values == marker] = np.nan
@@ -83,7 +85,7 @@ def from_pulses(
     impossible = speed * (radius or 0.46) > pulses.fastest
     speed[impossible | ~(steps > 0)] = np.nan
     if impossible.any():
-        where = table.first_row + int(impossible.argmax())
+        where = table.line(int(impossible.argmax()))
         notes.repair(
             f"{name}: {int(impossible.sum())} counts stand for more than {pulses.fastest:g} m/s (the first in row "
             f"{where}); lost, as after a reset of the counter"
@@ -133,7 +135,7 @@ def _same(first: Unit, second: Unit) -> bool:
     return first.dimension == second.dimension and alike and first.offset == second.offset
 
 
-def _from_texts(column: Column, table: Table, lost: tuple[float | str, ...]) -> np.ndarray:
+def _from_texts(column: Column, table: Table, lost: tuple[float | str, ...], where: str) -> np.ndarray:
     texts = column.values
     markers = {"", *(str(marker) for marker in lost)}
     row, cell = column.fault or (0, texts[0] if len(texts) else "")
@@ -149,7 +151,7 @@ def _from_texts(column: Column, table: Table, lost: tuple[float | str, ...]) -> 
             return values
     shown = str(cell)[:40]
     raise InputError(
-        f"column '{column.name}' row {table.first_row + row} holds '{shown}', no number; mend it, or add it to 'lost'"
+        f"column '{column.name}' row {table.line(row)} holds '{shown}', no number; mend it, or add it to 'lost' {where}"
     )
 
 

@@ -1,16 +1,18 @@
 """Time bases: whatever a logger calls time, as seconds."""
 
-import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
 from railsim.errors import InputError
 from railsim.field.channels import numbers
-from railsim.field.map import Counter, Gps, Iso, Own, Rows, Seconds, TableMap
+from railsim.field.map import TableMap
+from railsim.field.moments import DAY, SECOND, read_moments
 from railsim.field.tables import Column, Notes, Table
+from railsim.field.time_bases import Counter, Epoch, Gps, Iso, Own, Rows, Seconds
 from railsim.field.units import parse_unit
+from railsim.field.zones import instant, to_utc
 
 GPS_EPOCH = datetime(1980, 1, 6, tzinfo=UTC)
 """IS-GPS-200, 20.3.3.5.2.4."""
@@ -26,15 +28,6 @@ class Clock:
     start: datetime | None
 
 
-def columns_of(base: object) -> list[str]:
-    """Columns that a time base needs."""
-    if isinstance(base, Seconds | Iso | Counter):
-        return [base.column]
-    if isinstance(base, Gps):
-        return [base.seconds, *([base.week] if isinstance(base.week, str) else [])]
-    return []
-
-
 def read_clock(mapped: TableMap, table: Table, rows: int, notes: Notes) -> Clock:
     """Times of all `rows` as the map says; NaN where a row has none.
 
@@ -46,12 +39,13 @@ def read_clock(mapped: TableMap, table: Table, rows: int, notes: Notes) -> Clock
     if isinstance(base, Rows):
         assert mapped.rate is not None
         clock = Clock(np.arange(rows) / mapped.rate, None)
-        notes.assume(f"rows follow each other at {mapped.rate:g} Hz without a gap: the file has no time")
+        notes.assume(f"rows follow each other at {mapped.rate:.10g} Hz without a gap: the file has no time")
     elif isinstance(base, Own):
-        clock = _own(table, notes)
+        clock = _own(base, table, notes)
     elif isinstance(base, Seconds):
-        unit = parse_unit(base.unit)
-        clock = Clock(unit.to_si(numbers(table.columns[base.column], table)), None)
+        clock = _seconds(base, table, notes)
+    elif isinstance(base, Epoch):
+        clock = _epoch(base, table, notes)
     elif isinstance(base, Counter):
         clock = _counter(base, table, notes)
     elif isinstance(base, Gps):
@@ -59,27 +53,95 @@ def read_clock(mapped: TableMap, table: Table, rows: int, notes: Notes) -> Clock
     else:
         clock = _iso(base, table, notes)
     if mapped.time_offset:
-        notes.assume(f"times moved by {mapped.time_offset:g} s, as the map says")
+        notes.assume(f"times moved by {mapped.time_offset:.10g} s, as the map says")
         return Clock(clock.seconds + mapped.time_offset, clock.start)
     return clock
 
 
-def _own(table: Table, notes: Notes) -> Clock:
+def _own(base: Own, table: Table, notes: Notes) -> Clock:
     assert table.clock is not None
     since = f", which begins at {table.start}" if table.start else ""
-    notes.assume(f"times as the file's own axis has them{since}")
+    zone = f" in {base.zone}" if base.zone and table.local else ""
+    notes.assume(f"times as the file's own axis has them{since}{zone}")
+    return Clock(table.clock, _start(table, base.zone, notes) if table.start else None)
+
+
+def _start(table: Table, zone: str | None, notes: Notes) -> datetime:
+    """The instant at which the file's own time begins."""
+    assert table.start is not None
+    text = table.start.removesuffix("Z").removesuffix("+00:00")
     try:
-        start = _instant(table.start, "UTC") if table.start else None
+        nanoseconds = int(np.datetime64(text, "ns").astype(np.int64))
     except (ValueError, OverflowError):
-        raise InputError(f"the file's axis begins at '{table.start[:40] if table.start else ''}', no date") from None
-    return Clock(table.clock, start)
+        raise InputError(f"the file's axis begins at '{table.start[:40]}', no date") from None
+    if not table.local:
+        return instant(nanoseconds)
+    if zone is None:
+        notes.assume(
+            f"the file states its start in local time ({text}) and no zone: taken as UTC; 'zone: Europe/Berlin' in "
+            "'time' would say which it is"
+        )
+    return instant(int(to_utc(np.array([nanoseconds]), zone, "start of the file", notes)[0]))
+
+
+def _seconds(base: Seconds, table: Table, notes: Notes) -> Clock:
+    column = table.columns[base.column]
+    values = numbers(column, table, base.lost, "of 'time' and 'drop_untimed' to repair")
+    if column.duration:
+        notes.assume(f"column '{base.column}' holds durations, by its type in the file")
+        return Clock(values, None)
+    seconds = parse_unit(base.unit).to_si(values)
+    if looks_like_epoch(seconds):
+        notes.assume(
+            f"column '{base.column}' counts from 1970, by its size: 'kind: epoch' in place of 'seconds' would keep the "
+            "date"
+        )
+    return Clock(seconds, None)
+
+
+_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_RECENT = (6.3e8, 4.1e9)  # s since 1970: 1990 to 2100
+
+
+def looks_like_epoch(seconds: np.ndarray) -> bool:
+    """Whether elapsed times are those since 1970."""
+    middle = float(np.nanmedian(seconds)) if np.isfinite(seconds).any() else 0.0
+    return _RECENT[0] < middle < _RECENT[1]
+
+
+def _epoch(base: Epoch, table: Table, notes: Notes) -> Clock:
+    values = numbers(table.columns[base.column], table, base.lost, "of 'time' and 'drop_untimed' to repair")
+    good = np.isfinite(values)
+    if not good.any():
+        raise InputError(f"column '{base.column}' holds no time at all; name another")
+    middle = float(np.median(values[good]))
+    fitting = [unit for unit, factor in _UNITS.items() if _RECENT[0] < factor * middle < _RECENT[1]]
+    unit = base.unit or next(iter(fitting), None)
+    if unit is None or unit not in fitting:
+        raise InputError(
+            f"column '{base.column}' holds {middle:.10g}, no time since 1970 in {base.unit or 's, ms, us or ns'}; "
+            + (f"write 'unit: {fitting[0]}'" if fitting else "use a time of kind 'seconds'")
+        )
+    if base.unit is None:
+        notes.assume(f"column '{base.column}' counts {unit} since 1970 (UTC), by its size")
+    first = float(values[good][0])
+    nanoseconds = round(first * _UNITS[unit] * 1e6) * 1000 if unit != "ns" else int(first)
+    return Clock((values - first) * _UNITS[unit], instant(nanoseconds))
 
 
 def _counter(base: Counter, table: Table, notes: Notes) -> Clock:
-    count = numbers(table.columns[base.column], table)
+    count = numbers(table.columns[base.column], table, base.lost, "of 'time' and 'drop_untimed' to repair")
     good = np.flatnonzero(np.isfinite(count))
-    if good.size and (count[good].min() < 0 or count[good].max() >= base.modulus):
-        raise InputError(f"column '{base.column}' leaves 0 ... {base.modulus:g}; correct 'modulus'")
+    low, high = (float(count[good].min()), float(count[good].max())) if good.size else (0.0, 0.0)
+    least = base.minimum if base.minimum is not None else 0.0
+    if base.minimum is None and -base.modulus / 2 <= low < 0 and high < base.modulus / 2:
+        least = -base.modulus / 2
+        notes.assume(f"counter '{base.column}' is signed: {least:.10g} ... {least + base.modulus - 1:.10g}")
+    if low < least or high >= least + base.modulus:
+        raise InputError(
+            f"column '{base.column}' leaves {least:.10g} ... {least + base.modulus:.10g}: it holds {low:.10g} ... "
+            f"{high:.10g}; correct 'modulus' or 'minimum'"
+        )
     steps = np.diff(count[good])
     wraps = steps < -base.modulus / 2
     full = np.full(count.size, np.nan)
@@ -87,14 +149,16 @@ def _counter(base: Counter, table: Table, notes: Notes) -> Clock:
     full[good[1:]] += base.modulus * np.cumsum(wraps)
     longest = base.modulus / base.frequency
     notes.assume(
-        f"counter '{base.column}' wraps at {base.modulus:g} ({int(wraps.sum())} times here); it begins at 0 s; a gap "
-        f"of more than {longest:.4g} s cannot be seen"
+        f"counter '{base.column}' wraps at {base.modulus:.10g} ({int(wraps.sum())} times here); it begins at 0 s; a "
+        f"gap of more than {longest:.4g} s cannot be seen"
     )
     return Clock(full / base.frequency, None)
 
 
 def _gps(base: Gps, table: Table, notes: Notes) -> Clock:
-    seconds = parse_unit(base.unit).to_si(numbers(table.columns[base.seconds], table))
+    seconds = parse_unit(base.unit).to_si(
+        numbers(table.columns[base.seconds], table, base.lost, "of 'time' and 'drop_untimed' to repair")
+    )
     good = np.isfinite(seconds)
     if (np.abs(seconds[good] - WEEK / 2) > WEEK / 2).any():
         raise InputError(f"column '{base.seconds}' leaves a week (0 ... {WEEK:g} s); correct column or unit")
@@ -120,45 +184,72 @@ def _gps(base: Gps, table: Table, notes: Notes) -> Clock:
 
 
 def _iso(base: Iso, table: Table, notes: Notes) -> Clock:
-    column = table.columns[base.column]
-    if column.instants:
-        assert isinstance(column.values, np.ndarray) and table.start is not None
-        start = _instant(table.start, "UTC")
-        notes.assume(f"column '{base.column}' holds instants in UTC, as its type in the file says")
-        return Clock(column.values, start)
-    if not isinstance(column.values, list):
-        raise InputError(f"column '{base.column}' holds numbers, no dates; use a time of kind 'seconds' or 'gps'")
-    moments = [_moment(text, base, column, row + table.first_row) for row, text in enumerate(column.values)]
-    first = next((moment for moment in moments if moment is not None), None)
-    if first is None:
-        raise InputError(f"column '{base.column}' holds no instant at all; name another")
-    if base.zone is None and not all(_has_zone(text) for text in column.values if text.strip()):
-        notes.assume(f"times in '{base.column}' without a zone are UTC")
-    seconds = np.array([np.nan if m is None else (m - first).total_seconds() for m in moments])
-    return Clock(seconds, first)
+    columns = [table.columns[name] for name in base.column]
+    name = " ".join(base.column)
+    if len(columns) == 1 and columns[0].instants:
+        values = columns[0].values
+        assert isinstance(values, np.ndarray)
+        return Clock(values, _typed_start(base, name, table, notes))
+    if any(not isinstance(column.values, list) for column in columns):
+        raise InputError(
+            f"column '{name}' holds numbers, no dates; use a time of kind 'seconds', 'epoch' or 'gps', or state "
+            "'format'"
+        )
+    texts = _joined(columns)
+    found = read_moments(texts, base, name, table, notes)
+    good = ~found.lost
+    if not good.any():
+        raise InputError(f"column '{name}' holds no instant at all; name another")
+    if not found.dated:
+        return _time_of_day(found.nanoseconds, good, base, name, notes)
+    nanoseconds = found.nanoseconds - found.ahead
+    plain = good & ~found.zoned
+    if plain.any():
+        if base.zone is None:
+            notes.assume(f"times in '{name}' without a zone are UTC")
+        nanoseconds[plain] = to_utc(nanoseconds[plain], base.zone, f"column '{name}'", notes)
+    first = int(nanoseconds[good][0])
+    return Clock(np.where(good, (nanoseconds - first) * 1e-9, np.nan), instant(first))
 
 
-def _moment(text: str, base: Iso, column: Column, row: int) -> datetime | None:
-    if not text.strip():
-        return None
-    try:
-        return _instant(text.strip(), base.zone or "UTC")
-    except (ValueError, OverflowError):
-        cure = "write it as 2024-05-03T12:00:00.125"
-        raise InputError(f"column '{column.name}' row {row} holds '{text[:40]}', no ISO 8601 time; {cure}") from None
+def _typed_start(base: Iso, name: str, table: Table, notes: Notes) -> datetime:
+    """Start of a column whose type in the file is that of instants."""
+    if not table.local:
+        notes.assume(f"column '{name}' holds instants in UTC, as its type in the file says")
+        if base.zone is not None:
+            notes.assume(f"time.zone is not used: the file states the zone of '{name}'")
+        return _start(table, None, notes)
+    if base.zone is None:
+        notes.assume(f"column '{name}' holds instants without a zone: taken as UTC; 'zone' in 'time' would state it")
+        return _start(replace(table, local=False), None, notes)
+    notes.assume(f"column '{name}' holds instants without a zone: in {base.zone}, as the map says")
+    return _start(table, base.zone, notes)
 
 
-def _instant(text: str, zone: str) -> datetime:
-    """The instant in UTC; digits beyond microseconds are cut off."""
-    moment = datetime.fromisoformat(re.sub(r"([.,]\d{6})\d+", r"\1", text))
-    if moment.tzinfo is None:
-        ahead = "+00:00" if zone in ("UTC", "Z") else zone
-        moment = datetime.fromisoformat(f"{moment.isoformat()}{ahead}")
-    return moment.astimezone(UTC)
+def _joined(columns: list[Column]) -> list[str]:
+    """Texts of a column, or of a date and a time that stand in two."""
+    lists = [column.values for column in columns if isinstance(column.values, list)]
+    if len(lists) == 1:
+        return lists[0]
+    return [" ".join(cells) if all(cell.strip() for cell in cells) else "" for cells in zip(*lists, strict=True)]
 
 
-def _has_zone(text: str) -> bool:
-    return (
-        re.search(r"(Z|[+-]\d\d(:?\d\d)?)$", text.strip().partition("T")[2] or text.strip().partition(" ")[2])
-        is not None
-    )
+def _time_of_day(nanoseconds: np.ndarray, good: np.ndarray, base: Iso, name: str, notes: Notes) -> Clock:
+    """Times of day, on over midnight."""
+    of_day = nanoseconds[good]
+    days = np.concatenate([[0], np.cumsum(np.diff(of_day) < -DAY // 2)])
+    if days[-1]:
+        notes.assume(f"times of day in '{name}' pass midnight {int(days[-1])} times")
+    local = of_day + days * DAY
+    start = None
+    if base.date is not None:
+        local = local + int(np.datetime64(base.date, "ns").astype(np.int64))
+        if base.zone is None:
+            notes.assume(f"times in '{name}' without a zone are UTC")
+        local = to_utc(local, base.zone, f"column '{name}'", notes)
+        start = instant(int(local[0]))
+    else:
+        notes.assume(f"column '{name}' holds times of day and no date; 'date: 2024-05-03' in 'time' would state it")
+    seconds = np.full(nanoseconds.size, np.nan)
+    seconds[good] = (local - local[0]) / SECOND if start else local / SECOND
+    return Clock(seconds, start)

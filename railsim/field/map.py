@@ -1,22 +1,21 @@
 """The map: what a file's columns mean. Read from YAML and checked before the file is opened."""
 
-import re
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
 import pydantic
 
 from railsim.errors import InputError
+from railsim.field.time_bases import MAP, ColumnName, Rows, TimeBase
 from railsim.field.units import converter, parse_unit
 from railsim.settings import MOST_CHARACTERS, load_yaml
 from railsim.spec import Spec, quantity
 
-MAP = "map"
 ENCODINGS = (
     "utf-8", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1250", "cp1251", "cp1252", "iso8859-15", "gb18030",
     "gbk", "big5", "shift_jis", "euc-kr", "ascii",
 )  # fmt: skip
-Repair = Literal["sort", "drop_duplicates", "drop_untimed", "snap", "resample", "fill"]
+Repair = Literal["sort", "continue", "drop_duplicates", "spread", "drop_untimed", "snap", "resample", "fill"]
 
 
 class Csv(Spec, frozen=True):
@@ -37,70 +36,6 @@ class Csv(Spec, frozen=True):
         if value is not None and value.lower() not in ENCODINGS:
             raise ValueError(f"unknown encoding; known are {', '.join(ENCODINGS)}")
         return value.lower() if value else None
-
-
-class Seconds(Spec, frozen=True):
-    """A column of elapsed time."""
-
-    kind: Literal["seconds"]
-    column: str = quantity(unit="column", source=MAP)
-    unit: str = quantity("s", unit="unit of time", source=MAP)
-
-    @pydantic.field_validator("unit")
-    @classmethod
-    def _time(cls, value: str) -> str:
-        converter(value, "s", "unit")
-        return value
-
-
-class Iso(Spec, frozen=True):
-    """A column of ISO 8601 date and time, or of the file's own type for instants."""
-
-    kind: Literal["iso"]
-    column: str = quantity(unit="column", source=MAP)
-    zone: str | None = quantity(None, unit="offset from UTC of times without one, as +02:00", source=MAP)
-
-    @pydantic.field_validator("zone")
-    @classmethod
-    def _offset(cls, value: str | None) -> str | None:
-        if value is not None and not re.fullmatch(r"Z|UTC|[+-]\d\d:\d\d", value):
-            raise ValueError('write it as "+02:00", "-05:30" or "UTC", in quotes')
-        return value
-
-
-class Gps(Spec, frozen=True):
-    """GPS week and seconds of the week; `leap_seconds` is GPS minus UTC (18 s since 2017) and has to be stated."""
-
-    kind: Literal["gps"]
-    week: str | int = quantity(unit="column, or the number of the week", source=MAP)
-    seconds: str = quantity(unit="column of seconds of the week", source=MAP)
-    unit: str = quantity("s", unit="unit of time", source=MAP)
-    leap_seconds: int = quantity(unit="s, GPS minus UTC", source=MAP, ge=0, le=60)
-    rollovers: int = quantity(0, unit="times 1024 weeks to be added", source=MAP, ge=0, le=9)
-
-
-class Counter(Spec, frozen=True):
-    """A counter of clock ticks or samples that wraps around."""
-
-    kind: Literal["counter"]
-    column: str = quantity(unit="column", source=MAP)
-    frequency: float = quantity(unit="Hz, ticks a second", source=MAP, gt=0)
-    modulus: float = quantity(unit="ticks, value at which it begins again (65536 for 16 bits)", source=MAP, gt=1)
-
-
-class Rows(Spec, frozen=True):
-    """No column of time: the rows follow each other at the table's rate, which has to be stated."""
-
-    kind: Literal["rows"]
-
-
-class Own(Spec, frozen=True):
-    """The time axis that the format itself holds (MDF4 master channel, TDMS waveform)."""
-
-    kind: Literal["own"]
-
-
-TimeBase = Annotated[Seconds | Iso | Gps | Counter | Rows | Own, pydantic.Field(discriminator="kind")]
 
 
 class Pulses(Spec, frozen=True):
@@ -131,7 +66,7 @@ class Chord(Spec, frozen=True):
 class Channel(Spec, frozen=True):
     """One column: SI value = sign * unit(scale * value + offset)."""
 
-    column: str = quantity(unit="column", source=MAP)
+    column: ColumnName = quantity(unit="column", source=MAP)
     unit: str | None = quantity(None, unit="name of a unit; else the file's own", source=MAP)
     other_unit_in_file: bool = quantity(False, unit="whether the file's own unit is known to be wrong", source=MAP)
     sign: Literal[1, -1] = quantity(1, unit="-", source=MAP)
@@ -149,16 +84,34 @@ class Channel(Spec, frozen=True):
         return value
 
 
+class Selection(Spec, frozen=True):
+    """Rows of the file that belong to a table."""
+
+    keep: Literal["all", "filled", "changed"] = quantity(
+        "all", unit="filled: rows with a value; changed: rows with another value than the one before", source=MAP
+    )
+    where: dict[ColumnName, str | float] = quantity({}, unit="value by column that a row must hold", source=MAP)
+    first: int = quantity(1, unit="row of the table, counted from 1", source=MAP, ge=1)
+    last: int | None = quantity(None, unit="row of the table, counted from 1", source=MAP, ge=1)
+
+
 class TableMap(Spec, frozen=True):
     """Columns that are sampled together."""
 
+    file: str | None = quantity(None, unit="name of its file, beside the one that is named to the command", source=MAP)
+    csv: Csv | None = quantity(None, unit="how its file is written; else the map's csv", source=MAP)
     group: str | int | None = quantity(None, unit="name or number (from 0) of the file's group", source=MAP)
     time: TimeBase = quantity(unit="-", source=MAP)
     time_offset: float = quantity(0.0, unit="s, added to the times", source=MAP)
     rate: float | None = quantity(None, unit="Hz; else from the times", source=MAP, gt=0, le=1e6)
-    rows: Literal["all", "filled"] = quantity("all", unit="filled: rows without any value are left out", source=MAP)
+    rows: Selection = quantity(Selection(), unit="all, filled, changed, or keys of Selection", source=MAP)
     repair: tuple[Repair, ...] = quantity((), unit="-", source=MAP)
     channels: dict[str, Channel] = quantity(unit="by channel, <sensor>.<quantity> [unit]", source=MAP, min_length=1)
+
+    @pydantic.field_validator("rows", mode="before")
+    @classmethod
+    def _short(cls, value: Any) -> Any:
+        return {"keep": value} if isinstance(value, str) else value
 
     @pydantic.model_validator(mode="after")
     def _consistent(self) -> Self:

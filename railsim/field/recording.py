@@ -1,7 +1,6 @@
 """A file of measured channels becomes a recording."""
 
 import io
-from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -10,15 +9,19 @@ import numpy as np
 import pandas as pd
 
 from railsim.errors import InputError, nearest
-from railsim.field.channels import convert, from_pulses, numbers, wanted_unit
-from railsim.field.clock import Clock, columns_of, read_clock
+from railsim.field.channels import convert, from_pulses, wanted_unit
+from railsim.field.clock import Clock, looks_like_epoch, read_clock
 from railsim.field.guard import Guard
-from railsim.field.map import Own, RecordingMap, TableMap
+from railsim.field.map import RecordingMap, TableMap
+from railsim.field.order import How
 from railsim.field.readers.interface import Wanted
-from railsim.field.regular import How, Series, regular
+from railsim.field.regular import Series, regular
+from railsim.field.selection import selected
 from railsim.field.sheets import data_sheets
 from railsim.field.source import about_file, find_format, read_tables
 from railsim.field.tables import Notes, Table
+from railsim.field.time_bases import Iso, Own, Seconds, columns_of, lost_of
+from railsim.field.units import parse_unit
 from railsim.measurements import TIME
 from railsim.recording import write_recording
 from railsim.track.files import TRACKS, format_track, read_track
@@ -49,7 +52,9 @@ def import_recording(
     kind = find_format(path, mapped.format, notes)
     vehicle = _vehicle(mapped.vehicle, folder, notes)
     _check_names(mapped)
-    tables = read_tables(path, kind, mapped.csv, [_wanted(one) for one in mapped.tables], _lost(mapped), notes, guard)
+    texts = frozenset(name for one in mapped.tables if isinstance(one.time, Iso) for name in columns_of(one.time))
+    wanted = [_wanted(one) for one in mapped.tables]
+    tables = read_tables(path, kind, mapped.csv, wanted, _lost(mapped), notes, guard, texts)
     clocks = [_clock(one, table, notes) for one, table in zip(mapped.tables, tables, strict=True)]
     series, start = _series(mapped, tables, clocks, vehicle, notes)
     frames = _frames(series)
@@ -76,7 +81,7 @@ def _check_names(mapped: RecordingMap) -> None:
 
 
 def _wanted(mapped: TableMap) -> Wanted:
-    names = [channel.column for channel in mapped.channels.values()]
+    names = [*(channel.column for channel in mapped.channels.values()), *mapped.rows.where]
     return Wanted(mapped.group, tuple(dict.fromkeys([*names, *columns_of(mapped.time)])), isinstance(mapped.time, Own))
 
 
@@ -87,6 +92,8 @@ def _lost(mapped: RecordingMap) -> dict[str, list[str]]:
         for channel in table.channels.values():
             texts = [marker for marker in channel.lost if isinstance(marker, str)]
             by_column.setdefault(channel.column, []).extend(texts)
+        for name in columns_of(table.time):
+            by_column.setdefault(name, []).extend(one for one in lost_of(table.time) if isinstance(one, str))
     return by_column
 
 
@@ -103,7 +110,7 @@ def _series(
     """The tables over one time, and the instant of its zero."""
     known = [clock.start is not None for clock in clocks]
     if any(known) and not all(known):
-        raise InputError("tables with and without a date cannot be brought together; give all the same kind of time")
+        raise InputError(_undated(mapped, clocks))
     start = min((_first(clock) for clock in clocks), default=None, key=_order) if all(known) else None
     if start is not None:
         notes.assume(f"time 0 is {start.isoformat()}, the first row of all tables")
@@ -111,10 +118,31 @@ def _series(
     for number, (mapped_table, table, clock) in enumerate(zip(mapped.tables, tables, clocks, strict=True), 1):
         shift = (clock.start - start).total_seconds() if clock.start and start else 0.0
         label = "time" if len(tables) == 1 else f"table {number}: time"
-        how = How(label, "s", mapped_table.repair, notes)
+        how = _how(label, mapped_table, notes)
         time, columns = _filled(mapped_table, table, clock.seconds + shift, vehicle, how)
         series.append(regular(time, columns, 1.0 / mapped_table.rate if mapped_table.rate else None, how))
     return series, start
+
+
+def _undated(mapped: RecordingMap, clocks: list[Clock]) -> str:
+    """What gives the tables without a date one."""
+    for number, (table, clock) in enumerate(zip(mapped.tables, clocks, strict=True), 1):
+        if clock.start is not None:
+            continue
+        cure = "give all tables the same kind of time"
+        if isinstance(table.time, Seconds) and looks_like_epoch(clock.seconds):
+            cure = f"write 'time: {{kind: epoch, column: \"{table.time.column}\"}}' in table {number}"
+        elif isinstance(table.time, Iso):
+            cure = f"add 'date: 2024-05-03', that of its first row, to 'time' of table {number}"
+        return f"table {number} has times without a date, others have one, which cannot be brought together; {cure}"
+    raise ValueError("all tables have a date")
+
+
+def _how(label: str, mapped: TableMap, notes: Notes) -> How:
+    base = mapped.time
+    if isinstance(base, Seconds):
+        return How(label, "s", mapped.repair, notes, base.column, round(1 / parse_unit(base.unit).factor, 6))
+    return How(label, "s", mapped.repair, notes)
 
 
 def _order(moment: datetime) -> float:
@@ -136,12 +164,8 @@ def _first(clock: Clock) -> datetime:
 def _filled(
     mapped: TableMap, table: Table, time: np.ndarray, vehicle: dict[str, Any], how: How
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Times and channels, without rows that hold nothing where the map says so."""
-    if mapped.rows == "filled":
-        raw = [numbers(table.columns[one.column], table, one.lost) for one in mapped.channels.values()]
-        keep = np.asarray(np.isfinite(np.array(raw)).any(axis=0))
-        how.notes.assume(f"{how.label}: {int((~keep).sum())} rows without any value belong to other tables")
-        table, time = _rows(table, keep), time[keep]
+    """Times and channels of the rows that the map takes."""
+    table, time = selected(mapped, table, time, how)
     radius = vehicle.get("wheel_radius")
     columns = {}
     for name, channel in mapped.channels.items():
@@ -151,16 +175,6 @@ def _filled(
         else:
             columns[name] = convert(name, channel, table, wanted_unit(name), how.notes)
     return time, columns
-
-
-def _rows(table: Table, keep: np.ndarray) -> Table:
-    """Some rows of a table of numbers; columns of text (times) are not needed any more."""
-    columns = {
-        name: replace(one, values=one.values[keep])
-        for name, one in table.columns.items()
-        if isinstance(one.values, np.ndarray)
-    }
-    return Table(columns, None, table.start, table.first_row)
 
 
 def _frames(series: list[Series]) -> dict[float, pd.DataFrame]:

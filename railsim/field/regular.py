@@ -1,4 +1,4 @@
-"""Rows in order: unsorted, doubled and jittering times (or places) are refused, or repaired as the map asks."""
+"""Rows on a regular axis: jittering times (or places) and gaps stay as they are, or are repaired as the map asks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,12 +7,17 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from railsim.errors import InputError
-from railsim.field.tables import Notes
+from railsim.field.order import How, Rows, numbered, ordered
+from railsim.stamps import WIDEST, Step, usual_step
 
-WIDEST = 1.5  # steps; a wider one is a gap
+__all__ = ["How", "Series", "regular"]
+
 _JITTER = 1e-3  # of a step; less is rounding
 _DRIFT = 0.25  # steps over the record by which a stated rate may be off
-_EVEN, _JITTERY = 0.01, 0.2  # by how much rows' median distance may differ from the stated one
+_EVEN, _JITTERY = 0.01, 0.2  # by how much rows' usual distance may differ from the stated one
+_CRYSTAL = 2e-4  # by how much loggers' clocks are off
+_FARTHEST = 0.5  # steps by which a row may move
+_PART = 10  # rows on either side of a change of rate
 _MOST_ROWS = 200_000_000
 
 
@@ -32,20 +37,6 @@ class Series:
     step: float
 
 
-@dataclass(frozen=True)
-class How:
-    """What the axis is called in messages ("table 1: time", "s"), the repairs that are allowed, the notes."""
-
-    label: str
-    unit: str
-    repairs: tuple[str, ...]
-    notes: Notes
-
-
-_Rows = tuple[np.ndarray, np.ndarray]
-"""Axis, shape (n,), and values, shape (columns, n)."""
-
-
 def regular(axis: np.ndarray, columns: Mapping[str, np.ndarray], step: float | None, how: How) -> Series:
     """Bring rows into order.
 
@@ -62,21 +53,23 @@ def regular(axis: np.ndarray, columns: Mapping[str, np.ndarray], step: float | N
         does not fit the rows.
     """
     axis, values = _timed(axis, np.array(list(columns.values())), how)
-    axis, values = _sorted(axis, values, how)
-    axis, values = _distinct(axis, values, how)
+    axis, values = ordered(axis, values, how)
     if axis.size < 2:
         raise InputError(f"{how.label}: {axis.size} rows are left; a table needs two")
-    usual = float(np.median(np.diff(axis)))
+    found = usual_step(axis)
     allowed = _JITTERY if {"snap", "resample"} & set(how.repairs) else _EVEN
-    if step is not None and abs(usual / step - 1) > allowed:
+    if step is not None and not found.fits(step, allowed):
         raise InputError(
-            f"{how.label}: rows are stated {step:.6g} {how.unit} apart and are {usual:.6g} {how.unit} apart; {_CURE}"
+            f"{how.label}: rows are stated {step:.6g} {how.unit} apart and are {found.size:.6g} {how.unit} apart; "
+            f"{_cure(step, found.size, how)}"
         )
-    known = step is not None
-    step = step if step is not None else _round_step(usual, how.unit)
-    if not known:
+    if step is None:
+        step = _round_step(found, how.unit)
         every = f"{1 / step:.10g} Hz" if how.unit == "s" else f"{step:.10g} {how.unit}"
-        how.notes.assume(f"{how.label}: rows every {every}, by the median of their distances ({usual:.6g} {how.unit})")
+        rounded = f", stamps are rounded to {found.resolution:g} {how.unit}" if _is_rounded(axis, found) else ""
+        how.notes.assume(
+            f"{how.label}: rows every {every}, by all rows without gaps ({found.size:.10g} {how.unit}){rounded}"
+        )
     if "snap" in how.repairs:
         axis, values, step = _snapped(axis, values, step, how)
     elif "resample" in how.repairs:
@@ -86,13 +79,22 @@ def regular(axis: np.ndarray, columns: Mapping[str, np.ndarray], step: float | N
     return Series(axis, dict(zip(columns, values, strict=True)), step)
 
 
-_CURE = (
-    "correct the rate or spacing, add 'rows: filled' where rows of slower channels are empty, or 'snap' to repair "
-    "where times jitter"
-)
+def _cure(stated: float, real: float, how: How) -> str:
+    """What mends a stated distance that the rows do not have."""
+    if how.unit != "s":
+        return f"correct the spacing ('spacing: {real:.6g}'), or add 'snap' to repair where places jitter"
+    right = f"correct the rate ('rate: {1 / real:.10g}')"
+    if stated > 1.9 * real:
+        return (
+            f"{right}, or add 'rows: filled' where rows of slower channels are empty, 'rows: changed' where these "
+            "repeat their last value"
+        )
+    if abs(real / stated - 1) < _JITTERY:
+        return f"{right}, or add 'snap' to repair where times jitter"
+    return right
 
 
-def _timed(axis: np.ndarray, values: np.ndarray, how: How) -> _Rows:
+def _timed(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
     lost = ~np.isfinite(axis)
     if not lost.any():
         return axis, values
@@ -105,60 +107,29 @@ def _timed(axis: np.ndarray, values: np.ndarray, how: How) -> _Rows:
     return axis[~lost], values[:, ~lost]
 
 
-def _sorted(axis: np.ndarray, values: np.ndarray, how: How) -> _Rows:
-    back = np.diff(axis) < 0
-    if not back.any():
-        return axis, values
-    row = int(back.argmax())
-    if "sort" not in how.repairs:
-        raise InputError(
-            f"{how.label} goes back from {axis[row]:.10g} to {axis[row + 1]:.10g} {how.unit} at row {row + 2} of the "
-            f"data ({int(back.sum())} such places); mend it, or add 'sort' to repair where rows are out of order"
-        )
-    how.notes.repair(
-        f"{how.label}: rows sorted; it went back at {int(back.sum())} places, first at row {row + 2} of the data"
-    )
-    order = np.argsort(axis, kind="stable")
-    return axis[order], values[:, order]
+def _round_step(found: Step, unit: str) -> float:
+    """A whole number of Hz, where the clock's tolerance or the stamps' rounding leaves it open; else as found."""
+    if unit != "s" or found.size <= 0:
+        return found.size
+    rate = round(1 / found.size)
+    return 1.0 / rate if rate >= 1 and found.fits(1.0 / rate, _CRYSTAL) else found.size
 
 
-def _distinct(axis: np.ndarray, values: np.ndarray, how: How) -> _Rows:
-    double = np.diff(axis, prepend=-np.inf) == 0
-    if not double.any():
-        return axis, values
-    row = int(double.argmax())
-    if "drop_duplicates" not in how.repairs:
-        raise InputError(
-            f"{how.label} {axis[row]:.10g} {how.unit} stands twice ({int(double.sum())} such rows, row {row + 1} of "
-            "the data first); mend it, or add 'drop_duplicates' to repair"
-        )
-    first = np.maximum.accumulate(np.where(double, 0, np.arange(axis.size)))
-    other = ~((values == values[:, first]) | (np.isnan(values) & np.isnan(values[:, first]))).all(axis=0)
-    differing = int((other & double).sum())
-    how.notes.repair(
-        f"{how.label}: {int(double.sum())} rows with the one before left out, {differing} of them with other values"
-    )
-    return axis[~double], values[:, ~double]
+def _is_rounded(axis: np.ndarray, found: Step) -> bool:
+    """Whether steps differ by the resolution of the stamps."""
+    steps = np.diff(axis)
+    usual = steps[steps <= WIDEST * found.size]
+    return bool(found.resolution > 1e-3 * found.size and usual.size and np.ptp(usual) > 0.5 * found.resolution)
 
 
-def _round_step(usual: float, unit: str) -> float:
-    """A whole number of Hz, where that is within 0.1 % of the median; else the median."""
-    if unit != "s" or usual <= 0:
-        return usual
-    rate = round(1 / usual)
-    return 1.0 / rate if rate >= 1 and abs(usual * rate - 1) < 1e-3 else usual
-
-
-def _row_numbers(axis: np.ndarray, step: float, how: How) -> tuple[np.ndarray, float, float]:
-    """(number of each row on the grid, first place, step): the grid that fits the rows best.
-
-    Numbers are counted from row to row, so that neither jitter nor a slightly wrong step adds up.
-    """
-    count = np.concatenate([[0], np.cumsum(np.maximum(1, np.rint(np.diff(axis) / step)))]).astype(np.int64)
+def _grid(axis: np.ndarray, step: float, how: How) -> tuple[np.ndarray, float, float]:
+    """(number of each row on the grid, first place, step): the grid that fits the rows best."""
+    count = numbered(axis, step)
     if count[-1] > _MOST_ROWS:
         raise InputError(
             f"{how.label} spans {axis[-1] - axis[0]:.4g} {how.unit}, too long for rows every {step:.4g} {how.unit}"
         )
+    count = count.astype(np.int64)
     slope, first = np.polyfit(count - count.mean(), axis, 1)
     first = first - slope * count.mean()
     if abs(slope / step - 1) * count[-1] > _DRIFT and abs(slope / step - 1) < 0.01:
@@ -171,8 +142,16 @@ def _row_numbers(axis: np.ndarray, step: float, how: How) -> tuple[np.ndarray, f
 
 
 def _snapped(axis: np.ndarray, values: np.ndarray, step: float, how: How) -> tuple[np.ndarray, np.ndarray, float]:
-    count, first, step = _row_numbers(axis, step, how)
+    """Rows on the even grid.
+
+    Raises
+    ------
+    InputError : a row would move by more than half a step.
+    """
+    count, first, step = _grid(axis, step, how)
     moved = first + step * count - axis
+    if np.abs(moved).max() > _FARTHEST * step:
+        raise InputError(_too_far(axis, moved, step, how))
     grid = first + step * np.arange(count[-1] + 1)
     filled = np.full((len(values), grid.size), np.nan)
     filled[:, count] = values
@@ -181,6 +160,41 @@ def _snapped(axis: np.ndarray, values: np.ndarray, step: float, how: How) -> tup
         f"most {np.abs(moved).max():.3g} {how.unit}; {grid.size - count.size} missing rows left empty"
     )
     return grid, filled, step
+
+
+def _too_far(axis: np.ndarray, moved: np.ndarray, step: float, how: How) -> str:
+    """Why rows leave the grid, and the lines of the map that mend it."""
+    row = int(np.abs(moved).argmax())
+    head = (
+        f"{how.label}: 'snap' would move row {row + 1} of the data by {abs(moved[row]):.3g} {how.unit}, more than half "
+        f"a step ({step:.4g} {how.unit})"
+    )
+    cure = "write 'repair: [resample]' in place of snap"
+    change = _change(axis)
+    if change is None or how.unit != "s":
+        return f"{head}; {cure}"
+    at, before, after = change
+    return (
+        f"{head}: the rate changes from {before:.4g} to {after:.4g} Hz at row {at + 1}; {cure}, or import two "
+        f"recordings, one with 'rows: {{last: {at}}}', one with 'rows: {{first: {at + 1}}}'"
+    )
+
+
+def _change(axis: np.ndarray) -> tuple[int, float, float] | None:
+    """(row, rate before, rate after) where the rate changes most, by two straight lines; None where it does not."""
+    steps = np.diff(axis)
+    usual = np.minimum(steps, WIDEST * float(np.median(steps)))
+    if steps.size < 2 * _PART:
+        return None
+    total, rows = np.cumsum(usual), np.arange(1, steps.size + 1)
+    inner = slice(_PART - 1, -_PART)
+    before = total[inner] / rows[inner]
+    after = (total[-1] - total[inner]) / (steps.size - rows[inner])
+    gain = rows[inner] * (steps.size - rows[inner]) * (before - after) ** 2
+    best = int(gain.argmax())
+    if abs(before[best] / after[best] - 1) < _EVEN:
+        return None
+    return best + _PART, 1 / float(before[best]), 1 / float(after[best])
 
 
 def _resampled(axis: np.ndarray, values: np.ndarray, step: float, how: How) -> tuple[np.ndarray, np.ndarray, float]:

@@ -50,8 +50,11 @@ def read_tables(
     lost: dict[str, list[str]],
     notes: Notes,
     guard: Guard | None = None,
+    texts: frozenset[str] = frozenset(),
 ) -> list[Table]:
     """Columns of each of `wanted`; binary formats are read by `guard`, or by one of its own.
+
+    `texts` names the columns of a text file that stay text, as dates and times.
 
     Raises
     ------
@@ -63,7 +66,7 @@ def read_tables(
         if any(one.clock for one in wanted):
             raise InputError(f"'{path}': a text file has no time axis of its own; name the column of time")
         names = dict.fromkeys(name for one in wanted for name in one.columns)
-        table = read_text(path, options, {name: lost.get(name, []) for name in names}, notes)
+        table = read_text(path, options, {name: lost.get(name, []) for name in names}, notes, texts)
         return [
             Table({name: table.columns[name] for name in one.columns}, None, None, table.first_row) for one in wanted
         ]

@@ -19,6 +19,7 @@ class Column:
     values : numbers (float64, NaN where empty), shape (n,), or texts.
     unit : as the file states it; None where it does not.
     instants : whether the numbers are seconds after `start` of the table, read from the file's own time type.
+    duration : whether the numbers are seconds by the file's own type for durations or times of day.
     fault : row and text of the first cell that is no number, among texts.
     """
 
@@ -27,6 +28,7 @@ class Column:
     unit: str | None = None
     instants: bool = False
     fault: tuple[int, str] | None = None
+    duration: bool = False
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,9 @@ class Table:
     columns : by name, those that were asked for.
     clock : the group's own time axis in s, shape (n,); None where the format has none.
     start : ISO 8601 instant of the clock's or the instants' zero; None where the file does not state it.
-    first_row : number of the first row for messages (in CSV the line of the file).
+    first_row : number of the first row for messages (in text the line of the file).
+    lines : numbers of all rows for messages, shape (n,), where they do not follow each other.
+    local : whether `start` is a local time whose zone the file does not state.
     cut_short : whether the file ends before the rows that it states; those that are there are held.
     """
 
@@ -47,6 +51,12 @@ class Table:
     start: str | None = None
     first_row: int = 1
     cut_short: bool = False
+    lines: np.ndarray | None = None
+    local: bool = False
+
+    def line(self, row: int) -> int:
+        """Number of a row for messages."""
+        return self.first_row + row if self.lines is None else int(self.lines[row])
 
 
 @dataclass

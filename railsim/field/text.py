@@ -36,7 +36,9 @@ class _Layout:
     start: int
 
 
-def read_text(path: Path, options: Csv, lost: Mapping[str, Sequence[str]], notes: Notes) -> Table:
+def read_text(
+    path: Path, options: Csv, lost: Mapping[str, Sequence[str]], notes: Notes, texts: frozenset[str] = frozenset()
+) -> Table:
     """Columns of a text table: numbers where every cell that is not empty is one, otherwise texts.
 
     Parameters
@@ -58,7 +60,7 @@ def read_text(path: Path, options: Csv, lost: Mapping[str, Sequence[str]], notes
         if layout.names.count(name) > 1:
             raise InputError(f"'{path}': {layout.names.count(name)} columns are called '{name}'; rename one")
     _check_lines(text, layout, path)
-    frame = _parsed(text, layout, options, lost, path)
+    frame = _parsed(text, layout, options, lost, path, texts)
     columns = {name: _column(name, frame[name], layout) for name in names}
     return Table(columns, first_row=layout.start + 1)
 
@@ -163,7 +165,9 @@ def _check_lines(text: str, layout: _Layout, path: Path) -> None:
             raise InputError(f"'{path}' line {number}: {found} cells for {due + 1} columns; mend that line")
 
 
-def _parsed(text: str, layout: _Layout, options: Csv, lost: Mapping[str, Sequence[str]], path: Path) -> pd.DataFrame:
+def _parsed(
+    text: str, layout: _Layout, options: Csv, lost: Mapping[str, Sequence[str]], path: Path, texts: frozenset[str]
+) -> pd.DataFrame:
     unique = [f"{i}:{name}" for i, name in enumerate(layout.names)]
     columns = [layout.names.index(name) for name in lost]
     settings: dict[str, Any] = {"sep": layout.separator, "decimal": layout.decimal, "thousands": options.thousands}
@@ -174,6 +178,7 @@ def _parsed(text: str, layout: _Layout, options: Csv, lost: Mapping[str, Sequenc
             names=unique,
             index_col=False,
             usecols=[unique[i] for i in columns],
+            dtype={unique[i]: str for i in columns if layout.names[i] in texts},
             skiprows=layout.start,
             keep_default_na=False,
             na_values={unique[i]: [*_EMPTY, *lost[layout.names[i]]] for i in columns},

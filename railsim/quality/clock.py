@@ -7,6 +7,7 @@ import numpy as np
 from railsim.measurements import Measurements
 from railsim.quality._grid import ROUNDING, gridded, times
 from railsim.quality._signals import NORMAL
+from railsim.quality.draft import clock_name
 from railsim.quality.interface import Check, Finding
 from railsim.quality.repairs import Regrid
 from railsim.spec import quantity
@@ -32,7 +33,7 @@ class Clock(Check, frozen=True):
             findings.append(
                 Finding(
                     "clock",
-                    f"time [s] at {rate:g} Hz",
+                    clock_name(rate),
                     float(on_grid[wrong[0]]),
                     float(on_grid[wrong[-1]]),
                     f"stamps scatter by {1e3 * size:.2g} ms about an even grid ({wrong.size} of {time.size})",

@@ -11,6 +11,7 @@ from railsim.measurements import Measurements
 from railsim.quality._balance import whitening
 from railsim.quality._grid import times
 from railsim.quality._rigid import Relation, relations, spectra_of
+from railsim.quality.draft import clock_name
 from railsim.quality.interface import Check, Finding
 from railsim.quality.orientation import alternatives
 from railsim.quality.repair import repaired
@@ -72,14 +73,14 @@ class ClockShift(Check, frozen=True):
         word = "early" if early < 0 else "late"
         finding = Finding(
             "clock shift",
-            f"time [s] at {rates[0]:g} Hz",
+            clock_name(rates[0]),
             float(time[0]),
             float(time[-1]),
             f"{1e3 * abs(early):.3g} ms {word} beside the table at {rates[1]:g} Hz"
             f" (likelihood ratio exp({gained:.0f}))",
             "check how the loggers are triggered; the table is moved",
             repair=Shift(-early),
-            other=f"time [s] at {rates[1]:g} Hz",
+            other=clock_name(rates[1]),
         )
         return [replace(finding, repair=Shift(-early - _residual_shift(repaired(measured, [finding]), rates)))]
 

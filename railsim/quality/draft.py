@@ -13,6 +13,12 @@ if TYPE_CHECKING:
 Columns = dict[str, np.ndarray]
 
 
+def clock_name(rate: float) -> str:
+    """What findings call the times of the table at `rate` Hz: "time [s] at 256 Hz", from which the rate comes back."""
+    short = f"{rate:g}"
+    return f"{TIME} at {short if float(short) == rate else repr(rate)} Hz"
+
+
 def tables_of(measured: Measurements) -> dict[float, Columns]:
     """Copies of a recording's tables, times first, by sample rate."""
     tables: dict[float, Columns] = {}

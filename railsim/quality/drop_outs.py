@@ -7,6 +7,7 @@ import numpy as np
 from railsim.measurements import Measurements
 from railsim.quality._grid import numbers, times
 from railsim.quality._signals import kind_of, runs
+from railsim.quality.draft import clock_name
 from railsim.quality.interface import Check, Finding, Severity
 from railsim.quality.repairs import Regrid
 
@@ -32,7 +33,7 @@ def _gaps(time: np.ndarray, rate: float) -> list[Finding]:
     return [
         Finding(
             "drop-out",
-            f"time [s] at {rate:g} Hz",
+            clock_name(rate),
             float(time[row] + 1 / rate),
             float(time[row + 1] - 1 / rate),
             f"{int(at[row + 1] - at[row]) - 1} rows are missing",
