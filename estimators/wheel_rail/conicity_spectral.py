@@ -10,6 +10,7 @@ import pandas as pd
 from scipy import signal
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
+from scipy.stats import f as f_distribution
 
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import Band, band_pass
@@ -27,7 +28,14 @@ WHEELSET, BOGIE = "wheelset1.rate_yaw [rad/s]", "bogie.rate_yaw [rad/s]"
 SPACING = 0.2  # m
 SMOOTH = 9  # Fourier coefficients over which the residual's variance is averaged
 MOST, LEAST = 1.0, 0.005  # conicities that are looked for
-CREEP = (0.2, 1.2)  # shares of Kalker's slope that are looked for
+CREEP = (0.05, 1.2)  # shares of Kalker's slope that are looked for: very low adhesion, and more than dry
+SHARES = np.geomspace(*CREEP, 9)
+"""Creep shares among which the conicity is averaged: nobody knows the friction of a day, all are as likely (-)."""
+UNLIKELY = 1e-3  # chance below which no conicity is taken to make the response; a choice, with two recordings in view
+UNLIKE = (
+    "conicity withheld: the yaw answers the rails as no conicity and no friction would let it (a curve, slip, changing"
+    " speed, or another vehicle); use a section of steady running on straight track"
+)
 TYPICAL = (0.15, DRY_WORKING)  # conicity and creep share of the response with which the place is sought (-)
 CANDIDATES = 13  # places of which the one with the most coherent response is taken
 SCALES = 1.0 + np.linspace(-0.012, 0.012, 13)
@@ -60,6 +68,7 @@ class ConicitySpectral(Estimator, frozen=True):
     The use of "frequency analysis of output signals along a known section of track" is what Ward et al. (2011), section
     4.4, propose as a way out. It takes a yaw gyro on the wheelset or, on a half vehicle, on the bogie, and the wheel's
     speed; where the record lies on the track is found by the yaw rate itself. One conicity for the whole section.
+    The creep share is averaged over, and where no response fits, the conicity is withheld.
     """
 
     block: float = quantity(200.0, unit="m", source="illustrative: several memories of the hunting motion", gt=50.0)
@@ -108,16 +117,22 @@ class ConicitySpectral(Estimator, frozen=True):
         first = self._fit(self._blocks(distance, turning, speed, survey, offset, scale), respond, None)
         offset += float(first.x[2])
         blocks = self._blocks(distance, turning, speed, survey, offset, scale)
-        solution = self._fit(blocks, respond, _deviation(blocks, respond, np.array([*first.x[:2], 0.0])))
+        deviation = _deviation(blocks, respond, np.array([*first.x[:2], 0.0]))
+        solution = self._fit(blocks, respond, deviation)
         offset += float(solution.x[2])
-        conicity, creep = np.exp(solution.x[:2])
-        spread = conicity * float(np.sqrt(np.linalg.inv(solution.jac.T @ solution.jac)[0, 0]))
+        blocks = self._blocks(distance, turning, speed, survey, offset, scale)
+        deviation = _deviation(blocks, respond, np.array([*solution.x[:2], 0.0]))
+        conicity, spread, creep = averaged(blocks, respond, deviation, float(solution.x[0]))
+        like = chance(blocks, _foretold(blocks, respond, np.array([*solution.x[:2], 0.0])))
         share = self.bogie_error if channel == BOGIE else self.model_error
         honest = np.sqrt(spread**2 + (share * conicity) ** 2 + self.model_floor**2)
         time = np.arange(measurements.time(channel)[0], measurements.time(channel)[-1], 1.0)
-        series = pd.DataFrame({"time [s]": time, "conicity [-]": conicity, "conicity_std [-]": honest})
-        about = {"offset [m]": offset, "way_scale [-]": scale, "creep_share [-]": float(creep)}
+        told = (conicity, honest, 1.0) if like >= UNLIKELY else (np.nan, np.nan, 0.0)
+        names = ("conicity [-]", "conicity_std [-]", "valid [-]")
+        series = pd.DataFrame({"time [s]": time, **dict(zip(names, told, strict=True))})
+        about = {"offset [m]": offset, "way_scale [-]": scale, "creep_share [-]": creep, "likelihood_of_fit [-]": like}
         about |= {"filter_std [-]": spread, "channel": channel, "blocks [-]": len(blocks.speeds)}
+        about["warnings"] = [] if like >= UNLIKELY else [UNLIKE]
         return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), **about})
 
     def _blocks(
@@ -154,8 +169,7 @@ class ConicitySpectral(Estimator, frozen=True):
         scale = np.sqrt(np.mean(np.abs(blocks.turning) ** 2, axis=0)) if deviation is None else deviation
 
         def residual(x: np.ndarray) -> np.ndarray:
-            wrong = (blocks.turning - _foretold(blocks, respond, x)) / scale
-            return np.concatenate([wrong.real.ravel(), wrong.imag.ravel()])
+            return _residual(blocks, respond, x, scale)
 
         bounds = [[np.log(LEAST), np.log(CREEP[0]), -ASIDE], [np.log(MOST), np.log(CREEP[1]), ASIDE]]
         begin = np.log(DRY)
@@ -240,6 +254,50 @@ def find(
     return [(place, scale) for _, place, scale in sorted(candidates, reverse=True)]
 
 
+def averaged(blocks: Blocks, respond: Response, deviation: np.ndarray, start: float) -> tuple[float, float, float]:
+    """Conicity, its standard deviation, and the creep share, by the evidence of each of `SHARES`.
+
+    A soft contact on a steep cone answers much like a stiff one on a shallow cone: the best pair alone says nothing of
+    the others that do as well.
+
+    Parameters
+    ----------
+    deviation : of the coefficients, shape (m,). start : logarithm of a conicity near the best.
+    """
+    found = []
+    for creep in np.log(SHARES[::-1]):
+
+        def residual(x: np.ndarray, creep: float = float(creep)) -> np.ndarray:
+            return _residual(blocks, respond, np.array([x[0], creep, 0.0]), deviation)
+
+        best = least_squares(residual, [start], bounds=(np.log(LEAST), np.log(MOST)), x_scale=0.1)
+        start = float(best.x[0])
+        found.append((best.cost, np.exp(start), np.exp(start) / float(np.linalg.norm(best.jac))))
+    cost, conicity, spread = np.array(found).T
+    weight = np.exp(cost.min() - cost)
+    weight /= weight.sum()
+    mean = float(weight @ conicity)
+    variance = float(weight @ (spread**2 + (conicity - mean) ** 2))
+    return mean, float(np.sqrt(variance)), float(np.exp(weight @ np.log(SHARES[::-1])))
+
+
+def chance(blocks: Blocks, foretold: np.ndarray) -> float:
+    """How likely the fit leaves so much more than the best response at each wave number would (F test).
+
+    A free response takes one complex number from the b blocks at each of the m wave numbers, so that what is left in
+    both cases has 2 m and 2 m (b - 1) degrees of freedom where the fitted response is the right one.
+    """
+    count, waves = blocks.turning.shape
+    if count < 2:
+        return 1.0
+    free = np.sum(blocks.turning * blocks.slope.conj(), axis=0) / np.sum(np.abs(blocks.slope) ** 2, axis=0)
+    left = np.sum(np.abs(blocks.turning - free * blocks.slope) ** 2, axis=0)
+    more = np.sum(np.abs(blocks.turning - foretold) ** 2, axis=0) - left
+    size = uniform_filter1d(left, SMOOTH)
+    ratio = (count - 1) * float(np.sum(more / size)) / float(np.sum(left / size))
+    return float(f_distribution.sf(max(ratio, 0.0), 2 * waves, 2 * waves * (count - 1)))
+
+
 def incoherent(blocks: Blocks) -> float:
     """Share of the turning that no response to the slope explains, whatever it is at each wave number (-)."""
     cross = np.abs(np.sum(blocks.turning * blocks.slope.conj(), axis=0)) ** 2
@@ -266,6 +324,11 @@ def _foretold(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
             known[near] = respond(conicity, creep, near, blocks.k) * shifted
         rows.append(known[near] * slope)
     return np.stack(rows)
+
+
+def _residual(blocks: Blocks, respond: Response, x: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    wrong = (blocks.turning - _foretold(blocks, respond, x)) / deviation
+    return np.concatenate([wrong.real.ravel(), wrong.imag.ravel()])
 
 
 def _deviation(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:

@@ -24,8 +24,11 @@ def survey(length: float = 2600.0) -> pd.DataFrame:
     return pd.DataFrame({"s [m]": s, "lateral [m]": 4e-6 * waves.sum(axis=1)})
 
 
-def recording(duration: float = 60.0, track: pd.DataFrame | None = None) -> Measurements:
-    """A wheelset of another creep share and conicity than nominal over the waves; its tachometer reads slow."""
+def recording(duration: float = 60.0, track: pd.DataFrame | None = None, follows: float = np.inf) -> Measurements:
+    """A wheelset of another creep share and conicity than nominal over the waves; its tachometer reads slow.
+
+    `follows` : wave number, rad/m, above which it lags the rails as no wheelset does.
+    """
     table = survey()
     model = wheelset_model(VEHICLE, 0.55)
     time = np.arange(0.0, duration, 1.0 / 256.0)
@@ -34,7 +37,9 @@ def recording(duration: float = 60.0, track: pd.DataFrame | None = None) -> Meas
     a, b = linear(model, CONICITY, SPEED)
     s = 1j * k * SPEED
     gain = np.linalg.solve(s[:, None, None] * np.eye(6) - a, (b[:, 0] + s[:, None] * b[:, 1])[:, :, None])[:, 3, 0]
+    gain = gain / (1.0 + 1j * k / follows) ** 2
     yaw_rate = np.fft.irfft(np.fft.rfft(table["lateral [m]"]) * gain, len(table))
+    yaw_rate += 2e-3 * np.std(yaw_rate) * np.random.default_rng(4).normal(size=len(yaw_rate))
     columns = {"time [s]": time, "wheelset1.rate_yaw [rad/s]": np.interp(place, table["s [m]"], yaw_rate)}
     columns["wheelset1.speed [m/s]"] = np.full(len(time), SPEED / SCALE)
     about = {"origin": "test", "vehicle": VEHICLE, "sensors": []}
@@ -47,6 +52,47 @@ def test_place_scale_and_conicity_are_found() -> None:
     assert found.about["creep_share [-]"] == pytest.approx(0.55, rel=0.1)
     assert found.about["offset [m]"] == pytest.approx(PLACE, abs=0.5)
     assert found.about["way_scale [-]"] == pytest.approx(SCALE, abs=5e-4)
+
+
+def test_a_response_that_no_conicity_makes_is_withheld_in_words() -> None:
+    foreign = ConicitySpectral().estimate(recording(follows=0.15))
+    assert foreign.series["conicity [-]"].isna().all()
+    assert not foreign.series["valid [-]"].any()
+    assert foreign.about["warnings"] == [spectral.UNLIKE]
+    assert ConicitySpectral().estimate(recording()).about["warnings"] == []
+
+
+def _noisy(rng: np.random.Generator, gain: np.ndarray, noise: float) -> spectral.Blocks:
+    """Blocks of a record whose response is `gain`, shape (m,)."""
+    k = np.linspace(0.1, 1.0, len(gain))
+    slope, other = (rng.normal(size=(8, len(gain))) + 1j * rng.normal(size=(8, len(gain))) for _ in range(2))
+    return spectral.Blocks(k, np.full(8, 20.0), gain * slope + noise * other, slope)
+
+
+def test_chance_of_a_right_response_is_even_and_of_a_wrong_one_small() -> None:
+    rng, gain = np.random.default_rng(11), np.full(30, 1.0 + 0.5j)
+    right, wrong = [], []
+    for _ in range(200):
+        blocks = _noisy(rng, gain, 1.0)
+        right.append(spectral.chance(blocks, gain * blocks.slope))
+        wrong.append(spectral.chance(blocks, 0.3 * gain * blocks.slope))
+    assert np.mean(np.array(right) < 0.05) == pytest.approx(0.05, abs=0.04)
+    assert np.mean(right) == pytest.approx(0.5, abs=0.07)
+    assert max(wrong) < 1e-3
+
+
+def test_what_creep_and_conicity_do_alike_is_in_the_deviation() -> None:
+    """A response by conicity times creep share tells only their product: the deviation is that of all shares."""
+    rng = np.random.default_rng(2)
+
+    def product(conicity: float, creep: float, _speed: float, k: np.ndarray) -> np.ndarray:
+        return np.full(len(k), conicity * creep + 0j)
+
+    blocks = _noisy(rng, np.full(30, 0.06 + 0j), 0.001)
+    mean, spread, _ = spectral.averaged(blocks, product, np.full(30, 1e-3), np.log(0.1))
+    alone = 0.06 / spectral.SHARES
+    assert mean == pytest.approx(np.mean(np.minimum(alone, 1.0)), rel=0.25)
+    assert spread > 0.5 * np.std(alone[alone < 1.0])
 
 
 def test_long_waves_are_followed() -> None:
