@@ -82,13 +82,14 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
             values, good = odometry.channel(measurements, name, ahead, height)
             return geometry("vertical", values, good, odometry, self.cut), good
         acceleration, good = odometry.channel(measurements, name, ahead, samples)
-        curvature = np.where(good, acceleration / odometry.speed**2, np.nan)
+        felt = np.where(good, acceleration / odometry.speed**2, np.nan)
+        curvature = felt
         if compensates:
             curvature = by_speed(
-                [curvature], odometry, lambda speed: [lambda k: self._inverse(measurements, speed, k)], MEMORY
+                [felt], odometry, lambda speed: [lambda k: self._inverse(measurements, speed, k)], MEMORY
             )
         columns = geometry("vertical", curvature, good, odometry, self.cut, integrate=2)
-        return columns | {"vertical_curvature [1/m]": np.where(good, curvature, np.nan)}, good
+        return columns | {"vertical_curvature [1/m]": felt}, good
 
     def _compensates(self, measurements: Measurements) -> bool:
         return self.compensate and self.domain == "space" and given(measurements.vehicle, NEEDED)

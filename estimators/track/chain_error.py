@@ -164,7 +164,7 @@ class _Table(NamedTuple):
         return _Table(k, speeds, weights, np.stack(shown, axis=1), np.stack(wrong, axis=1), np.stack(noise))
 
     def spread(self, speed: np.ndarray, power: np.ndarray, values: np.ndarray, more: np.ndarray | float) -> np.ndarray:
-        """Standard deviation at each place.
+        """Standard deviation at each place, NaN where the estimate shows nothing.
 
         Each vehicle has the track's level with which it would show what the estimate shows.
 
@@ -180,11 +180,11 @@ class _Table(NamedTuple):
         total = along(self.noise) + more
         known = np.isfinite(values)
         if not known.any():
-            return np.sqrt(total)
+            return np.full(len(speed), np.nan)
         track = max(float(np.mean(values[known] ** 2) - total[known].mean()), 0.0)
         for weight, shown, wrong in zip(self.weights, self.shown, self.wrong, strict=True):
             total = total + weight * track / along(shown)[known].mean() * along(wrong)
-        return np.sqrt(total)
+        return np.where(known, np.sqrt(total), np.nan)
 
 
 class Reading(NamedTuple):

@@ -130,7 +130,12 @@ class ConicitySpectral(Estimator, frozen=True):
         told = (conicity, honest, 1.0) if like >= UNLIKELY else (np.nan, np.nan, 0.0)
         names = ("conicity [-]", "conicity_std [-]", "valid [-]")
         series = pd.DataFrame({"time [s]": time, **dict(zip(names, told, strict=True))})
-        about = {"offset [m]": offset, "way_scale [-]": scale, "creep_share [-]": creep, "likelihood_of_fit [-]": like}
+        about: dict[str, Any] = {
+            "offset [m]": offset,
+            "way_scale [-]": scale,
+            "creep_share [-]": creep,
+            "likelihood_of_fit [-]": like,
+        }
         about |= {"filter_std [-]": spread, "channel": channel, "blocks [-]": len(blocks.speeds)}
         about["warnings"] = [] if like >= UNLIKELY else [UNLIKE]
         return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), **about})
