@@ -85,13 +85,17 @@ class Estimator(Spec, frozen=True):
         """The channels that the estimator needs with these settings."""
         return self.requires
 
+    def lacking(self, measurements: Measurements) -> list[str]:
+        """The channels that are needed and missing."""
+        return [name for name in self.needed() if name not in measurements]
+
     def fits(self, measurements: Measurements) -> bool:
         """Whether the recording has every channel that the estimator needs."""
-        return set(self.needed()) <= set(measurements.channels)
+        return not self.lacking(measurements)
 
     def need(self, measurements: Measurements) -> None:
         """Raise `InputError` that names all channels that are needed and missing."""
-        missing = [f"'{name}'" for name in self.needed() if name not in measurements.channels]
+        missing = [f"'{name}'" for name in self.lacking(measurements)]
         if missing:
             what, which = ("channels", "these sensors") if len(missing) > 1 else ("channel", "that sensor")
             raise InputError(f"{self.name} needs {what} {', '.join(missing)}; add {which} to the recording")

@@ -1,11 +1,12 @@
 """From time to distance: how far the vehicle has come, where that is trusted, and channels on a grid of distance.
 
-Distance is the integral of a speed: of a tachometer's, or of the refined speed from the bogie's own motion. It goes on
-over a standstill and over lost samples, but what lies there is marked: nothing is made up.
+Distance is the integral of a speed: of the channel that the recording states (`speed_source` in about.json), else of a
+tachometer's, or of the refined speed from the bogie's own motion. It goes on over a standstill and over lost samples,
+but what lies there is marked: nothing is made up.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -15,6 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import resample_poly
 
 from estimators.signals.bands import settled, stretches
+from estimators.speed.smoothed_speed import smooth_speed
 from estimators.speed.speed_refined import SpeedRefined
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
@@ -38,6 +40,26 @@ STEADY = 3.0
 """Standard deviation of the weights over time, s, by which the ratio of refined speed and tachometer is smoothed: it is
 the wheel's radius; after a standstill the refined speed swings by 4 % for three seconds."""
 SpeedSource = Literal["tachometer", "refined"]
+"""What an estimator takes the speed from; "tachometer" also stands for the source that the recording states."""
+_STATED = "speed_source"  # key of about.json
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """A speed over time.
+
+    Attributes
+    ----------
+    time : s, shape (n,).
+    speed : m/s, NaN where it is not known, shape (n,).
+    speed_std : m/s, shape (n,); None where the source states none.
+    means : whether each speed is the mean since the sample before (pulses counted and timed), or that of the instant.
+    """
+
+    time: np.ndarray
+    speed: np.ndarray
+    speed_std: np.ndarray | None = None
+    means: bool = True
 
 
 @dataclass(frozen=True)
@@ -52,6 +74,8 @@ class Odometry:
     trusted : at the knots, whether the speed is measured and not below `slowest`, shape (k,).
     slowest : m/s.
     spacing : of the grid, m.
+    speed_std : standard deviation of the speed at the knots, m/s, shape (k,); None where the source states none.
+    source : what the speed is taken from: a channel, or "refined".
     """
 
     knots: np.ndarray
@@ -60,6 +84,8 @@ class Odometry:
     trusted: np.ndarray
     slowest: float
     spacing: float = SPACING
+    speed_std: np.ndarray | None = field(default=None)
+    source: str = ""
 
     @cached_property
     def s(self) -> np.ndarray:
@@ -81,6 +107,12 @@ class Odometry:
     def valid(self) -> np.ndarray:
         """Whether the speed is measured and not too low around each place of the grid, shape (n,)."""
         return self.mark(self.knots, self.trusted)
+
+    def stated(self) -> dict[str, object]:
+        """For about.json: source of the speed and its standard deviation; nothing where the source states no error."""
+        if self.speed_std is None:
+            return {}
+        return {"speed_source": self.source, "speed_std [m/s]": float(np.median(self.speed_std))}
 
     def distance_at(self, time: np.ndarray) -> np.ndarray:
         """Distance at any time, m."""
@@ -161,22 +193,26 @@ def integrate_speed(
 
     Parameters
     ----------
-    source : "tachometer" (its wheel radius errors stay in), or "refined": estimator `speed_refined` on the same record,
-        and where that gives nothing (below 3 m/s, at the start) the tachometer scaled to agree, if there is one.
+    source : "tachometer": the channel that the recording states as `speed_source`, else the first tachometer (its
+        wheel radius errors stay in); "refined": estimator `speed_refined` on the same record, and where that gives
+        nothing (below 3 m/s, at the start) that channel scaled to agree, if there is one.
     slowest : below this speed (m/s) places are marked invalid.
 
     Raises
     ------
     InputError : no such source in the recording, or no sample of it.
     """
-    time, speed = _SOURCES[source](measurements)
+    source = _resolved(measurements, source)
+    speeds = _SOURCES[source](measurements)
+    time, speed = speeds.time, speeds.speed
     good = np.isfinite(speed)
     if good.sum() < 2:
         raise InputError(f"the {source} gives no speed; check that channel, or use another 'speed_source'")
     step = np.diff(time)
     longest = max(LONGEST_STEP, 2.5 * float(np.median(step)))
     filled = np.interp(time, time[good], speed[good])
-    mean = np.where(step > longest, (filled[1:] + filled[:-1]) / 2, filled[1:])
+    mean = filled[1:] if speeds.means else (filled[1:] + filled[:-1]) / 2
+    mean = np.where(step > longest, (filled[1:] + filled[:-1]) / 2, mean)
     distance = np.concatenate([[0.0], np.cumsum(np.maximum(mean, 0.0) * step)])
     trusted = good & (filled >= slowest)
     lost = step > longest
@@ -184,14 +220,37 @@ def integrate_speed(
     trusted[:-1] &= ~lost
     if distance[-1] < 4 * spacing:
         raise InputError(f"the vehicle moves by {distance[-1]:.2f} m only; give a record of a moving vehicle")
-    return Odometry(time, distance, filled, trusted, slowest, spacing)
+    name = "refined" if source == "refined" else str(speed_channel(measurements))
+    return Odometry(time, distance, filled, trusted, slowest, spacing, speeds.speed_std, name)
 
 
-def has_speed(measurements: Measurements, source: SpeedSource) -> bool:
+def has_speed(measurements: Measurements, source: SpeedSource = "tachometer") -> bool:
     """Whether the recording has what `integrate_speed` needs for that source."""
-    if source == "refined":
+    if _resolved(measurements, source) == "refined":
         return SpeedRefined().fits(measurements)
-    return _tachometer_channel(measurements) is not None
+    return speed_channel(measurements) is not None
+
+
+def speed_channel(measurements: Measurements) -> str | None:
+    """The channel that the recording states as its speed source, else the first tachometer's; None where none is.
+
+    Raises
+    ------
+    InputError : the stated one is not there, or is no speed.
+    """
+    stated = measurements.about.get(_STATED)
+    if stated is None or stated == "refined":
+        return _tachometer_channel(measurements)
+    if stated not in measurements:
+        raise InputError(f"{_STATED}: no channel '{stated}'; there are: {', '.join(measurements.channels)}, or refined")
+    if not str(stated).endswith(("[m/s]", "[rad/s]")):
+        raise InputError(f"{_STATED}: '{stated}' is no speed; give a channel in m/s, or a wheel's in rad/s")
+    return str(stated)
+
+
+def _resolved(measurements: Measurements, source: SpeedSource) -> SpeedSource:
+    """The recording's statement goes before the estimator's default."""
+    return "refined" if measurements.about.get(_STATED) == "refined" else source
 
 
 def _tachometer_channel(measurements: Measurements) -> str | None:
@@ -201,19 +260,39 @@ def _tachometer_channel(measurements: Measurements) -> str | None:
     return next(iter(speeds + spins), None)
 
 
-def _tachometer(measurements: Measurements) -> tuple[np.ndarray, np.ndarray]:
-    """Times and speeds; each speed is the mean since the sample before (pulses counted and timed)."""
-    name = _tachometer_channel(measurements)
+def channel_speeds(measurements: Measurements) -> Speeds:
+    """Speed by `speed_channel`.
+
+    A tachometer's are taken as they are. Samples of a receiver, or of any other column, are smoothed: their standard
+    deviation is the data sheet's `speed_std` or noise, else what they scatter by.
+
+    Raises
+    ------
+    InputError : there is no such channel.
+    """
+    name = speed_channel(measurements)
     if name is None:
-        raise InputError("no tachometer channel ('wheelset1.speed [m/s]'); add one or set speed_source to 'refined'")
-    values = np.asarray(measurements[name])
+        raise InputError(
+            "no tachometer channel ('wheelset1.speed [m/s]'); add one, state another as 'speed_source' in the map "
+            "or by --speed-source CHANNEL, or take --speed-source refined"
+        )
+    sheet = data_sheet(measurements.about, name)
+    time, values = measurements.time(name), np.asarray(measurements[name])
     if name.endswith("[rad/s]"):
         values = values * float(measurements.vehicle.get("wheel_radius", np.nan))
-    return measurements.time(name), values
+    if name.startswith("wheelset") or sheet.kind == "tachometer":
+        return Speeds(time, values)
+    given = sheet.stated.get("speed_std")
+    std = float(given) if isinstance(given, int | float) else None
+    if std is None and sheet.states("noise_density"):
+        std = float(np.sqrt(sheet.variance(measurements.rate(name))))
+    longest = 2.5 / measurements.rate(name)
+    smooth = smooth_speed(time - sheet.delay, values, LONGEST_STEP, longest, std)
+    return Speeds(smooth.time, smooth.speed, smooth.speed_std, means=False)
 
 
-def _refined(measurements: Measurements) -> tuple[np.ndarray, np.ndarray]:
-    """The refined speed; with a tachometer, that one times how much the refined speed is of it.
+def _refined(measurements: Measurements) -> Speeds:
+    """The refined speed; with another channel of speed, that one times how much the refined speed is of it.
 
     Where the refined speed is not sure (around a standstill), the ratio goes on from one sure place to the next, so
     that nothing jumps there: a jump would be read as an acceleration, which pitches the bogie.
@@ -222,19 +301,20 @@ def _refined(measurements: Measurements) -> tuple[np.ndarray, np.ndarray]:
     time = series["time [s]"].to_numpy()
     speed = np.where(series["valid [-]"].to_numpy() > 0.5, series["speed [m/s]"].to_numpy(), np.nan)
     speed = _lasting(time, speed)
-    if _tachometer_channel(measurements) is None:
-        return time, speed
-    wheel = np.interp(time, *_tachometer(measurements))
+    if speed_channel(measurements) is None:
+        return Speeds(time, speed)
+    other = channel_speeds(measurements)
+    wheel = np.interp(time, other.time, other.speed)
     sure = np.isfinite(speed) & (wheel > 3.0) & (series["speed_std [m/s]"].to_numpy() < SURE * speed)
     if not sure.any():
-        return time, wheel
+        return Speeds(time, wheel)
     ratio = np.divide(speed, wheel, out=np.ones(len(time)), where=sure)
     scale = float(np.median(ratio[sure]))
     sure &= np.abs(ratio - scale) <= DISAGREE * scale
     weight = np.divide(speed, series["speed_std [m/s]"].to_numpy(), out=np.zeros(len(time)), where=sure) ** 2
     reach = STEADY * (len(time) - 1) / (time[-1] - time[0])
     mean = gaussian_filter1d(weight * ratio, reach)[sure] / gaussian_filter1d(weight, reach)[sure]
-    return time, wheel * np.interp(time, time[sure], mean)
+    return Speeds(time, wheel * np.interp(time, time[sure], mean))
 
 
 def _lasting(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
@@ -246,8 +326,8 @@ def _lasting(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
     return kept
 
 
-_SOURCES: dict[str, Callable[[Measurements], tuple[np.ndarray, np.ndarray]]] = {
-    "tachometer": _tachometer,
+_SOURCES: dict[str, Callable[[Measurements], Speeds]] = {
+    "tachometer": channel_speeds,
     "refined": _refined,
 }
 

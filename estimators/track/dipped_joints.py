@@ -81,7 +81,7 @@ class DippedJoints(EventEstimator, frozen=True):
             "settings": self.model_dump(mode="json"),
             "curvature": channels[0].kind if channels else "none",
             "events": joints,
-        }
+        } | odometry.stated()
         return Estimate(self.name, series, about)
 
 

@@ -43,7 +43,8 @@ class TrackEstimator(Estimator, frozen=True):
         """The estimate from its columns; `good`: where all that went in was measured."""
         valid = settled(good, odometry.spacing, max(ENDS, self.cut / 2.0))
         table = {"s [m]": odometry.s, "time [s]": odometry.time, **columns, "valid [-]": valid.astype(float)}
-        return Estimate(self.name, pd.DataFrame(table), {"settings": self.model_dump(mode="json"), **about})
+        about = {"settings": self.model_dump(mode="json"), **odometry.stated(), **about}
+        return Estimate(self.name, pd.DataFrame(table), about)
 
 
 def geometry(

@@ -86,6 +86,7 @@ class Switches(EventEstimator, frozen=True):
             }
         )
         about = {"settings": self.model_dump(mode="json"), "crossovers": crossovers, "events": switch_events}
+        about |= odometry.stated()
         return Estimate(self.name, series, about)
 
     def _scale(

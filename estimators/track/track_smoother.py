@@ -155,7 +155,7 @@ class TrackSmoother(Estimator, frozen=True):
             columns, words = checked(series, name, tracks[name].fit.misfit, opinion)
             series = series.assign(**columns)
             warnings += words
-        about: dict[str, Any] = self.model_dump() | {"warnings": sorted(warnings)}
+        about: dict[str, Any] = self.model_dump() | {"warnings": sorted(warnings)} | out.stated()
         for name in fitted:
             about[f"{name}_level [m rad]"] = tracks[name].level
             about |= {f"{name}_{band}_bound [m]": bound for band, bound in tracks[name].bounds.items()}

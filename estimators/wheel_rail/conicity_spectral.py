@@ -18,7 +18,7 @@ from estimators.vehicle import plan_view, single_wheelset
 from estimators.vehicle.contact import ContactGeometry
 from estimators.vehicle.creep import DRY, DRY_WORKING
 from estimators.vehicle.parameters import given, numbers
-from estimators.wheel_rail.contact_run import SPEED, held
+from estimators.wheel_rail.contact_run import SPEED, held, without_speed
 from estimators.wheel_rail.known_rails import Survey, refine
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -80,6 +80,10 @@ class ConicitySpectral(Estimator, frozen=True):
     bogie_error: float = quantity(0.3, unit="- of the conicity", source="trial with the half vehicle", ge=0.0)
 
     requires: ClassVar[tuple[str, ...]] = (SPEED,)
+
+    def lacking(self, measurements: Measurements) -> list[str]:
+        """The channels that are needed and missing; a stated speed source stands for the tachometer."""
+        return without_speed(super().lacking(measurements), measurements)
 
     def fits(self, measurements: Measurements) -> bool:
         """Whether there are a yaw gyro, the wheel's speed, the measured track and a vehicle that is known."""

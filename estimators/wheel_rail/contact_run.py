@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate, Estimator
+from estimators.speed.odometry import channel_speeds, has_speed, speed_channel
 from estimators.vehicle.creep import DRY
 from estimators.vehicle.single_wheelset import WheelsetModel, coefficients, fits, wheelset_model
 from estimators.wheel_rail import contact_filter as kernels
@@ -71,6 +72,10 @@ class ContactEstimator(Estimator, frozen=True):
     use_roll: bool = quantity(False, unit="-", source="the roll of a worn wheelset does not follow its shift")
 
     requires: ClassVar[tuple[str, ...]] = (NAMES[2], SPEED)
+
+    def lacking(self, measurements: Measurements) -> list[str]:
+        """The channels that are needed and missing; a stated speed source stands for the tachometer."""
+        return without_speed(super().lacking(measurements), measurements)
 
     def fits(self, measurements: Measurements) -> bool:
         """Whether the channels are there and the vehicle is a single wheelset."""
@@ -226,8 +231,16 @@ def read(measurements: Measurements) -> Grid:
     return Grid(samples, held(measurements, time[0] + np.arange(len(samples)) / rate), rows, time, rate)
 
 
+def without_speed(missing: list[str], measurements: Measurements) -> list[str]:
+    """Channels that are missing, less the tachometer's where the recording states another source of speed."""
+    return [name for name in missing if name != SPEED or not has_speed(measurements)]
+
+
 def held(measurements: Measurements, time: np.ndarray) -> np.ndarray:
-    """Last known wheel speed at the times, NaN before the first."""
+    """Last known wheel speed at the times, NaN before the first; or the speed by the source that is stated."""
+    if speed_channel(measurements) != SPEED:
+        speeds = channel_speeds(measurements)
+        return np.interp(time, speeds.time, speeds.speed)
     good = np.isfinite(measurements[SPEED])
     known, values = measurements.time(SPEED)[good], measurements[SPEED][good]
     place = np.searchsorted(known, time + 1e-9, side="right") - 1

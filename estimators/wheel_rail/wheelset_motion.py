@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimators.signals.bands import ORDER, transform
+from estimators.speed.odometry import channel_speeds, has_speed, speed_channel
 from estimators.vehicle.parameters import numbers
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
@@ -76,7 +77,7 @@ class WheelsetMotion:
 def has_motion(measurements: Measurements) -> bool:
     """Whether the recording has a yaw gyro, a speed and one of the two sources of the lateral position."""
     lateral = SIDE in measurements or (BODY in measurements and TRANSDUCER in measurements)
-    return YAW in measurements and lateral and any(name in measurements for name in SPEEDS)
+    return YAW in measurements and lateral and has_speed(measurements)
 
 
 def wheelset_motion(measurements: Measurements, longest: float, highest: float) -> WheelsetMotion:
@@ -121,15 +122,18 @@ def wheelset_motion(measurements: Measurements, longest: float, highest: float) 
 
 
 def wheelset_speed(measurements: Measurements, time: np.ndarray) -> np.ndarray:
-    """Running speed from the tachometer and the nominal wheel radius at `time`, m/s, smoothed over 0.5 s.
+    """Running speed at `time`, m/s: by the tachometer and the nominal wheel radius, smoothed over 0.5 s, or by the
+    source that the recording states.
 
     Raises
     ------
-    InputError : no tachometer of wheelset 1.
+    InputError : neither tachometer nor another source of speed.
     """
-    name = next((name for name in SPEEDS if name in measurements), None)
-    if name is None:
-        raise InputError(f"no speed: add a tachometer that gives '{SPEEDS[0]}'")
+    name = speed_channel(measurements)
+    if name not in SPEEDS:
+        speeds = channel_speeds(measurements)
+        known = np.isfinite(speeds.speed)
+        return np.interp(time, speeds.time[known], speeds.speed[known])
     values = np.array(measurements[name])
     if name == SPEEDS[1]:
         values = values * nominal(measurements, "wheel_radius")

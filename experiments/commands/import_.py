@@ -2,6 +2,7 @@
 
 import argparse
 
+from experiments.commands._out import add_overwrite, replaces
 from experiments.reporting.outcome import Outcome
 
 
@@ -10,15 +11,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="CSV, Parquet, MDF4 or TDMS")
     parser.add_argument("--map", metavar="MAP.yaml", required=True, help="what its columns mean: docs/field_data.md")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of the recording; track.csv for a track")
+    add_overwrite(parser)
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Import, and say every assumption and repair."""
     from railsim.field.importing import import_file
 
+    said = replaces(given.out, "recording", given.overwrite)
     done = import_file(given.file, given.map, given.out)
     result = {done.kind: str(given.out), "assumptions": done.notes.assumptions, "repairs": done.notes.repairs}
     lines = [f"{given.out}: {done.kind} from {given.file}"]
+    lines = lines if said is None else [said, *lines]
     lines += [f"  assumed: {text}" for text in done.notes.assumptions]
     lines += [f"  repaired: {text}" for text in done.notes.repairs]
     return Outcome(result, "\n".join(lines))

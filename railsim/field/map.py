@@ -129,7 +129,7 @@ class RecordingMap(Spec, frozen=True):
     format: Literal["csv", "parquet", "mdf4", "tdms"] | None = quantity(None, unit="-", source=MAP)
     csv: Csv = quantity(Csv(), unit="-", source=MAP)
     vehicle: str | dict[str, Any] = quantity(unit="shipped vehicle, or nominal parameters in SI units", source=MAP)
-    speed_source: str | None = quantity(None, unit="channel that estimators take the speed from", source=MAP)
+    speed_source: str | None = quantity(None, unit="channel that gives the speed, or refined", source=MAP)
     track: str | None = quantity(None, unit="track file, from the map's folder, or shipped track", source=MAP)
     tables: tuple[TableMap, ...] = quantity(unit="-", source=MAP, min_length=1)
     sensors: tuple[dict[str, Any], ...] = quantity((), unit="-", source=MAP)

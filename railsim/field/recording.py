@@ -229,11 +229,19 @@ def _vehicle(given: str | dict[str, Any], folder: Path, notes: Notes) -> dict[st
 
 
 def _speed_source(mapped: RecordingMap, channels: list[str], notes: Notes) -> dict[str, Any]:
+    speeds = [name for name in channels if name.endswith("speed [m/s]")]
+    if mapped.speed_source is None and len(speeds) == 1 and not speeds[0].startswith("wheelset"):
+        notes.assume(f"speed_source '{speeds[0]}', the only channel of speed")
+        return {"speed_source": speeds[0]}
     if mapped.speed_source is None:
         notes.assume("no speed source is stated; estimators choose among the channels")
         return {}
-    if mapped.speed_source not in channels:
-        raise InputError(f"speed_source: no channel '{mapped.speed_source}'; there are: {', '.join(channels)}")
+    if mapped.speed_source not in [*channels, "refined"]:
+        raise InputError(
+            f"speed_source: no channel '{mapped.speed_source}'; there are: {', '.join(channels)}, or refined"
+        )
+    if not mapped.speed_source.endswith(("[m/s]", "[rad/s]", "refined")):
+        raise InputError(f"speed_source: '{mapped.speed_source}' is no speed; name one in m/s, or a wheel's in rad/s")
     return {"speed_source": mapped.speed_source}
 
 
