@@ -1,5 +1,6 @@
 """`railsim estimate` takes what a recording lacks, and `--out` says what it replaces."""
 
+import re
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -9,6 +10,7 @@ import pytest
 
 from estimators.interface import Estimate
 from railsim.recording import write_recording
+from railsim.vehicles.lookup import build_vehicle
 from tests.experiments.conftest import Command
 
 GNSS, PITCH = "gnss.speed [m/s]", "bogie.rate_pitch [rad/s]"
@@ -38,8 +40,11 @@ def test_each_message_names_the_next_option(railsim_here: Command, box: Path):
     assert done.returncode == 0, done.stderr
     assert "replaced" not in done.stdout
     joints = ("estimate", "dipped_joints", box, "--out", "joints", *source)
-    refused(railsim_here(*joints), "semi_wheelbase")
-    assert railsim_here(*joints, "--set", "vehicle.semi_wheelbase=1.3").returncode == 0
+    asked = railsim_here(*joints)
+    refused(asked, "must give a positive number")
+    nominal = build_vehicle("manchester", Path()).nominal()
+    given = [f"vehicle.{name}={nominal[name]}" for name in re.findall(r"'(\w+)'", asked.stderr) if name in nominal]
+    assert railsim_here(*joints, "--set", *given).returncode == 0
     again = railsim_here(*call, *source, "--set", "vehicle.semi_wheelbase=1.3", "cut=35")
     assert "replaced: an earlier estimate" in again.stdout
     estimate = Estimate.open("out")
