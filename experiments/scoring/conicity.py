@@ -1,6 +1,6 @@
 """Scores of conicity: over time, and over the lateral shift.
 
-An estimator may give the conicity as a series, "conicity [-]", and as a function of y - d in its
+An estimator may give the conicity as a series, "conicity [-]", and as a function of the shift in its
 `about["conicity_function"]`: {"shift [m]": [...], "conicity [-]": [...], "conicity_std [-]": [...], "kind": "secant" or
 "local"}, see `contact_truth`.
 """
@@ -21,9 +21,9 @@ from railsim.truth import TIME, Truth
 WINDOW = 4.0
 """Window over which the true conicity is the best fitting cone's, s."""
 INNER = 0.8
-"""Share of the visited range of y - d that counts as inner."""
+"""Share of the visited range of the shift that counts as inner."""
 RARE = 0.002
-"""Share of the time that a bin of y - d needs to count at all."""
+"""Share of the time that a bin of the shift needs to count at all."""
 
 
 class ConicityScorer(Scorer):
@@ -71,7 +71,7 @@ class ConicityScorer(Scorer):
 
 
 def function_errors(function: Mapping[str, Any], true: ContactTruth) -> pd.DataFrame:
-    """Error of a conicity function in each visited bin of y - d.
+    """Error of a conicity function in each visited bin of the shift.
 
     Returns
     -------

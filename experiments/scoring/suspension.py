@@ -9,6 +9,7 @@ from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import PARAMETERS
 from experiments.scoring.detection import damping_left, score_detection, score_verdicts
 from experiments.scoring.interface import Check, Scorer
+from experiments.scoring.wheel_rail_truth import cone_of, contact_truth
 from railsim.errors import InputError
 from railsim.truth import TIME, Truth
 
@@ -72,20 +73,10 @@ def true_parameters(truth: Truth) -> np.ndarray:
 
 
 def true_conicity(truth: Truth) -> float:
-    """Least-squares slope of (r_left - r_right) / 2 over the lateral shift of the wheelsets on the rails."""
-    above, below = 0.0, 0.0
-    for number in (1, 2):
-        sides = [f"wheel{number}_{side}" for side in ("left", "right")]
-        radius = [truth[f"{side}.rolling_radius [m]"] for side in sides]
-        rails = [truth[f"track{number}.{side}_lateral [m]"] for side in ("left", "right")]
-        arm = float(truth.about.get("vehicle", {}).get("wheel_radius [m]", 0.45))
-        shift = (
-            truth[f"wheelset{number}.y [m]"] + arm * truth[f"wheelset{number}.roll [rad]"] - (rails[0] + rails[1]) / 2
-        )
-        shift = shift - shift.mean()
-        above += float(shift @ (radius[0] - radius[1])) / 2.0
-        below += float(shift @ shift)
-    return above / below if below > 0.0 else float("nan")
+    """The cone that fits both wheelsets best: slope of half the difference of the rolling radii over the shift."""
+    contacts = [contact_truth(truth, number) for number in (1, 2)]
+    shift = np.concatenate([one.shift - one.shift.mean() for one in contacts])
+    return cone_of(shift, np.concatenate([one.half_difference for one in contacts]))
 
 
 def final(estimate: Estimate) -> np.ndarray:

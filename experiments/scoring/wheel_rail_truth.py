@@ -1,8 +1,16 @@
-"""True wheel-rail geometry of a run, from its own channels: conicity as a function of the lateral shift y - d.
+"""True wheel-rail geometry of a run, from its own channels: conicity as a function of the lateral shift on the rails.
 
-Two conicities are told apart. The secant one is what equation (1) of Ward et al. (2011) defines, half the difference
-of the rolling radii over y - d; the local one is the slope of that half difference. Both are functions of y - d only
-where the gauge is constant; with gauge variation the table holds their means at each shift.
+The shift is that of the wheels where they touch the rails, u = y + r roll - d: a wheel of radius r hangs below the
+axle, so a roll carries its tread to the left by r roll. Rolling radii follow from u alone where the gauge is constant,
+whatever the cross level, which rolls wheelset and rails together and moves y by -r roll. Without slip u' = V yaw and
+yaw' = -V D / (r l), D half the difference of the rolling radii and l half the contacts' distance, so that a cone of
+slope lambda runs in Klingel's wave, 2 pi sqrt(r l / lambda): D / u is the conicity that guides (Klingel 1883; Wickens
+2003, section 2.5). y - d in the place of u, as if the axle lay on the rails, makes it larger by 1 / (1 - r delta / l),
+delta the contact angle, and with cross level it is no function of y - d at all.
+
+Two conicities are told apart. The secant one is half the difference of the rolling radii over u, as equation (1) of
+Ward et al. (2011) has it; the local one is the slope of that half difference. With gauge variation the table holds
+their means at each shift.
 """
 
 from dataclasses import dataclass
@@ -11,13 +19,14 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from railsim.errors import InputError
 from railsim.profiles.conicity import equivalent_conicity
 from railsim.truth import Truth
 
 CELL = 2.5e-5
 """Width of the cells in which rolling radii are averaged over the shift of a wheel, m."""
 BIN = 2.5e-4
-"""Width of the bins of y - d in which conicity is stated, m."""
+"""Width of the bins of the shift in which conicity is stated, m."""
 FEWEST = 20
 """Samples of the truth that a bin needs."""
 
@@ -28,10 +37,10 @@ class ContactTruth:
 
     Attributes
     ----------
-    time : s. shift : y less the mean lateral position of the rails, m. gauge : deviation of the rails' distance, m.
+    time : s. shift : of the wheels on the rails, `contact_shift`, m. gauge : deviation of the rails' distance, m.
     half_difference : half the rolling radius left less right, m. sum_of_radii : m.
     sum_of_angles, difference_of_angles : of the contact angles as positive towards the flanges, rad.
-    local : slope of the half difference by the shift of the wheelset's centre, roll included (-).
+    local : slope of the half difference by the shift (-).
     track : mean lateral position of the rails, m.
     """
 
@@ -92,20 +101,39 @@ def contact_truth(truth: Truth, wheelset: int = 1) -> ContactTruth:
     slope = [
         _slope(truth[f"{wheel}.lateral_shift [m]"], values) for wheel, values in zip((left, right), radius, strict=True)
     ]
-    vehicle = truth.about["vehicle"]
-    r0, arm = float(vehicle["wheel_radius [m]"]), float(vehicle["half_gauge [m]"])
-    roll = (np.tan(angle[0]) - np.tan(angle[1])) / (2.0 * arm)  # by the shift of the wheels
     return ContactTruth(
         time=truth.time,
-        shift=truth[f"wheelset{wheelset}.y [m]"] - (rails[0] + rails[1]) / 2.0,
+        shift=contact_shift(truth, wheelset),
         gauge=rails[0] - rails[1],
         half_difference=(radius[0] - radius[1]) / 2.0,
         sum_of_radii=radius[0] + radius[1],
         sum_of_angles=angle[0] - angle[1],
         difference_of_angles=angle[0] + angle[1],
-        local=(slope[0] - slope[1]) / 2.0 / (1.0 - r0 * roll),
+        local=(slope[0] - slope[1]) / 2.0,
         track=(rails[0] + rails[1]) / 2.0,
     )
+
+
+def contact_shift(truth: Truth, wheelset: int = 1) -> np.ndarray:
+    """Lateral shift of a wheelset's wheels on the rails where they touch, m, (n,).
+
+    Raises
+    ------
+    InputError : the run has no such wheelset, or does not state its wheels' radius.
+    """
+    radius = truth.about.get("vehicle", {}).get("wheel_radius [m]")
+    if radius is None:
+        raise InputError("the run's vehicle states no 'wheel_radius [m]'; simulate it again")
+    left, right = (truth[f"track{wheelset}.{side}_lateral [m]"] for side in ("left", "right"))
+    hanging = truth[f"wheelset{wheelset}.y [m]"] + float(radius) * truth[f"wheelset{wheelset}.roll [rad]"]
+    return hanging - (left + right) / 2.0
+
+
+def cone_of(shift: np.ndarray, half_difference: np.ndarray) -> float:
+    """Slope of the cone that fits best (-), a mean shift and difference left aside; NaN where nothing shifts."""
+    moved = shift - shift.mean()
+    power = float(moved @ moved)
+    return float(moved @ half_difference) / power if power > 0.0 else float("nan")
 
 
 def _slope(shift: np.ndarray, radius: np.ndarray) -> np.ndarray:

@@ -10,7 +10,8 @@ from estimators.interface import Estimate
 from experiments.runs.contact import Case, run
 from experiments.scoring.conicity import function_errors, function_scores
 from experiments.scoring.score import score
-from experiments.scoring.wheel_rail_truth import contact_truth
+from experiments.scoring.suspension import true_conicity
+from experiments.scoring.wheel_rail_truth import cone_of, contact_truth
 from railsim import load_scenario, simulate
 from railsim.truth import Truth
 from railsim.wheelset import WheelsetParameters, cone_conicity
@@ -26,9 +27,9 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> Truth:
 
 
 def test_cone_has_its_conicity_at_every_shift(truth: Truth) -> None:
-    """Roll included: lambda = slope / (1 - slope r0 / l)."""
+    """Klingel's: the slope of the cone itself."""
     table = contact_truth(truth).table
-    expected = cone_conicity(SLOPE, WheelsetParameters())
+    expected = SLOPE
     columns = {name: table[name].to_numpy() for name in ("local [-]", "secant [-]", "share [-]")}
     common = columns["share [-]"] > 0.01
     np.testing.assert_allclose(columns["local [-]"][common], expected, rtol=5e-3)
@@ -36,10 +37,39 @@ def test_cone_has_its_conicity_at_every_shift(truth: Truth) -> None:
     assert columns["share [-]"].sum() == pytest.approx(1.0, abs=0.01)
 
 
+def test_over_the_axle_a_cone_is_steeper(truth: Truth) -> None:
+    """Over y - d it is slope / (1 - slope r0 / l), as roll carries the treads outwards (Wickens 2003, section 2.5)."""
+    found = contact_truth(truth)
+    axle = truth["wheelset1.y [m]"] - found.track
+    expected = cone_conicity(SLOPE, WheelsetParameters())
+    assert cone_of(axle, found.half_difference) == pytest.approx(expected, rel=5e-3)
+    assert cone_of(found.shift, found.half_difference) == pytest.approx(SLOPE, rel=5e-3)
+    assert np.isnan(cone_of(np.ones(3), np.ones(3)))
+
+
+def test_shift_is_that_of_the_wheels_contact_functions(truth: Truth) -> None:
+    """Each wheel has its own over its own rail, half the gauge deviation aside."""
+    wheels = [truth[f"wheel1_{side}.lateral_shift [m]"] for side in ("left", "right")]
+    np.testing.assert_allclose(contact_truth(truth).shift, (wheels[0] + wheels[1]) / 2.0, atol=2e-5)
+
+
+def test_cross_level_is_no_shift(tmp_path: Path) -> None:
+    """Both scorers' conicity on rails of uneven height: the slope of the profiles, 0.15 by their closed form."""
+    scenario = load_scenario("suspension", {"duration": 8.0})
+    run_of_half = simulate(scenario, "compiled", tmp_path / "run")
+    found = contact_truth(run_of_half)
+    cross_level = run_of_half["track1.left_vertical [m]"] - run_of_half["track1.right_vertical [m]"]
+    assert np.std(cross_level) > 1e-3
+    assert cone_of(found.shift, found.half_difference) == pytest.approx(0.15, rel=0.01)
+    assert true_conicity(run_of_half) == pytest.approx(0.15, rel=0.01)
+    axle = run_of_half["wheelset1.y [m]"] - found.track
+    assert abs(cone_of(axle, found.half_difference) - 0.15) > 0.005
+
+
 def test_sum_of_angles_is_that_of_two_cones(truth: Truth) -> None:
     found = contact_truth(truth)
     np.testing.assert_allclose(found.sum_of_angles, 2.0 * np.arctan(SLOPE), rtol=2e-3)
-    np.testing.assert_allclose(found.effective(2.0), cone_conicity(SLOPE, WheelsetParameters()), rtol=2e-2)
+    np.testing.assert_allclose(found.effective(2.0), SLOPE, rtol=2e-2)
 
 
 def test_perfect_and_shifted_estimates(truth: Truth) -> None:
