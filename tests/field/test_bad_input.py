@@ -47,7 +47,7 @@ DOUBLED = GOOD.replace("0.10,10\n", "0.10,10\n0.10,10\n0.10,99\n")
     ("text", "values", "line"),
     [
         (GOOD, mapped(channel={"unit": "m/s"}), "'m/s' cannot become 'rad/s'"),
-        (GOOD, mapped(channel={"unit": "deg/sec"}), r"rate_pitch \[rad/s\].unit.*unknown unit 'deg/sec'"),
+        (GOOD, mapped(channel={"unit": "deg/seg"}), r"rate_pitch \[rad/s\].unit.*unknown unit 'deg/seg'"),
         (GOOD, mapped(channel={"unit": None}), "neither the map nor the file states the unit of 'pitch'"),
         (GOOD.replace("pitch", "pitch [g]"), mapped(channel={"column": "pitch [g]"}), "the map says 'deg/s', .* 'g'"),
         (GOOD, mapped(channel={"column": "pich"}), "no column 'pich'; there are: 'pitch'"),

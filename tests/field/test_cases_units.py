@@ -1,0 +1,122 @@
+"""Units as loggers write them, and latitude and longitude, from file to recording."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from railsim import Recording
+from railsim.constants import GRAVITY
+from railsim.errors import InputError
+from railsim.field.importing import import_file
+from railsim.field.units import converter
+
+
+def imported(folder: Path, text: str, channels: dict[str, Any], **more: Any) -> Recording:
+    """Import a table with a column of time 't'."""
+    table = {"time": {"kind": "seconds", "column": "t"}, "channels": channels}
+    (folder / "data.csv").write_text(text)
+    (folder / "map.yaml").write_text(
+        yaml.safe_dump({"origin": "test", "vehicle": "manchester", "tables": [table]} | more)
+    )
+    import_file(folder / "data.csv", folder / "map.yaml", folder / "out")
+    return Recording.open(folder / "out")
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted", "factor"),
+    [
+        ("m·s⁻²", "m/s2", 1.0),
+        ("m s⁻²", "m/s2", 1.0),
+        ("mm·s⁻²", "m/s2", 1e-3),
+        ("rad·s⁻¹", "rad/s", 1.0),
+        ("m/sec^2", "m/s2", 1.0),
+        ("m/s**2", "m/s2", 1.0),
+        ("m/(s^2)", "m/s2", 1.0),
+        ("m.s-2", "m/s2", 1.0),
+        ("M/S2", "m/s2", 1.0),
+        ("G", "m/s2", 9.80665),
+        ("mG", "m/s2", 9.80665e-3),
+        ("milli-g", "m/s2", 9.80665e-3),
+        ("g", "kg", 1e-3),
+        ("G", "T", 1e-4),
+        ("µT", "T", 1e-6),
+        ("dps", "rad/s", np.pi / 180),
+        ("mdps", "rad/s", np.pi / 180e3),
+        ("º/s", "rad/s", np.pi / 180),
+        ("RPM", "rad/s", np.pi / 30),
+        ("1/min", "rad/s", np.pi / 30),
+        ("min⁻¹", "rad/s", np.pi / 30),
+        ("U/min", "rad/s", np.pi / 30),
+        ("Km/h", "m/s", 1 / 3.6),
+        ("km/hr", "m/s", 1 / 3.6),
+        ("kts", "m/s", 1852 / 3600),
+        ("MPH", "m/s", 0.44704),
+        ("mm/s", "m/s", 1e-3),
+        ("µm", "m", 1e-6),
+        ("μm", "m", 1e-6),
+        ("um", "m", 1e-6),
+        ("µε", "-", None),
+        ("10000/m", "1/m", 1e-4),
+        ("1/10000m", "1/m", 1e-4),
+        ("rad/km", "1/m", 1e-3),
+        ("deg/100ft", "1/m", np.pi / 180 / 30.48),
+    ],
+)
+def test_loggers_names(given: str, wanted: str, factor: float | None):
+    if factor is None:
+        with pytest.raises(InputError, match="unknown unit"):
+            converter(given, wanted, "x")
+    else:
+        assert converter(given, wanted, "x").factor == pytest.approx(factor, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted", "line", "cure"),
+    [
+        ("ms⁻²", "m/s2", "write 'm s⁻²'", "m s⁻²"),
+        ("m/s⁻²", "m/s2", r"correct the unit \(m/s2, g", "m/s2"),
+        ("1/s", "rad/s", "'rev/s' where it counts revolutions", "rev/s"),
+        ("knotts", "m/s", r"did you mean 'knots'\?", "knots"),
+        ("deg/sek", "rad/s", r"did you mean 'sec'\?", "deg/sec"),
+        ("deg", "1/m", "deg/100ft", "deg/100ft"),
+        ("count", "m/s2", r"counts need 'scale'", "mg"),
+    ],
+)
+def test_the_cure_that_is_named_works(given: str, wanted: str, line: str, cure: str):
+    with pytest.raises(InputError, match=line):
+        converter(given, wanted, "x")
+    assert converter(cure, wanted, "x").factor > 0
+
+
+def test_counts_with_a_scale(tmp_path: Path):
+    rows = "t,az\n" + "".join(f"{i / 10},16384\n" for i in range(30))
+    name = "bogie.acceleration_z [m/s2]"
+    recording = imported(tmp_path, rows, {name: {"column": "az", "unit": "mg", "scale": 0.061}})
+    assert recording.measurements[name] == pytest.approx(16384 * 0.061e-3 * 9.80665)
+
+
+def test_capital_g_of_the_file(tmp_path: Path):
+    rows = '"t","Vert [G]","Speed [km/h]"\n' + "".join(f"{i / 10},1.0,36\n" for i in range(30))
+    channels = {"bogie.acceleration_z [m/s2]": {"column": "Vert [G]"}, "gnss.speed [m/s]": {"column": "Speed [km/h]"}}
+    measured = imported(tmp_path, rows, channels).measurements
+    assert measured["bogie.acceleration_z [m/s2]"] == pytest.approx(GRAVITY, rel=1e-3)
+    assert measured["gnss.speed [m/s]"] == pytest.approx(10.0)
+
+
+def test_latitude_and_longitude_stay_in_degrees(tmp_path: Path):
+    rows = "t,lat,lon,v\n" + "".join(f"{i},{48.8 + 1e-4 * i:.6f},{2.3 - 1e-4 * i:.6f},12\n" for i in range(20))
+    wrong = {"gnss.position_north [m]": {"column": "lat", "unit": "deg"}}
+    with pytest.raises(InputError, match=r"keep degrees as '<sensor>.latitude \[deg\]'"):
+        imported(tmp_path, rows, wrong)
+    channels = {
+        "gnss.latitude [deg]": {"column": "lat", "unit": "deg"},
+        "gnss.longitude [deg]": {"column": "lon", "unit": "°"},
+        "gnss.speed [m/s]": {"column": "v", "unit": "m/s"},
+    }
+    measured = imported(tmp_path, rows, channels).measurements
+    assert measured["gnss.latitude [deg]"] == pytest.approx(48.8 + 1e-4 * np.arange(20), abs=1e-9)
+    assert measured["gnss.longitude [deg]"][-1] == pytest.approx(2.3 - 19e-4, abs=1e-9)
+    assert measured.about["speed_source"] == "gnss.speed [m/s]"
