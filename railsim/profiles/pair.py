@@ -8,8 +8,10 @@ import pydantic
 
 from railsim.contact.functions import ContactFunctions
 from railsim.contact.pairs import WheelRailPair
-from railsim.profiles.files import read_profile
+from railsim.profiles.files import Units, read_profile, shipped_profiles
 from railsim.profiles.layout import Layout
+from railsim.profiles.orientation import GaugeSide
+from railsim.profiles.profile import Kind, Profile
 from railsim.profiles.tables import contact_functions
 from railsim.profiles.wear import worn
 from railsim.spec import Spec, quantity
@@ -26,10 +28,22 @@ class ProfilePair(Spec, frozen=True):
     right_wheel: str | None = quantity(None, unit="name or path", source="as the left one if not given")
     right_rail: str | None = quantity(None, unit="name or path", source="as the left one if not given")
     wear: float = quantity(0.0, unit="-", source="severity of `railsim.profiles.wear`", ge=0.0, le=1.0)
+    units: Units | None = quantity(None, unit="of the files' lengths", source="as the file states, else mm")
+    gauge_side: GaugeSide | None = quantity(
+        None, unit="sign of y on the gauge side of the rails' files", source="the side that is there, else negative"
+    )
     smoothing: float = quantity(0.0, unit="m, rms", source="0; some 5e-5 for measured profiles", ge=0.0, le=1e-3)
     gauge: float = quantity(1.435, unit="m", source="standard gauge", gt=0.5, lt=2.0)
     flange_back: float = quantity(1.360, unit="m", source="EN 13260, S1002 wheelsets: 1360 mm", gt=0.5, lt=2.0)
     wheel_load: float = quantity(55e3, unit="N", source="nominal, for the quasi-elastic averaging", gt=0.0)
+
+    def assumptions(self) -> list[str]:
+        """What was taken for granted about the files, each in a line."""
+        given = dict.fromkeys((name, kind) for name, kind in self._sources() if name is not None)
+        return [text for name, kind in given for text in _read(self, name, kind).assumptions]
+
+    def _sources(self) -> list[tuple[str | None, Kind]]:
+        return [(self.wheel, "wheel"), (self.rail, "rail"), (self.right_wheel, "wheel"), (self.right_rail, "rail")]
 
     def sides(self, wheel_radius: float, half_gauge: float) -> tuple[ContactFunctions, ContactFunctions | None]:
         """Contact functions of the left side, and of the right one where it differs.
@@ -43,9 +57,16 @@ class ProfilePair(Spec, frozen=True):
         return left, _functions(self, self.right_wheel or self.wheel, self.right_rail or self.rail, wheel_radius)
 
 
+def _read(pair: ProfilePair, source: str, kind: Kind) -> Profile:
+    """A profile; what the pair states of files does not concern shipped ones."""
+    if source in shipped_profiles():
+        return read_profile(source, kind)
+    return read_profile(source, kind, pair.units, pair.gauge_side if kind == "rail" else None)
+
+
 @lru_cache(maxsize=32)
 def _functions(pair: ProfilePair, wheel: str, rail: str, wheel_radius: float) -> ContactFunctions:
-    profiles = [read_profile(wheel, "wheel"), read_profile(rail, "rail")]
+    profiles = [_read(pair, wheel, "wheel"), _read(pair, rail, "rail")]
     if pair.smoothing > 0.0:
         profiles = [profile.smoothed(pair.smoothing) for profile in profiles]
     layout = Layout(gauge=pair.gauge, flange_back=pair.flange_back, wheel_radius=wheel_radius)

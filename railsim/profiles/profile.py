@@ -28,12 +28,14 @@ class Profile:
     at the taping line (nominal running circle) and z = 0 there, so that the rolling radius is r0 - z and the flange
     has negative z. Rail: z = 0 at the highest point; where y = 0 lies is the file's choice, the gauge places the rail.
     name : for tables and messages.
+    assumptions : what was taken for granted when it was read, in words.
     """
 
     kind: Kind
     y: np.ndarray
     z: np.ndarray
     name: str
+    assumptions: tuple[str, ...] = ()
 
     def arc_length(self) -> np.ndarray:
         """Distance along the polygon of points from the first one [m]."""
@@ -89,7 +91,7 @@ class Profile:
 
         Raises
         ------
-        ValueError : the profile does not reach that far down on the gauge side.
+        InputError : the profile does not reach that far down on the gauge side.
         """
         if self.kind != "rail":
             raise ValueError("only rails have a gauge point")
@@ -97,7 +99,11 @@ class Profile:
         level = float(self.z[top]) - depth
         below = np.nonzero(self.z[:top] < level)[0]
         if below.size == 0:
-            raise ValueError(f"{self.name}: the gauge face does not reach {1e3 * depth:g} mm below the top")
+            reached = 1e3 * float(self.z[top] - self.z[: top + 1].min())
+            raise InputError(
+                f"{self.name}: the gauge face does not reach {1e3 * depth:g} mm below the top (only {reached:.1f} mm); "
+                "measure it further down, or state gauge_side where the gauge side is the other one"
+            )
         crossing = int(below[-1])
         share = (level - self.z[crossing]) / (self.z[crossing + 1] - self.z[crossing])
         at_level = self.y[crossing] + share * (self.y[crossing + 1] - self.y[crossing])

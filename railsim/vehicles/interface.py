@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from railsim.model import Model
+from railsim.profiles.pair import ProfilePair
 from railsim.registry import Files, Kind
 from railsim.spec import Spec, quantity
 
@@ -38,9 +39,11 @@ class Vehicle(Spec, frozen=True):
         return {"name": label, "base": self.kind, "assumed": assumed, **plain}
 
     def assumptions(self) -> list[str]:
-        """What the file of a vehicle does not say, in a line."""
+        """What the files of a vehicle and of its profiles do not say, each in a line."""
         names = ", ".join(self.assumed)
-        return [f"vehicle '{self.label}': as of '{self.kind}': {names}"] if names else []
+        said = [f"vehicle '{self.label}': as of '{self.kind}': {names}"] if names else []
+        pair = getattr(self, "pair", None)
+        return said + (pair.assumptions() if isinstance(pair, ProfilePair) else [])
 
     @abstractmethod
     def model(self) -> Model:

@@ -93,7 +93,7 @@ BAD = {
     "cut.prw": (simpack(wheel_points(), 1).split("point.end")[0], "point.end"),
     "scale.prw": (simpack(wheel_points(), 1, 0.0), "units.len.f"),
     "header.whl": (table(wheel_points()), "MiniProf header"),
-    "inch.whl": (miniprof_wheel(wheel_points() / 25.4), "units='inch'"),
+    "inch.whl": (miniprof_wheel(wheel_points() / 25.4), "state units=inch"),
     "huge.whl": (miniprof_wheel(wheel_points() * 77.0), "check columns"),
     "unsorted.whl": (miniprof_wheel(np.random.default_rng(1).permutation(wheel_points())), "backwards"),
     "flat.whl": (miniprof_wheel(wheel_points()[wheel_points()[:, 0] > -34.0] * [1.3, 1.0]), "no flange"),
