@@ -39,8 +39,8 @@ class ProfilePair(Spec, frozen=True):
 
     def assumptions(self) -> list[str]:
         """What was taken for granted about the files, each in a line."""
-        given = dict.fromkeys((name, kind) for name, kind in self._sources() if name is not None)
-        return [text for name, kind in given for text in _read(self, name, kind).assumptions]
+        texts = [_read(self, name, kind).assumptions for name, kind in self._sources() if name is not None]
+        return list(dict.fromkeys(text for each in texts for text in each))
 
     def _sources(self) -> list[tuple[str | None, Kind]]:
         return [(self.wheel, "wheel"), (self.rail, "rail"), (self.right_wheel, "wheel"), (self.right_rail, "rail")]
