@@ -23,7 +23,7 @@ def replaces(out: str, kind: str, overwrite: bool) -> str | None:
     """
     path = Path(out)
     if path.is_file():
-        return f"replaced: an earlier {kind} in '{out}'"
+        return f"replaced: an earlier track in '{out}'"
     if not (path / "about.json").is_file():
         return None
     about = read_json(path / "about.json", "a folder")

@@ -135,11 +135,27 @@ class RecordingMap(Spec, frozen=True):
     sensors: tuple[dict[str, Any], ...] = quantity((), unit="-", source=MAP)
 
 
+class Post(Spec, frozen=True):
+    """A column that counts kilometres, miles or the like, to which the place within one is added."""
+
+    column: str = quantity(unit="column", source=MAP)
+    unit: str = quantity("km", unit="unit of length, from one post to the next", source=MAP)
+
+    @pydantic.field_validator("unit")
+    @classmethod
+    def _length(cls, value: str) -> str:
+        converter(value, "m", "unit")
+        return value
+
+
 class Kilometrage(Spec, frozen=True):
     """The column of place; `direction` is how the car ran, `towards` how the track file shall run."""
 
     column: str = quantity(unit="column", source=MAP)
     unit: str = quantity("m", unit="unit of length", source=MAP)
+    scale: float = quantity(1.0, unit="units of length per unit of the column, as of a count of rows", source=MAP, gt=0)
+    post: Post | None = quantity(None, unit="-", source=MAP)
+    lost: tuple[float | str, ...] = quantity((), unit="values that stand for a lost place", source=MAP)
     direction: Literal["up", "down"] = quantity(unit="of the kilometrage as the car ran", source=MAP)
     towards: Literal["up", "down"] | None = quantity(None, unit="of the track file; else as the car ran", source=MAP)
     zero: float | None = quantity(None, unit="m, kilometrage at which s is 0; else the track's beginning", source=MAP)

@@ -6,15 +6,15 @@ import numpy as np
 
 from railsim.errors import InputError
 from railsim.field.align import shifts
-from railsim.field.channels import convert, numbers
+from railsim.field.channels import convert
 from railsim.field.chord import alignment
 from railsim.field.guard import Guard
 from railsim.field.map import Chord, Kilometrage, Registration, TrackMap
+from railsim.field.places import columns_of, places
 from railsim.field.readers.interface import Wanted
 from railsim.field.regular import How, Series, regular
 from railsim.field.source import find_format, read_tables
 from railsim.field.tables import Notes
-from railsim.field.units import parse_unit
 from railsim.track.files import read_track, write_track
 from railsim.track.track import UNITS, Track
 
@@ -39,12 +39,13 @@ def import_track(
     units = _units(mapped)
     kind = find_format(path, mapped.format, notes)
     kilometrage = mapped.kilometrage
-    names = dict.fromkeys([kilometrage.column, *(one.column for one in mapped.columns.values())])
+    names = dict.fromkeys([*columns_of(kilometrage), *(one.column for one in mapped.columns.values())])
     lost = {one.column: [m for m in one.lost if isinstance(m, str)] for one in mapped.columns.values()}
+    for column in columns_of(kilometrage):
+        lost[column] = [*lost.get(column, []), *(m for m in kilometrage.lost if isinstance(m, str))]
     table = read_tables(path, kind, mapped.csv, [Wanted(mapped.group, tuple(names))], lost, notes, guard)[0]
     values = {key: convert(key, mapped.columns[title], table, UNITS[key], notes) for key, title in units.items()}
-    at = parse_unit(kilometrage.unit).to_si(numbers(table.columns[kilometrage.column], table))
-    run = at if kilometrage.direction == "up" else -at
+    run = places(kilometrage, table, mapped.repair, notes)
     how = How("kilometrage (in the direction of the run)", "m", mapped.repair, notes)
     series = _filled(regular(run, values, mapped.spacing, how), how)
     columns = {key: _straightened(key, mapped.columns[title].chord, series, notes) for key, title in units.items()}
