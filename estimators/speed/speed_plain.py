@@ -23,7 +23,9 @@ class SpeedPlain(WheelsetCorrelation, frozen=True):
     """Speed V = 2 Lb / T, equation (9), T the integer lag at the peak of the running cross-correlation, equation (10).
 
     The two signals are the wheelsets' vertical accelerations, band limited. Errors to expect: truncation of the lag to
-    whole samples, and a delay of about half a window while the speed changes.
+    whole samples, and a delay of about half a window while the speed changes. Both are in the stated deviation: the
+    latter as half of the change over the last window, which is what a steady acceleration makes of that delay. Where
+    these changes are larger by their mean square over a window, that counts: lags jump where signals are weak.
     """
 
     reach: float = quantity(
@@ -59,6 +61,8 @@ class SpeedPlain(WheelsetCorrelation, frozen=True):
             np.zeros(last - first + 1),
             np.zeros(3),
             np.zeros(1, dtype=np.int64),
+            np.full(size, np.nan),
+            np.zeros(1),
         )
         limits = np.array([filters.wheelbase * rate, self.threshold, self.floor, self.ambiguity])
         return Stepper(COLUMNS, rate, lambda a, q, _: _run(state, first, limits, a, q))
@@ -71,6 +75,8 @@ class _State(NamedTuple):
     sums: np.ndarray  # running correlation by lag
     power: np.ndarray  # sums of x^2, y^2, good over the window
     counts: np.ndarray  # number of samples so far, shape (1,)
+    told: np.ndarray  # the last N speeds, those before held where there is none, m/s, shape (N,)
+    changes: np.ndarray  # mean square of half of their changes over a window, (m/s)^2, shape (1,)
 
 
 @as_written
@@ -83,6 +89,7 @@ def _run(state: _State, first: int, limits: np.ndarray, a: np.ndarray, q: np.nda
         x, y = (out[0] + out[1], out[0] - out[1]) if good else (0.0, 0.0)
         _take(state, first, x, y, 1.0 if good else 0.0)
         _peak(state, first, limits, rows[i])
+        _widen(state, rows[i])
     return rows
 
 
@@ -119,3 +126,19 @@ def _peak(state: _State, first: int, limits: np.ndarray, row: np.ndarray) -> Non
     speed = limits[0] / lag
     row[0] = speed if row[3] > 0 else np.nan
     row[1] = speed / lag / np.sqrt(12.0) if row[3] > 0 else np.nan
+
+
+@as_written
+def _widen(state: _State, row: np.ndarray) -> None:
+    """Add half of the speed's change over a window to the standard deviation."""
+    size = len(state.told)
+    place = (state.counts[0] - 1) % size
+    before = state.told[place]
+    if row[3] > 0.0:
+        state.told[place] = row[0]
+        if not np.isnan(before):
+            square = (row[0] - before) ** 2 / 4.0
+            state.changes[0] += (square - state.changes[0]) / size
+            row[1] = np.sqrt(row[1] ** 2 + max(square, state.changes[0]))
+    else:
+        state.told[place] = state.told[place - 1]

@@ -81,6 +81,18 @@ def test_truncation_is_all_that_the_plain_peak_adds() -> None:
         assert all(np.isclose(value, whole, atol=1e-9).any() for value in np.unique(found))
 
 
+def test_delay_of_the_plain_peak_is_stated_while_the_speed_changes() -> None:
+    recording, true = ride(speeding_up(), np.random.default_rng(5))
+    series = SpeedPlain().estimate(recording).series
+    error = series["speed [m/s]"].to_numpy() - true
+    covered = np.abs(error) <= 2.0 * series["speed_std [m/s]"].to_numpy()
+    ramp = slice(round(17 * 1000), round(20 * 1000))  # 1 kHz; a window after the ramp began
+    assert np.nanmax(np.abs(error[ramp])) > 0.5
+    assert np.mean(covered[ramp]) > 0.85
+    before = slice(SETTLED, round(12 * 1000))
+    assert np.nanmean(series["speed_std [m/s]"].to_numpy()[before]) < 0.5
+
+
 def test_plain_sums_are_wrong_and_the_inverse_mends_them() -> None:
     recording, true = ride(steady(100 / KMH), np.random.default_rng(2))
     assert np.nanmean(np.abs(errors(SpeedPlain(inverse=False), recording, true))) > 1.0
