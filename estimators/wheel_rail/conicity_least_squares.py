@@ -9,6 +9,7 @@ import pandas as pd
 from estimators.interface import Estimate, Estimator
 from estimators.wheel_rail.cubic_splines import Pieces
 from estimators.wheel_rail.known_rails import Rails, Survey, refine
+from estimators.wheel_rail.straight import told_of_curves
 from estimators.wheel_rail.wheelset_motion import NEEDED, YAW, WheelsetMotion, has_motion, nominal, wheelset_motion
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -92,7 +93,7 @@ class ConicityLeastSquares(Estimator, frozen=True):
         equation = self._equation(measurements, motion, rails)
         count, penalty, scores = self._choose(equation, reach)
         fit = solve(equation, Pieces(-reach, reach, count), penalty)
-        return self._result(
+        found = self._result(
             motion,
             rails,
             equation,
@@ -106,6 +107,7 @@ class ConicityLeastSquares(Estimator, frozen=True):
                 "creep_coefficient [N]": 1.0 / max(float(fit.coefficients[-1]), 1e-12),
             },
         )
+        return told_of_curves(found, measurements)
 
     def _equation(self, measurements: Measurements, motion: WheelsetMotion, rails: Rails) -> Equation:
         radius, half, inertia, stiffness, damping = (nominal(measurements, name) for name in NEEDED)

@@ -17,6 +17,7 @@ from estimators.wheel_rail.conicity_kernel import Numbers, WheelsetRecord
 from estimators.wheel_rail.conicity_likelihood import ConicityPrior, Likelihood
 from estimators.wheel_rail.constant_gauge import on_constant_gauge
 from estimators.wheel_rail.rail_process import Corners, process
+from estimators.wheel_rail.straight import told_of_curves
 from estimators.wheel_rail.varying_gauge import Gauge, level_of, on_varying_gauge
 from estimators.wheel_rail.wheelset_motion import BODY, TRANSDUCER, YAW, filled, wheelset_speed
 from railsim.data_sheet import data_sheet
@@ -96,7 +97,8 @@ class ConicitySmoother(Estimator, frozen=True):
             )
         else:
             fit = on_constant_gauge(likelihood, self.starts, time, record, self.window, self.model_error)
-        return Estimate(self.name, fit.series, self.model_dump(mode="json") | fit.stated(self.model_error))
+        found = Estimate(self.name, fit.series, self.model_dump(mode="json") | fit.stated(self.model_error))
+        return told_of_curves(found, measurements)
 
     def _gauge(self) -> Gauge:
         """What varies along the line."""

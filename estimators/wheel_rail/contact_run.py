@@ -13,6 +13,7 @@ from estimators.vehicle.creep import DRY
 from estimators.vehicle.single_wheelset import WheelsetModel, coefficients, fits, wheelset_model
 from estimators.wheel_rail import contact_filter as kernels
 from estimators.wheel_rail.contact_filter import BIASES, CHANNELS, DYNAMIC, WIDTH, Memory, Settings
+from estimators.wheel_rail.straight import told_of_curves
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -102,7 +103,8 @@ class ContactEstimator(Estimator, frozen=True):
         run = self.online(measurements.about, grid.rate)
         rows = run.advance(grid.speeds, grid.samples)[grid.rows]
         series = pd.DataFrame({"time [s]": grid.time, **dict(zip(COLUMNS, rows.T, strict=True))})
-        return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), **self.further(run)})
+        found = Estimate(self.name, series, {"settings": self.model_dump(mode="json"), **self.further(run)})
+        return told_of_curves(found, measurements)
 
     def further(self, run: "Run") -> dict[str, Any]:
         """What else the estimate states at its end."""

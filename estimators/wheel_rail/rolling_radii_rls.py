@@ -17,6 +17,7 @@ from estimators.wheel_rail.section_rls import (
     geometry_spread,
     regress,
 )
+from estimators.wheel_rail.straight import told_of_curves
 from estimators.wheel_rail.wheelset_motion import BODY, ROLL, YAW, WheelsetMotion, filled, has_motion, wheelset_motion
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
@@ -90,7 +91,8 @@ class RollingRadiiRls(Estimator, frozen=True):
             series[f"{name} [{COLUMNS[name]}]"] = values
             series[f"{name}_std [{COLUMNS[name]}]"] = std
         series["wheelset1.lateral_shift [m]"] = signals.shift
-        return Estimate(self.name, series, self.model_dump(mode="json") | self._table(sections, known))
+        found = Estimate(self.name, series, self.model_dump(mode="json") | self._table(sections, known))
+        return told_of_curves(found, measurements)
 
     def _known(self, measurements: Measurements) -> tuple[Coefficients, float]:
         """Nominal numbers, and the contact angle of new profiles at rest (rad)."""
