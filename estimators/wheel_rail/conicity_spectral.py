@@ -2,8 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,9 +13,9 @@ from scipy.stats import f as f_distribution
 
 from estimators.interface import Estimate, Estimator
 from estimators.signals.bands import Band, band_pass
-from estimators.vehicle import plan_view, single_wheelset
-from estimators.vehicle.contact import ContactGeometry
-from estimators.vehicle.creep import DRY, DRY_WORKING
+from estimators.vehicle import lateral_roll, single_wheelset
+from estimators.vehicle.creep import CREEP_FACTOR, DRY, DRY_WORKING
+from estimators.vehicle.lateral_roll import followed
 from estimators.vehicle.parameters import given, numbers
 from estimators.wheel_rail.contact_run import SPEED, held, without_speed
 from estimators.wheel_rail.known_rails import Survey, refine
@@ -45,21 +44,28 @@ COARSE = (0.06, 0.2)
 """Conicities from which the search begins; the best of their ends counts (-)."""
 
 Response = Callable[[float, float, float, np.ndarray], np.ndarray]
-"""Yaw over the slope of the rails from conicity, creep share, speed (m/s) and wave numbers (rad/m)."""
+"""Yaw over the slope of the rails' path and over that of the height r phi, phi their roll, from conicity, creep share,
+speed (m/s) and wave numbers (rad/m, shape (m,)), shape (2, m)."""
 
 
 @dataclass(frozen=True)
 class Blocks:
     """Fourier coefficients of stretches of the section.
 
-    k : wave numbers in the band, rad/m (m,). speeds : m/s (b,). turning : yaw rate over speed (b, m). slope : of the
-    rails times i k, (b, m): the turning of a bogie that follows them.
+    k : wave numbers in the band, rad/m (m,). speeds : m/s (b,). turning : yaw rate over speed (b, m). slopes : those of
+    `Response` times i k, (2, b, m): the turning of a bogie that follows them. The second is zero where the measured
+    track has no cross level.
     """
 
     k: np.ndarray
     speeds: np.ndarray
     turning: np.ndarray
-    slope: np.ndarray
+    slopes: np.ndarray
+
+    @property
+    def inputs(self) -> int:
+        """How many of the slopes are known."""
+        return 2 if self.slopes[1].any() else 1
 
 
 class ConicitySpectral(Estimator, frozen=True):
@@ -102,13 +108,13 @@ class ConicitySpectral(Estimator, frozen=True):
         channel = _channel(measurements)
         if channel is None:
             if BOGIE in measurements:
-                numbers(measurements.vehicle, plan_view.NEEDED)
+                numbers(measurements.vehicle, lateral_roll.NEEDED)
             raise InputError(f"conicity_spectral needs channel '{WHEELSET}' or '{BOGIE}' of a known vehicle; add it")
         respond = response(measurements.vehicle, channel)
         distance, turning, speed = path(measurements, channel)
         survey = Survey(measurements)
         typical = float(np.median(speed))
-        candidates = find(distance, turning, survey, lambda k: respond(*TYPICAL, typical, k))[:CANDIDATES]
+        candidates = find(distance, turning, survey, lambda k: respond(*TYPICAL, typical, k)[0])[:CANDIDATES]
         start, rough = min(
             candidates, key=lambda one: incoherent(self._blocks(distance, turning, speed, survey, one[0], one[1]))
         )
@@ -125,23 +131,23 @@ class ConicitySpectral(Estimator, frozen=True):
         solution = self._fit(blocks, respond, deviation)
         offset += float(solution.x[2])
         blocks = self._blocks(distance, turning, speed, survey, offset, scale)
-        deviation = _deviation(blocks, respond, np.array([*solution.x[:2], 0.0]))
-        conicity, spread, creep = averaged(blocks, respond, deviation, float(solution.x[0]))
-        like = chance(blocks, _foretold(blocks, respond, np.array([*solution.x[:2], 0.0])))
+        misfit = Misfit.of(blocks, _foretold(blocks, respond, np.array([*solution.x[:2], 0.0])))
+        conicity, spread, creep = averaged(blocks, respond, misfit, float(solution.x[0]))
         share = self.bogie_error if channel == BOGIE else self.model_error
+        fits = misfit.chance >= UNLIKELY or misfit.wrong <= share
         honest = np.sqrt(spread**2 + (share * conicity) ** 2 + self.model_floor**2)
         time = np.arange(measurements.time(channel)[0], measurements.time(channel)[-1], 1.0)
-        told = (conicity, honest, 1.0) if like >= UNLIKELY else (np.nan, np.nan, 0.0)
+        told = (conicity, honest, 1.0) if fits else (np.nan, np.nan, 0.0)
         names = ("conicity [-]", "conicity_std [-]", "valid [-]")
         series = pd.DataFrame({"time [s]": time, **dict(zip(names, told, strict=True))})
         about: dict[str, Any] = {
             "offset [m]": offset,
             "way_scale [-]": scale,
             "creep_share [-]": creep,
-            "likelihood_of_fit [-]": like,
+            "response_error [-]": misfit.wrong,
         }
         about |= {"filter_std [-]": spread, "channel": channel, "blocks [-]": len(blocks.speeds)}
-        about["warnings"] = [] if like >= UNLIKELY else [UNLIKE]
+        about["warnings"] = [] if fits else [UNLIKE]
         return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), **about})
 
     def _blocks(
@@ -153,7 +159,8 @@ class ConicitySpectral(Estimator, frozen=True):
         offset: float,
         scale: float,
     ) -> Blocks:
-        centre = np.interp(offset + scale * distance, survey.s, survey.centre)
+        places = offset + scale * distance
+        path, height = (np.interp(places, survey.s, one) for one in (survey.centre, survey.height))
         size = round(self.block / SPACING)
         if len(distance) < 2 * size:
             raise InputError(
@@ -169,7 +176,8 @@ class ConicitySpectral(Estimator, frozen=True):
             return np.fft.rfft(parts * window, axis=1)[:, band]
 
         mean = np.array([speed[one : one + size].mean() for one in starts])
-        return Blocks(k[band], mean, coefficients(turning), -(k[band] ** 2) * coefficients(centre))
+        slopes = -(k[band] ** 2) * np.stack([coefficients(path), coefficients(height)])
+        return Blocks(k[band], mean, coefficients(turning), slopes)
 
     def _fit(self, blocks: Blocks, respond: Response, deviation: np.ndarray | None) -> Any:
         """Logarithms of conicity and creep share, and how far ahead the record really lies (m); residuals over
@@ -194,14 +202,10 @@ def response(vehicle: Mapping[str, Any], channel: str) -> Response:
     """What turns the rails' slope into the yaw of the body whose gyro it is."""
     if channel == BOGIE:
         angles = float(vehicle["design_contact_angle_rate"]) / float(vehicle["design_conicity"])
-        view = plan_view.PlanView(vehicle)
-
-        @lru_cache(maxsize=1)
-        def on_rails(conicity: float, creep: float) -> plan_view.OnRails:
-            return view.on_rails(creep, ContactGeometry(conicity, conicity, angles * conicity))
 
         def bogie(conicity: float, creep: float, speed: float, k: np.ndarray) -> np.ndarray:
-            return on_rails(conicity, creep).yaw_by_position(speed, k)
+            contact = {"design_conicity": conicity, "design_contact_angle_rate": angles * conicity}
+            return np.stack(followed({**vehicle, **contact, CREEP_FACTOR: creep / DRY}, speed, k)[:2])
 
         return bogie
     nominal = single_wheelset.wheelset_model(vehicle, 1.0)
@@ -213,7 +217,8 @@ def response(vehicle: Mapping[str, Any], channel: str) -> Response:
         s = 1j * k * speed
         dynamic = s[:, None, None] * np.eye(len(a)) - a
         force = b[:, 0] + s[:, None] * b[:, 1]
-        return np.linalg.solve(dynamic, force[:, :, None])[:, single_wheelset.YAW, 0] / (1j * k)
+        by_path = np.linalg.solve(dynamic, force[:, :, None])[:, single_wheelset.YAW, 0] / (1j * k)
+        return np.stack([by_path, np.zeros(len(k))])
 
     return wheelset
 
@@ -263,25 +268,27 @@ def find(
     return [(place, scale) for _, place, scale in sorted(candidates, reverse=True)]
 
 
-def averaged(blocks: Blocks, respond: Response, deviation: np.ndarray, start: float) -> tuple[float, float, float]:
+def averaged(blocks: Blocks, respond: Response, misfit: "Misfit", start: float) -> tuple[float, float, float]:
     """Conicity, its standard deviation, and the creep share, by the evidence of each of `SHARES`.
 
     A soft contact on a steep cone answers much like a stiff one on a shallow cone: the best pair alone says nothing of
-    the others that do as well.
+    the others that do as well. Where the response is off by more than chance, the evidence counts for so much less
+    (quasi-likelihood, Wedderburn 1974).
 
     Parameters
     ----------
-    deviation : of the coefficients, shape (m,). start : logarithm of a conicity near the best.
+    start : logarithm of a conicity near the best.
     """
+    trust = max(misfit.dispersion, 1.0)
     found = []
     for creep in np.log(SHARES[::-1]):
 
         def residual(x: np.ndarray, creep: float = float(creep)) -> np.ndarray:
-            return _residual(blocks, respond, np.array([x[0], creep, 0.0]), deviation)
+            return _residual(blocks, respond, np.array([x[0], creep, 0.0]), misfit.deviation)
 
         best = least_squares(residual, [start], bounds=(np.log(LEAST), np.log(MOST)), x_scale=0.1)
         start = float(best.x[0])
-        found.append((best.cost, np.exp(start), np.exp(start) / float(np.linalg.norm(best.jac))))
+        found.append((best.cost / trust, np.exp(start), np.exp(start) / float(np.linalg.norm(best.jac)) * trust**0.5))
     cost, conicity, spread = np.array(found).T
     weight = np.exp(cost.min() - cost)
     weight /= weight.sum()
@@ -290,35 +297,58 @@ def averaged(blocks: Blocks, respond: Response, deviation: np.ndarray, start: fl
     return mean, float(np.sqrt(variance)), float(np.exp(weight @ np.log(SHARES[::-1])))
 
 
-def chance(blocks: Blocks, foretold: np.ndarray) -> float:
-    """How likely the fit leaves so much more than the best response at each wave number would (F test).
+class Misfit(NamedTuple):
+    """How a fitted response does beside the best one at each wave number.
 
-    A free response takes one complex number from the b blocks at each of the m wave numbers, so that what is left in
-    both cases has 2 m and 2 m (b - 1) degrees of freedom where the fitted response is the right one.
+    A free response takes one complex number for each of q slopes from the b blocks at each of the m wave numbers. What
+    it explains more than the fit has 2 m q degrees of freedom, what it leaves 2 m (b - q), where the fit is right.
+
+    Attributes
+    ----------
+    deviation : of real and imaginary part of what no response explains, shape (m,).
+    dispersion : mean square of what the free response explains more, 1 by chance (F statistic).
+    chance : how likely the dispersion is so large where the response is right (F test).
+    wrong : rms of the fitted response's error over the response, beyond chance (-).
     """
-    count, waves = blocks.turning.shape
-    if count < 2:
-        return 1.0
-    free = np.sum(blocks.turning * blocks.slope.conj(), axis=0) / np.sum(np.abs(blocks.slope) ** 2, axis=0)
-    left = np.sum(np.abs(blocks.turning - free * blocks.slope) ** 2, axis=0)
-    more = np.sum(np.abs(blocks.turning - foretold) ** 2, axis=0) - left
-    size = uniform_filter1d(left, SMOOTH)
-    ratio = (count - 1) * float(np.sum(more / size)) / float(np.sum(left / size))
-    return float(f_distribution.sf(max(ratio, 0.0), 2 * waves, 2 * waves * (count - 1)))
+
+    deviation: np.ndarray
+    dispersion: float
+    chance: float
+    wrong: float
+
+    @staticmethod
+    def of(blocks: Blocks, foretold: np.ndarray) -> "Misfit":
+        count, waves = blocks.turning.shape
+        q, free = blocks.inputs, max(count - blocks.inputs, 1)
+        left = np.sum(np.abs(_left(blocks)) ** 2, axis=0)
+        more = np.sum(np.abs(blocks.turning - foretold) ** 2, axis=0) - left
+        size = uniform_filter1d(left, SMOOTH) / free
+        dispersion = max(float(np.mean(more / size)) / q, 0.0)
+        power = np.sum(np.abs(blocks.turning) ** 2, axis=0)
+        wrong = float(np.sqrt(max(np.mean((more - q * size) / power), 0.0)))
+        chance = float(f_distribution.sf(dispersion, 2 * waves * q, 2 * waves * free))
+        return Misfit(np.sqrt(size / 2.0), dispersion, chance, wrong)
+
+
+def _left(blocks: Blocks) -> np.ndarray:
+    """Turning that no response to the slopes explains, whatever it is at each wave number, shape (b, m)."""
+    inputs = np.moveaxis(blocks.slopes[: blocks.inputs], 0, 2).swapaxes(0, 1)  # (m, b, inputs)
+    turning = blocks.turning.T[:, :, None]
+    free = np.linalg.pinv(inputs) @ turning
+    return (turning - inputs @ free)[:, :, 0].T
 
 
 def incoherent(blocks: Blocks) -> float:
     """Share of the turning that no response to the slope explains, whatever it is at each wave number (-)."""
-    cross = np.abs(np.sum(blocks.turning * blocks.slope.conj(), axis=0)) ** 2
-    power = np.sum(np.abs(blocks.turning) ** 2, axis=0) * np.sum(np.abs(blocks.slope) ** 2, axis=0)
-    return 1.0 - float(np.mean(cross / power))
+    left, power = (np.sum(np.abs(one) ** 2, axis=0) for one in (_left(blocks), blocks.turning))
+    return float(np.mean(left / power))
 
 
 def _channel(measurements: Measurements) -> str | None:
     """The yaw gyro whose response is known."""
     if WHEELSET in measurements and single_wheelset.fits(measurements.vehicle):
         return WHEELSET
-    return BOGIE if BOGIE in measurements and given(measurements.vehicle, plan_view.NEEDED) else None
+    return BOGIE if BOGIE in measurements and given(measurements.vehicle, lateral_roll.NEEDED) else None
 
 
 def _foretold(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
@@ -327,11 +357,11 @@ def _foretold(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
     shifted = np.exp(1j * blocks.k * x[2])
     known: dict[float, np.ndarray] = {}
     rows = []
-    for speed, slope in zip(blocks.speeds, blocks.slope, strict=True):
+    for speed, slopes in zip(blocks.speeds, np.swapaxes(blocks.slopes, 0, 1), strict=True):
         near = float(np.round(speed * 2.0) / 2.0)
         if near not in known:
             known[near] = respond(conicity, creep, near, blocks.k) * shifted
-        rows.append(known[near] * slope)
+        rows.append(np.sum(known[near] * slopes, axis=0))
     return np.stack(rows)
 
 

@@ -8,6 +8,7 @@ from scipy import signal
 from scipy.optimize import minimize
 
 from estimators.signals.bands import Band, band_pass
+from estimators.vehicle.state_space import CANT_BASE
 from estimators.wheel_rail.wheelset_motion import NEEDED, WheelsetMotion, nominal
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -31,6 +32,9 @@ class Rails:
 class Survey:
     """The measured track as functions of distance.
 
+    s : m. centre : lateral position of the rails' middle, m. gauge : deviation, m. height : wheel radius times the
+    rails' roll, left side up +, m.
+
     Raises
     ------
     InputError : the recording has no measured track, or none with a lateral column.
@@ -48,6 +52,8 @@ class Survey:
         own = [column["lateral [m]"] + half * column["gauge_deviation [m]"] for half in (0.5, -0.5)]
         left, right = own[0] + column["left_lateral [m]"], own[1] + column["right_lateral [m]"]
         self.centre, self.gauge = (left + right) / 2.0, left - right
+        level = column["cross_level [m]"] + column["right_vertical [m]"] - column["left_vertical [m]"]
+        self.height = -nominal(measurements, "wheel_radius") * level / CANT_BASE
 
     def rails(self, motion: WheelsetMotion, offset: float, scale: float) -> Rails:
         """Rails under the wheelset if it began at `offset` (m) and went `scale` times its measured way."""
@@ -108,4 +114,7 @@ def refine(misfit: Callable[[float, float], float], offset: float) -> tuple[floa
     return float(solution.x[0]), 1.0 + 1e-3 * float(solution.x[1])
 
 
-_COLUMNS = ("lateral [m]", "gauge_deviation [m]", "left_lateral [m]", "right_lateral [m]")
+_COLUMNS = (
+    "lateral [m]", "gauge_deviation [m]", "left_lateral [m]", "right_lateral [m]", "cross_level [m]",
+    "left_vertical [m]", "right_vertical [m]",
+)  # fmt: skip

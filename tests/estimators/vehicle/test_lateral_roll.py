@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from estimators.vehicle.contact import arcs
-from estimators.vehicle.creep import slopes_about_spin
-from estimators.vehicle.lateral_roll import COORDINATES, COUNT, lateral
+from estimators.vehicle.creep import polach_slopes, slopes_about_spin
+from estimators.vehicle.lateral_roll import COORDINATES, COUNT, followed, lateral
 from estimators.vehicle.state_space import Output
+from railsim import InputError
 from railsim.analysis.linear import linearise
 from railsim.contact.linear import creep_coefficients
 from railsim.vehicles.class175 import Class175
@@ -63,3 +64,29 @@ def test_spin_at_rest_takes_some_of_the_slope_along_the_track():
     spinning = slopes_about_spin(1 / 0.46, 4 / 3, load, 0.05 / 0.46)
     assert spinning.f22 == pytest.approx(kalker.f22, rel=0.06)
     assert kalker.f22 < spinning.f11 < 0.94 * kalker.f11
+
+
+def test_resonance_is_the_kinematic_wavelength_of_a_stiff_bogie():
+    """2 pi sqrt(r / (l lambda) (l^2 + Lb^2 f22 / f11)), Wickens 2003; slow, no gravitational stiffness.
+
+    The formula leaves out that a wheelset rolls as it shifts, which moves its axle by 8 % of the shift.
+    """
+    p = Manchester().nominal() | {"design_contact_angle_rate": 1e-6, "secondary_longitudinal_stiffness": 1.0}
+    p |= {"primary_longitudinal_stiffness": 1e10, "primary_lateral_stiffness": 1e10}
+    slopes = polach_slopes(p, arcs(p).angle)
+    ratio = slopes.f22 / slopes.f11
+    length = 2 * np.pi * np.sqrt(0.46 / 0.75 / p["design_conicity"] * (0.75**2 + 1.28**2 * ratio))
+    waves = np.linspace(12.0, 35.0, 2000)
+    by_path, _, _ = followed(p, 1.0, 2 * np.pi / waves)
+    assert waves[np.argmax(np.abs(by_path))] == pytest.approx(length, rel=0.08)
+
+
+def test_cross_level_turns_a_bogie_where_lateral_irregularity_does_not():
+    by_path, by_height, _ = followed(Manchester().nominal(), 15.0, 2 * np.pi / np.array([400.0, 6.0]))
+    assert abs(by_path[0]) == pytest.approx(1.0, abs=0.03)
+    assert abs(by_height[1]) > 2 * abs(by_path[1])
+
+
+def test_missing_parameter_is_named():
+    with pytest.raises(InputError, match="design_conicity"):
+        followed({name: x for name, x in Manchester().nominal().items() if name != "design_conicity"}, 10.0, np.ones(1))

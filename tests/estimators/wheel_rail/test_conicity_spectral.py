@@ -62,23 +62,29 @@ def test_a_response_that_no_conicity_makes_is_withheld_in_words() -> None:
     assert ConicitySpectral().estimate(recording()).about["warnings"] == []
 
 
-def _noisy(rng: np.random.Generator, gain: np.ndarray, noise: float) -> spectral.Blocks:
-    """Blocks of a record whose response is `gain`, shape (m,)."""
-    k = np.linspace(0.1, 1.0, len(gain))
-    slope, other = (rng.normal(size=(8, len(gain))) + 1j * rng.normal(size=(8, len(gain))) for _ in range(2))
-    return spectral.Blocks(k, np.full(8, 20.0), gain * slope + noise * other, slope)
+def _noisy(rng: np.random.Generator, gains: np.ndarray, noise: float) -> spectral.Blocks:
+    """Blocks of a record whose responses to path and cross level are `gains`, shape (2, m)."""
+    waves = gains.shape[1]
+    parts = rng.normal(size=(3, 8, waves)) + 1j * rng.normal(size=(3, 8, waves))
+    slopes = parts[:2] * np.asarray(np.abs(gains).max(axis=1) > 0.0)[:, None, None]
+    turning = np.sum(gains[:, None] * slopes, axis=0) + noise * parts[2]
+    return spectral.Blocks(np.linspace(0.1, 1.0, waves), np.full(8, 20.0), turning, slopes)
 
 
-def test_chance_of_a_right_response_is_even_and_of_a_wrong_one_small() -> None:
-    rng, gain = np.random.default_rng(11), np.full(30, 1.0 + 0.5j)
+@pytest.mark.parametrize("height", [0.0, 0.4j])
+def test_chance_of_a_right_response_is_even_and_of_a_wrong_one_small(height: complex) -> None:
+    rng, gains = np.random.default_rng(11), np.array([np.full(30, 1.0 + 0.5j), np.full(30, height)])
     right, wrong = [], []
     for _ in range(200):
-        blocks = _noisy(rng, gain, 1.0)
-        right.append(spectral.chance(blocks, gain * blocks.slope))
-        wrong.append(spectral.chance(blocks, 0.3 * gain * blocks.slope))
+        blocks = _noisy(rng, gains, 1.0)
+        foretold = np.sum(gains[:, None] * blocks.slopes, axis=0)
+        right.append(spectral.Misfit.of(blocks, foretold).chance)
+        wrong.append(spectral.Misfit.of(blocks, 0.3 * foretold))
     assert np.mean(np.array(right) < 0.05) == pytest.approx(0.05, abs=0.04)
     assert np.mean(right) == pytest.approx(0.5, abs=0.07)
-    assert max(wrong) < 1e-3
+    assert max(one.chance for one in wrong) < 1e-3
+    power = np.sum(np.abs(gains[:, 0]) ** 2)  # of the response; the noise has 1
+    assert np.mean([one.wrong for one in wrong]) == pytest.approx(0.7 * np.sqrt(power / (power + 1.0)), rel=0.1)
 
 
 def test_what_creep_and_conicity_do_alike_is_in_the_deviation() -> None:
@@ -86,20 +92,22 @@ def test_what_creep_and_conicity_do_alike_is_in_the_deviation() -> None:
     rng = np.random.default_rng(2)
 
     def product(conicity: float, creep: float, _speed: float, k: np.ndarray) -> np.ndarray:
-        return np.full(len(k), conicity * creep + 0j)
+        return np.array([np.full(len(k), conicity * creep + 0j), np.zeros(len(k))])
 
-    blocks = _noisy(rng, np.full(30, 0.06 + 0j), 0.001)
-    mean, spread, _ = spectral.averaged(blocks, product, np.full(30, 1e-3), np.log(0.1))
-    alone = 0.06 / spectral.SHARES
-    assert mean == pytest.approx(np.mean(np.minimum(alone, 1.0)), rel=0.25)
-    assert spread > 0.5 * np.std(alone[alone < 1.0])
+    gains = np.array([np.full(30, 0.06 + 0j), np.zeros(30)])
+    blocks = _noisy(rng, gains, 0.001)
+    misfit = spectral.Misfit.of(blocks, np.sum(gains[:, None] * blocks.slopes, axis=0))
+    mean, spread, _ = spectral.averaged(blocks, product, misfit, np.log(0.1))
+    alone = np.minimum(0.06 / spectral.SHARES, 1.0)
+    assert mean == pytest.approx(np.mean(alone[alone < 1.0]), rel=0.1)
+    assert spread == pytest.approx(np.std(alone[alone < 1.0]), rel=0.1)
 
 
 def test_long_waves_are_followed() -> None:
     """The suspension holds the yaw, so that the response comes close to one only without it."""
     free = {**VEHICLE, "yaw_stiffness": 0.0, "lateral_stiffness": 0.0}
     respond = spectral.response(free, spectral.WHEELSET)
-    assert respond(0.15, 0.7, 20.0, np.array([1e-3]))[0] == pytest.approx(1.0, abs=0.02)
+    assert respond(0.15, 0.7, 20.0, np.array([1e-3]))[0, 0] == pytest.approx(1.0, abs=0.02)
 
 
 def test_short_record_and_missing_channel_are_refused() -> None:
