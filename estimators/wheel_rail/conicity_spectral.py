@@ -119,10 +119,10 @@ class ConicitySpectral(Estimator, frozen=True):
             candidates, key=lambda one: incoherent(self._blocks(distance, turning, speed, survey, one[0], one[1]))
         )
 
-        def misfit(offset: float, scale: float) -> float:
+        def without(offset: float, scale: float) -> float:
             return incoherent(self._blocks(distance, turning, speed, survey, offset, rough * scale))
 
-        offset, scale = refine(misfit, start)
+        offset, scale = refine(without, start)
         scale *= rough
         first = self._fit(self._blocks(distance, turning, speed, survey, offset, scale), respond, None)
         offset += float(first.x[2])
