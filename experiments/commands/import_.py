@@ -8,7 +8,7 @@ from experiments.reporting.outcome import Outcome
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """File, map and folder."""
-    parser.add_argument("file", metavar="FILE", help="CSV, Parquet, MDF4 or TDMS")
+    parser.add_argument("file", metavar="FILE", nargs="+", help="CSV, Parquet, MDF or TDMS; several of one recording")
     parser.add_argument("--map", metavar="MAP.yaml", required=True, help="what its columns mean: docs/field_data.md")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of the recording; track.csv for a track")
     add_overwrite(parser)
@@ -21,7 +21,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     said = replaces(given.out, "recording", given.overwrite)
     done = import_file(given.file, given.map, given.out)
     result = {done.kind: str(given.out), "assumptions": done.notes.assumptions, "repairs": done.notes.repairs}
-    lines = [f"{given.out}: {done.kind} from {given.file}"]
+    lines = [f"{given.out}: {done.kind} from {', '.join(given.file)}"]
     lines = lines if said is None else [said, *lines]
     lines += [f"  assumed: {text}" for text in done.notes.assumptions]
     lines += [f"  repaired: {text}" for text in done.notes.repairs]

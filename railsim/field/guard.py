@@ -198,6 +198,8 @@ def _unpack(head: dict[str, Any], answer: Answer) -> Table:
     columns = {}
     for column in head["columns"]:
         values = column["texts"] if "texts" in column else answer.numbers(int(column["count"]))
-        columns[column["name"]] = Column(column["name"], values, column["unit"], bool(column["instants"]))
+        columns[column["name"]] = Column(
+            column["name"], values, column["unit"], bool(column["instants"]), duration=bool(column["duration"])
+        )
     clock = None if head["clock"] is None else answer.numbers(int(head["clock"]))
-    return Table(columns, clock, head["start"], cut_short=bool(head["cut_short"]))
+    return Table(columns, clock, head["start"], cut_short=bool(head["cut_short"]), local=bool(head["local"]))

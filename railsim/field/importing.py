@@ -1,5 +1,6 @@
 """`import_file`: a file and its map become a recording or a track."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,8 +21,12 @@ class Imported:
     notes: Notes
 
 
-def import_file(path: Path | str, map_path: Path | str, out: Path | str, guard: Guard | None = None) -> Imported:
-    """Read `path` by the map and write a recording (a folder) or, for maps of kind "track", a track (a CSV file).
+def import_file(
+    path: Path | str | Sequence[Path | str], map_path: Path | str, out: Path | str, guard: Guard | None = None
+) -> Imported:
+    """Read a file by its map and write a recording (a folder) or, for maps of kind "track", a track (a CSV file).
+
+    `path` is several where a recording stands in several files.
 
     `guard` is the process that reads binary formats; None: one for this file alone.
 
@@ -29,12 +34,13 @@ def import_file(path: Path | str, map_path: Path | str, out: Path | str, guard: 
     ------
     InputError : map and file do not fit together, the file is damaged, or the place cannot be written; one line.
     """
-    path, map_path, out, notes = Path(path), Path(map_path), Path(out), Notes()
+    paths = [Path(path)] if isinstance(path, Path | str) else [Path(one) for one in path]
+    map_path, out, notes = Path(map_path), Path(out), Notes()
     mapped = load_map(map_path)
-    if path.is_dir():
-        raise InputError(f"'{path}' is a folder; give a CSV, Parquet, MDF4 or TDMS file")
     if isinstance(mapped, TrackMap):
-        import_track(path, mapped, map_path.parent, out, notes, guard)
+        if len(paths) != 1 or paths[0].is_dir():
+            raise InputError(f"'{paths[-1]}': a track stands in one file; give a CSV, Parquet, MDF or TDMS file")
+        import_track(paths[0], mapped, map_path.parent, out, notes, guard)
         return Imported("track", out, notes)
-    import_recording(path, mapped, map_path.parent, out, notes, guard)
+    import_recording(paths, mapped, map_path.parent, out, notes, guard)
     return Imported("recording", out, notes)

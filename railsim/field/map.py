@@ -27,7 +27,12 @@ class Csv(Spec, frozen=True):
     decimal: Literal[".", ","] | None = quantity(None, unit="-", source=MAP)
     thousands: Literal[".", ",", " ", "'"] | None = quantity(None, unit="-", source=MAP)
     skip: int = quantity(0, unit="lines before the header", source=MAP, ge=0, le=10_000)
-    units_row: bool = quantity(False, unit="whether the line below the header holds units", source=MAP)
+    header: Literal["none"] | None = quantity(None, unit="none: columns go by number", source=MAP)
+    names: tuple[str, ...] = quantity((), unit="of the columns, where the file has none", source=MAP)
+    units_row: bool | int = quantity(
+        False, unit="whether a line below the names holds units, or which of them, from 1", source=MAP, ge=0, le=20
+    )
+    broken: Literal["refuse", "drop"] = quantity("refuse", unit="lines with too many or too few cells", source=MAP)
     comment: str = quantity("#", unit="first character of comment lines", source=MAP, min_length=1, max_length=1)
 
     @pydantic.field_validator("encoding")

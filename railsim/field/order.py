@@ -60,7 +60,7 @@ def _forward(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
     if not back.size:
         return axis, values
     if "continue" in how.repairs:
-        return _continued(axis, back, how), values
+        return continued(axis, how), values
     cause, cure = _cause(axis, back, how)
     row = int(back[0])
     if "sort" in how.repairs and cause != _HOUR:
@@ -127,15 +127,19 @@ def _only_out_of_order(axis: np.ndarray, usual: float) -> bool:
     return short <= _OVERLAP * displaced
 
 
-def _continued(axis: np.ndarray, back: np.ndarray, how: How) -> np.ndarray:
-    """Times that go on by a usual step after each step back."""
-    steps = np.diff(axis)
+def continued(axis: np.ndarray, how: How) -> np.ndarray:
+    """Times that go on by a usual step after each step back, shape (n,); rows without a time stay so."""
+    good = np.flatnonzero(np.isfinite(axis))
+    steps = np.diff(axis[good])
+    back = np.flatnonzero(steps < 0)
+    if not back.size:
+        return axis
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     added = np.zeros(axis.size)
-    added[back + 1] = usual - steps[back]
+    added[good[back + 1]] = usual - steps[back]
     how.notes.repair(
-        f"{how.label}: goes on from the row before at {back.size} places where it went back (row {int(back[0]) + 2} of "
-        f"the data first), {added.sum():.10g} {how.unit} added in all"
+        f"{how.label}: goes on from the row before at {back.size} places where it went back (row "
+        f"{good[back[0] + 1] + 1} of the data first), {added.sum():.10g} {how.unit} added in all"
     )
     return axis + np.cumsum(added)
 

@@ -1,6 +1,7 @@
 """A file of measured channels becomes a recording."""
 
 import io
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -13,14 +14,13 @@ from railsim.field.channels import convert, from_pulses, wanted_unit
 from railsim.field.clock import Clock, looks_like_epoch, read_clock
 from railsim.field.guard import Guard
 from railsim.field.map import RecordingMap, TableMap
-from railsim.field.order import How
-from railsim.field.readers.interface import Wanted
+from railsim.field.order import How, continued
+from railsim.field.reading import file_count, read_all
 from railsim.field.regular import Series, regular
 from railsim.field.selection import selected
 from railsim.field.sheets import data_sheets
-from railsim.field.source import about_file, find_format, read_tables
 from railsim.field.tables import Notes, Table
-from railsim.field.time_bases import Iso, Own, Seconds, columns_of, lost_of
+from railsim.field.time_bases import Iso, Seconds
 from railsim.field.units import parse_unit
 from railsim.measurements import TIME
 from railsim.recording import write_recording
@@ -32,13 +32,13 @@ _SLOWEST = 1e-3  # Hz
 
 
 def import_recording(
-    path: Path, mapped: RecordingMap, folder: Path, out: Path, notes: Notes, guard: Guard | None = None
+    paths: Sequence[Path], mapped: RecordingMap, folder: Path, out: Path, notes: Notes, guard: Guard | None = None
 ) -> Path:
     """Write the recording.
 
     Parameters
     ----------
-    path : file with the measured data.
+    paths : file with the measured data, or several of one recording.
     mapped : what its columns mean.
     folder : of the map, from which the name of a track is taken.
     out : folder of the recording.
@@ -49,12 +49,9 @@ def import_recording(
     ------
     InputError : map and file do not fit together, or the file is damaged; one line.
     """
-    kind = find_format(path, mapped.format, notes)
     vehicle = _vehicle(mapped.vehicle, folder, notes)
     _check_names(mapped)
-    texts = frozenset(name for one in mapped.tables if isinstance(one.time, Iso) for name in columns_of(one.time))
-    wanted = [_wanted(one) for one in mapped.tables]
-    tables = read_tables(path, kind, mapped.csv, wanted, _lost(mapped), notes, guard, texts)
+    tables, files = read_all(paths, mapped, notes, guard)
     clocks = [_clock(one, table, notes) for one, table in zip(mapped.tables, tables, strict=True)]
     series, start = _series(mapped, tables, clocks, vehicle, notes)
     frames = _frames(series)
@@ -65,7 +62,7 @@ def import_recording(
         about["start"] = start.isoformat()
     about |= _speed_source(mapped, list(rates), notes)
     track = None if mapped.track is None else _track(mapped.track, folder)
-    about["import"] = about_file(path, kind) | {"map": mapped.model_dump(mode="json", exclude_unset=True)}
+    about["import"] = files | {"map": mapped.model_dump(mode="json", exclude_unset=True)}
     about |= {"assumptions": notes.assumptions, "repairs": notes.repairs}
     return write_recording(out, frames, about, track=track)
 
@@ -80,23 +77,6 @@ def _check_names(mapped: RecordingMap) -> None:
             seen.add(name)
 
 
-def _wanted(mapped: TableMap) -> Wanted:
-    names = [*(channel.column for channel in mapped.channels.values()), *mapped.rows.where]
-    return Wanted(mapped.group, tuple(dict.fromkeys([*names, *columns_of(mapped.time)])), isinstance(mapped.time, Own))
-
-
-def _lost(mapped: RecordingMap) -> dict[str, list[str]]:
-    """Texts that stand for a lost sample, by column."""
-    by_column: dict[str, list[str]] = {}
-    for table in mapped.tables:
-        for channel in table.channels.values():
-            texts = [marker for marker in channel.lost if isinstance(marker, str)]
-            by_column.setdefault(channel.column, []).extend(texts)
-        for name in columns_of(table.time):
-            by_column.setdefault(name, []).extend(one for one in lost_of(table.time) if isinstance(one, str))
-    return by_column
-
-
 def _clock(mapped: TableMap, table: Table, notes: Notes) -> Clock:
     rows = len(next(iter(table.columns.values())).values)
     if rows == 0:
@@ -108,20 +88,50 @@ def _series(
     mapped: RecordingMap, tables: list[Table], clocks: list[Clock], vehicle: dict[str, Any], notes: Notes
 ) -> tuple[list[Series], datetime | None]:
     """The tables over one time, and the instant of its zero."""
+    labels = ["time" if len(tables) == 1 else f"table {number}: time" for number in range(1, len(tables) + 1)]
+    hows = [_how(label, one, notes) for label, one in zip(labels, mapped.tables, strict=True)]
+    clocks = [
+        Clock(continued(clock.seconds, how), clock.start) if "continue" in how.repairs else clock
+        for clock, how in zip(clocks, hows, strict=True)
+    ]
     known = [clock.start is not None for clock in clocks]
     if any(known) and not all(known):
         raise InputError(_undated(mapped, clocks))
     start = min((_first(clock) for clock in clocks), default=None, key=_order) if all(known) else None
     if start is not None:
         notes.assume(f"time 0 is {start.isoformat()}, the first row of all tables")
+    if file_count(mapped) > 1:
+        _tie(clocks, start, notes)
     series = []
-    for number, (mapped_table, table, clock) in enumerate(zip(mapped.tables, tables, clocks, strict=True), 1):
+    for mapped_table, table, clock, how in zip(mapped.tables, tables, clocks, hows, strict=True):
         shift = (clock.start - start).total_seconds() if clock.start and start else 0.0
-        label = "time" if len(tables) == 1 else f"table {number}: time"
-        how = _how(label, mapped_table, notes)
         time, columns = _filled(mapped_table, table, clock.seconds + shift, vehicle, how)
         series.append(regular(time, columns, 1.0 / mapped_table.rate if mapped_table.rate else None, how))
     return series, start
+
+
+def _tie(clocks: list[Clock], start: datetime | None, notes: Notes) -> None:
+    """Say how the clocks of several files are one.
+
+    Raises
+    ------
+    InputError : the files have no time in common.
+    """
+    spans = []
+    for clock in clocks:
+        good = clock.seconds[np.isfinite(clock.seconds)]
+        shift = (clock.start - start).total_seconds() if clock.start and start else 0.0
+        if good.size:
+            spans.append((float(good.min()) + shift, float(good.max()) + shift))
+    if spans and max(first for first, _ in spans) > min(last for _, last in spans):
+        raise InputError(
+            "the files have no time in common: they begin at "
+            + ", ".join(f"{first:.6g}" for first, _ in spans)
+            + f" s and end at {', '.join(f'{last:.6g}' for _, last in spans)} s; add 'time_offset' to a table where "
+            "its clock is off, or import them apart"
+        )
+    how = "by their dates" if start is not None else "as their times count from the same zero"
+    notes.assume(f"clocks of the files are one, {how}; 'time_offset' of a table would move it")
 
 
 def _undated(mapped: RecordingMap, clocks: list[Clock]) -> str:

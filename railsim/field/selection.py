@@ -8,7 +8,7 @@ from railsim.errors import InputError
 from railsim.field.channels import numbers
 from railsim.field.map import TableMap
 from railsim.field.order import How
-from railsim.field.tables import Column, Table
+from railsim.field.tables import Column, Table, same_cell
 
 _LONGEST_HOLD = 3.5  # periods over which a value that stays the same is taken as measured again
 _FEWEST_CHANGES = 6  # by which a held channel is told
@@ -53,21 +53,6 @@ def _holding(mapped: TableMap, table: Table) -> np.ndarray:
     for name, value in mapped.rows.where.items():
         keep &= [same_cell(cell, value) for cell in table.columns[name].values]
     return keep
-
-
-def same_cell(cell: str | float, value: str | float) -> bool:
-    """Whether a cell holds a value: numbers by size, texts without spaces around them."""
-    if not isinstance(cell, str):
-        try:
-            return float(cell) == float(value)
-        except ValueError:
-            return False
-    if cell.strip() == str(value).strip():
-        return True
-    try:
-        return float(cell) == float(value)
-    except ValueError:
-        return False
 
 
 def _changed(raw: np.ndarray, time: np.ndarray, rate: float | None, how: How) -> np.ndarray:

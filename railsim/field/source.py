@@ -1,11 +1,13 @@
 """Opening the file: which format it is, and the columns that the map asks for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from hashlib import file_digest
 from pathlib import Path
 from typing import Any
 
 from railsim.errors import InputError
+from railsim.field.containers import other_container
 from railsim.field.guard import Guard
 from railsim.field.map import Csv
 from railsim.field.readers.interface import Wanted
@@ -13,7 +15,7 @@ from railsim.field.tables import Notes, Table
 from railsim.field.text import read_text
 
 _SIGNATURES = ((b"PAR1", "parquet"), (b"MDF     ", "mdf4"), (b"TDSm", "tdms"))
-_NAMES = {"csv": "text", "parquet": "Parquet", "mdf4": "MDF4", "tdms": "TDMS"}
+_NAMES = {"csv": "text", "parquet": "Parquet", "mdf4": "MDF", "tdms": "TDMS"}
 
 
 def find_format(path: Path, stated: str | None, notes: Notes) -> str:
@@ -32,9 +34,10 @@ def find_format(path: Path, stated: str | None, notes: Notes) -> str:
         raise InputError(f"'{path}' is empty; copy it again")
     if head == b"UnFinMF ":
         raise InputError(f"'{path}' is an unfinished MDF4 file; finalise it with the logger's software")
-    if head[:4] == b"PK\x03\x04" or head[:2] == b"\x1f\x8b":
-        raise InputError(f"'{path}' is an archive; unpack it and import the file inside")
     detected = next((name for mark, name in _SIGNATURES if head.startswith(mark)), "csv")
+    other = other_container(path) if detected == "csv" else None
+    if other is not None:
+        raise InputError(f"'{path}' {other}")
     if stated is None:
         notes.assume(f"format {_NAMES[detected]}, by the file's first bytes")
     elif stated != detected:
@@ -51,10 +54,12 @@ def read_tables(
     notes: Notes,
     guard: Guard | None = None,
     texts: frozenset[str] = frozenset(),
+    where: Sequence[Mapping[str, str | float]] = (),
 ) -> list[Table]:
     """Columns of each of `wanted`; binary formats are read by `guard`, or by one of its own.
 
-    `texts` names the columns of a text file that stay text, as dates and times.
+    `texts` names the columns of a text file that stay text, as dates and times; `where` gives for each of `wanted` the
+    values by column that a row of a text file must hold.
 
     Raises
     ------
@@ -65,11 +70,7 @@ def read_tables(
             raise InputError(f"'{path}': a text file has no groups; leave 'group' out")
         if any(one.clock for one in wanted):
             raise InputError(f"'{path}': a text file has no time axis of its own; name the column of time")
-        names = dict.fromkeys(name for one in wanted for name in one.columns)
-        table = read_text(path, options, {name: lost.get(name, []) for name in names}, notes, texts)
-        return [
-            Table({name: table.columns[name] for name in one.columns}, None, None, table.first_row) for one in wanted
-        ]
+        return _text_tables(path, options, wanted, lost, notes, texts, where or [{} for _ in wanted])
     if guard is None:
         with Guard() as own:
             tables = own.read(kind, path, list(wanted))
@@ -78,6 +79,27 @@ def read_tables(
     if any(table.cut_short for table in tables):
         notes.repair(f"the {_NAMES[kind]} file ends within its last segment: what is there is taken")
     return tables
+
+
+def _text_tables(
+    path: Path,
+    options: Csv,
+    wanted: Sequence[Wanted],
+    lost: dict[str, list[str]],
+    notes: Notes,
+    texts: frozenset[str],
+    where: Sequence[Mapping[str, str | float]],
+) -> list[Table]:
+    """The file is read once for all tables of the same rows."""
+    tables: dict[int, Table] = {}
+    for rows in [one for number, one in enumerate(where) if one not in where[:number]]:
+        numbers = [number for number, one in enumerate(where) if one == rows]
+        names = dict.fromkeys(name for number in numbers for name in wanted[number].columns)
+        table = read_text(path, options, {name: lost.get(name, []) for name in names}, notes, texts, rows)
+        for number in numbers:
+            columns = {name: table.columns[name] for name in wanted[number].columns}
+            tables[number] = replace(table, columns=columns)
+    return [tables[number] for number in range(len(wanted))]
 
 
 def about_file(path: Path, kind: str) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """What readers hand over: columns as they stand in the file; and the notes on every decision that was taken."""
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 
@@ -75,6 +76,38 @@ class Notes:
         """Note what was changed in the data."""
         if text not in self.repairs:
             self.repairs.append(text)
+
+
+def place_of(name: str, names: Sequence[str], what: str) -> int:
+    """Place of a column by its name, or by its number from 1: "#3" is the third.
+
+    Raises
+    ------
+    InputError : there is none, or several have the name; the line says how to name one.
+    """
+    count = names.count(name)
+    if count == 1:
+        return names.index(name)
+    if count > 1:
+        places = [number for number, one in enumerate(names, 1) if one == name]
+        raise InputError(
+            f"{count} {what}s are called '{name}', numbers {' and '.join(map(str, places))}; name one by its number, "
+            f"as 'column: {places[0]}'"
+        )
+    number = re.fullmatch(r"#(\d{1,6})", name)
+    if number and 1 <= int(number[1]) <= len(names):
+        return int(number[1]) - 1
+    raise missing(name, names, what)
+
+
+def same_cell(cell: str | float, value: str | float) -> bool:
+    """Whether a cell holds a value: numbers by size, texts without blanks around them."""
+    if isinstance(cell, str) and cell.strip() == str(value).strip():
+        return True
+    try:
+        return float(cell) == float(value)
+    except ValueError:
+        return False
 
 
 def missing(name: str, there: Iterable[str], what: str) -> InputError:

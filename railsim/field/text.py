@@ -1,43 +1,35 @@
 """Text tables: encoding, separator and decimal mark as the map states them, or found by a rule that is said."""
 
-import csv
 import io
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import islice
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from railsim.errors import InputError
+from railsim.field.layout import BLANKS, ONE_COLUMN, Layout, cells_of, find_layout
+from railsim.field.lines import rows_of
 from railsim.field.map import Csv
-from railsim.field.tables import Column, Notes, Table, missing
+from railsim.field.tables import Column, Notes, Table, place_of, same_cell
 
 MOST_BYTES = 4_000_000_000
-_LOOK = 200  # lines from which separator and decimal mark are found
-_SEPARATORS = ("\t", ";", "|", ",")
+_LOOK = 200  # lines from which the layout is found
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
-_WITH = {mark: re.compile(rf"\s*[+-]?\d*\{mark}\d+(?:[eE][+-]?\d+)?\s*") for mark in ".,"}
-_UNIT = re.compile(r".*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*")
+_NARROW = "\u00a0\u2009\u202f"  # blanks that do not break, as some programs put between thousands
 _EMPTY = ("", "nan", "NaN", "NAN")
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """How the text is written: `start` lines stand before the first row of data, the header's names among them."""
-
-    names: list[str]
-    units: list[str | None]
-    separator: str
-    decimal: str
-    start: int
-
-
 def read_text(
-    path: Path, options: Csv, lost: Mapping[str, Sequence[str]], notes: Notes, texts: frozenset[str] = frozenset()
+    path: Path,
+    options: Csv,
+    lost: Mapping[str, Sequence[str]],
+    notes: Notes,
+    texts: frozenset[str] = frozenset(),
+    where: Mapping[str, str | float] = MappingProxyType({}),
 ) -> Table:
     """Columns of a text table: numbers where every cell that is not empty is one, otherwise texts.
 
@@ -46,23 +38,71 @@ def read_text(
     path, options : the file, and how it is written.
     lost : by name of each column that is wanted, the texts that stand for a lost sample.
     notes : takes what was assumed.
+    texts : columns that stay text.
+    where : value by column that a row must hold; the other rows are none of this table's.
 
     Raises
     ------
     InputError : the encoding does not fit, a column is not there or twice, a line has too many cells.
     """
-    names = list(lost)
-    text = _decoded(path, options, notes)
-    layout = _layout(text, options, path, notes)
+    lines = _decoded(path, options, notes).split("\n")
+    if where:
+        lines = _rows_where(lines, options, where, path)
+    layout = find_layout(lines[: options.skip + _LOOK + 2000], options, path, notes)
+    try:
+        places = {name: place_of(name, layout.names, "column") for name in lost}
+    except InputError as error:
+        raise InputError(f"'{path}': {error}{_hint(lost, layout, options)}") from None
+    rows = rows_of(lines, layout, options, set(places.values()), path, notes)
+    frame = _parsed(rows.lines, layout, lost, places, path, texts)
+    columns = {name: _column(name, frame[name], layout, places[name]) for name in lost}
+    return Table(columns, first_row=layout.start + 1, lines=np.array(rows.numbers))
+
+
+def _hint(names: Iterable[str], layout: Layout, options: Csv) -> str:
+    """What may have been meant by a name that no column has."""
     for name in names:
-        if name not in layout.names:
-            raise InputError(f"'{path}': {missing(name, layout.names, 'column')}")
-        if layout.names.count(name) > 1:
-            raise InputError(f"'{path}': {layout.names.count(name)} columns are called '{name}'; rename one")
-    _check_lines(text, layout, path)
-    frame = _parsed(text, layout, options, lost, path, texts)
-    columns = {name: _column(name, frame[name], layout) for name in names}
-    return Table(columns, first_row=layout.start + 1)
+        words = name.split()
+        if name not in layout.names and len(words) > 1 and all(word in layout.names for word in words):
+            return f"; for a date and a time in two columns write 'column: [{', '.join(words)}]'"
+    if layout.header is not None or options.names:
+        return ""
+    letters = ", ".join("abcdefghijklmnopqrstuvwxyz"[: len(layout.names)])
+    return f"; the file names no columns: write 'column: 2' for the second, or 'csv: {{names: [{letters}]}}'"
+
+
+def _rows_where(lines: list[str], options: Csv, where: Mapping[str, str | float], path: Path) -> list[str]:
+    """Lines of which all other rows are blank: those of other sensors may have other cells."""
+    content = [line for line in lines[options.skip :] if line.strip() and not line.startswith(options.comment)]
+    if not content:
+        return lines
+    counted = {one: sum(line.count(one) for line in content[:_LOOK]) for one in "\t;|,"}
+    separator = options.separator or max(counted, key=lambda one: counted[one])
+    names = list(options.names) or [cell.strip() for cell in cells_of(content[0], separator)]
+    places = {place_of(name, [*names, *_spare(names)], "column"): value for name, value in where.items()}
+    kept = list(lines)
+    found = 0
+    for number in range(options.skip, len(lines)):
+        cells = cells_of(lines[number], separator)
+        if len(cells) > max(places) and all(same_cell(cells[at], value) for at, value in places.items()):
+            found += 1
+        elif [cell.strip() for cell in cells] != names:
+            kept[number] = ""
+    if not found:
+        shown = ", ".join(f"{name} = {value}" for name, value in where.items())
+        raise InputError(f"'{path}': no row holds {shown.replace('#', 'column ')}; correct 'rows: where'")
+    if options.names:
+        return kept
+    head = lines.index(content[0], options.skip)
+    rows = (cells_of(line, separator) for line in kept[head + 1 :] if line.strip())
+    if len(next(rows, names)) != len(names):
+        kept[head] = ""
+    return kept
+
+
+def _spare(names: list[str]) -> list[str]:
+    """Names of columns beyond those of the header."""
+    return [f"#{place}" for place in range(len(names) + 1, 200)]
 
 
 def _decoded(path: Path, options: Csv, notes: Notes) -> str:
@@ -75,12 +115,12 @@ def _decoded(path: Path, options: Csv, notes: Notes) -> str:
         encoding = next((name for mark, name in _BOMS if data.startswith(mark)), "utf-8")
         if encoding != "utf-8":
             notes.assume(f"encoding {encoding.removesuffix('-sig')}, by the file's byte order mark")
-        elif b"\0" in data[:4096]:
-            raise InputError(f"'{path}' holds zero bytes: UTF-16 without mark, or no text; state csv.encoding")
         elif not data.isascii():
             notes.assume("encoding utf-8: the whole file is valid in it")
     elif encoding == "utf-8" and data.startswith(_BOMS[0][0]):
         encoding = "utf-8-sig"
+    if not encoding.startswith("utf-16"):
+        data = _without_padding(data, path, notes)
     try:
         text = data.decode(encoding)
     except UnicodeDecodeError as error:
@@ -95,108 +135,88 @@ def _decoded(path: Path, options: Csv, notes: Notes) -> str:
         text = data.decode(encoding, "replace")
         lines = sum("�" in line for line in text.splitlines())
         notes.repair(f"{lines} lines hold bytes that are not {encoding}; these became '�'")
-    return text.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff")
+    return _plain(text.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff"), notes)
 
 
-def _layout(text: str, options: Csv, path: Path, notes: Notes) -> _Layout:
-    lines = list(islice(io.StringIO(text), options.skip + _LOOK + 2000))
-    head = options.skip
-    while head < len(lines) and (not lines[head].strip() or lines[head].startswith(options.comment)):
-        head += 1
-    if head >= len(lines):
-        raise InputError(f"'{path}' has no header; its first line must name the columns")
-    body = [line for line in lines[head + 1 :] if line.strip()][:_LOOK]
-    separator = options.separator or _separator(lines[head], body, path, notes)
-    names = [name.strip() for name in _cells(lines[head], separator)]
-    units: list[str | None] = [found[1] if (found := _UNIT.fullmatch(name)) else None for name in names]
-    start = head + 1
-    if options.units_row:
-        below = _cells(lines[start], separator) if start < len(lines) else []
-        if len(below) != len(names):
-            raise InputError(f"'{path}': {len(below)} units for {len(names)} columns; is there a row of units?")
-        units = [unit.strip(" []()\t\n") or None for unit in below]
-        start, body = start + 1, body[1:]
-    decimal = options.decimal or _decimal(body, separator, path, notes)
-    if decimal == separator:
-        raise InputError(f"'{path}': '{separator}' cannot be both separator and decimal mark; state csv.separator")
-    return _Layout(names, units, separator, decimal, start)
+def _without_padding(data: bytes, path: Path, notes: Notes) -> bytes:
+    """The bytes without zeros behind the last line.
+
+    Raises
+    ------
+    InputError : it is UTF-16 without a mark.
+    """
+    kept = data.rstrip(b"\0")
+    if len(kept) < len(data):
+        notes.repair(f"{len(data) - len(kept)} zero bytes at the end of the file left out")
+    head = kept[:4096]
+    zeros = head.count(b"\0")
+    if zeros and (zeros > 0.3 * len(head)) and min(head[::2].count(b"\0"), head[1::2].count(b"\0")) < 0.1 * zeros:
+        raise InputError(
+            f"'{path}' holds zero bytes: UTF-16 without mark, or no text; state csv.encoding, as "
+            f"'csv: {{encoding: utf-16-{'be' if head[::2].count(0) > head[1::2].count(0) else 'le'}}}'"
+        )
+    return kept
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    try:
-        return next(csv.reader([line], delimiter=separator), [])
-    except csv.Error:
-        return []
-
-
-def _separator(header: str, body: list[str], path: Path, notes: Notes) -> str:
-    """The first of `_SEPARATORS` that cuts the header and most rows into the same number of cells, more than one."""
-    for separator in _SEPARATORS:
-        count = len(_cells(header, separator))
-        alike = sum(len(_cells(line, separator)) == count for line in body[:20])
-        if count > 1 and 2 * alike >= len(body[:20]):
-            notes.assume(f"columns are separated by {separator!r}: header and first rows have {count} cells each")
-            return separator
-    raise InputError(f"'{path}': no separator gives header and rows the same number of cells; state csv.separator")
-
-
-def _decimal(body: list[str], separator: str, path: Path, notes: Notes) -> str:
-    """The only mark in the first rows' numbers; a point where there is none."""
-    if separator == ",":
-        return "."
-    cells = [cell for line in body for cell in _cells(line, separator)]
-    marks = [mark for mark, pattern in _WITH.items() if any(pattern.fullmatch(cell) for cell in cells)]
-    if len(marks) > 1:
-        raise InputError(f"'{path}': the first rows hold numbers with '.' and with ','; state csv.decimal")
-    decimal = marks[0] if marks else "."
-    reason = "the only one in the first rows" if marks else "no number in the first rows has any"
-    notes.assume(f"decimal mark '{decimal}': {reason}")
-    return decimal
-
-
-def _check_lines(text: str, layout: _Layout, path: Path) -> None:
-    """Refuse lines with too many or too few cells; in a text with quotes only those that have too many."""
-    if '"' in text:
-        return
-    due = len(layout.names) - 1
-    for number, line in enumerate(text.split("\n"), 1):
-        if number > layout.start and line.count(layout.separator) != due and line.strip():
-            found = line.count(layout.separator) + 1
-            raise InputError(f"'{path}' line {number}: {found} cells for {due + 1} columns; mend that line")
+def _plain(text: str, notes: Notes) -> str:
+    """Blanks that do not break between digits left out, minus signs of typographers as hyphens."""
+    if any(mark in text for mark in _NARROW):
+        text, count = re.subn(rf"(?<=\d)[{_NARROW}](?=\d{{3}})", "", text)
+        if count:
+            notes.assume(f"thousands are separated by blanks that do not break ({count} places)")
+    if "\u2212" in text:
+        text, count = re.subn("\u2212(?=[\\d.,])", "-", text)
+        notes.assume(f"the minus sign of typographers (U+2212) stands before {count} numbers")
+    return text
 
 
 def _parsed(
-    text: str, layout: _Layout, options: Csv, lost: Mapping[str, Sequence[str]], path: Path, texts: frozenset[str]
+    lines: list[str],
+    layout: Layout,
+    lost: Mapping[str, Sequence[str]],
+    places: Mapping[str, int],
+    path: Path,
+    texts: frozenset[str],
 ) -> pd.DataFrame:
-    unique = [f"{i}:{name}" for i, name in enumerate(layout.names)]
-    columns = [layout.names.index(name) for name in lost]
-    settings: dict[str, Any] = {"sep": layout.separator, "decimal": layout.decimal, "thousands": options.thousands}
+    """The wanted columns of all rows."""
+    separator, decimal = layout.separator, layout.decimal
+    if decimal == separator:
+        separator = ONE_COLUMN
+        lines = [separator.join(cells_of(line, decimal)) for line in lines]
+    keys = {place: f"{place}" for place in sorted(set(places.values()))}
+    markers: dict[str, list[str]] = {key: [*_EMPTY] for key in keys.values()}
+    for name, place in places.items():
+        markers[keys[place]] += lost[name]
+    settings: dict[str, Any] = {"sep": r"\s+" if separator == BLANKS else separator, "decimal": decimal}
+    if not lines:
+        return pd.DataFrame({name: np.zeros(0) for name in places})
     try:
         frame = pd.read_csv(
-            io.StringIO(text),
+            io.StringIO("\n".join(lines)),
             header=None,
-            names=unique,
+            names=[str(place) for place in range(max(layout.cells, max(keys) + 1))],
             index_col=False,
-            usecols=[unique[i] for i in columns],
-            dtype={unique[i]: str for i in columns if layout.names[i] in texts},
-            skiprows=layout.start,
+            usecols=list(keys.values()),
+            dtype={keys[places[name]]: str for name in places if name in texts},
             keep_default_na=False,
-            na_values={unique[i]: [*_EMPTY, *lost[layout.names[i]]] for i in columns},
+            na_values=markers,
             skipinitialspace=True,
+            skip_blank_lines=False,
             low_memory=False,
             on_bad_lines="error",
+            thousands=layout.thousands,
             **settings,
         )
     except (ValueError, OverflowError, pd.errors.EmptyDataError) as error:
         reason = " ".join(str(error).replace("Error tokenizing data. C error: ", "").split())[:120]
         raise InputError(f"'{path}' is not a whole table ({reason}); mend that line") from None
-    frame = frame[[unique[i] for i in columns]]
-    frame.columns = pd.Index(list(lost))
-    return frame
+    if len(frame) != len(lines):
+        raise InputError(f"'{path}' is not a whole table (a quoted cell goes over several lines); mend that line")
+    return pd.DataFrame({name: frame[keys[place]] for name, place in places.items()})
 
 
-def _column(name: str, values: Any, layout: _Layout) -> Column:
-    unit = layout.units[layout.names.index(name)]
+def _column(name: str, values: Any, layout: Layout, place: int) -> Column:
+    unit = layout.units[place] if place < len(layout.units) else None
     if values.dtype.kind in "fiub":
         return Column(name, values.to_numpy(dtype=np.float64), unit)
     texts = [value if isinstance(value, str) else "" if pd.isna(value) else str(value) for value in values.tolist()]

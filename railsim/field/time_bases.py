@@ -127,7 +127,7 @@ def check_zone(value: str | None) -> str | None:
         return value
     try:
         ZoneInfo(value)
-    except (ValueError, OSError):
+    except (KeyError, ValueError, OSError):
         pass
     else:
         return value

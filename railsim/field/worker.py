@@ -88,6 +88,7 @@ def _pack(tables: list[Table]) -> tuple[dict[str, Any], list[np.ndarray]]:
         columns = []
         for column in table.columns.values():
             head: dict[str, Any] = {"name": column.name, "unit": column.unit, "instants": column.instants}
+            head["duration"] = column.duration
             if isinstance(column.values, list):
                 head["texts"] = column.values
             else:
@@ -97,7 +98,15 @@ def _pack(tables: list[Table]) -> tuple[dict[str, Any], list[np.ndarray]]:
         clock = None if table.clock is None else table.clock.size
         if table.clock is not None:
             arrays.append(table.clock)
-        heads.append({"columns": columns, "clock": clock, "start": table.start, "cut_short": table.cut_short})
+        heads.append(
+            {
+                "columns": columns,
+                "clock": clock,
+                "start": table.start,
+                "cut_short": table.cut_short,
+                "local": table.local,
+            }
+        )
     return {"tables": heads}, arrays
 
 

@@ -1,6 +1,6 @@
 """What a reader is asked for, and what its module must hold."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,8 +32,8 @@ class Wanted:
 Reader = Callable[[Path, list[Wanted]], list[Table]]
 
 
-def pick_group(wanted: str | int | None, names: list[str]) -> int:
-    """Place of the group in `names`.
+def pick_group(wanted: str | int | None, names: list[str], contents: Sequence[Sequence[str]] = ()) -> int:
+    """Place of the group in `names`; `contents`, the channels of each, stand in messages.
 
     Raises
     ------
@@ -42,17 +42,32 @@ def pick_group(wanted: str | int | None, names: list[str]) -> int:
     if wanted is None:
         if len(names) == 1:
             return 0
-        listed = ", ".join(f"{i} '{name[:40]}'" for i, name in enumerate(names[:20])) or "none"
-        raise InputError(f"the file has {len(names)} groups ({listed}); name one by 'group:' in the map")
+        raise InputError(
+            f"the file has {len(names)} groups ({_listed(names, contents)}); name one by 'group:' in the map, as "
+            "'group: 0'"
+        )
     if isinstance(wanted, int):
         if not 0 <= wanted < len(names):
             raise InputError(f"no group {wanted}; the file has {len(names)}, counted from 0")
         return wanted
     if names.count(wanted) > 1:
-        raise InputError(f"the file has {names.count(wanted)} groups '{wanted}'; name one by its number, from 0")
+        numbers = [number for number, name in enumerate(names) if name == wanted]
+        raise InputError(
+            f"the file has {len(numbers)} groups '{wanted}' ({_listed(names, contents, numbers)}); name one by its "
+            f"number, as 'group: {numbers[0]}'"
+        )
     if wanted not in names:
         raise missing(wanted, names, "group")
     return names.index(wanted)
+
+
+def _listed(names: list[str], contents: Sequence[Sequence[str]], numbers: Sequence[int] | None = None) -> str:
+    """Groups with their numbers, and the first channels of each."""
+    shown = list(range(len(names)) if numbers is None else numbers)[:20]
+    parts = [f"{number} '{names[number][:40]}'" for number in shown]
+    if contents:
+        parts = [f"{part}: {' '.join(contents[n][:6])[:80]}" for part, n in zip(parts, shown, strict=True)]
+    return ", ".join(parts) or "none"
 
 
 def column(name: str, values: Any, unit: str | None) -> Column:

@@ -9,7 +9,9 @@ import pyarrow.parquet as pq
 
 from railsim.errors import InputError
 from railsim.field.readers.interface import Wanted, column, instants
-from railsim.field.tables import Column, Table, missing
+from railsim.field.tables import Column, Table, place_of
+
+_TICKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def read(path: Path, wanted: list[Wanted]) -> list[Table]:
@@ -30,17 +32,17 @@ def _table(file: Any, wanted: Wanted) -> Table:
         raise InputError("a Parquet file has no time axis of its own; name the column of time")
     names = list(file.schema_arrow.names)
     columns: dict[str, Column] = {}
-    start = None
+    start, local = None, False
     for name in wanted.columns:
-        if name not in names:
-            raise missing(name, names, "column")
-        if names.count(name) > 1:
-            raise InputError(f"column '{name}' stands {names.count(name)} times in the file; rename one")
-        table = file.read(columns=[name], use_threads=False)
+        own = names[place_of(name, names, "column")]
+        if names.count(own) > 1:
+            raise InputError(f"column '{own}' stands {names.count(own)} times in the file; rename one")
+        table = file.read(columns=[own], use_threads=False)
         field = table.schema.field(0)
         columns[name], instant = _column(name, table.column(0), field)
-        start = instant or start
-    return Table(columns, start=start)
+        if instant is not None:
+            start, local = instant, getattr(field.type, "tz", None) is None
+    return Table(columns, start=start, local=local)
 
 
 def _column(name: str, values: pa.ChunkedArray, field: pa.Field) -> tuple[Column, str | None]:
@@ -49,6 +51,14 @@ def _column(name: str, values: pa.ChunkedArray, field: pa.Field) -> tuple[Column
         lost = np.asarray(values.is_null())
         raw = values.cast(pa.timestamp("ns", tz=kind.tz)).cast(pa.int64()).fill_null(0).to_numpy()
         return instants(name, np.asarray(raw), lost)
+    if pa.types.is_date(kind):
+        days = values.cast(pa.timestamp("ns"))
+        return instants(name, np.asarray(days.cast(pa.int64()).fill_null(0).to_numpy()), np.asarray(values.is_null()))
+    if pa.types.is_duration(kind) or pa.types.is_time(kind):
+        lost = np.asarray(values.is_null())
+        ticks = values.cast(pa.int32() if kind.bit_width == 32 else pa.int64()).fill_null(0).to_numpy()
+        seconds = np.where(lost, np.nan, np.asarray(ticks, dtype=np.float64) * _TICKS[kind.unit])
+        return Column(name, seconds, "s", duration=True), None
     if pa.types.is_dictionary(kind):
         values = values.cast(kind.value_type)
     if pa.types.is_decimal(kind):

@@ -1,6 +1,6 @@
 """TDMS files (National Instruments), read with npTDMS."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +8,8 @@ import numpy as np
 
 from railsim.errors import InputError
 from railsim.field.readers.interface import Wanted, column, instants, pick_group
-from railsim.field.tables import Column, Table, missing
+from railsim.field.tables import Column, Table, place_of
+from railsim.field.units import converter
 
 
 def read(path: Path, wanted: list[Wanted]) -> list[Table]:
@@ -30,13 +31,13 @@ def read(path: Path, wanted: list[Wanted]) -> list[Table]:
 
 
 def _table(group: Any, wanted: Wanted) -> Table:
-    channels = {str(channel.name): channel for channel in group.channels()}
+    channels = list(group.channels())
+    names = [str(channel.name) for channel in channels]
     columns: dict[str, Column] = {}
     start = None
-    for name in wanted.columns:
-        if name not in channels:
-            raise missing(name, channels, f"channel (group '{group.name}')")
-        columns[name], instant = _column(name, channels[name])
+    chosen = {name: channels[place_of(name, names, f"channel (group '{group.name}')")] for name in wanted.columns}
+    for name, channel in chosen.items():
+        columns[name], instant = _column(name, channel)
         start = instant or start
     lengths = {len(one.values) for one in columns.values()}
     if len(lengths) > 1:
@@ -44,8 +45,28 @@ def _table(group: Any, wanted: Wanted) -> Table:
         raise InputError(f"channels of one table differ in length ({listed}); put those of each rate in a table")
     if not wanted.clock:
         return Table(columns, start=start)
-    first = channels[wanted.columns[0]]
-    return Table(columns, _clock(first), _start(first))
+    axes = {name: _axis(channel) for name, channel in chosen.items()}
+    if len(set(axes.values())) > 1:
+        listed = ", ".join(f"'{name}' {axis}" for name, axis in axes.items())
+        raise InputError(
+            f"channels of one table have different time axes ({listed}); give each of them a table of its own with "
+            f"'group: \"{group.name}\"' and 'time: {{kind: own}}'"
+        )
+    axis = next(iter(axes.values()))
+    return Table(columns, axis.first + axis.step * np.arange(max(lengths)), axis.start)
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """A waveform's own axis: distance of the samples and place of the first, s, and the instant of its zero."""
+
+    step: float
+    first: float
+    start: str | None
+
+    def __str__(self) -> str:
+        since = "" if self.start is None else f" of {self.start}"
+        return f"every {self.step:.6g} s from {self.first:.6g} s{since}"
 
 
 def _column(name: str, channel: Any) -> tuple[Column, str | None]:
@@ -56,14 +77,24 @@ def _column(name: str, channel: Any) -> tuple[Column, str | None]:
     return column(name, values, str(channel.properties.get("unit_string", ""))), None
 
 
-def _clock(channel: Any) -> np.ndarray:
-    step = channel.properties.get("wf_increment")
+def _axis(channel: Any) -> _Axis:
+    """The axis of a waveform.
+
+    Raises
+    ------
+    InputError : the channel is no waveform, or its axis is no time.
+    """
+    properties = channel.properties
+    step, first = properties.get("wf_increment"), properties.get("wf_start_offset", 0.0)
     if not isinstance(step, float | int) or not 0 < step < np.inf:
         raise InputError(f"channel '{channel.name}' is no waveform (no wf_increment); name the column of time")
-    first = float(channel.properties.get("wf_start_offset", 0.0))
-    return first + float(step) * np.arange(len(channel))
-
-
-def _start(channel: Any) -> str | None:
-    start = channel.properties.get("wf_start_time")
-    return None if start is None else f"{np.datetime64(start)}Z"
+    unit = str(properties.get("wf_xunit_string", "") or "").strip() or "s"
+    try:
+        factor = converter(unit, "s", "wf_xunit_string").factor
+    except InputError:
+        raise InputError(
+            f"the axis of channel '{channel.name}' is in '{unit}' (wf_xunit_string), no time; name a channel of time "
+            "by 'time: {kind: seconds, column: ...}', or export the data over time"
+        ) from None
+    start = properties.get("wf_start_time")
+    return _Axis(float(step) * factor, float(first) * factor, None if start is None else f"{np.datetime64(start)}Z")
