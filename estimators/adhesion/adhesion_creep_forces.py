@@ -5,12 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from estimators.adhesion.bogie_place import BogiePlace
 from estimators.adhesion.channels import WHEELSETS, has_all
 from estimators.adhesion.creep_force_estimator import CreepForceEstimator, columns_with_std, settled_rows
-from estimators.adhesion.creep_forces import FORCE_NAMES, MOTIONS, Forces, force_spectra, smoothed_forces
-from estimators.adhesion.creep_model import ROLL_BODIES, parameters
-from estimators.adhesion.force_budget import budgeted
+from estimators.adhesion.creep_forces import FORCE_NAMES, MOTIONS, Forces, force_spectra
 from estimators.interface import Estimate
 from estimators.signals.channel_health import Health
 from railsim.measurements import Measurements
@@ -28,15 +25,8 @@ class AdhesionCreepForces(CreepForceEstimator, frozen=True):
         """Forces over time, high-passed like every channel; NaN until the filter has settled."""
         self.need(measurements)
         health = self.health(measurements)
-        found = [self.budgeted(measurements, health, place) for place in self.bogies(measurements, health)]
+        found = [self.net_forces(measurements, health, place) for place in self.bogies(measurements, health)]
         return Estimate(self.name, force_table(found), self.about_forces(measurements, health, found))
-
-    def budgeted(self, measurements: Measurements, health: Health, place: BogiePlace) -> Forces:
-        """The filter over one bogie with all that its data sheets leave unknown."""
-        record = self.record(measurements, health, ROLL_BODIES, place)
-        p = parameters(measurements.vehicle)
-        lever = measurements.vehicle.get("arm_length")
-        return smoothed_forces(record, p, budgeted(measurements.vehicle | p, record, self.shaping, lever))
 
     def about_forces(self, measurements: Measurements, health: Health, found: Sequence[Forces]) -> dict[str, object]:
         """Settings, densities of the estimates, and what was left out."""

@@ -1,25 +1,35 @@
 """Adhesion level with a calibrated probability, and the initial creep slope, in windows of ordinary running."""
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from estimators.adhesion.bogie_place import BogiePlace, places
 from estimators.adhesion.change_points import Change, find_changes
 from estimators.adhesion.channels import WHEELSETS, has_all, used_channels
 from estimators.adhesion.classifier import LEVELS, Classifier, classifier
 from estimators.adhesion.creep_force_estimator import SETTLE, CalibratedEstimator
 from estimators.adhesion.creep_forces import RATE, Forces
+from estimators.adhesion.creep_model import parameters
 from estimators.adhesion.features import SETS, features, windows
+from estimators.adhesion.level_gates import Gate, gates
+from estimators.adhesion.level_windows import COLUMNS, LEFT_OUT, Reason, pooled, undecided, with_spare, withheld
 from estimators.interface import Estimate
 from estimators.signals.channel_health import Health
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 WINDOW, SHORT = 10.0, 4.0  # s
-COLUMNS = tuple(f"adhesion_{level.replace(' ', '_')} [-]" for level in LEVELS)
-LEFT_OUT = 0.05  # share of a window in which a channel may be left out
 BEYOND = 0.1  # relative distance from the calibration's speeds that is still accepted
+
+
+class Windows(NamedTuple):
+    """Tables of windows of `WINDOW` and of `SHORT` seconds."""
+
+    long: pd.DataFrame
+    short: pd.DataFrame
 
 
 class AdhesionLevel(CalibratedEstimator, frozen=True):
@@ -27,47 +37,85 @@ class AdhesionLevel(CalibratedEstimator, frozen=True):
 
     Each window of 10 s is compared with a calibration on simulated runs of the same vehicle over other tracks
     (`adhesion_calibration.json`). Windows without a full set of wheelset sensors go by those of bogie and body alone.
-    Changes are placed by windows of 4 s.
+    Changes are placed by windows of 4 s. Of a whole vehicle every bogie is judged that bears the sensors, and the
+    probabilities are their geometric mean. Where the calibration does not hold, or no level is likely, a window counts
+    as one of which nothing can be told.
     """
 
     hop: float = quantity(0.5, unit="s between windows", source="illustrative", ge=0.1, le=5.0)
 
     def estimate(self, measurements: Measurements) -> Estimate:
-        """Probabilities over time, each of the 10 s around; NaN where the sensors or the speed allow none."""
+        """Probabilities over time, each of the 10 s around; NaN where the sensors, the speed or the line allow none."""
         self.need(measurements)
         health = self.health(measurements)
-        names = [name for name in used_channels(measurements, SETS["wheelsets"]) if name in health.good]
+        leading, *others = places(measurements.vehicle)
+        bogies = [leading, *(one for one in others if has_all(measurements, health.good, SETS["bogie"], one))]
+        found = [self._of_bogie(measurements, health, place) for place in bogies]
+        reasons: dict[str, Reason] = {}
+        both = Windows(*(pooled([one[kind] for one in found]) for kind in range(2)))
+        closing = self._gates(measurements, health)
+        table, short = (
+            withheld(table, window, *closing, reasons if window == WINDOW else {})
+            for table, window in zip(both, (WINDOW, SHORT), strict=True)
+        )
+        changes = find_changes(_values(table), _values(short), WINDOW)
+        table = undecided(table, reasons)
         warnings = health.warnings()
-        by_sensors = {}
-        if has_all(measurements, names, WHEELSETS):
-            by_sensors["wheelsets"] = self._judged(measurements, health, "wheelsets")
-        else:
+        if not table["wheelset_sensors [-]"].to_numpy().any():
             warnings.append("no full set of wheelset sensors: adhesion goes by the sensors of bogie and body")
-        if "wheelsets" not in by_sensors or not np.isfinite(by_sensors["wheelsets"][0]["creep_slope [-]"]).all():
-            by_sensors["bogie"] = self._judged(measurements, health, "bogie")
-        table, changes = _merged(by_sensors)
-        return Estimate(self.name, table, self._about(table, changes, health, warnings))
+        return Estimate(self.name, table, self._about(table, changes, health, warnings, reasons))
 
-    def _judged(self, measurements: Measurements, health: Health, kind: str) -> tuple[pd.DataFrame, list[Change]]:
-        """Table of windows and changes by one set of sensors."""
-        forces = self.forces(measurements, health, SETS[kind])
+    def _of_bogie(self, measurements: Measurements, health: Health, place: BogiePlace) -> Windows:
+        """Windows by all sensors where these are there, by those of bogie and body elsewhere."""
+        names = [name for name in used_channels(measurements, SETS["wheelsets"], place) if name in health.good]
+        if not has_all(measurements, names, WHEELSETS, place):
+            return self._judged(measurements, health, "bogie", place)
+        by_all = self._judged(measurements, health, "wheelsets", place)
+        if np.isfinite(by_all.long["creep_slope [-]"]).all():
+            return by_all
+        spare = self._judged(measurements, health, "bogie", place)
+        return Windows(*map(with_spare, by_all, spare))
+
+    def _judged(self, measurements: Measurements, health: Health, kind: str, place: BogiePlace) -> Windows:
+        """Windows by one set of sensors of a bogie."""
+        forces = self.forces(measurements, health, SETS[kind], place)
         vehicle = str(measurements.vehicle.get("name"))
-        complete = has_all(measurements, health.good, SETS[kind])
-        table = judge(forces, kind, WINDOW, self.hop, classifier(vehicle, kind, WINDOW), complete)
-        close = judge(forces, kind, SHORT, self.hop, classifier(vehicle, kind, SHORT), complete)
-        return table, find_changes(_values(table), _values(close), WINDOW)
+        complete = has_all(measurements, health.good, SETS[kind], place)
+        shared = {"wheelset_sensors [-]": float(kind == "wheelsets")}
+        return Windows(
+            *(
+                judge(forces, kind, window, self.hop, classifier(vehicle, kind, window), complete).assign(**shared)
+                for window in (WINDOW, SHORT)
+            )
+        )
 
-    def _about(self, table: pd.DataFrame, changes: list[Change], health: Health, warnings: list[str]) -> dict[str, Any]:
+    def _gates(self, measurements: Measurements, health: Health) -> tuple[np.ndarray, Sequence[Gate]]:
+        """Where the calibration does not hold, on a grid of time."""
+        record = self.record(measurements, health, SETS["bogie"], places(measurements.vehicle)[0])
+        p = parameters(measurements.vehicle)
+        return record.time, gates(measurements, health, record.time, record.speed, p)
+
+    def _about(
+        self,
+        table: pd.DataFrame,
+        changes: list[Change],
+        health: Health,
+        warnings: list[str],
+        reasons: Mapping[str, Reason],
+    ) -> dict[str, Any]:
         valid = table["valid [-]"].to_numpy() > 0.5
-        if not valid.all():
-            warnings.append(f"no adhesion level in {np.mean(~valid):.0%} of the windows: see 'left_out' and the speed")
-        strange = float(np.mean(table["unlike_calibration [-]"].to_numpy()[valid] > 1.0)) if valid.any() else 0.0
-        if strange > 0.2:
-            warnings.append(f"{strange:.0%} of the windows are unlike all of the calibration: do not trust the level")
+        for reason, one in reasons.items():
+            warnings.append(f"cannot tell the level in {one.share:.0%} of the windows: {reason}; {one.help} would help")
+        beyond = float(np.mean(~valid)) - sum(one.share for one in reasons.values())
+        if beyond > 1e-6:
+            warnings.append(f"no adhesion level in {beyond:.0%} of the windows: see 'left_out' and the speed")
         return {
             "settings": self.model_dump(mode="json"),
             "levels": list(LEVELS),
             "changes": [change._asdict() for change in changes],
+            "cannot_tell": [
+                {"reason": reason, "would_help": one.help, "share": one.share} for reason, one in reasons.items()
+            ],
             "left_out": health.left_out,
             "warnings": warnings,
         }
@@ -93,24 +141,6 @@ def judge(forces: Forces, kind: str, window: float, hop: float, by: Classifier, 
     time = np.array([forces.time[skipped:][span].mean() for span in spans])
     names = [*COLUMNS, "creep_slope [-]", "creep_slope_std [-]", "unlike_calibration [-]"]
     return pd.DataFrame({"time [s]": time, **dict(zip(names, rows.T, strict=True)), "valid [-]": good.astype(float)})
-
-
-def _merged(by_sensors: dict[str, tuple[pd.DataFrame, list[Change]]]) -> tuple[pd.DataFrame, list[Change]]:
-    """The better set where it counts, the other one elsewhere; changes of the set that counts at their time."""
-    if "wheelsets" not in by_sensors:
-        table, changes = by_sensors["bogie"]
-        return table.assign(**{"wheelset_sensors [-]": 0.0}), changes
-    table, changes = by_sensors["wheelsets"]
-    table = table.assign(**{"wheelset_sensors [-]": 1.0})
-    if "bogie" not in by_sensors:
-        return table, changes
-    other = by_sensors["bogie"][0].assign(**{"wheelset_sensors [-]": 0.0})
-    count = min(len(table), len(other))
-    table, other = table.iloc[:count].reset_index(drop=True), other.iloc[:count].reset_index(drop=True)
-    full = table["valid [-]"].to_numpy() > 0.5
-    merged = other.where(~pd.Series(full), table)
-    share = float(np.mean(full))
-    return merged, changes if share > 0.5 else by_sensors["bogie"][1]
 
 
 def _values(table: pd.DataFrame) -> np.ndarray:

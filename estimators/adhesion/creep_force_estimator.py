@@ -8,8 +8,9 @@ import numpy as np
 from estimators.adhesion.bogie_place import BogiePlace, places
 from estimators.adhesion.channels import WHEELSETS, LateralRecord, grid, has_all, read, used_channels
 from estimators.adhesion.classifier import vehicles
-from estimators.adhesion.creep_forces import Forces, find_forces
+from estimators.adhesion.creep_forces import Forces, find_forces, smoothed_forces
 from estimators.adhesion.creep_model import ROLL_BODIES, Shaping, parameters
+from estimators.adhesion.force_budget import budgeted
 from estimators.interface import Estimator
 from estimators.signals.channel_health import Health, channel_health
 from estimators.speed.odometry import SpeedSource, has_speed
@@ -60,6 +61,13 @@ class CreepForceEstimator(Estimator, frozen=True):
         """The filter over the recording of one bogie with the sensors of these bodies; the leading bogie where None."""
         record = self.record(measurements, health, bodies, place or places(measurements.vehicle)[0])
         return find_forces(record, parameters(measurements.vehicle), self.shaping)
+
+    def net_forces(self, measurements: Measurements, health: Health, place: BogiePlace) -> Forces:
+        """Smoothed over one bogie, with all that its data sheets leave unknown."""
+        record = self.record(measurements, health, ROLL_BODIES, place)
+        p = parameters(measurements.vehicle)
+        lever = measurements.vehicle.get("arm_length")
+        return smoothed_forces(record, p, budgeted(measurements.vehicle | p, record, self.shaping, lever))
 
     def record(
         self, measurements: Measurements, health: Health, bodies: tuple[str, ...], place: BogiePlace
