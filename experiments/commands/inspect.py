@@ -59,7 +59,8 @@ def _text(report: "Report") -> str:
     if report.rows:
         lines += ["", table(report.header, report.rows, decimals=5)]
     lines += ["", *(f"note: {text}" for text in report.notes), *(f"suspicious: {text}" for text in report.problems)]
-    return "\n".join(lines if report.problems else [*lines, "nothing suspicious"])
+    unchecked = any(finding["kind"] == "too short" for finding in report.findings)
+    return "\n".join(lines if report.problems or unchecked else [*lines, "nothing suspicious"])
 
 
 def _fact(value: Any) -> str:

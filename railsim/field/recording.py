@@ -17,6 +17,7 @@ from railsim.field.map import RecordingMap, TableMap
 from railsim.field.order import How, continued
 from railsim.field.reading import file_count, read_all
 from railsim.field.regular import Series, regular
+from railsim.field.rotation import turned
 from railsim.field.selection import selected
 from railsim.field.sheets import data_sheets
 from railsim.field.tables import Notes, Table
@@ -57,7 +58,7 @@ def import_recording(
     frames = _frames(series)
     rates = {name: rate for rate, frame in frames.items() for name in frame.columns[1:]}
     about: dict[str, Any] = {"origin": mapped.origin, "vehicle": vehicle}
-    about["sensors"] = data_sheets(mapped.sensors, rates, notes)
+    about["sensors"] = data_sheets(turned(mapped.sensors, frames, notes), rates, notes)
     if start is not None:
         about["start"] = start.isoformat()
     about |= _speed_source(mapped, list(rates), notes)

@@ -1,6 +1,7 @@
 """Wheel and rail profiles as a vehicle's setting: names or files, wear, gauge."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import lru_cache
 from typing import Annotated, Any, Literal
 
@@ -8,6 +9,7 @@ import pydantic
 
 from railsim.contact.functions import ContactFunctions
 from railsim.contact.pairs import WheelRailPair
+from railsim.errors import InputError
 from railsim.profiles.files import Units, read_profile, shipped_profiles
 from railsim.profiles.layout import Layout
 from railsim.profiles.orientation import GaugeSide
@@ -38,9 +40,16 @@ class ProfilePair(Spec, frozen=True):
     wheel_load: float = quantity(55e3, unit="N", source="nominal, for the quasi-elastic averaging", gt=0.0)
 
     def assumptions(self) -> list[str]:
-        """What was taken for granted about the files, each in a line."""
-        texts = [_read(self, name, kind).assumptions for name, kind in self._sources() if name is not None]
-        return list(dict.fromkeys(text for each in texts for text in each))
+        """What was taken for granted about the files, each in a line; of files that cannot be read, nothing.
+
+        Those are refused where a model is made of them; a recording may name profiles that are elsewhere.
+        """
+        texts: list[str] = []
+        for name, kind in self._sources():
+            if name is not None:
+                with suppress(InputError):
+                    texts += _read(self, name, kind).assumptions
+        return list(dict.fromkeys(texts))
 
     def _sources(self) -> list[tuple[str | None, Kind]]:
         return [(self.wheel, "wheel"), (self.rail, "rail"), (self.right_wheel, "wheel"), (self.right_rail, "rail")]

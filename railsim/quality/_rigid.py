@@ -7,7 +7,7 @@ accelerations at its ends; both boxes of an axle have one lateral acceleration.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -22,6 +22,7 @@ from railsim.sensors.errors import low_pass
 
 LOW, HIGH = 1.0, 20.0  # Hz
 _COARSE = 64.0  # Hz
+_SOFT = 8.0  # Hz
 _AXES = ("x", "y", "z")
 _ROTATIONS = ("roll", "pitch", "yaw")
 _SIDES = {"left": 1.0, "right": -1.0}
@@ -34,12 +35,14 @@ class Relation:
     Attributes
     ----------
     weights : by channel, over frequency, shape (k,); the sensors' low-passes and latencies undone.
-    tolerance : energy that scale errors and misalignment by the data sheets may leave over.
+    tolerance : energy that scale errors and misalignment by the data sheets, and `give`, may leave over.
+    give : by channel, share of it by which springs between the bodies give way, over frequency, shape (k,).
     """
 
     weights: Mapping[str, np.ndarray]
 
     tolerance: float = 0.0
+    give: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def residual(self, spectra: Mapping[str, np.ndarray], signs: Mapping[str, tuple[str, float]]) -> float:
         """Energy left over where each channel is read as (channel, sign) of `signs`."""
@@ -204,8 +207,20 @@ def _primary(
     if "y" in axes and "y" in frame[1] and lateral is not None:
         low = (frequency < 3.0).astype(float)
         slow = {name: weight * low for name, weight in ({frame[1]["y"]: unit, axes["y"]: -unit} | lateral).items()}
-        related.append(Relation(slow))
+        related.append(Relation(slow, give={frame[1]["y"]: low * _give(vehicle, frequency)}))
     return related
+
+
+def _give(vehicle: Mapping[str, object], frequency: np.ndarray) -> np.ndarray:
+    """Acceleration that the primary suspension gives way by over that of the bogie, shape (k,): (w / w0)^2.
+
+    An axle's springs carry half of the bogie: w0^2 is their lateral stiffness over that mass. Where the vehicle is not
+    known, w0 is that of 8 Hz (illustrative).
+    """
+    numbers = [vehicle.get(key) for key in ("primary_lateral_stiffness", "bogie_mass")]
+    stiffness, mass = (float(one) if isinstance(one, int | float) else math.nan for one in numbers)
+    square = 2.0 * stiffness / (0.5 * mass) if stiffness * mass > 0.0 else (2.0 * math.pi * _SOFT) ** 2
+    return (2.0 * math.pi * frequency) ** 2 / square
 
 
 def _tolerance(measured: Measurements, relation: Relation, spectra: Mapping[str, np.ndarray]) -> float:
@@ -218,4 +233,5 @@ def _tolerance(measured: Measurements, relation: Relation, spectra: Mapping[str,
         across = [other for other in spectra if other != name and other.split(" [")[0].rpartition("_")[0] == stem]
         other = sum(float(np.sum(np.abs(weight * spectra[one]) ** 2)) for one in across)
         total += 16.0 * (scale**2 * own + tilt**2 * other)
+    total += sum(16.0 * float(np.sum(np.abs(share * spectra[name]) ** 2)) for name, share in relation.give.items())
     return total

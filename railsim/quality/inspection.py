@@ -3,8 +3,11 @@
 from dataclasses import dataclass
 
 from railsim.measurements import Measurements
+from railsim.quality._signals import kind_of
 from railsim.quality.interface import CHECKS, Check, Finding
 from railsim.quality.repair import repaired
+
+_COMPARED = ("accelerometer", "gyro", "displacement")
 
 
 @dataclass(frozen=True)
@@ -26,8 +29,15 @@ def checks() -> list[Check]:
     return [found[name].build({}) for name in sorted(found, key=lambda name: (found[name].stage, name))]
 
 
+SHORTEST = 2.0
+"""s; checks compare parts of a record, of which a shorter one has too few."""
+
+
 def inspect(measured: Measurements) -> Inspection:
-    """Verify a recording before use (Ward et al. 2011, section 6)."""
+    """Verify a recording before use (Ward et al. 2011, section 6); a record of less than `SHORTEST` is only noted."""
+    short = _too_short(measured)
+    if short is not None:
+        return Inspection([short], measured)
     findings: list[Finding] = []
     cleaned = measured
     for check in checks():
@@ -36,3 +46,16 @@ def inspect(measured: Measurements) -> Inspection:
         cleaned = repaired(cleaned, [one for one in new if one.repair is not None and one.repair.lasting])
         findings += new
     return Inspection(sorted(findings, key=lambda one: (one.severity != "fault", one.start)), cleaned)
+
+
+def _too_short(measured: Measurements) -> Finding | None:
+    """A note where the shortest table of inertial sensors, or else the longest table, has too little for any check."""
+    lengths = {name: measured[name].size / measured.rate(name) for name in measured}
+    inertial = {name: length for name, length in lengths.items() if kind_of(measured, name) in _COMPARED}
+    name = min(inertial, key=inertial.__getitem__) if inertial else max(lengths, key=lengths.__getitem__)
+    if lengths[name] >= SHORTEST:
+        return None
+    time = measured.time(name)
+    extent = f"{lengths[name]:.3g} s are too short to be checked, {SHORTEST:g} s are needed"
+    ends = (float(time[0]), float(time[-1])) if time.size else (0.0, 0.0)
+    return Finding("too short", name, *ends, extent, "record longer", severity="note")

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from railsim.measurements import Measurements
+from railsim.quality._offsets import axis_of
 from railsim.quality._signals import filled, kind_of, limit, runs, sheet
 from railsim.quality.interface import Check, Finding
 from railsim.quality.repairs import Mask
@@ -21,7 +22,8 @@ class Noise(Check, frozen=True):
     """White noise fills every band of the spectrum; vibration of the vehicle does not, and it reaches all channels.
 
     Suspicious is a stretch in which even the quietest band of a channel is `factor` times the data sheet's density and
-    `factor` times this channel's usual level, and more so than in the other channels of the same body.
+    `factor` times this channel's usual level, and more so than in the other channels of the same body; and than in any
+    that is alike and along the same axis, for vibration along an axis reaches all of them.
     """
 
     factor: float = quantity(2.5, unit="- of the amplitude", source="illustrative: 16 dB above chance", gt=1)
@@ -35,15 +37,17 @@ class Noise(Check, frozen=True):
         floors = {name: floor for name in measurements if (floor := _floor(measurements, name)) is not None}
         findings = []
         for name, floor in floors.items():
-            others = [
-                f
-                for other, f in floors.items()
-                if other != name and _body(measurements, other) == _body(measurements, name)
+            beside = [
+                other for other in floors if other != name and _body(measurements, other) == _body(measurements, name)
             ]
-            findings += self._channel(measurements, name, floor, others)
+            along = [floors[other] for other in beside if _alike(measurements, other, name)]
+            findings += self._channel(measurements, name, floor, [floors[other] for other in beside], along)
         return findings
 
-    def _channel(self, measured: Measurements, name: str, floor: np.ndarray, others: list[np.ndarray]) -> list[Finding]:
+    def _channel(
+        self, measured: Measurements, name: str, floor: np.ndarray, others: list[np.ndarray], along: list[np.ndarray]
+    ) -> list[Finding]:
+        """`others`: floors of all other channels of the body. `along`: of those that feel the same vibration."""
         usual = max(1.0, float(np.quantile(floor, 0.3)))
         rise = floor / usual
         common = np.ones(floor.size)
@@ -58,6 +62,8 @@ class Noise(Check, frozen=True):
                 for o in others
             ]
             common = np.maximum(1.0, np.quantile(levels, 0.75, axis=0))
+        for other in along:
+            common = np.maximum(common, _rise(other, floor.size))
         loud = rise > self.factor * common
         if usual > self.whole:
             loud |= True
@@ -79,6 +85,17 @@ class Noise(Check, frozen=True):
                 )
             )
         return findings
+
+
+def _alike(measured: Measurements, first: str, second: str) -> bool:
+    """Whether both are of one kind and axis: vibration of a body along an axis reaches every sensor of that axis."""
+    return kind_of(measured, first) == kind_of(measured, second) and axis_of(first) == axis_of(second)
+
+
+def _rise(floor: np.ndarray, count: int) -> np.ndarray:
+    """A channel's floor over its usual level, at `count` places, shape (count,)."""
+    level = np.interp(np.linspace(0, 1, count), np.linspace(0, 1, floor.size), floor)
+    return level / max(1.0, float(np.quantile(floor, 0.3)))
 
 
 def _body(measured: Measurements, name: str) -> object:

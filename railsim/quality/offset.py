@@ -10,8 +10,11 @@ from railsim.measurements import Measurements
 from railsim.quality._offsets import axis_of, expected, heading_rate, still_mean, tolerance
 from railsim.quality._signals import kind_of, limit, sheet
 from railsim.quality.interface import Check, Finding
+from railsim.quality.mounting import doubtful
 from railsim.quality.repairs import Subtract
 from railsim.spec import quantity
+
+_FARTHEST = 0.5 * GRAVITY  # m/s2; an accelerometer's mean that is farther off is no matter of its zero
 
 
 class Offset(Check, frozen=True):
@@ -23,13 +26,16 @@ class Offset(Check, frozen=True):
 
     def find(self, measurements: Measurements) -> list[Finding]:
         """One finding for a channel."""
-        offsets = {}
+        offsets: dict[str, float] = {}
+        unclear = doubtful(measurements)
         for name in measurements:
+            if name in unclear:
+                continue
             off = self._alone(measurements, name)
             if off is not None:
                 offsets[name] = off
         for first, second in _pairs(measurements):
-            if first not in offsets and second not in offsets:
+            if not {first, second} & unclear and first not in offsets and second not in offsets:
                 offsets |= self._pair(measurements, first, second)
         return [_finding(measurements, name, size) for name, size in offsets.items()]
 
@@ -88,12 +94,16 @@ def _leaning(measured: Measurements) -> float:
 def _finding(measured: Measurements, name: str, off: float) -> Finding:
     time = measured.time(name)
     bias = limit(measured, name, "bias_std")
+    far = kind_of(measured, name) == "accelerometer" and abs(off) > _FARTHEST
+    advice = "set the zero anew at standstill; the mean is brought to what is expected"
+    if far:
+        advice = "no zero is so far off: check the unit, the mounting and the coupling; the samples stay"
     return Finding(
         "offset",
         name,
         float(time[0]),
         float(time[-1]),
         f"the zero is {off:+.3g} off{f', {abs(off) / bias:.0f} times the data sheet' if bias else ''}",
-        "set the zero anew at standstill; the mean is brought to what is expected",
-        repair=Subtract(off),
+        advice,
+        repair=None if far else Subtract(off),
     )

@@ -13,6 +13,7 @@ from railsim.quality._offsets import axis_of, speed_channel
 from railsim.quality._rigid import Relation, relations, spectra_of
 from railsim.quality._signals import filled, kind_of
 from railsim.quality.interface import Check, Finding
+from railsim.quality.mounting import doubtful
 from railsim.quality.repairs import Negate, Swap
 from railsim.spec import quantity
 
@@ -46,7 +47,9 @@ class Orientation(Check, frozen=True):
         means = {
             name: float(np.nanmean(measurements[name])) for name in spectra if np.isfinite(measurements[name]).any()
         }
-        along = _along(measurements, spectra)
+        for name in doubtful(measurements):
+            means.pop(name, None)
+        along = {name: one for name, one in _along(measurements, spectra).items() if name in means}
         choices = alternatives(measurements, related, means)
         read: dict[str, tuple[str, float]] = {}
         findings: list[Finding] = []

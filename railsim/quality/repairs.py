@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from railsim.measurements import TIME
+from railsim.quality._axes import AXES, TURNS, Axes
 from railsim.quality._grid import regridded, shifted
 from railsim.quality._restore import restored
 from railsim.quality._signals import filled
@@ -183,6 +185,29 @@ class Swap(Repair):
         """Exchange them."""
         table, name, other = draft.table(finding), finding.channel, str(finding.other)
         table[name], table[other] = table[other], table[name]
+
+
+@dataclass(frozen=True)
+class Rotate(Repair):
+    """A sensor's axes are turned to those of its body, its gyro's with them; `amount` is the angle in deg."""
+
+    rotation: Rotation = field(compare=False, repr=False, kw_only=True)
+    axes: Axes = field(compare=False, repr=False, kw_only=True)
+
+    name: ClassVar[str] = "rotate"
+    log: ClassVar[str] = "axes turned by {amount:.4g} deg"
+
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """Turn all samples; where one axis is lost, all are."""
+        del finding
+        for channels, order in ((self.axes.accelerations, AXES), (self.axes.rates, TURNS)):
+            if not set(order) <= set(channels):
+                continue
+            names = [channels[axis] for axis in order]
+            tables = [draft.tables[draft.measured.rate(name)] for name in names]
+            turned = self.rotation.apply(np.array([t[n] for t, n in zip(tables, names, strict=True)]).T).T
+            for table, name, values in zip(tables, names, turned, strict=True):
+                table[name] = np.ascontiguousarray(values)
 
 
 @dataclass(frozen=True)
