@@ -107,6 +107,21 @@ class Information:
         first = (len(padded) - len(values)) // 2
         return uniform_filter1d(total, max(1, reach), axis=0, mode="nearest")[first : first + len(values)]
 
+    def mistaken(self, values: np.ndarray, spacing: float, unknown: int) -> np.ndarray:
+        """What one unknown, by one standard deviation, makes the smoother find beside the track, m, shape (n, q).
+
+        `values` : the track, shape (n, q), on a grid of `spacing` m.
+        """
+        size = int(fft.next_fast_len(2 * len(values), real=True) or 2 * len(values))
+        k = 2 * np.pi * fft.rfftfreq(size, spacing)
+        inside = slice(*np.searchsorted(k, self.wavenumber[[0, -1]]))
+        cell, share = _between(k[inside], self.wavenumber)
+        left = self.left[unknown]
+        gain = left[cell] + share[:, None, None] * (left[cell + 1] - left[cell])
+        error = np.zeros((len(k), values.shape[1]), dtype=complex)
+        error[inside] = np.einsum("kab,kb->ka", gain, np.asarray(fft.rfft(values, size, axis=0))[inside])
+        return np.asarray(fft.irfft(error, size, axis=0))[: len(values)]
+
     def rms(self, density: np.ndarray, band: Band | None = None) -> float:
         """Root of the integral of a density, over a band by the response of the band filters, m."""
         return band_rms(self.wavenumber, density, band)

@@ -244,8 +244,8 @@ def additions(measurements: Measurements, channel: str, odometry: Odometry) -> I
         elif other == ALONG:
             yield misaligned * pull(odometry, time)
     yield sheet.error("scale_error_std") * without_mean(measurements[channel])
-    if quantity == PITCHING and given(measurements.vehicle, NODDING):
-        yield _nod(measurements.vehicle) * np.gradient(pull(odometry, time), time)
+    if quantity == PITCHING:
+        yield np.gradient(nod(measurements.vehicle, odometry, time), time)
     yaw = f"{sensor}.{YAWING}"
     if quantity in (UPWARDS, PITCHING) and yaw in measurements and len(measurements[yaw]) == len(time):
         speed = np.interp(time, odometry.knots, odometry.speed_at_knots)
@@ -253,9 +253,14 @@ def additions(measurements: Measurements, channel: str, odometry: Odometry) -> I
         yield speed * turning**2 / GRAVITY * (speed if quantity == UPWARDS else 1.0)
 
 
-def _nod(vehicle: Mapping[str, Any]) -> float:
-    """Pitch of a bogie on its primary springs by braking, rad/(m/s2): the whole force at the bogie's height."""
-    force = vehicle["body_mass"] + vehicle["bogie_mass"]
+def nod(vehicle: Mapping[str, Any], odometry: Odometry, time: np.ndarray) -> np.ndarray:
+    """Pitch of a bogie on its primary springs by braking at times, rad: the whole force at the bogie's height.
+
+    Zero where a parameter is not given.
+    """
+    if not given(vehicle, NODDING):
+        return np.zeros(len(time))
+    force = (vehicle["body_mass"] + vehicle["bogie_mass"]) * pull(odometry, time)
     return (
         force * vehicle["bogie_height"] / (4.0 * vehicle["primary_vertical_stiffness"] * vehicle["semi_wheelbase"] ** 2)
     )

@@ -55,8 +55,8 @@ class Fused(NamedTuple):
         band_std = {name: np.hypot(std, shares.get(name, 1.0) * error) for name, std in self.band_std.items()}
         return self._replace(values=self.values + by, std=np.hypot(self.std, error), band_std=band_std)
 
-    def widened(self, errors: Mapping[str, float]) -> "Fused":
-        """The same with an independent error in each band, m, standard deviation."""
+    def widened(self, errors: Mapping[str, Any]) -> "Fused":
+        """The same with an independent error in each band, m, standard deviation: a number, or one at each place."""
         band_std = {name: np.hypot(std, errors[name]) for name, std in self.band_std.items()}
         return self._replace(band_std=band_std)
 
@@ -100,6 +100,8 @@ def fuse(
     noise = _per_step(plane, odometry, over, known)
     made = _passage(plane, odometry, priors, sizes, speeds)
     values, variance = smooth(made, odometry, plane.observations, noise, kind)
+    if plane.whole is not None:
+        values = values - over.courses([[one.mistaken(values, odometry.spacing, -1) for one in some] for some in known])
     seen = odometry.valid & np.any([np.isfinite(one.values) for one in plane.observations], axis=0)
     local = {
         band: over.courses([[one.local(values, odometry.spacing, band) for one in of_kind] for of_kind in known])

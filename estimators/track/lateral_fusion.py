@@ -164,7 +164,13 @@ def across(
     if not distance > 0.0:
         return [half]
     whole = vehicle | {PIVOT: distance, "body_yaw_inertia": whole_body_yaw_inertia(vehicle)}
-    free = replace(half, vehicle=whole, disturbances=disturbances(WHOLE), start=partial(start, WHOLE))
+    free = replace(
+        half,
+        vehicle=whole,
+        disturbances=disturbances(WHOLE),
+        start=partial(start, WHOLE),
+        whole=lambda p, speed, k: lateral_roll.along_the_track(p, outputs, speed, k),
+    )
     return [free] if "whole_body_mass" in vehicle else [half, free]
 
 

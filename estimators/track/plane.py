@@ -66,6 +66,8 @@ class Plane:
         differ from place to place by as much.
     begins : changes of the fitted parameters' logarithms from which a fit begins too, beside none.
     usual_of : vehicle whose motion gives the disturbances their unit; `vehicle` where None.
+    whole : readings of a vehicle of which `system` is a part, over the track, by parameters, speed (m/s) and wave
+        numbers (rad/m, (k,)), shape (k, readings, quantities). What the part leaves out counts as unknown.
     """
 
     system: Callable[[dict[str, float], float], System]
@@ -84,6 +86,7 @@ class Plane:
     varying: tuple[str, ...] = ()
     begins: tuple[Mapping[str, float], ...] = ()
     usual_of: dict[str, float] | None = None
+    whole: Callable[[dict[str, float], float, np.ndarray], np.ndarray] | None = None
 
     @cached_property
     def _responses(self) -> dict[tuple[float, float], tuple[System, np.ndarray, np.ndarray]]:
@@ -132,7 +135,13 @@ class Plane:
         """The same with the readings of some channels."""
         chosen = [number for number, one in enumerate(self.observations) if one.name in names]
         observations = [self.observations[number] for number in chosen]
-        return replace(self, system=lambda p, speed: self.system(p, speed).only(chosen), observations=observations)
+        whole = self.whole
+        return replace(
+            self,
+            system=lambda p, speed: self.system(p, speed).only(chosen),
+            observations=observations,
+            whole=None if whole is None else lambda p, speed, k: whole(p, speed, k)[:, chosen],
+        )
 
     def noise(self) -> Noise:
         """Of the readings by their data sheets."""
@@ -177,6 +186,9 @@ class Plane:
             systems = deviations(lambda p: self.system(p, speed), self.vehicle, self.changes)
             scales = self.trust * np.array([np.hypot(one.scale, self.structure) for one in self.observations])
             made = responses(systems, speed, self.wheelbase, scales, self.trust * distance_error)
+            if self.whole is not None:
+                beyond = self.whole(self.vehicle, speed, wavenumbers()) - made[0]
+                made = made[0], np.concatenate([made[1], beyond[None]])
             self._responses[key] = systems[0], *made
         system, H, wrong = self._responses[key]
         plain = spectra(H, wrong, priors, self.noise(), speed)

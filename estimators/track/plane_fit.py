@@ -111,9 +111,14 @@ class _AtSpeed:
 
     def parts(self, logarithms: np.ndarray) -> np.ndarray:
         """By the track, by what the model has wrong, by the disturbances; for each quantity, shape (c, b, m, m)."""
-        transfer = self._transfer(changed(self.plane.vehicle, dict(zip(self.plane.fitted, logarithms, strict=True))))
-        lead, trail = np.split(transfer.of_inputs, 2, axis=2)
-        parts = [*self._tracks(lead + trail * self._lag), *self._wrong]
+        p = changed(self.plane.vehicle, dict(zip(self.plane.fitted, logarithms, strict=True)))
+        transfer = self._transfer(p)
+        if self.plane.whole is not None:
+            gain = self._late * self.plane.whole(p, self.speed, self.k)
+        else:
+            lead, trail = np.split(transfer.of_inputs, 2, axis=2)
+            gain = lead + trail * self._lag
+        parts = [*self._tracks(gain), *self._wrong]
         for disturbance, density, usual in zip(self.plane.disturbances, self._own, self._usual, strict=True):
             parts += [
                 disturbance.spectrum(density, transfer, of) if of.any() else np.zeros_like(parts[0]) for of in usual

@@ -31,25 +31,24 @@ CONTRADICTED = 1e-3  # chance of the difference of two estimates below which the
 
 @dataclass(frozen=True)
 class Opinion:
-    """A plain estimate of the same quantity.
-
-    Attributes
-    ----------
-    estimate : with a column for each band. deviations : its standard deviation by band, m.
-    """
+    """A plain estimate of the same quantity, with a column for each band and its deviation."""
 
     estimate: Estimate
-    deviations: Mapping[str, float]
 
-    def band(self, name: str, places: np.ndarray) -> np.ndarray:
-        """A band at places, m; NaN where it says nothing. `name` : of the column without unit."""
+    def band(self, name: str, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A band and its standard deviation at places, m; NaN where it says nothing.
+
+        `name` : of the column without unit.
+        """
         series = self.estimate.series
-        s, values = series["s [m]"].to_numpy(), series[f"{name} [m]"].to_numpy()
-        known = np.isfinite(values) & (series["valid [-]"].to_numpy() > 0.5)
+        s, valid = series["s [m]"].to_numpy(), series["valid [-]"].to_numpy() > 0.5
+        values, std = (series[f"{one} [m]"].to_numpy() for one in (name, f"{name}_std"))
+        known = np.isfinite(values) & np.isfinite(std) & valid
         if known.sum() < 2:
-            return np.full(len(places), np.nan)
+            return _unknown(places)
         near = np.interp(places, s, known.astype(float)) > 0.999
-        return np.where(near, np.interp(places, s[known], values[known]), np.nan)
+        found, spread = (np.where(near, np.interp(places, s[known], one[known]), np.nan) for one in (values, std))
+        return found, spread
 
 
 def checked(
@@ -69,13 +68,13 @@ def checked(
         if ratio > 1.0:
             std = std * np.sqrt(ratio)
             columns[f"{name}_std [m]"] = std
-        other = np.full(len(places), np.nan) if opinion is None else opinion.band(name, places)
+        other, spread = _unknown(places) if opinion is None else opinion.band(name, places)
         both = np.isfinite(value) & np.isfinite(other)
-        if opinion is not None and both.sum() * _step(places) > 2.0 * BANDS[band].longest:
-            own, plain = float(np.sqrt(np.mean(std[both] ** 2))), opinion.deviations[band]
+        if opinion is not None and both.any():
             apart = float(np.sqrt(np.mean((value - other)[both] ** 2)))
-            if _contradict(apart, float(np.hypot(own, plain)), both.sum() * _step(places), BANDS[band]):
-                columns |= {f"{name} [m]": other, f"{name}_std [m]": np.full(len(places), plain)}
+            expected = float(np.sqrt(np.mean((std**2 + spread**2)[both])))
+            if _contradict(apart, expected, both.sum() * _step(places), BANDS[band]):
+                columns |= {f"{name} [m]": other, f"{name}_std [m]": spread}
                 words.append(
                     f"{title}: fused estimate and {opinion.estimate.name} differ by {1e3 * apart:.2g} mm, more than "
                     f"both state; that of {opinion.estimate.name} is given"
@@ -87,6 +86,11 @@ def checked(
                 "noise and known errors explain, and no other estimate of these sensors can tell which is right"
             )
     return columns, words
+
+
+def _unknown(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Nothing said at places."""
+    return np.full(len(places), np.nan), np.full(len(places), np.nan)
 
 
 def _step(places: np.ndarray) -> float:
@@ -124,10 +128,3 @@ def sinking(vehicle: Mapping[str, Any], prior: TrackSpectrum) -> dict[str, float
     k = wavenumbers()
     heights = prior.density(k)
     return {name: 0.5 * slope * gauge_over_vertical(name) * band_rms(k, heights, band) for name, band in BANDS.items()}
-
-
-def double_integrated(density: float, speed: float) -> dict[str, float]:
-    """Standard deviation by band, m, of heights from an accelerometer of that noise density (m/s2/sqrt(Hz))."""
-    k = wavenumbers()
-    noise = density**2 * speed / (2.0 * np.pi) / (k * speed) ** 4
-    return {name: band_rms(k, noise, band) for name, band in BANDS.items()}

@@ -17,13 +17,14 @@ from estimators.signals.bands import BANDS, band_pass, bands_of, settled
 from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrate_speed
 from estimators.track import lateral_fusion
 from estimators.track.alignment_displacement import AlignmentDisplacement
+from estimators.track.chain_error import nod
 from estimators.track.disturbances import FORCE, HEIGHT, Disturbance
 from estimators.track.fusion import Fused, fuse
 from estimators.track.geometry import by_speed
 from estimators.track.observations import CURVE_REACH, Attitude, attitude, beyond_straight, curved, observation
 from estimators.track.plane import Plane
 from estimators.track.plane_fit import PlaneFit
-from estimators.track.self_check import Opinion, checked, double_integrated, sinking
+from estimators.track.self_check import Opinion, checked, sinking
 from estimators.track.sensor_pairs import axleboxes, displacements, without_roll
 from estimators.vehicle.creep import CREEP_FACTOR, SPIN_FACTOR
 from estimators.vehicle.parameters import given, numbers
@@ -137,6 +138,7 @@ class TrackSmoother(Estimator, frozen=True):
         tracks["vertical"] = tracks["vertical"].widened(
             sinking(vehicle, ERRI_VERTICAL.scaled(tracks["vertical"].level))
         )
+        tracks["vertical"] = tracks["vertical"].widened(nodding(vehicle, odometry))
         if lateral_fusion.fits(measurements):
             tracks |= self._sideways(measurements, Lift(plane, tracks["vertical"], self.distance_error))
             canted = self._canted(odometry, moved)
@@ -151,7 +153,7 @@ class TrackSmoother(Estimator, frozen=True):
         warnings = list[str]()
         fitted = [name for name in ("vertical", "lateral", "cross_level") if name in tracks]
         for name in fitted:
-            opinion = self._opinion(measurements, tracks[name], out) if name == "vertical" else None
+            opinion = self._opinion(measurements) if name == "vertical" else None
             columns, words = checked(series, name, tracks[name].fit.misfit, opinion)
             series = series.assign(**columns)
             warnings += words
@@ -224,16 +226,12 @@ class TrackSmoother(Estimator, frozen=True):
             lateral, level = lateral.without(moved.bridged), level.without(moved.bridged)
         return {"lateral": lateral, "cross_level": level}
 
-    def _opinion(self, measurements: Measurements, fused: Fused, odometry: Odometry) -> Opinion | None:
+    def _opinion(self, measurements: Measurements) -> Opinion | None:
         """The plain estimate from transducers, where there is one."""
         plain = AlignmentDisplacement.build({"speed_source": self.speed_source, "slowest": self.slowest})
         if not (plain.fits(measurements) and given(measurements.vehicle, NEEDED_BY_PLAIN)):
             return None
-        noise = data_sheet(measurements.about, ACCELERATION).density(measurements.rate(ACCELERATION))
-        by_noise = double_integrated(noise, float(np.median(odometry.speed)))
-        by_wheels = sinking(measurements.vehicle, ERRI_VERTICAL.scaled(fused.level))
-        deviations = {band: float(np.hypot(by_noise[band], by_wheels[band])) for band in BANDS}
-        return Opinion(plain.estimate(measurements), deviations)
+        return Opinion(plain.estimate(measurements))
 
     def _unbalanced(self, odometry: Odometry, moved: Attitude) -> np.ndarray:
         """Lateral acceleration that cant does not balance, m/s2."""
@@ -332,6 +330,16 @@ def _told(found: PlaneFit) -> dict[str, Any]:
 def centripetal(moved: Attitude, odometry: Odometry) -> np.ndarray:
     """Vertical specific force less gravity that a canted curve makes, m/s2: -V r roll - g roll^2 / 2."""
     return -odometry.speed * moved.curving_rate * moved.roll - GRAVITY * moved.roll**2 / 2
+
+
+def nodding(vehicle: Mapping[str, Any], odometry: Odometry) -> dict[str, np.ndarray]:
+    """What the bogie's pitch by braking may look like in each band, m, shapes (n,).
+
+    Brakes act somewhere between rail and bogie, which nobody states. Read as slope of the track, the pitch is error.
+    """
+    slope = nod(vehicle, odometry, odometry.time)
+    bands = bands_of("vertical").items()
+    return {name: np.abs(band_pass(slope, odometry.spacing, band, integrate=1)) for name, band in bands}
 
 
 def lean(p: Mapping[str, float], unbalanced: np.ndarray) -> np.ndarray:

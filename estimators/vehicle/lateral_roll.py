@@ -11,13 +11,23 @@ from typing import Any
 
 import numpy as np
 
-from estimators.vehicle.contact import ContactGeometry, arcs, creep_forces, gyroscopic, relations, weight, wheelsets
+from estimators.vehicle.contact import (
+    ContactGeometry,
+    Wheelset,
+    arcs,
+    creep_forces,
+    gyroscopic,
+    relations,
+    weight,
+    wheelsets,
+)
 from estimators.vehicle.creep import polach_slopes
 from estimators.vehicle.linear_model import Kinematics, Reduced, Row, reduce
 from estimators.vehicle.parameters import Parameters, numbers
 from estimators.vehicle.state_space import Output, System
 from estimators.vehicle.suspension import (
     PIVOT,
+    Bogie,
     half_vehicle_bogies,
     heights,
     masses,
@@ -30,10 +40,13 @@ COORDINATES = (
     "wheelset1.y", "wheelset1.yaw", "wheelset2.y", "wheelset2.yaw", "bogie.y", "bogie.roll", "bogie.yaw", "body.y",
     "body.roll",
 )  # fmt: skip
-RAILS = ("wheelset1.rail_y", "wheelset1.cross_level", "wheelset2.rail_y", "wheelset2.cross_level")
 COUNT = len(COORDINATES)
 WHOLE = (*COORDINATES, "body.yaw")
 """With a whole body, which also yaws."""
+BOTH = (
+    *WHOLE, "wheelset3.y", "wheelset3.yaw", "wheelset4.y", "wheelset4.yaw", "bogie2.y", "bogie2.roll", "bogie2.yaw",
+)  # fmt: skip
+"""With the other bogie too."""
 WHEELSETS = ("wheelset1", "wheelset2")
 NEEDED = (
     "body_mass", "body_roll_inertia", "body_height", "bogie_mass", "bogie_roll_inertia", "bogie_yaw_inertia",
@@ -51,9 +64,36 @@ def lateral(vehicle: Parameters, outputs: Sequence[Output], speed: float) -> Sys
     """States: the coordinates (m, rad), then their rates; inputs path and cross level under the leading wheelset, then
     under the trailing one. The coordinates are `COORDINATES`, or `WHOLE` where `PIVOT` is among the parameters.
     """
+    return _system(vehicle, outputs, speed, WHOLE if PIVOT in vehicle else COORDINATES, half_vehicle_bogies(vehicle))
+
+
+def both_bogies(vehicle: Parameters, outputs: Sequence[Output], speed: float) -> System:
+    """A whole vehicle whose other bogie runs too: coordinates `BOTH`, inputs under the wheelsets 1 to 4."""
+    return _system(vehicle, outputs, speed, BOTH, whole_vehicle_bogies(vehicle, vehicle[PIVOT]))
+
+
+def along_the_track(vehicle: Parameters, outputs: Sequence[Output], speed: float, k: np.ndarray) -> np.ndarray:
+    """Outputs of a whole vehicle with both bogies on the same track, over its path and cross level under the leading
+    wheelset, complex, shape (k, outputs, 2).
+
+    Parameters
+    ----------
+    vehicle : with `PIVOT`. speed : m/s. k : wave numbers, rad/m, shape (k,).
+    """
+    pivot, base = vehicle[PIVOT], 2.0 * vehicle["semi_wheelbase"]
+    by_each = both_bogies(vehicle, outputs, speed).response(k * speed)
+    late = np.exp(-1j * np.outer(k, [0.0, base, 2.0 * pivot, 2.0 * pivot + base]))
+    return np.einsum("kmwq,kw->kmq", by_each.reshape(len(k), len(outputs), 4, 2), late)
+
+
+def _system(
+    vehicle: Parameters, outputs: Sequence[Output], speed: float, coordinates: Sequence[str], rolling: Sequence[Bogie]
+) -> System:
+    """The system of some coordinates; `rolling` : the bogies whose wheelsets roll, others are held."""
     geometry = arcs(vehicle)
-    moving = _kinematics(vehicle, geometry)
-    A, B, E = _equations(vehicle, geometry, moving, speed).first_order()
+    of = wheelsets(vehicle, rolling)
+    moving = _kinematics(vehicle, geometry, coordinates, of)
+    A, B, E = _equations(vehicle, geometry, moving, of, speed).first_order()
     rows = [_row(vehicle, output, A, B, E, moving) for output in outputs]
     C, D, G, J, feels = (np.stack(part) for part in zip(*rows, strict=True))
     return System(A, B, E, C, D, G, J if J.any() else None, feels)
@@ -87,30 +127,35 @@ def followed(
 
 def equations(p: Parameters, speed: float) -> Reduced:
     """Equations of motion at a speed, m/s."""
-    geometry = arcs(p)
-    return _equations(p, geometry, _kinematics(p, geometry), speed)
+    geometry, of = arcs(p), wheelsets(p, half_vehicle_bogies(p))
+    coordinates = WHOLE if PIVOT in p else COORDINATES
+    return _equations(p, geometry, _kinematics(p, geometry, coordinates, of), of, speed)
 
 
-def _equations(p: Parameters, geometry: ContactGeometry, moving: Kinematics, speed: float) -> Reduced:
+def _equations(
+    p: Parameters, geometry: ContactGeometry, moving: Kinematics, rolling: Sequence[Wheelset], speed: float
+) -> Reduced:
     above, slopes = heights(p), polach_slopes(p, geometry.angle)
     bogies, body = half_vehicle_bogies(p), p
     if PIVOT in p:
-        bogies = whole_vehicle_bogies(p, p[PIVOT])  # the other one is held, having no coordinates
+        bogies = whole_vehicle_bogies(p, p[PIVOT])  # one that has no coordinates is held
         body = {**p, "body_mass": 2.0 * p["body_mass"], "body_roll_inertia": 2.0 * p["body_roll_inertia"]}
     elements = suspension_elements(body, bogies, above)
-    for wheelset in wheelsets(p, half_vehicle_bogies(p)):
+    for wheelset in rolling:
         elements += creep_forces(wheelset, slopes, speed, moment_of_spin=False)
         elements += weight(wheelset, geometry) + gyroscopic(wheelset, speed)
     return reduce(elements, masses(body, bogies, moving.coordinates), moving)
 
 
-def _kinematics(p: Parameters, geometry: ContactGeometry) -> Kinematics:
+def _kinematics(
+    p: Parameters, geometry: ContactGeometry, coordinates: Sequence[str], rolling: Sequence[Wheelset]
+) -> Kinematics:
     """Wheelsets that keep to the rails' path and cross level."""
     leaning: dict[str, Row] = {
-        f"{name}.rail_roll": {f"{name}.cross_level": -0.5 / p["half_gauge"]} for name in WHEELSETS
+        f"{one.name}.rail_roll": {f"{one.name}.cross_level": -0.5 / p["half_gauge"]} for one in rolling
     }
-    of_contacts = relations(geometry, wheelsets(p, half_vehicle_bogies(p)))
-    return Kinematics(WHOLE if PIVOT in p else COORDINATES, RAILS, leaning | of_contacts)
+    rails = [f"{one.name}.{motion}" for one in rolling for motion in ("rail_y", "cross_level")]
+    return Kinematics(coordinates, rails, leaning | relations(geometry, rolling))
 
 
 def _row(
@@ -118,7 +163,7 @@ def _row(
 ) -> tuple[np.ndarray, ...]:
     """C, D, G, J of one output, and how it feels the coordinates' accelerations."""
     count = len(moving.coordinates)
-    still, deaf, x, y, z = np.zeros(len(RAILS)), np.zeros(count), *output.position
+    still, deaf, x, y, z = np.zeros(len(moving.inputs)), np.zeros(count), *output.position
     wheelset = WHEELSETS[0 if x > 0 else 1]
 
     def specific_force(direction: Row, tilt: Row) -> tuple[np.ndarray, ...]:

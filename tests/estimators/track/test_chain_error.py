@@ -13,6 +13,7 @@ from estimators.track.alignment_vertical import AlignmentVertical
 from estimators.track.chain_error import additions, balancing_cant
 from estimators.track.cross_level import NOWHERE_STRAIGHT, CrossLevel
 from estimators.track.geometry import rails
+from estimators.track.track_smoother import nodding
 from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
 from tests.estimators.track_rig import RATE, flat, ride
@@ -105,6 +106,17 @@ def test_braking_is_felt_across_the_axis_and_nods_the_bogie():
     begins = slice(round(18 * RATE), round(22 * RATE))
     expected = 18_615.0 * 0.6 / (4.0 * 1e9 * 1.28**2) * 0.5  # whole force at the bogie's height, by hand
     assert np.sum(np.abs(turned[begins])) / RATE == pytest.approx(expected, rel=0.1)
+
+
+def test_a_stop_is_in_the_deviations_of_a_fused_estimate():
+    """Where braking ends the bogie turns back at one place: D2 of its pitch read as slope, by hand for a step."""
+    speed = np.interp(np.arange(round(60 * RATE)) / RATE, [0.0, 20.0, 40.0, 60.0], [20.0, 20.0, 10.0, 10.0])
+    vehicle = {**ride(speed).vehicle, "bogie_height": 0.6}
+    odometry = integrate_speed(ride(speed))
+    step = 18_615.0 * 0.6 / (4.0 * vehicle["primary_vertical_stiffness"] * 1.28**2) * 0.5
+    slope = step * ((odometry.time > 20.0) & (odometry.time < 40.0))
+    expected = np.abs(band_pass(-slope, odometry.spacing, BANDS["d2"], integrate=1)).max()
+    assert nodding(vehicle, odometry)["d2"].max() == pytest.approx(expected, rel=0.1)
 
 
 def test_cant_of_a_curve_is_error_of_a_rail_but_not_of_cross_level():

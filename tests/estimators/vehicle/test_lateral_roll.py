@@ -5,23 +5,30 @@ import pytest
 
 from estimators.vehicle.contact import arcs
 from estimators.vehicle.creep import polach_slopes, slopes_about_spin
-from estimators.vehicle.lateral_roll import COORDINATES, COUNT, followed, lateral
+from estimators.vehicle.lateral_roll import COORDINATES, COUNT, along_the_track, both_bogies, followed, lateral
 from estimators.vehicle.state_space import Output
+from estimators.vehicle.suspension import PIVOT
 from railsim import InputError
 from railsim.analysis.linear import linearise
 from railsim.contact.linear import creep_coefficients
 from railsim.vehicles.class175 import Class175
+from railsim.vehicles.class175_whole import Class175Whole
 from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.manchester import Manchester
+from railsim.vehicles.whole_vehicle import WholeVehicle
 
 OUTPUTS = [Output("rate", axis="yaw"), Output("acceleration")]
 
 
-@pytest.mark.parametrize("vehicle", [Manchester(), Class175()], ids=["manchester", "class175"])
+STIFF_MOUNTS = Class175Whole(yaw_damper_series_stiffness=None)  # the plane has none
+
+
+@pytest.mark.parametrize("vehicle", [Manchester(), Class175(), STIFF_MOUNTS], ids=lambda one: type(one).__name__)
 @pytest.mark.parametrize("speed", [10.0, 40.0])
-def test_oscillations_are_those_of_the_linearised_engine(vehicle: HalfVehicle, speed: float):
+def test_oscillations_are_those_of_the_linearised_engine(vehicle: HalfVehicle | WholeVehicle, speed: float):
     """Every oscillation below 20 rad/s per 10 m/s that the engine's matrices have sideways: kinematic wave and sway."""
-    mine = np.linalg.eigvals(lateral(vehicle.nominal(), OUTPUTS, speed).A)
+    system = both_bogies(whole(vehicle), OUTPUTS, speed) if isinstance(vehicle, WholeVehicle) else None
+    mine = np.linalg.eigvals((system or lateral(vehicle.nominal(), OUTPUTS, speed)).A)
     linear = linearise(vehicle.model(), speed)
     keep = [i for i, name in enumerate(linear.names) if name.endswith((".y", ".roll", ".yaw"))]
     inverse = np.linalg.inv(linear.mass[np.ix_(keep, keep)])
@@ -34,6 +41,30 @@ def test_oscillations_are_those_of_the_linearised_engine(vehicle: HalfVehicle, s
     assert len(slow) >= 2
     for value in slow:
         assert np.min(np.abs(mine - value)) < 0.06 * abs(value)
+
+
+def whole(vehicle: WholeVehicle, **changes: float) -> dict[str, float]:
+    """Numbers of a whole vehicle's nominal parameters, with the bogies' distance."""
+    numbers = {name: float(value) for name, value in vehicle.nominal().items() if isinstance(value, int | float)}
+    return numbers | {PIVOT: numbers["semi_bogie_spacing"]} | changes
+
+
+def test_other_bogie_is_not_felt_where_hardly_anything_joins_it():
+    secondary = [name for name in whole(Class175Whole()) if name.startswith(("secondary_", "yaw_damper_", "roll_bar_"))]
+    loose = whole(
+        Class175Whole(), body_mass=1e-3, **{one: 1e-3 for one in secondary if "stiff" in one or "damp" in one}
+    )
+    k = 2.0 * np.pi / np.array([60.0, 25.0, 12.0])
+    lead, trail = np.split(lateral(loose, OUTPUTS, 25.0).response(25.0 * k), 2, axis=2)
+    alone = lead + trail * np.exp(-1j * k * 2.0 * loose["semi_wheelbase"])[:, None, None]
+    np.testing.assert_allclose(along_the_track(loose, OUTPUTS, 25.0, k), alone, rtol=1e-6)
+
+
+def test_both_bogies_carry_a_whole_vehicle_along_the_longest_waves():
+    """On a wave of 20 km all is carried along: the bogie turns as the track under it does."""
+    p, k = whole(Class175Whole()), np.array([2.0 * np.pi / 20_000.0])
+    yaw_rate = along_the_track(p, OUTPUTS, 10.0, k)[0, 0, 0]
+    assert yaw_rate / (1j * k[0]) ** 2 / 10.0 == pytest.approx(1.0, abs=0.02)
 
 
 def test_vehicle_follows_long_waves():
