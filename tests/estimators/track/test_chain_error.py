@@ -116,7 +116,7 @@ def test_a_stop_is_in_the_deviations_of_a_fused_estimate():
     step = 18_615.0 * 0.6 / (4.0 * vehicle["primary_vertical_stiffness"] * 1.28**2) * 0.5
     slope = step * ((odometry.time > 20.0) & (odometry.time < 40.0))
     expected = np.abs(band_pass(-slope, odometry.spacing, BANDS["d2"], integrate=1)).max()
-    assert nodding(vehicle, odometry)["d2"].max() == pytest.approx(expected, rel=0.1)
+    assert nodding(vehicle, odometry)["d2"].max() == pytest.approx(expected, rel=0.3)  # the pull is smoothed over 0.5 s
 
 
 def test_cant_of_a_curve_is_error_of_a_rail_but_not_of_cross_level():
