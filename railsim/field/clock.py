@@ -36,6 +36,7 @@ def read_clock(mapped: TableMap, table: Table, rows: int, notes: Notes) -> Clock
     InputError : a cell is no number or instant, or the format has no time axis of its own.
     """
     base = mapped.time
+    _refuse_instants(base, table)
     if isinstance(base, Rows):
         assert mapped.rate is not None
         clock = Clock(np.arange(rows) / mapped.rate, None)
@@ -56,6 +57,15 @@ def read_clock(mapped: TableMap, table: Table, rows: int, notes: Notes) -> Clock
         notes.assume(f"times moved by {mapped.time_offset:.10g} s, as the map says")
         return Clock(clock.seconds + mapped.time_offset, clock.start)
     return clock
+
+
+def _refuse_instants(base: object, table: Table) -> None:
+    """Refuse instants of a file's own type where the map takes them for numbers."""
+    if isinstance(base, Seconds | Epoch | Counter) and table.columns[base.column].instants:
+        raise InputError(
+            f"column '{base.column}' holds instants, by its type in the file; write 'time: {{kind: iso, column: "
+            f'"{base.column}"}}\''
+        )
 
 
 def _own(base: Own, table: Table, notes: Notes) -> Clock:

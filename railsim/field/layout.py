@@ -243,9 +243,8 @@ def _block(rows: list[list[str]], numeric: list[bool], apart: list[bool]) -> tup
     if data is None or data == 0 or _is_data(rows[data - 1], numeric, wholly=True):
         return 0, 1
     names = data - 1
-    usual = len(_without_blanks(rows[names]))
     while names > 0 and not apart[names] and _heading(rows[names - 1], numeric) and len(rows[names - 1]) >= 2:
-        if len(_without_blanks(rows[names - 1])) < min(usual, len(numeric)):
+        if len(rows[names - 1]) not in (len(numeric), len(rows[names])):
             break
         names -= 1
     return names, data

@@ -31,6 +31,7 @@ class How:
     notes : take what is assumed and repaired.
     column : of the time, for the lines of the map that a message proposes; None where it is not one column of numbers.
     ticks : of that column, a second.
+    mixed : line of the map that takes the rows of one sensor, where those of several seem to be mixed.
     """
 
     label: str
@@ -39,6 +40,7 @@ class How:
     notes: Notes
     column: str | None = None
     ticks: float = 1.0
+    mixed: str | None = None
 
 
 Rows = tuple[np.ndarray, np.ndarray]
@@ -63,6 +65,8 @@ def _forward(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
         return continued(axis, how), values
     cause, cure = _cause(axis, back, how)
     row = int(back[0])
+    if how.mixed is not None:
+        cause, cure = _MIXED, f"write '{how.mixed}' in the table"
     if "sort" in how.repairs and cause != _HOUR:
         how.notes.repair(
             f"{how.label}: rows sorted; it went back at {back.size} places, first at row {row + 2} of the data"
@@ -75,6 +79,7 @@ def _forward(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
     )
 
 
+_MIXED = ", as rows of several sensors in one file do"
 _HOUR = ", by an hour, as clocks do at the end of summer time"
 
 
@@ -152,7 +157,7 @@ def _distinct(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
     same = ((values == values[:, first]) | (np.isnan(values) & np.isnan(values[:, first]))).all(axis=0)
     differing = int((double & ~same).sum())
     shared = differing > _SHARED * axis.size
-    if "spread" in how.repairs:
+    if "spread" in how.repairs and how.mixed is None:
         return _spread(axis, how), values
     if "drop_duplicates" in how.repairs and not shared:
         how.notes.repair(
@@ -164,11 +169,13 @@ def _distinct(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
         f"{how.label} {axis[row]:.10g} {how.unit} stands twice ({int(double.sum())} such rows, row {row + 1} of the "
         "data first)"
     )
-    if shared:
+    if shared and how.mixed is None:
         raise InputError(
             f"{where}, {differing} of them with other values: {_why_shared(axis, double, how)}; add 'spread' to "
             "repair, and they are spread evenly"
         )
+    if how.mixed is not None and differing:
+        raise InputError(f"{where}{_MIXED}; write '{how.mixed}' in the table")
     alike = "with the same values" if not differing else f"{differing} with other values"
     raise InputError(f"{where}, {alike}; mend it, or add 'drop_duplicates' to repair: the first row stays")
 

@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -90,7 +91,10 @@ def _series(
 ) -> tuple[list[Series], datetime | None]:
     """The tables over one time, and the instant of its zero."""
     labels = ["time" if len(tables) == 1 else f"table {number}: time" for number in range(1, len(tables) + 1)]
-    hows = [_how(label, one, notes) for label, one in zip(labels, mapped.tables, strict=True)]
+    hows = [
+        replace(_how(label, one, notes), mixed=table.mixed)
+        for label, one, table in zip(labels, mapped.tables, tables, strict=True)
+    ]
     clocks = [
         Clock(continued(clock.seconds, how), clock.start) if "continue" in how.repairs else clock
         for clock, how in zip(clocks, hows, strict=True)
@@ -107,7 +111,7 @@ def _series(
     for mapped_table, table, clock, how in zip(mapped.tables, tables, clocks, hows, strict=True):
         shift = (clock.start - start).total_seconds() if clock.start and start else 0.0
         time, columns = _filled(mapped_table, table, clock.seconds + shift, vehicle, how)
-        series.append(regular(time, columns, 1.0 / mapped_table.rate if mapped_table.rate else None, how))
+        series.append(regular(time, columns, 1.0 / mapped_table.rate if mapped_table.rate else None, how, series))
     return series, start
 
 
@@ -208,8 +212,8 @@ def _frames(series: list[Series]) -> dict[float, pd.DataFrame]:
         other = frames[rate][TIME].to_numpy()
         if other.size != table.axis.size or not np.allclose(other, table.axis, rtol=0, atol=1e-3 * table.step):
             raise InputError(
-                f"two tables have {rate:g} Hz but different times, which a recording cannot hold; cut them to the same "
-                "rows, or add 'resample' to the repair of one and give it another rate"
+                f"two tables have {rate:.10g} Hz but different times, which a recording cannot hold; write "
+                "'repair: [resample]' in the later one, and its values are interpolated at the times of the other"
             )
         frames[rate] = pd.DataFrame({**frames[rate], **table.columns})
     return frames

@@ -1,6 +1,6 @@
 """Rows on a regular axis: jittering times (or places) and gaps stay as they are, or are repaired as the map asks."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ _JITTER = 1e-3  # of a step; less is rounding
 _DRIFT = 0.25  # steps over the record by which a stated rate may be off
 _EVEN, _JITTERY = 0.01, 0.2  # by how much rows' usual distance may differ from the stated one
 _CRYSTAL = 2e-4  # by how much loggers' clocks are off
+_SAME = 1e-9  # by which steps may differ and are one
 _FARTHEST = 0.5  # steps by which a row may move
 _PART = 10  # rows on either side of a change of rate
 _MOST_ROWS = 200_000_000
@@ -37,7 +38,13 @@ class Series:
     step: float
 
 
-def regular(axis: np.ndarray, columns: Mapping[str, np.ndarray], step: float | None, how: How) -> Series:
+def regular(
+    axis: np.ndarray,
+    columns: Mapping[str, np.ndarray],
+    step: float | None,
+    how: How,
+    others: Sequence[Series] = (),
+) -> Series:
     """Bring rows into order.
 
     Parameters
@@ -46,6 +53,7 @@ def regular(axis: np.ndarray, columns: Mapping[str, np.ndarray], step: float | N
     columns : values, each of shape (n,).
     step : stated distance of the rows; None: the median of those found.
     how : names, repairs and notes.
+    others : tables that are done; rows that are resampled come to the axis of one that has the same step.
 
     Raises
     ------
@@ -73,7 +81,8 @@ def regular(axis: np.ndarray, columns: Mapping[str, np.ndarray], step: float | N
     if "snap" in how.repairs:
         axis, values, step = _snapped(axis, values, step, how)
     elif "resample" in how.repairs:
-        axis, values, step = _resampled(axis, values, step, how)
+        same = [one.axis for one in others if abs(one.step / step - 1) < _SAME]
+        axis, values, step = _resampled(axis, values, step, how, same[0] if same else None)
     else:
         _describe(axis, step, how)
     return Series(axis, dict(zip(columns, values, strict=True)), step)
@@ -197,17 +206,19 @@ def _change(axis: np.ndarray) -> tuple[int, float, float] | None:
     return best + _PART, 1 / float(before[best]), 1 / float(after[best])
 
 
-def _resampled(axis: np.ndarray, values: np.ndarray, step: float, how: How) -> tuple[np.ndarray, np.ndarray, float]:
+def _resampled(
+    axis: np.ndarray, values: np.ndarray, step: float, how: How, onto: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, float]:
     if (axis[-1] - axis[0]) / step > _MOST_ROWS:
         raise InputError(
             f"{how.label} spans {axis[-1] - axis[0]:.4g} {how.unit}, too long for rows every {step:.4g} {how.unit}"
         )
-    grid = axis[0] + step * np.arange(int((axis[-1] - axis[0]) / step + 1e-6) + 1)
+    grid = axis[0] + step * np.arange(int((axis[-1] - axis[0]) / step + 1e-6) + 1) if onto is None else onto
     resampled = np.array([_interpolated(axis, column, grid, step) for column in values])
     empty = int(np.isnan(resampled).all(axis=0).sum())
     how.notes.repair(
-        f"{how.label}: values interpolated (cubic spline) at a grid of {step:.10g} {how.unit}; {empty} rows in "
-        "gaps left empty"
+        f"{how.label}: values interpolated (cubic spline) at {'a grid' if onto is None else 'the other table'} of "
+        f"{step:.10g} {how.unit}; {empty} rows in gaps left empty"
     )
     return grid, resampled, step
 

@@ -43,6 +43,7 @@ class Table:
     start : ISO 8601 instant of the clock's or the instants' zero; None where the file does not state it.
     first_row : number of the first row for messages (in text the line of the file).
     lines : numbers of all rows for messages, shape (n,), where they do not follow each other.
+    mixed : line of the map that takes the rows of one sensor, where a column seems to name that of each row.
     local : whether `start` is a local time whose zone the file does not state.
     cut_short : whether the file ends before the rows that it states; those that are there are held.
     """
@@ -54,6 +55,7 @@ class Table:
     cut_short: bool = False
     lines: np.ndarray | None = None
     local: bool = False
+    mixed: str | None = None
 
     def line(self, row: int) -> int:
         """Number of a row for messages."""

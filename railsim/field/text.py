@@ -3,6 +3,7 @@
 import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -20,6 +21,9 @@ MOST_BYTES = 4_000_000_000
 _LOOK = 200  # lines from which the layout is found
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _NARROW = "\u00a0\u2009\u202f"  # blanks that do not break, as some programs put between thousands
+_SENSORS = 1000  # rows by which rows of several sensors are told
+_SENSOR = re.compile(r"\b(id|sensor|signal|channel|node|device|type|source|name)\b", re.IGNORECASE)
+_MIXED = 0.2  # of the rows in which the word changes
 _EMPTY = ("", "nan", "NaN", "NAN")
 
 
@@ -56,7 +60,29 @@ def read_text(
     rows = rows_of(lines, layout, options, set(places.values()), path, notes)
     frame = _parsed(rows.lines, layout, lost, places, path, texts)
     columns = {name: _column(name, frame[name], layout, places[name]) for name in lost}
-    return Table(columns, first_row=layout.start + 1, lines=np.array(rows.numbers))
+    mixed = None if where else _mixed(rows.lines[:_SENSORS], layout, set(places.values()), notes)
+    return Table(columns, first_row=layout.start + 1, lines=np.array(rows.numbers), mixed=mixed)
+
+
+def _mixed(lines: list[str], layout: Layout, wanted: set[int], notes: Notes) -> str | None:
+    """The line of the map that takes the rows of one sensor, where a column of few words changes from row to row."""
+    for place, (name, numeric) in enumerate(zip(layout.names, layout.numeric, strict=False)):
+        if (numeric and not _SENSOR.search(name)) or place in wanted or layout.separator == ONE_COLUMN:
+            continue
+        words = [cells_of(line, layout.separator)[place].strip(' "') for line in lines]
+        kinds = list(dict.fromkeys(words))
+        changes = sum(a != b for a, b in pairwise(words))
+        if not 2 <= len(kinds) <= 20 or len(words) < 4 * len(kinds) or changes < _MIXED * len(words):
+            continue
+        column = name if not name.startswith("#") else name[1:]
+        line = f'rows: {{where: {{{column}: "{kinds[0]}"}}}}'
+        listed = ", ".join(f"'{kind[:20]}'" for kind in kinds[:6])
+        notes.assume(
+            f"column '{column}' changes between {len(kinds)} words ({listed}), as one that names the sensor of each "
+            f"row; rows of all are taken, '{line}' of a table would take those of one"
+        )
+        return line
+    return None
 
 
 def _hint(names: Iterable[str], layout: Layout, options: Csv) -> str:
@@ -192,7 +218,7 @@ def _parsed(
         return pd.DataFrame({name: np.zeros(0) for name in places})
     try:
         frame = pd.read_csv(
-            io.StringIO("\n".join(lines)),
+            io.BytesIO("\n".join(lines).encode()),
             header=None,
             names=[str(place) for place in range(max(layout.cells, max(keys) + 1))],
             index_col=False,

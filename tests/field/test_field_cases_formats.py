@@ -242,3 +242,22 @@ def test_file_beyond_the_folder_is_refused(tmp_path: Path):
     line = refusal(tmp_path, tmp_path / "Accelerometer.csv", followed(asked, {"file": "../secret.csv"}, 1))
     assert "leave folders out" in line
     assert UP in str(asked)
+
+
+def test_tables_of_one_rate_at_different_times_come_to_one_axis(tmp_path: Path):
+    asked = phone(tmp_path)
+    (tmp_path / "Gyroscope.csv").write_text(csv({"t": (AT + 0.3) / 100, "x": 0.1 * np.sin(0.1 * AT)}))
+    line = refusal(tmp_path, tmp_path / "Accelerometer.csv", asked)
+    cured = followed(asked, proposed(line, "repair:"), 1)
+    seen = run(tmp_path, tmp_path / "Accelerometer.csv", cured)
+    turn = values(seen, "body.rate_pitch [rad/s]")
+    np.testing.assert_allclose(turn[1:], 0.1 * np.sin(0.1 * (AT[1:] - 0.3)), atol=1e-4)
+    assert np.isnan(turn[0]) and rate(seen, "body.rate_pitch [rad/s]") == 100.0
+
+
+def test_instants_of_parquet_are_not_taken_for_numbers(guard: Guard, tmp_path: Path):
+    frame = pd.DataFrame({"t": pd.date_range("2024-05-03 12:00", periods=400, freq="10ms", tz="UTC"), "az": AZ})
+    frame.to_parquet(tmp_path / "x.parquet")
+    line = refusal(tmp_path, tmp_path / "x.parquet", mapped({"kind": "seconds", "column": "t", "unit": "ms"}), guard)
+    seen = run(tmp_path, tmp_path / "x.parquet", followed(mapped(), proposed(line, "time:")), guard)
+    assert rate(seen) == 100.0 and seen.measurements.about["start"] == "2024-05-03T12:00:00+00:00"

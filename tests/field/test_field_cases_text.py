@@ -302,3 +302,36 @@ def test_other_container_is_named(tmp_path: Path, head: bytes, line: str):
     path.write_bytes(head)
     with pytest.raises(InputError, match=line):
         run(tmp_path, path, mapped())
+
+
+@pytest.mark.parametrize("names", [("acc", "gyro"), ("17", "18")])
+def test_mixed_rows_are_said_and_taken_apart_by_the_line_of_the_message(tmp_path: Path, names: tuple[str, str]):
+    """Both sensors have the same stamps: spreading their rows would mix them."""
+    rows = [
+        f"{t:.3f},{name},{v:.3f}" for t, a in zip(TIME, AZ, strict=True) for name, v in zip(names, (a, 0), strict=True)
+    ]
+    text = "\n".join(["time,sensor,az", *rows]) + "\n"
+    asked = mapped({"kind": "seconds", "column": "time"})
+    line = refusal(tmp_path, text, asked)
+    assert "rows of several sensors" in line and "'spread'" not in line
+    assert refusal(tmp_path, text, followed(asked, {"repair": ["spread"]})) == line
+    assert right(run(tmp_path, text, followed(asked, proposed(line, "rows:"))))
+
+
+def test_oscilloscope_with_columns_for_its_settings(tmp_path: Path):
+    """Numbers in columns 4 and 5, beside settings in the first three of some rows."""
+    settings = ["Record Length,6.0e+01,", "Sample Interval,1.0e-02,", "Source,CH1,", *[",,"] * 57]
+    rows = [f"{head},{t:.4f},{a:.3f}" for head, t, a in zip(settings, TIME, AZ, strict=True)]
+    asked = mapped({"kind": "seconds", "column": 4}, channel={"column": 5})
+    assert right(run(tmp_path, "\n".join(rows) + "\n", asked))
+
+
+@pytest.mark.parametrize("head", [
+    ["X,CH1,Start,Increment,", "Sequence,Volt,-6.0e-03,1.0e-02,"], ["X,CH1", "second,Volt"],
+    ["SCOPE WR,2,x", "Segments,1,SegmentSize,60", "Segment,TrigTime,Since", "X,CH1"],
+])  # fmt: skip
+def test_lines_of_oscilloscopes_above_the_data(tmp_path: Path, head: list[str]):
+    tail = ",," if head[0].endswith(",") else ""
+    rows = [f"{t:.4f},{a:.3f}{tail}" + ("," if tail else "") for t, a in zip(TIME, AZ, strict=True)]
+    asked = mapped({"kind": "seconds", "column": "X"}, channel={"column": "CH1"})
+    assert right(run(tmp_path, "\n".join([*head, *rows]) + "\n", asked))
