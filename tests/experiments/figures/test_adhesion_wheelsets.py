@@ -44,7 +44,7 @@ def outcomes(decades: dict[int, float], **more: float) -> dict[str, str]:
 def test_levels_in_order_are_held_whatever_the_track():
     found = outcomes({1: 0.3, 2: 0.5, 3: 0.3, 4: -0.3}, cases=80)
     in_order = {name: outcome for name, outcome in found.items() if name.startswith("net") and "in order" in name}
-    assert [outcome for outcome in in_order.values()] == ["held", "held", "held", "NOT HELD"]
+    assert list(in_order.values()) == ["held", "held", "held", "NOT HELD"]
     assert found["yaw moment: decades between dry and very low, trailing less leading wheelset in front"] == "held"
     assert found["yaw moment: decades between dry and very low, trailing less leading wheelset behind"] == "NOT HELD"
 
@@ -54,9 +54,9 @@ def test_errors_and_coverage_are_those_of_each_wheelset():
     for number in WHEELSETS:
         own = [outcome for name, outcome in found.items() if name.startswith(f"wheelset {number}")]
         assert own == ["held", "NOT HELD", "held", "NOT HELD"]
-    assert (
-        found["level right, of the windows that are told"] == "undecided"
-    )  # 120 runs of 30 tracks and speeds: all right
+    assert found["level right, of the windows that are told"] == "held"
+    few = outcomes(dict.fromkeys(WHEELSETS, 0.3), cases=3)
+    assert few["level right, of the windows that are told"] == "undecided"
 
 
 def test_levels_that_are_wrong_are_told():
