@@ -101,6 +101,11 @@ def _seconds(base: Seconds, table: Table, notes: Notes) -> Clock:
         notes.assume(f"column '{base.column}' holds durations, by its type in the file")
         return Clock(values, None)
     seconds = parse_unit(base.unit).to_si(values)
+    if base.unit == "s" and _looks_like_days(values):
+        raise InputError(
+            f"column '{base.column}' counts days as spreadsheets do, by its size and steps; write 'time: {{kind: "
+            f'epoch, column: "{base.column}", unit: excel}}\''
+        )
     if looks_like_epoch(seconds):
         notes.assume(
             f"column '{base.column}' counts from 1970, by its size: 'kind: epoch' in place of 'seconds' would keep the "
@@ -109,8 +114,16 @@ def _seconds(base: Seconds, table: Table, notes: Notes) -> Clock:
     return Clock(seconds, None)
 
 
-_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "excel": 86_400.0}
+_SERIAL = 25_569.0  # days from the zero of spreadsheets, 30 December 1899, to 1970
 _RECENT = (6.3e8, 4.1e9)  # s since 1970: 1990 to 2100
+
+
+def _looks_like_days(values: np.ndarray) -> bool:
+    """Whether elapsed times are days of a spreadsheet: of this century, in steps far below a second's."""
+    good = values[np.isfinite(values)]
+    days = (_RECENT[0] / 86_400 + _SERIAL, _RECENT[1] / 86_400 + _SERIAL)
+    return bool(good.size > 2 and days[0] < np.median(good) < days[1] and 0 < np.median(np.diff(good)) < 1e-4)
 
 
 def looks_like_epoch(seconds: np.ndarray) -> bool:
@@ -125,7 +138,8 @@ def _epoch(base: Epoch, table: Table, notes: Notes) -> Clock:
     if not good.any():
         raise InputError(f"column '{base.column}' holds no time at all; name another")
     middle = float(np.median(values[good]))
-    fitting = [unit for unit, factor in _UNITS.items() if _RECENT[0] < factor * middle < _RECENT[1]]
+    zero = dict.fromkeys(_UNITS, 0.0) | {"excel": _SERIAL}
+    fitting = [one for one, factor in _UNITS.items() if _RECENT[0] < factor * (middle - zero[one]) < _RECENT[1]]
     unit = base.unit or next(iter(fitting), None)
     if unit is None or unit not in fitting:
         raise InputError(
@@ -135,7 +149,7 @@ def _epoch(base: Epoch, table: Table, notes: Notes) -> Clock:
     if base.unit is None:
         notes.assume(f"column '{base.column}' counts {unit} since 1970 (UTC), by its size")
     first = float(values[good][0])
-    nanoseconds = round(first * _UNITS[unit] * 1e6) * 1000 if unit != "ns" else int(first)
+    nanoseconds = round((first - zero[unit]) * _UNITS[unit] * 1e6) * 1000 if unit != "ns" else int(first)
     return Clock((values - first) * _UNITS[unit], instant(nanoseconds))
 
 

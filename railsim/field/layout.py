@@ -25,6 +25,7 @@ _WITH = {mark: re.compile(rf"\s*[+-]?\d*\{mark}\d+(?:[eE][+-]?\d+)?\s*") for mar
 _UNIT = re.compile(r".*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*")
 _NUMBER = re.compile(r"\s*[+-]?(\d[\d'’  .,]*|[.,]\d+)(e[+-]?\d+)?\s*|\s*[+-]?(nan|inf|infinity)\s*", re.IGNORECASE)
 _MOMENT = re.compile(r"\s*(\d{1,4}[-./]\d{1,2}[-./]\d{1,4}|\d{1,4}[-./][A-Za-z]{3}[-./]\d{2,4}|\d{1,2}:\d{2}).*")
+_WHOLES = {mark: re.compile(rf"\s*[+-]?\d{{1,3}}(\{mark}\d{{3}})+\s*") for mark in ".,"}
 _GROUPED = {
     (".", ","): re.compile(r"\s*[+-]?\d{1,3}(\.\d{3})+,\d+\s*"),
     (",", "."): re.compile(r"\s*[+-]?\d{1,3}(,\d{3})+\.\d+\s*"),
@@ -387,6 +388,8 @@ def _marks(body: list[list[str]], separator: str, options: Csv, path: Path, note
                 thousands, decimal = mark, decimal or point
                 notes.assume(f"thousands are separated by {mark!r} in the first rows")
                 break
+    if thousands is None and decimal is None and separator != ",":
+        thousands = _grouped_wholes(cells, notes)
     if decimal is None:
         decimal = _decimal(cells, separator, thousands, path, notes)
     if decimal == thousands:
@@ -394,6 +397,18 @@ def _marks(body: list[list[str]], separator: str, options: Csv, path: Path, note
             f"'{path}': '{decimal}' cannot be both decimal mark and thousands separator; state csv.decimal"
         )
     return thousands, decimal
+
+
+def _grouped_wholes(cells: list[str], notes: Notes) -> str | None:
+    """The mark that stands in whole numbers by thousands alone, where the other one is the decimal mark."""
+    numbers = {mark: [cell for cell in cells if pattern.fullmatch(cell)] for mark, pattern in _WITH.items()}
+    grouped = [
+        mark for mark, found in numbers.items() if found and all(_WHOLES[mark].fullmatch(cell) for cell in found)
+    ]
+    if not all(numbers.values()) or len(grouped) != 1:
+        return None
+    notes.assume(f"thousands are separated by {grouped[0]!r}, as numbers with the other mark have decimals")
+    return grouped[0]
 
 
 def _decimal(cells: list[str], separator: str, thousands: str | None, path: Path, notes: Notes) -> str:

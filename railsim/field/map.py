@@ -15,7 +15,9 @@ ENCODINGS = (
     "utf-8", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1250", "cp1251", "cp1252", "iso8859-15", "gb18030",
     "gbk", "big5", "shift_jis", "euc-kr", "ascii",
 )  # fmt: skip
-Repair = Literal["sort", "continue", "drop_duplicates", "spread", "drop_untimed", "snap", "resample", "fill"]
+Repair = Literal[
+    "sort", "continue", "drop_duplicates", "spread", "drop_untimed", "drop_outliers", "snap", "resample", "fill"
+]
 
 
 class Csv(Spec, frozen=True):

@@ -1,8 +1,9 @@
 """Rows whose time (or place) goes back or stands twice: the likeliest cause by its signs, and its own repair.
 
 Time goes back where packets came out of order (`sort`), where a clock was set back, by an hour in autumn or by a
-synchronisation (`continue`, or the zone's name), where a counter wraps and where a recording began again. A time stands
-twice where a row was written twice (`drop_duplicates`) or where several samples share a stamp (`spread`).
+synchronisation (`continue`, or the zone's name), where a stamp is wrong (`drop_outliers`), where a counter wraps and
+where a recording began again. A time stands twice where a row was written twice (`drop_duplicates`) or where several
+samples share a stamp (`spread`).
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,8 @@ from railsim.stamps import resolution_of, row_numbers, usual_step
 HOUR, DAY = 3600.0, 86400.0  # s
 _OVERLAP = 0.2  # steps that are shorter than usual after sorting, a row that is out of order
 _SHARED = 0.1  # of all rows; where more have the stamp of the row before and other values, samples share stamps
+_FEW, _RUN = 3, 3  # stamps that may be wrong in a short record; rows in a row
+_SAME = 0.95  # share of rows that came twice with the same values
 _GROUPS = 50  # packets, at most, over which a packet's usual duration is taken
 
 
@@ -63,11 +66,20 @@ def _forward(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
         return axis, values
     if "continue" in how.repairs:
         return continued(axis, how), values
-    cause, cure = _cause(axis, back, how)
+    strays = _strays(axis, back)
+    if strays is not None and "drop_outliers" in how.repairs:
+        how.notes.repair(
+            f"{how.label}: {int(strays.sum())} rows whose time stands apart from their neighbours' left out"
+        )
+        return axis[~strays], values[:, ~strays]
+    cause, cure = _cause(axis, values, back, how)
     row = int(back[0])
     if how.mixed is not None:
         cause, cure = _MIXED, f"write '{how.mixed}' in the table"
-    if "sort" in how.repairs and cause != _HOUR:
+    elif strays is not None and _better_without(axis, strays):
+        cause = ", as single stamps that are wrong do"
+        cure = "add 'drop_outliers' to repair, and these rows are left out"
+    elif "sort" in how.repairs and cause != _HOUR:
         how.notes.repair(
             f"{how.label}: rows sorted; it went back at {back.size} places, first at row {row + 2} of the data"
         )
@@ -79,11 +91,58 @@ def _forward(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
     )
 
 
+def without_strays(axis: np.ndarray, how: How) -> np.ndarray:
+    """Times, NaN in rows whose time stands apart from their neighbours', shape (n,)."""
+    good = np.flatnonzero(np.isfinite(axis))
+    back = np.flatnonzero(np.diff(axis[good]) < 0)
+    strays = _strays(axis[good], back) if back.size else None
+    if strays is None:
+        return axis
+    how.notes.repair(f"{how.label}: {int(strays.sum())} times that stand apart from their neighbours' count as lost")
+    left = axis.copy()
+    left[good[strays]] = np.nan
+    return left
+
+
+def _strays(axis: np.ndarray, back: np.ndarray) -> np.ndarray | None:
+    """Rows whose time stands apart while those about them go on, shape (n,); None where that is not so everywhere."""
+    steps = np.diff(axis)
+    if not (steps > 0).any() or back.size > max(_FEW, 0.01 * axis.size):
+        return None
+    usual = float(np.median(steps[steps > 0]))
+    strays = np.zeros(axis.size, dtype=bool)
+    for row in back:
+        low = row + 2 < axis.size and 0 < axis[row + 2] - axis[row] <= 3 * usual
+        high = [
+            count for count in range(1, _RUN + 1)
+            if row >= count and 0 < axis[row + 1] - axis[row - count] <= 1.5 * (count + 1) * usual
+        ]  # fmt: skip
+        if high:
+            strays[row - high[0] + 1 : row + 1] = True
+        elif low:
+            strays[row + 1] = True
+        else:
+            return None
+    return strays if (np.diff(axis[~strays]) > 0).all() else None
+
+
+def _better_without(axis: np.ndarray, strays: np.ndarray) -> bool:
+    """Whether the rows are more even without these than when they are sorted."""
+    return _uneven(axis[~strays]) < _uneven(np.sort(axis))
+
+
+def _uneven(axis: np.ndarray) -> int:
+    """Steps that are not the usual one."""
+    steps = np.diff(axis)
+    usual = float(np.median(steps))
+    return int((np.abs(steps - usual) > 0.5 * usual).sum())
+
+
 _MIXED = ", as rows of several sensors in one file do"
 _HOUR = ", by an hour, as clocks do at the end of summer time"
 
 
-def _cause(axis: np.ndarray, back: np.ndarray, how: How) -> tuple[str, str]:
+def _cause(axis: np.ndarray, values: np.ndarray, back: np.ndarray, how: How) -> tuple[str, str]:
     """The likeliest cause and what mends it, in words."""
     steps = np.diff(axis)
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
@@ -93,9 +152,11 @@ def _cause(axis: np.ndarray, back: np.ndarray, how: How) -> tuple[str, str]:
         return _HOUR, f"give the zone's name, as 'zone: Europe/Berlin', in 'time', or {go_on}"
     if how.unit == "s" and _near(sizes, DAY, usual):
         return ", by a day, as a time of day does at midnight", _counter(DAY, how) or go_on
+    if _came_twice(axis, values, usual):
+        return ", as packets that came twice do", "write 'repair: [sort, drop_duplicates]'"
     if _only_out_of_order(axis, usual):
         return ", as rows that are out of order do", "mend it, or add 'sort' to repair"
-    if back.size > 1 and np.ptp(sizes) <= 2 * usual:
+    if back.size > 1 and np.ptp(sizes) <= 2 * usual and np.ptp(axis[back + 1]) <= 2 * usual:
         cure = _counter(float(np.median(sizes)), how) or go_on
         return f", each time by {np.median(sizes):.10g} {how.unit}, as a counter that wraps does", cure
     row = int(back[0]) + 1
@@ -122,6 +183,19 @@ def _counter(modulus: float, how: How) -> str | None:
     return (
         f"write 'time: {{kind: counter, column: \"{how.column}\", frequency: {how.ticks:.10g}, modulus: {ticks:.10g}}}'"
     )
+
+
+def _came_twice(axis: np.ndarray, values: np.ndarray, usual: float) -> bool:
+    """Whether rows that go back hold what stands there already, and the rest is as even as usual when sorted."""
+    order = np.argsort(axis, kind="stable")
+    stamps, sorted_values = axis[order], values[:, order]
+    double = np.diff(stamps, prepend=-np.inf) == 0
+    if not double.any():
+        return False
+    before = sorted_values[:, np.flatnonzero(double) - 1]
+    again = sorted_values[:, double]
+    same = ((again == before) | (np.isnan(again) & np.isnan(before))).all(axis=0)
+    return bool(same.mean() > _SAME and (np.diff(stamps[~double]) > 0.5 * usual).mean() > _SAME)
 
 
 def _only_out_of_order(axis: np.ndarray, usual: float) -> bool:

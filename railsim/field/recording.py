@@ -15,7 +15,7 @@ from railsim.field.channels import convert, from_pulses, wanted_unit
 from railsim.field.clock import Clock, looks_like_epoch, read_clock
 from railsim.field.guard import Guard
 from railsim.field.map import RecordingMap, TableMap
-from railsim.field.order import How, continued
+from railsim.field.order import How, continued, without_strays
 from railsim.field.reading import file_count, read_all
 from railsim.field.regular import Series, regular
 from railsim.field.rotation import turned
@@ -95,10 +95,7 @@ def _series(
         replace(_how(label, one, notes), mixed=table.mixed)
         for label, one, table in zip(labels, mapped.tables, tables, strict=True)
     ]
-    clocks = [
-        Clock(continued(clock.seconds, how), clock.start) if "continue" in how.repairs else clock
-        for clock, how in zip(clocks, hows, strict=True)
-    ]
+    clocks = [_mended(clock, how) for clock, how in zip(clocks, hows, strict=True)]
     known = [clock.start is not None for clock in clocks]
     if any(known) and not all(known):
         raise InputError(_undated(mapped, clocks))
@@ -113,6 +110,14 @@ def _series(
         time, columns = _filled(mapped_table, table, clock.seconds + shift, vehicle, how)
         series.append(regular(time, columns, 1.0 / mapped_table.rate if mapped_table.rate else None, how, series))
     return series, start
+
+
+def _mended(clock: Clock, how: How) -> Clock:
+    """The clock without steps back and wrong stamps, where the map says so: the first row tells time 0."""
+    seconds = clock.seconds
+    if "drop_outliers" in how.repairs:
+        seconds = without_strays(seconds, how)
+    return Clock(continued(seconds, how) if "continue" in how.repairs else seconds, clock.start)
 
 
 def _tie(clocks: list[Clock], start: datetime | None, notes: Notes) -> None:

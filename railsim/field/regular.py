@@ -107,7 +107,7 @@ def _timed(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
     lost = ~np.isfinite(axis)
     if not lost.any():
         return axis, values
-    if "drop_untimed" not in how.repairs:
+    if not {"drop_untimed", "drop_outliers"} & set(how.repairs):
         raise InputError(
             f"{how.label}: {int(lost.sum())} rows have none, the first is row {int(lost.argmax()) + 1} of the data; "
             "mend them, or add 'drop_untimed' to repair"

@@ -20,7 +20,9 @@ from railsim.field.tables import Column, Notes, Table, place_of, same_cell
 MOST_BYTES = 4_000_000_000
 _LOOK = 200  # lines from which the layout is found
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
-_NARROW = "\u00a0\u2009\u202f"  # blanks that do not break, as some programs put between thousands
+_NARROW = (
+    "\u00a0\u2009\u202f\u2019"  # blanks that do not break and the apostrophe, as some programs put between thousands
+)
 _SENSORS = 1000  # rows by which rows of several sensors are told
 _SENSOR = re.compile(r"\b(id|sensor|signal|channel|node|device|type|source|name)\b", re.IGNORECASE)
 _MIXED = 0.2  # of the rows in which the word changes
@@ -189,7 +191,7 @@ def _plain(text: str, notes: Notes) -> str:
     if any(mark in text for mark in _NARROW):
         text, count = re.subn(rf"(?<=\d)[{_NARROW}](?=\d{{3}})", "", text)
         if count:
-            notes.assume(f"thousands are separated by blanks that do not break ({count} places)")
+            notes.assume(f"thousands are separated by blanks that do not break or by ’ ({count} places)")
     if "\u2212" in text:
         text, count = re.subn("\u2212(?=[\\d.,])", "-", text)
         notes.assume(f"the minus sign of typographers (U+2212) stands before {count} numbers")

@@ -48,7 +48,9 @@ class Epoch(Spec, frozen=True):
 
     kind: Literal["epoch"]
     column: ColumnName = quantity(unit="column", source=MAP)
-    unit: Literal["s", "ms", "us", "ns"] | None = quantity(None, unit="else by the size of the numbers", source=MAP)
+    unit: Literal["s", "ms", "us", "ns", "excel"] | None = quantity(
+        None, unit="else by the size of the numbers; excel: days of a spreadsheet", source=MAP
+    )
     lost: tuple[float | str, ...] = quantity((), unit=_LOST, source=MAP)
 
 

@@ -192,3 +192,34 @@ def test_held_values_become_a_table_of_their_own(tmp_path: Path):
     np.testing.assert_allclose(time(seen, "gnss.speed [m/s]"), np.arange(20), atol=1e-9)
     np.testing.assert_allclose(values(seen, "gnss.speed [m/s]"), speed[::100], atol=1e-9)
     assert UP in seen.measurements
+
+
+@pytest.mark.parametrize("wrong", [-7.7, 3000.0, 0.03])
+def test_single_stamp_that_is_wrong_is_left_out(tmp_path: Path, wrong: float):
+    at = AT / 100
+    at[770] += wrong
+    text = csv({"t": at, "az": np.sin(AT)}, numbers="%.9f")
+    line = refusal(tmp_path, text, mapped())
+    assert "single stamps" in line and "'sort'" not in line
+    assert refusal(tmp_path, text, mapped(repair=["sort"])) == line
+    seen = run(tmp_path, text, mapped(repair=["drop_outliers"]))
+    np.testing.assert_allclose(time(seen), np.delete(AT, 770) / 100, atol=1e-9)
+    assert told(seen, "1 times that stand apart")
+
+
+def test_wrong_date_does_not_set_the_beginning(tmp_path: Path):
+    stamps = [f"2024-05-03T10:00:{i / 10:04.1f}Z" for i in range(100)]
+    stamps[40] = "1970-01-01T00:00:00.0Z"
+    text = csv({"t": stamps, "az": np.sin(AT[:100])})
+    seen = run(tmp_path, text, mapped({"kind": "iso", "column": "t"}, repair=["drop_outliers"]))
+    assert seen.measurements.about["start"] == "2024-05-03T10:00:00+00:00"
+    assert rate(seen) == 10.0
+
+
+def test_packets_that_came_twice(tmp_path: Path):
+    order = AT.reshape(-1, 20)[[*range(30), 29, *range(30, 70), 68, *range(70, 100)]].ravel()
+    text = csv({"t": order / 100, "az": np.sin(order)})
+    line = refusal(tmp_path, text, mapped())
+    seen = run(tmp_path, text, followed(mapped(), proposed(line, "repair:")))
+    np.testing.assert_allclose(time(seen), AT / 100, atol=1e-9)
+    np.testing.assert_allclose(values(seen), np.sin(AT), atol=1e-9)

@@ -72,7 +72,7 @@ def test_quoted_decimal_commas(tmp_path: Path, stated: dict[str, str]):
     assert stated or told(seen, "decimal mark ','")
 
 
-@pytest.mark.parametrize("mark", ["\u202f", "\u00a0", "'", " ", "."])
+@pytest.mark.parametrize("mark", ["\u202f", "\u00a0", "'", "\u2019", " ", "."])
 def test_thousands(tmp_path: Path, mark: str):
     rows = [f"{t:.2f}".replace(".", ",") + f";1{mark}0{i:02d},5" for i, t in enumerate(TIME)]
     seen = run(tmp_path, "\n".join(["t;az", *rows]) + "\n", mapped())
@@ -335,3 +335,8 @@ def test_lines_of_oscilloscopes_above_the_data(tmp_path: Path, head: list[str]):
     rows = [f"{t:.4f},{a:.3f}{tail}" + ("," if tail else "") for t, a in zip(TIME, AZ, strict=True)]
     asked = mapped({"kind": "seconds", "column": "X"}, channel={"column": "CH1"})
     assert right(run(tmp_path, "\n".join([*head, *rows]) + "\n", asked))
+
+
+def test_thousands_of_whole_numbers_beside_decimal_commas(tmp_path: Path):
+    text = "t;az\n" + "".join(f"{t:.2f}".replace(".", ",") + f";1.2{i:02d}\n" for i, t in enumerate(TIME))
+    np.testing.assert_allclose(values(run(tmp_path, text, mapped())), 1200 + AT)

@@ -178,3 +178,11 @@ def test_marker_of_a_lost_time(tmp_path: Path, kind: str):
     seen = run(tmp_path, text, mapped(base | {"lost": ["-"]}, repair=["drop_untimed"]))
     np.testing.assert_allclose(time(seen) - time(seen)[0], np.delete(AT, 20) / 10, atol=1e-6)
     np.testing.assert_allclose(values(seen, UP), np.delete(AZ, 20))
+
+
+def test_days_of_a_spreadsheet(tmp_path: Path):
+    text = csv({"t": [f"{45415.5 + i / 864000:.12f}" for i in AT], "az": AZ})
+    line = refusal(tmp_path, text, mapped())
+    seen = run(tmp_path, text, followed(mapped(), proposed(line, "time:")))
+    np.testing.assert_allclose(time(seen), AT / 10, atol=2e-6)
+    assert rate(seen) == 10.0 and seen.measurements.about["start"] == "2024-05-03T12:00:00+00:00"
