@@ -235,6 +235,9 @@ def _vehicle(given: str | dict[str, Any], folder: Path, notes: Notes) -> dict[st
         vehicle = build_vehicle(given, folder)
         for text in vehicle.assumptions():
             notes.assume(text)
+        rest = [key for key in vehicle.nominal() if key not in values]
+        if values and not vehicle.assumed and rest:
+            notes.assume(f"vehicle: as of '{name}': {', '.join(rest)}")
         return {"name": vehicle.name, **vehicle.nominal()}
     if isinstance(given, str):
         raise InputError(

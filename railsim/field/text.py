@@ -26,6 +26,7 @@ _NARROW = (
 _SENSORS = 1000  # rows by which rows of several sensors are told
 _SENSOR = re.compile(r"\b(id|sensor|signal|channel|node|device|type|source|name)\b", re.IGNORECASE)
 _MIXED = 0.2  # of the rows in which the word changes
+_FORTRAN = re.compile(r"^(\s*[+-]?(?:\d+[.,]?\d*|[.,]\d+))[dD]([+-]?\d+\s*)$")  # exponents with a D
 _EMPTY = ("", "nan", "NaN", "NAN")
 
 
@@ -248,6 +249,7 @@ def _column(name: str, values: Any, layout: Layout, place: int) -> Column:
     if values.dtype.kind in "fiub":
         return Column(name, values.to_numpy(dtype=np.float64), unit)
     texts = [value if isinstance(value, str) else "" if pd.isna(value) else str(value) for value in values.tolist()]
+    texts = [_FORTRAN.sub(r"\1e\2", text) for text in texts]
     pattern = re.compile(rf"\s*[+-]?(\d+\{layout.decimal}?\d*|\{layout.decimal}\d+)([eE][+-]?\d+)?\s*|")
     fault = next(((row, cell) for row, cell in enumerate(texts) if not pattern.fullmatch(cell)), None)
     return Column(name, texts, unit, fault=fault)

@@ -120,3 +120,18 @@ def test_latitude_and_longitude_stay_in_degrees(tmp_path: Path):
     assert measured["gnss.latitude [deg]"] == pytest.approx(48.8 + 1e-4 * np.arange(20), abs=1e-9)
     assert measured["gnss.longitude [deg]"][-1] == pytest.approx(2.3 - 19e-4, abs=1e-9)
     assert measured.about["speed_source"] == "gnss.speed [m/s]"
+
+
+def test_exponents_with_a_d(tmp_path: Path):
+    rows = "t,az\n" + "".join(f"{i / 10},{'9.8D+00' if i % 3 else '9.8'}\n" for i in range(30))
+    name = "bogie.acceleration_z [m/s2]"
+    assert imported(tmp_path, rows, {name: {"column": "az", "unit": "m/s2"}}).measurements[name] == pytest.approx(9.8)
+
+
+def test_what_a_vehicle_takes_from_its_base_is_listed(tmp_path: Path):
+    rows = "t,az\n" + "".join(f"{i / 10},9.8\n" for i in range(30))
+    channels = {"bogie.acceleration_z [m/s2]": {"column": "az", "unit": "m/s2"}}
+    vehicle = {"name": "manchester", "body_mass": 17000.0}
+    about = imported(tmp_path, rows, channels, vehicle=vehicle).measurements.about
+    listed = next(text for text in about["assumptions"] if text.startswith("vehicle: as of 'manchester'"))
+    assert "bogie_mass" in listed and "body_mass" not in listed
