@@ -8,16 +8,9 @@ from estimators.interface import Estimate
 from estimators.signals.bands import ORDER
 from estimators.signals.frequency_response import filter_time
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import (
-    Chain,
-    Reading,
-    additions,
-    deviations,
-    over_centre,
-    vertical_chain,
-    without_mean,
-)
+from estimators.track.chain_error import Chain, Reading, deviations, over_centre, vertical_chain
 from estimators.track.geometry import TrackEstimator, by_speed, geometry
+from estimators.track.slow_motions import additions, without_mean
 from estimators.vehicle.parameters import given
 from estimators.vehicle.state_space import Output
 from estimators.vehicle.vertical import NEEDED, vertical

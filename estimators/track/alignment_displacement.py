@@ -6,17 +6,9 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import (
-    Chain,
-    Reading,
-    additions,
-    balancing_cant,
-    deviations,
-    sideways_chain,
-    vertical_chain,
-    without_mean,
-)
+from estimators.track.chain_error import Chain, Reading, deviations, sideways_chain, vertical_chain
 from estimators.track.geometry import CANT_BASE, TrackEstimator, geometry, rails, turning
+from estimators.track.slow_motions import additions, balancing_cant, without_mean
 from estimators.vehicle.parameters import numbers
 from estimators.vehicle.state_space import Output
 from railsim.data_sheet import data_sheet

@@ -7,8 +7,9 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import Chain, Reading, additions, deviations, sideways_chain
+from estimators.track.chain_error import Chain, Reading, deviations, sideways_chain
 from estimators.track.geometry import Gain, TrackEstimator, by_speed, geometry, turning
+from estimators.track.slow_motions import additions
 from estimators.vehicle.creep import CREEP_FACTOR
 from estimators.vehicle.lateral_roll import followed
 from estimators.vehicle.state_space import Output

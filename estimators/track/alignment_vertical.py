@@ -8,8 +8,9 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.signals.bands import transform
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import Chain, Reading, additions, deviations, vertical_chain
+from estimators.track.chain_error import Chain, Reading, deviations, vertical_chain
 from estimators.track.geometry import TrackEstimator, geometry, turning
+from estimators.track.slow_motions import additions
 from estimators.vehicle.state_space import Output
 from estimators.vehicle.vertical import pitch_inverse
 from railsim.measurements import Measurements

@@ -9,16 +9,10 @@ from scipy.ndimage import uniform_filter1d
 from estimators.interface import Estimate
 from estimators.signals.bands import settled, transform
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import (
-    Chain,
-    Reading,
-    additions,
-    deviations,
-    filtered_deviation,
-    sideways_chain,
-)
+from estimators.track.chain_error import Chain, Reading, deviations, filtered_deviation, sideways_chain
 from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, geometry, turning
 from estimators.track.observations import CROSSOVER, CURVE, Attitude, attitude, beyond_straight, curved
+from estimators.track.slow_motions import additions
 from estimators.vehicle import roll_plane
 from estimators.vehicle.parameters import given
 from estimators.vehicle.roll_plane import over_track

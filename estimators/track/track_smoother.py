@@ -17,7 +17,6 @@ from estimators.signals.bands import BANDS, band_pass, bands_of, settled
 from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrate_speed
 from estimators.track import lateral_fusion
 from estimators.track.alignment_displacement import AlignmentDisplacement
-from estimators.track.chain_error import nod
 from estimators.track.disturbances import FORCE, HEIGHT, Disturbance
 from estimators.track.fusion import Fused, fuse
 from estimators.track.geometry import by_speed
@@ -26,6 +25,7 @@ from estimators.track.plane import Plane
 from estimators.track.plane_fit import PlaneFit
 from estimators.track.self_check import Opinion, checked, sinking
 from estimators.track.sensor_pairs import axleboxes, displacements, without_roll
+from estimators.track.slow_motions import nod
 from estimators.vehicle.creep import CREEP_FACTOR, SPIN_FACTOR
 from estimators.vehicle.parameters import given, numbers
 from estimators.vehicle.state_space import CANT_BASE, Output

@@ -10,9 +10,9 @@ from estimators.signals.bands import BANDS, band_pass
 from estimators.speed.odometry import integrate_speed
 from estimators.track.alignment_accelerometer import AlignmentAccelerometer
 from estimators.track.alignment_vertical import AlignmentVertical
-from estimators.track.chain_error import additions, balancing_cant
 from estimators.track.cross_level import NOWHERE_STRAIGHT, CrossLevel
 from estimators.track.geometry import rails
+from estimators.track.slow_motions import additions, balancing_cant
 from estimators.track.track_smoother import nodding
 from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
