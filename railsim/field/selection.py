@@ -13,6 +13,7 @@ from railsim.field.tables import Column, Table, same_cell
 _LONGEST_HOLD = 3.5  # periods over which a value that stays the same is taken as measured again
 _FEWEST_CHANGES = 6  # by which a held channel is told
 _SHORTEST_HOLD = 4  # rows
+_FIRST = 50_000  # rows by which a held channel is told
 _ALIKE = 0.8  # share of the holds that are of one length, to a row
 
 
@@ -24,17 +25,17 @@ def selected(mapped: TableMap, table: Table, time: np.ndarray, how: How) -> tupl
     InputError : no row is left, or a marker of lost samples is missing.
     """
     rows = mapped.rows
-    raw = np.array([numbers(table.columns[one.column], table, one.lost) for one in mapped.channels.values()])
     keep = np.ones(time.size, dtype=bool)
     if rows.where:
         keep = _holding(mapped, table)
         how.notes.assume(f"{how.label}: {int(keep.sum())} of {keep.size} rows, by 'rows: where'")
     if rows.keep == "filled":
+        raw = _numbers(mapped, table)
         filled = np.asarray(np.isfinite(raw).any(axis=0))
         how.notes.assume(f"{how.label}: {int((keep & ~filled).sum())} rows without any value belong to other tables")
         keep &= filled
     elif rows.keep == "changed":
-        keep &= _changed(raw, time, mapped.rate, how)
+        keep &= _changed(_numbers(mapped, table), time, mapped.rate, how)
     if rows.first > 1 or rows.last is not None:
         number = np.cumsum(keep)
         keep &= (number >= rows.first) & (number <= (rows.last or time.size))
@@ -42,9 +43,19 @@ def selected(mapped: TableMap, table: Table, time: np.ndarray, how: How) -> tupl
     if not keep.any():
         raise InputError(f"{how.label}: 'rows' leaves no row; correct it")
     if keep.all():
-        _name_held(mapped, raw, how)
+        _name_held(mapped, _numbers(mapped, table, _FIRST), how)
         return table, time
     return _kept(table, keep), time[keep]
+
+
+def _numbers(mapped: TableMap, table: Table, most: int | None = None) -> np.ndarray:
+    """Numbers of the channels' columns, of all rows or the first ones, shape (channels, n)."""
+    found = []
+    for channel in mapped.channels.values():
+        column = table.columns[channel.column]
+        values = column.values[:most]
+        found.append(numbers(replace(column, values=values), table, channel.lost))
+    return np.array(found)
 
 
 def _holding(mapped: TableMap, table: Table) -> np.ndarray:
@@ -63,7 +74,7 @@ def _changed(raw: np.ndarray, time: np.ndarray, rate: float | None, how: How) ->
     at = np.flatnonzero(keep)
     if at.size < 3:
         raise InputError(f"{how.label}: values change {at.size - 1} times, too few for 'rows: changed'")
-    if keep[1] is not np.True_ and at[1] < np.median(np.diff(at[1:])):
+    if at[1] < 0.9 * np.median(np.diff(at[1:])):
         keep[0] = False  # the first hold was cut: its beginning is not known
         at = at[1:]
     period = 1.0 / rate if rate else float(np.median(np.diff(time[at])))
