@@ -246,7 +246,8 @@ def _distinct(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
     if shared and how.mixed is None:
         raise InputError(
             f"{where}, {differing} of them with other values: {_why_shared(axis, double, how)}; add 'spread' to "
-            "repair, and they are spread evenly"
+            "repair, and they are spread evenly; where a column names the sensor of each row, 'rows: {where: ...}' "
+            "takes those of one"
         )
     if how.mixed is not None and differing:
         raise InputError(f"{where}{_MIXED}; write '{how.mixed}' in the table")

@@ -15,7 +15,7 @@ from railsim.errors import InputError
 from railsim.field.layout import BLANKS, ONE_COLUMN, Layout, cells_of, find_layout
 from railsim.field.lines import rows_of
 from railsim.field.map import Csv
-from railsim.field.tables import Column, Notes, Table, place_of, same_cell
+from railsim.field.tables import Column, Notes, Table, missing, place_of, same_cell
 
 MOST_BYTES = 4_000_000_000
 _LOOK = 200  # lines from which the layout is found
@@ -108,6 +108,9 @@ def _rows_where(lines: list[str], options: Csv, where: Mapping[str, str | float]
     counted = {one: sum(line.count(one) for line in content[:_LOOK]) for one in "\t;|,"}
     separator = options.separator or max(counted, key=lambda one: counted[one])
     names = list(options.names) or [cell.strip() for cell in cells_of(content[0], separator)]
+    unknown = [name for name in where if name not in names and not name.startswith("#")]
+    if unknown:
+        raise InputError(f"'{path}': {missing(unknown[0], names, 'column')}")
     places = {place_of(name, [*names, *_spare(names)], "column"): value for name, value in where.items()}
     kept = list(lines)
     found = 0

@@ -261,3 +261,11 @@ def test_instants_of_parquet_are_not_taken_for_numbers(guard: Guard, tmp_path: P
     line = refusal(tmp_path, tmp_path / "x.parquet", mapped({"kind": "seconds", "column": "t", "unit": "ms"}), guard)
     seen = run(tmp_path, tmp_path / "x.parquet", followed(mapped(), proposed(line, "time:")), guard)
     assert rate(seen) == 100.0 and seen.measurements.about["start"] == "2024-05-03T12:00:00+00:00"
+
+
+def test_rows_of_several_sensors_in_parquet(guard: Guard, tmp_path: Path):
+    mixed = {"t": np.repeat(AT / 100, 2), "sensor": ["acc", "gyro"] * AT.size, "az": np.c_[AZ, 0 * AZ].ravel()}
+    pd.DataFrame(mixed).to_parquet(tmp_path / "x.parquet")
+    assert "'rows: {where: ...}'" in refusal(tmp_path, tmp_path / "x.parquet", mapped(), guard)
+    cured = followed(mapped(), {"rows": {"where": {"sensor": "acc"}}})
+    np.testing.assert_allclose(values(run(tmp_path, tmp_path / "x.parquet", cured, guard)), AZ)

@@ -340,3 +340,8 @@ def test_lines_of_oscilloscopes_above_the_data(tmp_path: Path, head: list[str]):
 def test_thousands_of_whole_numbers_beside_decimal_commas(tmp_path: Path):
     text = "t;az\n" + "".join(f"{t:.2f}".replace(".", ",") + f";1.2{i:02d}\n" for i, t in enumerate(TIME))
     np.testing.assert_allclose(values(run(tmp_path, text, mapped())), 1200 + AT)
+
+
+def test_column_of_where_that_is_not_there_is_named(tmp_path: Path):
+    line = refusal(tmp_path, PLAIN, followed(mapped(), {"rows": {"where": {"sensr": "acc"}}}))
+    assert line.endswith("no column 'sensr'; there are: 't', 'az'")
