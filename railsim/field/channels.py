@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from railsim.errors import InputError
+from railsim.field.geographic import degrees
 from railsim.field.map import Channel, Pulses
 from railsim.field.tables import Column, Notes, Table
 from railsim.field.units import Unit, converter, parse_unit
@@ -137,6 +138,9 @@ def _same(first: Unit, second: Unit) -> bool:
 
 def _from_texts(column: Column, table: Table, lost: tuple[float | str, ...], where: str) -> np.ndarray:
     texts = column.values
+    assert isinstance(texts, list)
+    if column.fault is not None and "°" in column.fault[1]:
+        return degrees(column.name, texts, table, lost)
     markers = {"", *(str(marker) for marker in lost)}
     row, cell = column.fault or (0, texts[0] if len(texts) else "")
     values = np.full(len(texts), np.nan)

@@ -66,6 +66,7 @@ _WITH_PREFIX = MappingProxyType(
         "dps": Unit(_TURNING, np.pi / 180),
         "T": Unit(_FLUX, 1.0),
         "bar": Unit(_PRESSURE, 1e5),
+        "Gal": Unit(_ACCELERATION, 0.01),
     }
 )
 _WHOLE = MappingProxyType(
@@ -106,6 +107,18 @@ _WHOLE = MappingProxyType(
         "hour": Unit(_TIME, 3600.0),
         "meter": Unit(_LENGTH, 1.0),
         "metre": Unit(_LENGTH, 1.0),
+        "meters": Unit(_LENGTH, 1.0),
+        "metres": Unit(_LENGTH, 1.0),
+        "inches": Unit(_LENGTH, 0.0254),
+        "feet": Unit(_LENGTH, 0.3048),
+        "miles": Unit(_LENGTH, 1609.344),
+        "usec": Unit(_TIME, 1e-6),
+        "gee": Unit(_ACCELERATION, STANDARD_GRAVITY),
+        "g's": Unit(_ACCELERATION, STANDARD_GRAVITY),
+        "G's": Unit(_ACCELERATION, STANDARD_GRAVITY),
+        "r": Unit(_ANGLE, 2 * np.pi),
+        "rps": Unit(_TURNING, 2 * np.pi),
+        "mdeg": Unit(_ANGLE, np.pi / 180e3),
         "in": Unit(_LENGTH, 0.0254),
         "inch": Unit(_LENGTH, 0.0254),
         "ft": Unit(_LENGTH, 0.3048),
@@ -121,7 +134,6 @@ _WHOLE = MappingProxyType(
         "kts": Unit(_SPEED, 1852 / 3600),
         "knot": Unit(_SPEED, 1852 / 3600),
         "knots": Unit(_SPEED, 1852 / 3600),
-        "Gal": Unit(_ACCELERATION, 0.01),
         "lbf": Unit(_FORCE, 4.4482216152605),
         "psi": Unit(_PRESSURE, 6894.757293168),
     }
@@ -146,7 +158,25 @@ curvature times 10000 as track-recording cars state it (no track is as curved as
 _CAPITALS = MappingProxyType(
     {
         name.lower(): name
-        for name in ("km/h", "kph", "kmh", "mph", "rpm", "m/s", "m/s2", "m/s^2", "deg/s", "deg", "dps", "knots", "kts")
+        for name in (
+            "km/h",
+            "kph",
+            "kmh",
+            "mph",
+            "rpm",
+            "m/s",
+            "m/s2",
+            "m/s^2",
+            "deg/s",
+            "deg",
+            "dps",
+            "knots",
+            "kts",
+            "rps",
+            "sec",
+            "meter",
+            "metre",
+        )
     }
 )
 """Units that stay what they are in capitals."""
@@ -198,7 +228,7 @@ def parse_unit(text: str, like: Dimension | None = None) -> Unit:
 
 def _plain(text: str) -> str:
     """One way of writing: no superscripts, one sign for products and powers, no brackets."""
-    plain = text.strip()
+    plain = text.strip().removeprefix("[").removesuffix("]").strip()
     for sign, written in _SIGNS.items():
         plain = plain.replace(sign, written)
     plain = _RAISED.sub(lambda found: "^" + unicodedata.normalize("NFKC", found[0]).replace("−", "-"), plain)

@@ -92,7 +92,8 @@ class Mounting(Check, frozen=True):
         for value, name in zip(axes.mean, (axes.accelerations[axis] for axis in AXES), strict=True):
             allowed = tolerance(measured, name)
             if abs(value - expected(measured, name)) > self.width * allowed.deviation + allowed.running:
-                return allowed.deviation > 0.0 or abs(value) > 0.5 * GRAVITY
+                unstated = allowed.running + self.near * GRAVITY
+                return allowed.deviation > 0.0 or abs(value - expected(measured, name)) > unstated
         return False
 
     def _direction(self, measured: Measurements, axes: Axes) -> Verdict:

@@ -49,6 +49,13 @@ def imported(folder: Path, text: str, channels: dict[str, Any], **more: Any) -> 
         ("RPM", "rad/s", np.pi / 30),
         ("1/min", "rad/s", np.pi / 30),
         ("min⁻¹", "rad/s", np.pi / 30),
+        ("r/min", "rad/s", np.pi / 30),
+        ("RPS", "rad/s", 2 * np.pi),
+        ("mdeg/s", "rad/s", np.pi / 180e3),
+        ("[m/s2]", "m/s2", 1.0),
+        ("g's", "m/s2", 9.80665),
+        ("mGal", "m/s2", 1e-5),
+        ("feet", "m", 0.3048),
         ("U/min", "rad/s", np.pi / 30),
         ("Km/h", "m/s", 1 / 3.6),
         ("km/hr", "m/s", 1 / 3.6),
@@ -135,3 +142,27 @@ def test_what_a_vehicle_takes_from_its_base_is_listed(tmp_path: Path):
     about = imported(tmp_path, rows, channels, vehicle=vehicle).measurements.about
     listed = next(text for text in about["assumptions"] if text.startswith("vehicle: as of 'manchester'"))
     assert "bogie_mass" in listed and "body_mass" not in listed
+
+
+@pytest.mark.parametrize("form", ["{:.6f}° {}", "{}{:.6f}°", "{:.0f}°{:.0f}'{:.4f}\"{}"])
+def test_latitude_as_text(tmp_path: Path, form: str):
+    values = 48.8 + 1e-3 * np.arange(20)
+
+    def text(value: float) -> str:
+        if "'" not in form:
+            return form.format(value, "S") if form.startswith("{:") else form.format("S", value)
+        whole, minutes = divmod(value * 60.0, 60.0)
+        return form.format(whole, int(minutes), 60.0 * (minutes % 1.0), "S")
+
+    rows = "t;lat\n" + "".join(f"{i};{text(value)}\n" for i, value in enumerate(values))
+    rows = rows.replace("3;" + text(values[3]), "3;")
+    measured = imported(tmp_path, rows, {"gnss.latitude [deg]": {"column": "lat", "unit": "deg"}}).measurements
+    found = measured["gnss.latitude [deg]"]
+    assert np.isnan(found[3])
+    assert np.delete(found, 3) == pytest.approx(np.delete(-values, 3), abs=1e-6)
+    with pytest.raises(InputError, match="no angle as 48.8566"):
+        imported(
+            tmp_path,
+            rows.replace("5;" + text(values[5]), "5;north"),
+            {"gnss.latitude [deg]": {"column": "lat", "unit": "deg"}},
+        )

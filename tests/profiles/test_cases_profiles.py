@@ -150,6 +150,15 @@ def test_vampire_wheel(tmp_path: Path):
         read_profile(path)
 
 
+def test_vampire_rail_knows_its_gauge_side(tmp_path: Path):
+    path, points = tmp_path / "a.rai", rail()
+    rows = [f"{-(752.5 + y):9.4f} {z:8.4f} {752.5 + y:9.4f} {z:8.4f}" for y, z in points]
+    path.write_text("RAILPROFILE\nown points\nGAUGE 1435.0\n" + "\n".join(rows) + "\n")
+    profile = read_profile(path)
+    assert profile.assumptions == () and profile.kind == "rail"
+    assert profile.z == pytest.approx(uic60(1 / 40).z, abs=1e-6)
+
+
 def conicity(path: Path, **options: object) -> float:
     profile = read_profile(path, "rail", **options)  # pyright: ignore[reportArgumentType]
     pair = WheelsetOnTrack((read_profile("s1002"), profile))

@@ -119,6 +119,16 @@ def test_a_tilt_is_a_tilt_and_is_turned_back_with_its_gyro(mounted: tuple[float,
         assert done.cleaned[name].mean() == pytest.approx(values.mean(), abs=0.02)
 
 
+def test_a_tilt_is_told_without_a_data_sheet():
+    rotation = Rotation.from_euler("y", -20.0, degrees=True)
+    record = measured(rotation.inv().apply(truth()[1]))
+    sensors = [record.about["sensors"][0] | {"errors": {}}]
+    bare = Measurements(
+        record.about | {"sensors": sensors}, {RATE: {TIME: record.time(FORCES[0])} | {n: record[n] for n in FORCES}}
+    )
+    assert kinds(inspect(bare)) == {"tilted"}
+
+
 @pytest.mark.parametrize("mounted", [(0.0, -90.0, 0.0), (90.0, 0.0, 0.0), (10.0, -70.0, 35.0), (180.0, 0.0, 60.0)])
 def test_any_mounting_is_found_where_the_speed_changes(mounted: tuple[float, float, float]):
     rotation = Rotation.from_euler("xyz", mounted, degrees=True)
