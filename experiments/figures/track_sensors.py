@@ -42,7 +42,7 @@ class TrackSensors(Figure):
                 errors(AlignmentVertical(compensate=True), mems, truth, GYRO),
                 errors(AlignmentAccelerometer(compensate=False), mems, truth, ACCELEROMETER),
                 errors(AlignmentDisplacement(), industrial, truth, DISPLACEMENT),
-                errors(AxleboxProfile(), mems, truth, AXLEBOXES),
+                errors(AxleboxProfile(cut=70.0), mems, truth, AXLEBOXES),
                 errors(AlignmentLateral(compensation=False), mems, truth, PLAIN),
                 errors(AlignmentLateral(), mems, truth, COMPENSATED),
             ]

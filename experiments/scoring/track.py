@@ -198,11 +198,15 @@ def estimated_band(estimate: Estimate, quantity: str, band: str) -> np.ndarray:
 
 
 def score_quantity(quantity: str, estimate: Estimate, truth: Truth) -> dict[str, float]:
-    """Errors band by band, beside the true size of the band, and how many lie within two standard deviations."""
+    """Errors band by band, beside the true size of the band, and how many lie within two standard deviations.
+
+    Where an estimate gives some bands in columns of their own, it says nothing of the others.
+    """
     scores: dict[str, float] = {}
     series = estimate.series
+    given = [band for band in bands_of(quantity) if f"{quantity}_{band} [m]" in series.columns]
     true = true_track(truth, series[TIME].to_numpy(), float(np.median(np.diff(series[S]))))
-    for band in bands_of(quantity):
+    for band in given or bands_of(quantity):
         rows = band_errors(estimate, truth, quantity, band, true)
         label = f"{quantity} {band.upper()}"
         scores[f"{label} scored share [-]"] = len(rows) / max(len(estimate.series), 1)
