@@ -99,7 +99,7 @@ AS_IN_THE_PAPER: dict[str, dict[str, Any]] = {
 def _tried() -> list[tuple[str, Estimator, str]]:
     """Label, estimator and suite of sensors."""
     regimes = {name: kind for name, kind in ESTIMATORS.classes().items() if issubclass(kind, TrackEstimator)}
-    built = [kind.build(AS_IN_THE_PAPER.get(name, {})) for name, kind in regimes.items()]
+    built: list[Estimator] = [kind.build(AS_IN_THE_PAPER.get(name, {})) for name, kind in regimes.items()]
     built.append(TrackSmoother())
     tried: list[tuple[str, Estimator, str]] = [(one.name, one, "") for one in built]
     tried.append((PLAIN, AlignmentLateral(compensation=False), ""))
