@@ -23,6 +23,8 @@ _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", 
 _NARROW = (
     "\u00a0\u2009\u202f\u2019"  # blanks that do not break and the apostrophe, as some programs put between thousands
 )
+_OPENED = re.compile(r'(?:^|[,;\t|])\s*"[^"]*$')
+_LONGEST_CELL = 20  # lines that a quoted cell may have
 _SENSORS = 1000  # rows by which rows of several sensors are told
 _SENSOR = re.compile(r"\b(id|sensor|signal|channel|node|device|type|source|name)\b", re.IGNORECASE)
 _MIXED = 0.2  # of the rows in which the word changes
@@ -52,7 +54,7 @@ def read_text(
     ------
     InputError : the encoding does not fit, a column is not there or twice, a line has too many cells.
     """
-    lines = _decoded(path, options, notes).split("\n")
+    lines = _whole_cells(_decoded(path, options, notes).split("\n"))
     if where:
         lines = _rows_where(lines, options, where, path)
     layout = find_layout(lines[: options.skip + _LOOK + 2000], options, path, notes)
@@ -65,6 +67,22 @@ def read_text(
     columns = {name: _column(name, frame[name], layout, places[name]) for name in lost}
     mixed = None if where else _mixed(rows.lines[:_SENSORS], layout, set(places.values()), notes)
     return Table(columns, first_row=layout.start + 1, lines=np.array(rows.numbers), mixed=mixed)
+
+
+def _whole_cells(lines: list[str]) -> list[str]:
+    """Lines of which those within a quoted cell are joined by blanks; blank lines keep the numbers of the others."""
+    number = 0
+    while number < len(lines):
+        count = lines[number].count('"')
+        end = number
+        opened = count % 2 and _OPENED.search(lines[number])
+        while opened and count % 2 and end + 1 < min(len(lines), number + _LONGEST_CELL):
+            end += 1
+            count += lines[end].count('"')
+        if end > number and not count % 2:
+            lines[number : end + 1] = [" ".join(lines[number : end + 1]), *[""] * (end - number)]
+        number = end + 1 if not count % 2 else number + 1
+    return lines
 
 
 def _mixed(lines: list[str], layout: Layout, wanted: set[int], notes: Notes) -> str | None:

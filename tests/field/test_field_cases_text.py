@@ -345,3 +345,12 @@ def test_thousands_of_whole_numbers_beside_decimal_commas(tmp_path: Path):
 def test_column_of_where_that_is_not_there_is_named(tmp_path: Path):
     line = refusal(tmp_path, PLAIN, followed(mapped(), {"rows": {"where": {"sensr": "acc"}}}))
     assert line.endswith("no column 'sensr'; there are: 't', 'az'")
+
+
+def test_quoted_cell_over_several_lines(tmp_path: Path):
+    rows = [f'{line},"{"wet" + chr(10) + "rail" if number == 7 else "dry"}"' for number, line in enumerate(LINES[1:])]
+    rows[30] = rows[30].replace(",9", ",x9")
+    line = refusal(tmp_path, "\n".join([f"{LINES[0]},note", *rows]) + "\n", mapped())
+    assert "row 33 holds 'x9" in line  # the line of the file
+    rows[30] = rows[30].replace(",x9", ",9")
+    assert right(run(tmp_path, "\n".join([f"{LINES[0]},note", *rows]) + "\n", mapped()))
