@@ -248,6 +248,11 @@ def speed_channel(measurements: Measurements) -> str | None:
     return str(stated)
 
 
+def states_speed(measurements: Measurements) -> bool:
+    """Whether the recording itself states a channel that the speed is to be taken from."""
+    return measurements.about.get(_STATED) not in (None, "refined") and speed_channel(measurements) is not None
+
+
 def _resolved(measurements: Measurements, source: SpeedSource) -> SpeedSource:
     """The recording's statement goes before the estimator's default."""
     return "refined" if measurements.about.get(_STATED) == "refined" else source

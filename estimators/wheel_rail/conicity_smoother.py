@@ -10,7 +10,6 @@ from typing import ClassVar
 import numpy as np
 
 from estimators.interface import Estimate, Estimator
-from estimators.speed.odometry import has_speed
 from estimators.vehicle.creep import DRY_WORKING
 from estimators.vehicle.single_wheelset import fits, wheelset_model
 from estimators.wheel_rail.conicity_kernel import Numbers, WheelsetRecord
@@ -19,7 +18,7 @@ from estimators.wheel_rail.constant_gauge import on_constant_gauge
 from estimators.wheel_rail.rail_process import Corners, process
 from estimators.wheel_rail.straight import told_of_curves
 from estimators.wheel_rail.varying_gauge import Gauge, level_of, on_varying_gauge
-from estimators.wheel_rail.wheelset_motion import BODY, TRANSDUCER, YAW, filled, wheelset_speed
+from estimators.wheel_rail.wheelset_motion import BODY, TRANSDUCER, YAW, filled, has_wheel_speed, wheelset_speed
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -79,7 +78,7 @@ class ConicitySmoother(Estimator, frozen=True):
 
     def fits(self, measurements: Measurements) -> bool:
         """Whether the channels and the parameters of a single wheelset are there."""
-        return super().fits(measurements) and has_speed(measurements) and fits(measurements.vehicle)
+        return super().fits(measurements) and has_wheel_speed(measurements) and fits(measurements.vehicle)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Fit the function, then smooth.

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate, Estimator
-from estimators.speed.odometry import channel_speeds, has_speed, speed_channel
+from estimators.speed.odometry import channel_speeds, speed_channel, states_speed
 from estimators.vehicle.creep import DRY
 from estimators.vehicle.single_wheelset import WheelsetModel, coefficients, fits, wheelset_model
 from estimators.wheel_rail import contact_filter as kernels
@@ -235,12 +235,12 @@ def read(measurements: Measurements) -> Grid:
 
 def without_speed(missing: list[str], measurements: Measurements) -> list[str]:
     """Channels that are missing, less the tachometer's where the recording states another source of speed."""
-    return [name for name in missing if name != SPEED or not has_speed(measurements)]
+    return [name for name in missing if name != SPEED or not states_speed(measurements)]
 
 
 def held(measurements: Measurements, time: np.ndarray) -> np.ndarray:
     """Last known wheel speed at the times, NaN before the first; or the speed by the source that is stated."""
-    if speed_channel(measurements) != SPEED:
+    if states_speed(measurements) and speed_channel(measurements) != SPEED:
         speeds = channel_speeds(measurements)
         return np.interp(time, speeds.time, speeds.speed)
     good = np.isfinite(measurements[SPEED])

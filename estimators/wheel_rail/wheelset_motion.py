@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimators.signals.bands import ORDER, transform
-from estimators.speed.odometry import channel_speeds, has_speed, speed_channel
+from estimators.speed.odometry import channel_speeds, speed_channel, states_speed
 from estimators.vehicle.parameters import numbers
 from railsim.constants import GRAVITY
 from railsim.data_sheet import data_sheet
@@ -77,7 +77,12 @@ class WheelsetMotion:
 def has_motion(measurements: Measurements) -> bool:
     """Whether the recording has a yaw gyro, a speed and one of the two sources of the lateral position."""
     lateral = SIDE in measurements or (BODY in measurements and TRANSDUCER in measurements)
-    return YAW in measurements and lateral and has_speed(measurements)
+    return YAW in measurements and lateral and has_wheel_speed(measurements)
+
+
+def has_wheel_speed(measurements: Measurements) -> bool:
+    """Whether there is the tachometer of wheelset 1, or another source of speed that the recording states."""
+    return any(name in measurements for name in SPEEDS) or states_speed(measurements)
 
 
 def wheelset_motion(measurements: Measurements, longest: float, highest: float) -> WheelsetMotion:
@@ -129,7 +134,10 @@ def wheelset_speed(measurements: Measurements, time: np.ndarray) -> np.ndarray:
     ------
     InputError : neither tachometer nor another source of speed.
     """
-    name = speed_channel(measurements)
+    name = speed_channel(measurements) if states_speed(measurements) else None
+    name = name or next((one for one in SPEEDS if one in measurements), None)
+    if name is None:
+        raise InputError(f"no speed: add a tachometer that gives '{SPEEDS[0]}', or state a 'speed_source'")
     if name not in SPEEDS:
         speeds = channel_speeds(measurements)
         known = np.isfinite(speeds.speed)
