@@ -6,7 +6,7 @@
 import argparse
 import json
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -54,6 +54,8 @@ WHOLE_SPREAD = {
 }
 """The same of whole vehicles: dampers may be all but gone, and what changes the mass is the payload."""
 PAYLOADS = (0.0, 0.4)  # over the body's mass
+SEVERITIES = (0.05, 0.4)  # of worn profiles
+NOMINAL, VARIED, FAULTY = KINDS = ("nominal", "off nominal", "faulty")
 WORN = 0.5  # share of them with S1002 wheels on 60E1 rails, whose conicity changes with the shift
 CONICITIES = (0.07, 0.22)  # of these vehicles' wheels; new to worn (illustrative)
 LEFT = 2  # tracks that are left out at a time
@@ -66,6 +68,17 @@ class CalibrationTrack(NamedTuple):
     seed: int
     factors: tuple[float, float, float, float]
     grade: str
+
+
+class CalibrationRun(NamedTuple):
+    """One run: places of the track in `TRACKS` and of the level in `LEVELS`, m/s, seed, the track's file, its kind."""
+
+    track: int
+    speed: float
+    level: int
+    seed: int
+    path: Path
+    kind: str
 
 
 TRACKS = (
@@ -102,46 +115,63 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--out", default=str(SHIPPED))
     given = parser.parse_args(arguments)
     found = collect(given.vehicle)
-    write(Path(given.out), given.vehicle, {f"{kind}, {window:g} s": fit(found[kind, window]) for kind, window in found})
+    fitted = {f"{kind}, {window:g} s": fit(found[kind, window]) for kind, window in found}
+    write(Path(given.out), given.vehicle, fitted, _apart(given.vehicle) is not None)
 
 
-def write(path: Path, vehicle: str, classifiers: dict[str, Any]) -> None:
-    """Put a vehicle's calibration into the file, in place of an older one."""
-    whole = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"vehicles": {}}
-    whole["vehicles"][vehicle] = {"scenarios": scenarios(), "classifiers": classifiers}
-    lines = json.dumps(whole, separators=(",", ":")).replace('"mean"', '\n"mean"')
+def write(path: Path, vehicle: str, classifiers: dict[str, Any], whole: bool = False) -> None:
+    """Put a (`whole` or half) vehicle's calibration into the file, in place of an older one."""
+    stored = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"vehicles": {}}
+    stored["vehicles"][vehicle] = {
+        "scenarios": scenarios(whole),
+        "classifiers": classifiers,
+    }
+    lines = json.dumps(stored, separators=(",", ":")).replace('"mean"', '\n"mean"')
     path.write_text(lines + "\n", encoding="utf-8")
 
 
-def scenarios() -> dict[str, Any]:
+def scenarios(whole: bool = False) -> dict[str, Any]:
     """What the calibration ran over, as it stands in the file."""
-    return {
+    vehicles = "nominal; on every second track also with factors and conicity at random"
+    found: dict[str, Any] = {
         "tracks": [{**one._asdict(), "factors": list(one.factors)} for one in TRACKS],
         "factors": list(QUANTITIES),
         "speeds [m/s]": list(SPEEDS),
         "speeds vary by": AROUND,
         "duration [s]": DURATION,
         "levels": list(LEVELS),
-        "vehicles": "nominal; on every second track also with factors and conicity at random",
-        "factors of the vehicle": {name: list(bounds) for name, bounds in SPREAD.items()},
+        "vehicles": vehicles + ("; on those between also with worn wheels or a damper gone" if whole else ""),
+        "factors of the vehicle": {name: list(bounds) for name, bounds in (WHOLE_SPREAD if whole else SPREAD).items()},
         "conicities": list(CONICITIES),
         "engine": "compiled",
     }
+    if whole:
+        found |= {"payloads": list(PAYLOADS), "share of S1002 wheels": WORN, "severities of wear": list(SEVERITIES)}
+    return found
 
 
 def collect(vehicle: str) -> dict[tuple[str, float], Windows]:
     """Features of every window of every run, by set of sensors and length of the window."""
+    return gathered(vehicle, _runs(_apart(vehicle) is not None))
+
+
+def gathered(vehicle: str, runs: Iterable[CalibrationRun]) -> dict[tuple[str, float], Windows]:
+    """Features of every window of some runs."""
     rows: dict[tuple[str, float], list[tuple[np.ndarray, float, int, int]]] = {}
     apart = _apart(vehicle)
-    for number, speed, level, seed, path, varied in _runs():
-        settings = {"vehicle": {"name": vehicle, "adhesion": LEVELS[level]}, "track": str(path)}
-        unknown = _unknown(vehicle, seed) if varied else {}
-        settings |= {"start": CLEAR} if varied else {}
-        measurements = recording(settings, speed, DURATION, sensors(TRACKS[number].grade, apart=apart), seed, unknown)
+    for one in runs:
+        settings = {"vehicle": {"name": vehicle, "adhesion": LEVELS[one.level]}, "track": str(one.path)}
+        unknown = _unknown(vehicle, one.seed) if one.kind != NOMINAL else {}
+        effects: list[dict[str, Any]] = []
+        if one.kind == FAULTY:
+            unknown, effects = _faulty(unknown, one.seed)
+        settings |= {"start": CLEAR} if one.kind != NOMINAL else {}
+        suite = sensors(TRACKS[one.track].grade, apart=apart)
+        measurements = recording(settings, one.speed, DURATION, suite, one.seed, unknown, effects)
         for kind, signals in signal_sets(measurements):
             for window, hop in HOPS.items():
                 rows.setdefault((kind, window), []).extend(
-                    (features(signals[place], kind, window), speed, level, number)
+                    (features(signals[place], kind, window), one.speed, one.level, one.track)
                     for place in windows(len(signals), window, hop)
                 )
     return {key: Windows(*(np.array(column) for column in zip(*found, strict=True))) for key, found in rows.items()}
@@ -165,17 +195,19 @@ def _apart(vehicle: str) -> float | None:
     return float(nominal["semi_bogie_spacing"]) if is_whole(nominal) else None
 
 
-def _runs() -> Iterator[tuple[int, float, int, int, Path, bool]]:
-    """Place of the track, speed, level, seed, the track's file, whether the vehicle is off its nominal parameters."""
+def _runs(whole: bool, kinds: Sequence[str] = KINDS) -> Iterator[CalibrationRun]:
+    """Nominal vehicles on every track; others on every second one, faulty whole ones on those between."""
     with tempfile.TemporaryDirectory() as folder:
         for number, track in enumerate(TRACKS):
             path = _write(track, Path(folder))
-            for varied in (False, True) if number % 2 == 0 else (False,):
-                rng = np.random.default_rng(track.seed + (2 if varied else 1))
+            here = [NOMINAL, *([VARIED] if number % 2 == 0 else [FAULTY] if whole else [])]
+            for kind in (one for one in here if one in kinds):
+                rng = np.random.default_rng(track.seed + 1 + KINDS.index(kind))
                 for speed in SPEEDS:
                     for level in range(len(LEVELS)):
                         faster = float(np.clip(speed * (1.0 + AROUND * rng.uniform(-1.0, 1.0)), SPEEDS[0], SPEEDS[-1]))
-                        yield number, round(faster, 2), level, int(rng.integers(1 << 30)), path, varied
+                        seed = int(rng.integers(1 << 30))
+                        yield CalibrationRun(number, round(faster, 2), level, seed, path, kind)
             print(f"track {number + 1} of {len(TRACKS)}", flush=True)
 
 
@@ -191,6 +223,19 @@ def _unknown(vehicle: str, seed: int) -> dict[str, Any]:
         if rng.uniform() < WORN:
             return found | {"pair": {"kind": "profiles", "wheel": "s1002", "rail": "uic60_40"}}
     return found | {"pair": {"kind": "smooth", "conicity": float(rng.uniform(*CONICITIES))}}
+
+
+def _faulty(unknown: dict[str, Any], seed: int) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Of a vehicle off its nominal parameters: wheels worn, or dampers gone, by effects."""
+    rng = np.random.default_rng([seed, 1])
+    if rng.uniform() < WORN:
+        worn = {"pair": {"kind": "profiles", "wheel": "s1002", "rail": "uic60_40"}}
+        return unknown | worn, [{"kind": "worn_profile", "severity": float(rng.uniform(*SEVERITIES))}]
+    gone, damper = (
+        ("weak_yaw_damper", "yaw_damper_damping"),
+        ("weak_lateral_damper", "secondary_lateral_damping"),
+    )[int(rng.integers(2))]
+    return {name: value for name, value in unknown.items() if name != damper}, [{"kind": gone, "factor": 0.0}]
 
 
 def _write(track: CalibrationTrack, folder: Path) -> Path:

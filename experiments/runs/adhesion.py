@@ -1,7 +1,7 @@
 """Runs for the adhesion estimators: full sensors as in Fig. 6 of Ward et al. (2011) and roll gyros, or part of them."""
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -74,13 +74,16 @@ def recording(
     suite: list[dict[str, Any]],
     seed: int,
     unknown: Mapping[str, Any] = MappingProxyType({}),
+    effects: Sequence[Mapping[str, Any]] = (),
 ) -> Measurements:
     """What is measured of a run by the compiled engine, of which nothing else is kept.
 
-    `unknown`: settings of the vehicle in truth that the recording does not know, instead of its nominal ones.
+    `unknown`: settings of the vehicle in truth that the recording does not know, instead of its nominal ones; as
+    little as it knows the `effects`.
     """
     stated = scenario(settings, speed, duration, suite)
-    true_scenario = scenario({**settings, "vehicle": {**settings["vehicle"], **unknown}}, speed, duration, suite)
+    real = {**settings, "vehicle": {**settings["vehicle"], **unknown}} | ({"effects": list(effects)} if effects else {})
+    true_scenario = scenario(real, speed, duration, suite)
     with tempfile.TemporaryDirectory() as folder:
         truth = simulate(true_scenario, "compiled", Path(folder) / "truth")
         return measure(truth, stated, seed).measurements
