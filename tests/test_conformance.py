@@ -17,10 +17,7 @@ from railsim.track.survey import TrackErrors
 
 ELSEWHERE = {"figures"}
 """Kinds whose checks are another test's: tests/experiments/figures and tests/golden compute each once."""
-KNOWN = {
-    # one conicity for the whole record, with the spread of its blocks: of half as many it happens to be smaller
-    ("estimators", "conicity_spectral"): {"lost samples"},
-}
+KNOWN: dict[tuple[str, str], set[str]] = {}
 """What falls short and is known to."""
 
 
