@@ -119,8 +119,12 @@ def _sharpened(measured: Measurements, name: str, first: int, last: int, gain: f
 
 
 def _means(values: np.ndarray, first: int, last: int) -> tuple[float, float]:
-    """Within a stretch and outside it."""
-    return float(np.mean(values[first:last])), float(np.mean(np.r_[values[:first], values[last:], values[:1]]))
+    """Within a stretch and outside it; NaN for a stretch without samples."""
+    inside, outside = values[first:last], np.r_[values[:first], values[last:], values[:1]]
+    return (
+        float(np.mean(inside)) if inside.size else float("nan"),
+        float(np.mean(outside)) if outside.size else float("nan"),
+    )
 
 
 def _rustle(measured: Measurements, name: str, bounds: list[float]) -> float:
