@@ -62,6 +62,8 @@ def _start(header: Any, version: str) -> tuple[str | None, bool]:
         return (None, False) if text == _UNDATED else (text, True)
     if int(getattr(header, "time_flags", 0) or 0) & _LOCAL:
         return start.replace(tzinfo=None).isoformat(), True
+    if start.timestamp() == 0.0:
+        return None, False  # nanosecond 0 of 1970: whoever wrote it knew no date
     return start.astimezone(UTC).isoformat(), False
 
 

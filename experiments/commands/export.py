@@ -1,0 +1,101 @@
+"""`railsim export`: a recording or an estimate as one file for other programs, with units and names."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from experiments.reporting.outcome import Outcome
+from railsim.errors import InputError
+from railsim.files import read_json
+
+if TYPE_CHECKING:
+    from railsim.field.writers.interface import Content
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """What to export, and the file."""
+    parser.add_argument("what", metavar="RECORDING|ESTIMATE", help="folder of a recording or of an estimate")
+    parser.add_argument("--to", metavar="FILE", required=True, help="file ending in .csv, .parquet, .mat or .mf4")
+    parser.add_argument(
+        "--map", metavar="MAP.yaml", help="also write the map by which 'railsim import' reads the file of a recording"
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace files that are there already")
+
+
+def execute(given: argparse.Namespace) -> Outcome:
+    """Write the file, and say what stands in it."""
+    from railsim.field.exporting import check_free, export
+
+    what, path = Path(given.what), Path(given.to)
+    kind = _kind(what)
+    if path.resolve().is_relative_to(what.resolve()):
+        raise InputError(f"--to '{path}' lies within the {kind} itself; name a file outside of it")
+    if given.map:
+        _check_map(kind, path, Path(given.map), given.overwrite)
+    check_free(path, given.overwrite)
+    content = _content(what, kind)
+    export(content, path, given.overwrite)
+    result = {"exported": str(path), "kind": kind, "sheets": {one.label: list(one.columns) for one in content.sheets}}
+    lines = [f"{path}: {kind} '{what}'"]
+    lines += [f"  {one.label}: {len(one.axis)} rows of {', '.join(one.columns)}" for one in content.sheets]
+    if given.map:
+        _write_map(what, path, Path(given.map), given.overwrite)
+        result["map"] = str(given.map)
+        lines.append(f"{given.map}: map of it, for 'railsim import {path} --map {given.map} --out DIR'")
+    return Outcome(result, "\n".join(lines))
+
+
+def _kind(folder: Path) -> str:
+    """recording or estimate.
+
+    Raises
+    ------
+    InputError : the folder is neither.
+    """
+    if not folder.is_dir():
+        raise InputError(f"there is no folder '{folder}'; name a recording or an estimate")
+    about = read_json(folder / "about.json", "a recording or an estimate")
+    if "origin" in about:
+        return "recording"
+    if "about" in about:
+        return "estimate"
+    raise InputError(f"'{folder}' is neither a recording nor an estimate; name the folder that --out named")
+
+
+def _content(folder: Path, kind: str) -> "Content":
+    from railsim.field.exporting import recording_content
+    from railsim.field.writers.interface import Content, Sheet
+    from railsim.recording import read_measurements
+
+    if kind == "recording":
+        return recording_content(read_measurements(folder))
+    from estimators.interface import Estimate
+
+    estimate = Estimate.open(folder)
+    columns = {str(name): estimate.series[name].to_numpy(dtype=float) for name in estimate.series.columns}
+    return Content(f"estimate of {estimate.name}", [Sheet(estimate.name, columns)])
+
+
+def _check_map(kind: str, path: Path, map_path: Path, overwrite: bool) -> None:
+    from railsim.field.exporting import check_free
+
+    if kind != "recording":
+        raise InputError("--map is for recordings: an estimate is not imported; leave it out")
+    if map_path.resolve() == path.resolve():
+        raise InputError("--map and --to name the same file; name two")
+    check_free(map_path, overwrite)
+
+
+def _write_map(folder: Path, path: Path, map_path: Path, overwrite: bool) -> None:
+    import yaml
+
+    from railsim.field.exporting import import_map, write_whole
+    from railsim.recording import read_measurements
+
+    mapped = import_map(read_measurements(folder), path)
+    text = yaml.safe_dump(mapped, sort_keys=False, allow_unicode=True, width=120)
+    write_whole(map_path, lambda aside: _text(aside, text), overwrite)
+
+
+def _text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")

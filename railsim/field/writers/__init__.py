@@ -1,0 +1,1 @@
+"""Writers of tables for other programs, one format a file: `write(content, path)`."""

@@ -1,0 +1,81 @@
+"""What a writer is given, and how names and units go into a format."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from railsim.measurements import TIME
+
+_NAME = re.compile(r"(.*\S)\s+\[([^\[\]]+)\]")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Columns of equal length, the axis (time or place) first.
+
+    Attributes
+    ----------
+    label : what stands for the sheet among others, as "256 Hz".
+    columns : float64, shape (n,), by full name, as "bogie.rate_pitch [rad/s]"; NaN is a lost sample.
+    """
+
+    label: str
+    columns: Mapping[str, np.ndarray]
+
+    @property
+    def axis(self) -> np.ndarray:
+        """The first column."""
+        return next(iter(self.columns.values()))
+
+    @property
+    def size(self) -> int:
+        """Bytes of all numbers."""
+        return sum(column.nbytes for column in self.columns.values())
+
+
+@dataclass(frozen=True)
+class Content:
+    """What is written: a recording (a sheet for each rate) or an estimate (one sheet).
+
+    Attributes
+    ----------
+    origin : where it comes from, in one line.
+    sheets : at least one.
+    start : instant of time 0; None where it is not known.
+    """
+
+    origin: str
+    sheets: Sequence[Sheet]
+    start: datetime | None = None
+
+
+Writer = Callable[[Content, Path], None]
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """("bogie.rate_pitch", "rad/s") of "bogie.rate_pitch [rad/s]"; the unit is "" where none stands there."""
+    found = _NAME.fullmatch(name)
+    return (found[1], found[2]) if found else (name, "")
+
+
+def union(sheets: Sequence[Sheet]) -> dict[str, np.ndarray]:
+    """One table of all sheets over all their times; NaN where a sheet has no row.
+
+    Parameters
+    ----------
+    sheets : one of any axis, or several over time.
+    """
+    if len(sheets) == 1:
+        return dict(sheets[0].columns)
+    axis = np.unique(np.concatenate([sheet.axis for sheet in sheets]))
+    columns = {TIME: axis}
+    for sheet in sheets:
+        rows = np.searchsorted(axis, sheet.axis)
+        for name, values in list(sheet.columns.items())[1:]:
+            columns[name] = np.full(axis.size, np.nan)
+            columns[name][rows] = values
+    return columns
