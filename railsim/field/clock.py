@@ -101,10 +101,12 @@ def _seconds(base: Seconds, table: Table, notes: Notes) -> Clock:
         notes.assume(f"column '{base.column}' holds durations, by its type in the file")
         return Clock(values, None)
     seconds = parse_unit(base.unit).to_si(values)
-    if base.unit == "s" and _looks_like_days(values):
+    days = _counted_days(values) if base.unit == "s" else None
+    if days is not None:
+        whose = "spreadsheets do" if days == "excel" else "MATLAB's datenum does"
         raise InputError(
-            f"column '{base.column}' counts days as spreadsheets do, by its size and steps; write 'time: {{kind: "
-            f'epoch, column: "{base.column}", unit: excel}}\''
+            f"column '{base.column}' counts days as {whose}, by its size and steps; write 'time: {{kind: "
+            f'epoch, column: "{base.column}", unit: {days}}}\''
         )
     if looks_like_epoch(seconds):
         notes.assume(
@@ -114,16 +116,20 @@ def _seconds(base: Seconds, table: Table, notes: Notes) -> Clock:
     return Clock(seconds, None)
 
 
-_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "excel": 86_400.0}
+_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "excel": 86_400.0, "datenum": 86_400.0}
 _SERIAL = 25_569.0  # days from the zero of spreadsheets, 30 December 1899, to 1970
+_DATENUM = 719_529.0  # days from the zero of MATLAB's datenum, year 0, to 1970
 _RECENT = (6.3e8, 4.1e9)  # s since 1970: 1990 to 2100
 
 
-def _looks_like_days(values: np.ndarray) -> bool:
-    """Whether elapsed times are days of a spreadsheet: of this century, in steps far below a second's."""
+def _counted_days(values: np.ndarray) -> str | None:
+    """Whose days elapsed times are, `excel` or `datenum`: of this century, in steps far below a second's."""
     good = values[np.isfinite(values)]
-    days = (_RECENT[0] / 86_400 + _SERIAL, _RECENT[1] / 86_400 + _SERIAL)
-    return bool(good.size > 2 and days[0] < np.median(good) < days[1] and 0 < np.median(np.diff(good)) < 1e-4)
+    if good.size < 3 or not 0 < np.median(np.diff(good)) < 1e-4:
+        return None
+    since = {"excel": _SERIAL, "datenum": _DATENUM}
+    middle = float(np.median(good))
+    return next((one for one, zero in since.items() if _RECENT[0] < 86_400 * (middle - zero) < _RECENT[1]), None)
 
 
 def looks_like_epoch(seconds: np.ndarray) -> bool:
@@ -138,7 +144,7 @@ def _epoch(base: Epoch, table: Table, notes: Notes) -> Clock:
     if not good.any():
         raise InputError(f"column '{base.column}' holds no time at all; name another")
     middle = float(np.median(values[good]))
-    zero = dict.fromkeys(_UNITS, 0.0) | {"excel": _SERIAL}
+    zero = dict.fromkeys(_UNITS, 0.0) | {"excel": _SERIAL, "datenum": _DATENUM}
     fitting = [one for one, factor in _UNITS.items() if _RECENT[0] < factor * (middle - zero[one]) < _RECENT[1]]
     unit = base.unit or next(iter(fitting), None)
     if unit is None or unit not in fitting:

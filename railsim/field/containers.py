@@ -9,15 +9,6 @@ _ARCHIVES = (
     (b"PK\x03\x04", "a zip"), (b"\x1f\x8b", "a gzip"), (b"BZh", "a bzip2"), (b"\xfd7zXZ\0", "an xz"),
     (b"\x28\xb5\x2f\xfd", "a zstd"), (b"7z\xbc\xaf\x27\x1c", "a 7z"), (b"Rar!", "a rar"),
 )  # fmt: skip
-_MATLAB = (
-    "import scipy.io, pandas; d = scipy.io.loadmat('{file}', squeeze_me=True); "
-    "pandas.DataFrame({{k: v for k, v in d.items() if getattr(v, 'ndim', 0) == 1}}).to_csv('{stem}.csv', index=False)"
-)
-_HDF5 = (
-    "import h5py, pandas; d = h5py.File('{file}'); "
-    "pandas.DataFrame({{k: v[()].ravel() for k, v in d.items() if hasattr(v, 'shape')}})"
-    ".to_csv('{stem}.csv', index=False)"
-)
 _WAVE = (
     "import scipy.io.wavfile, numpy; _, d = scipy.io.wavfile.read('{file}'); "
     "numpy.savetxt('{stem}.csv', d.reshape(len(d), -1), delimiter=',')"
@@ -43,12 +34,6 @@ def other_container(path: Path) -> str | None:
     for mark, name in _ARCHIVES:
         if head.startswith(mark):
             return f"is an archive; unpack it and import the file inside ({name} file)"
-    if head.startswith(b"MATLAB 5.0 MAT-file"):
-        return f"is a MATLAB file (version 5); write its vectors to a text table: {_python(_MATLAB, names)}"
-    if head.startswith((b"MATLAB 7.3", b"\x89HDF\r\n\x1a\n")):
-        kind = "a MATLAB file (version 7.3, HDF5)" if head.startswith(b"MATLAB") else "an HDF5 file"
-        again = f", or save it in MATLAB by save('{path.name}', '-v7')" if head.startswith(b"MATLAB") else ""
-        return f"is {kind}; write its vectors to a text table by h5py: {_python(_HDF5, names)}{again}"
     if head.startswith(b"RIFF") and head[8:12] == b"WAVE":
         return (
             f"is sound (WAV){_sound_rate(head)}; write it as text: {_python(_WAVE, names)}, and read that by "

@@ -39,7 +39,7 @@ def import_file(
     mapped = load_map(map_path)
     if isinstance(mapped, TrackMap):
         if len(paths) != 1 or paths[0].is_dir():
-            raise InputError(f"'{paths[-1]}': a track stands in one file; give a CSV, Parquet, MDF or TDMS file")
+            raise InputError(f"'{paths[-1]}': a track stands in one file; name that file alone")
         import_track(paths[0], mapped, map_path.parent, out, notes, guard)
         return Imported("track", out, notes)
     import_recording(paths, mapped, map_path.parent, out, notes, guard)

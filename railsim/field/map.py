@@ -19,6 +19,8 @@ Repair = Literal[
     "sort", "continue", "drop_duplicates", "spread", "drop_untimed", "drop_outliers", "snap", "resample", "fill"
 ]
 
+Format = Literal["csv", "parquet", "mdf4", "tdms", "mat", "hdf5"]
+
 
 class Csv(Spec, frozen=True):
     """How a text table is written; what is not given is found by a rule, and said."""
@@ -133,7 +135,7 @@ class RecordingMap(Spec, frozen=True):
 
     kind: Literal["recording"] = "recording"
     origin: str = quantity(unit="where and how it was measured", source=MAP, min_length=1)
-    format: Literal["csv", "parquet", "mdf4", "tdms"] | None = quantity(None, unit="-", source=MAP)
+    format: Format | None = quantity(None, unit="-", source=MAP)
     csv: Csv = quantity(Csv(), unit="-", source=MAP)
     vehicle: str | dict[str, Any] = quantity(unit="shipped vehicle, or nominal parameters in SI units", source=MAP)
     speed_source: str | None = quantity(None, unit="channel that gives the speed, or refined", source=MAP)
@@ -198,7 +200,7 @@ class TrackMap(Spec, frozen=True):
 
     kind: Literal["track"]
     origin: str = quantity(unit="where and how it was measured", source=MAP, min_length=1)
-    format: Literal["csv", "parquet", "mdf4", "tdms"] | None = quantity(None, unit="-", source=MAP)
+    format: Format | None = quantity(None, unit="-", source=MAP)
     csv: Csv = quantity(Csv(), unit="-", source=MAP)
     group: str | int | None = quantity(None, unit="name or number (from 0) of the file's group", source=MAP)
     kilometrage: Kilometrage = quantity(unit="-", source=MAP)

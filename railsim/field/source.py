@@ -14,8 +14,11 @@ from railsim.field.readers.interface import Wanted
 from railsim.field.tables import Notes, Table
 from railsim.field.text import read_text
 
-_SIGNATURES = ((b"PAR1", "parquet"), (b"MDF     ", "mdf4"), (b"TDSm", "tdms"))
-_NAMES = {"csv": "text", "parquet": "Parquet", "mdf4": "MDF", "tdms": "TDMS"}
+_SIGNATURES = (
+    (b"PAR1", "parquet"), (b"MDF     ", "mdf4"), (b"TDSm", "tdms"), (b"MATLAB 5", "mat"), (b"MATLAB 7", "mat"),
+    (b"\x89HDF\r\n\x1a\n", "hdf5"),
+)  # fmt: skip
+_NAMES = {"csv": "text", "parquet": "Parquet", "mdf4": "MDF", "tdms": "TDMS", "mat": "MATLAB", "hdf5": "HDF5"}
 
 
 def find_format(path: Path, stated: str | None, notes: Notes) -> str:

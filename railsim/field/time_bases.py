@@ -48,8 +48,8 @@ class Epoch(Spec, frozen=True):
 
     kind: Literal["epoch"]
     column: ColumnName = quantity(unit="column", source=MAP)
-    unit: Literal["s", "ms", "us", "ns", "excel"] | None = quantity(
-        None, unit="else by the size of the numbers; excel: days of a spreadsheet", source=MAP
+    unit: Literal["s", "ms", "us", "ns", "excel", "datenum"] | None = quantity(
+        None, unit="else by the size of the numbers; days: excel of a spreadsheet, datenum of MATLAB", source=MAP
     )
     lost: tuple[float | str, ...] = quantity((), unit=_LOST, source=MAP)
 

@@ -1,4 +1,4 @@
-"""A recording as loggers would write it: foreign units, one sign turned round, four formats; and the map to it."""
+"""A recording as loggers would write it: foreign units, one sign turned round, six formats; and the map to it."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -113,11 +113,57 @@ def write_tdms(seen: Measurements, folder: Path) -> Written:
     return path, whole_map(seen, groups=groups)
 
 
+def write_mat(seen: Measurements, folder: Path) -> Written:
+    """A struct a rate, units beside the vectors."""
+    from scipy.io import savemat
+
+    path = folder / "data.mat"
+    structs, groups = {}, {}
+    for rate, table in tables(seen).items():
+        units = {_field(name): _unit(name, seen) for name in table if name != "t"}
+        structs[f"r{rate:g}"] = {_field(name): values for name, values in table.items()} | {"units": units}
+        groups[rate] = {"group": f"r{rate:g}"}
+    savemat(path, structs, long_field_names=True, do_compression=True)
+    return path, _with_fields(whole_map(seen, groups=groups))
+
+
+def write_hdf5(seen: Measurements, folder: Path) -> Written:
+    """As a measuring train writes RCM-DX: a data source a rate with timestamps, a group a channel."""
+    import h5py
+
+    path, groups = folder / "data.rcmdx", {}
+    start = 1_714_730_400_000_000_000
+    with h5py.File(path, "w") as file:
+        for rate, table in tables(seen).items():
+            source = file.create_group(f"RCMDX/20240503_100000.000/TRAIN/SYSTEM/RATE_{rate:g}")
+            stamps = start + np.rint(1e6 * table["t"]).astype(np.int64)
+            source.create_dataset("timestamp", data=stamps, compression="gzip", chunks=True)
+            for name, values in table.items():
+                if name != "t":
+                    data = source.create_dataset(f"{_field(name)}/data", data=values, compression="gzip", chunks=True)
+                    data.attrs["Unit"] = _unit(name, seen)
+            groups[rate] = {"group": f"RATE_{rate:g}", "time": {"kind": "own"}}
+    return path, _with_fields(whole_map(seen, groups=groups))
+
+
+def _field(name: str) -> str:
+    return name.replace(" ", "_")
+
+
+def _with_fields(mapped: dict[str, Any]) -> dict[str, Any]:
+    for table in mapped["tables"]:
+        for channel in table["channels"].values():
+            channel["column"] = _field(channel["column"])
+    return mapped
+
+
 WRITERS: dict[str, Callable[[Measurements, Path], Written]] = {
     "csv": write_csv,
     "parquet": write_parquet,
     "mdf4": write_mdf4,
     "tdms": write_tdms,
+    "mat": write_mat,
+    "hdf5": write_hdf5,
 }
 
 
