@@ -9,7 +9,7 @@ from experiments.reporting.outcome import Outcome
 def configure(parser: argparse.ArgumentParser) -> None:
     """File, map and folder."""
     parser.add_argument(
-        "file", metavar="FILE", nargs="+", help="CSV, Parquet, MDF, TDMS, MATLAB or HDF5; several of one recording"
+        "file", metavar="FILE", nargs="+", help="CSV, Parquet, MDF, TDMS, MATLAB, HDF5, NMEA, GPX; or several"
     )
     parser.add_argument("--map", metavar="MAP.yaml", required=True, help="what its columns mean: docs/field_data.md")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of the recording; track.csv for a track")

@@ -62,7 +62,7 @@ def _without_cure(head: bytes, names: dict[str, str]) -> str | None:
     if head.startswith(b"%PDF"):
         return "is a PDF; ask for the numbers as CSV"
     if head.lstrip(b"\xef\xbb\xbf \r\n\t")[:1] == b"<" and b">" in head:
-        kind = "GPX" if b"<gpx" in head else "TDM (DIAdem)" if b"<usi:tdm" in head else "XML or HTML"
+        kind = "TDM (DIAdem)" if b"<usi:tdm" in head else "XML or HTML"
         return f"is {kind}, no table; {export}"
     if head.lstrip(b"\xef\xbb\xbf \r\n\t")[:1] in (b"{", b"["):
         reader = _TABLE.replace("{reader}", "read_json").replace("{more}", "")

@@ -202,4 +202,6 @@ def _unpack(head: dict[str, Any], answer: Answer) -> Table:
             column["name"], values, column["unit"], bool(column["instants"]), duration=bool(column["duration"])
         )
     clock = None if head["clock"] is None else answer.numbers(int(head["clock"]))
-    return Table(columns, clock, head["start"], cut_short=bool(head["cut_short"]), local=bool(head["local"]))
+    told = tuple(str(one)[:200] for one in head["told"])
+    cut_short, local = bool(head["cut_short"]), bool(head["local"])
+    return Table(columns, clock, head["start"], cut_short=cut_short, local=local, told=told)

@@ -19,7 +19,7 @@ Repair = Literal[
     "sort", "continue", "drop_duplicates", "spread", "drop_untimed", "drop_outliers", "snap", "resample", "fill"
 ]
 
-Format = Literal["csv", "parquet", "mdf4", "tdms", "mat", "hdf5"]
+Format = Literal["csv", "parquet", "mdf4", "tdms", "mat", "hdf5", "nmea", "gpx"]
 
 
 class Csv(Spec, frozen=True):

@@ -1,5 +1,6 @@
 """Opening the file: which format it is, and the columns that the map asks for."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from hashlib import file_digest
@@ -18,7 +19,10 @@ _SIGNATURES = (
     (b"PAR1", "parquet"), (b"MDF     ", "mdf4"), (b"TDSm", "tdms"), (b"MATLAB 5", "mat"), (b"MATLAB 7", "mat"),
     (b"\x89HDF\r\n\x1a\n", "hdf5"),
 )  # fmt: skip
-_NAMES = {"csv": "text", "parquet": "Parquet", "mdf4": "MDF", "tdms": "TDMS", "mat": "MATLAB", "hdf5": "HDF5"}
+_NAMES = {"csv": "text", "parquet": "Parquet", "mdf4": "MDF", "tdms": "TDMS", "mat": "MATLAB", "hdf5": "HDF5",
+          "nmea": "NMEA 0183", "gpx": "GPX"}  # fmt: skip
+_SENTENCE = re.compile(rb"\$[A-Z]{2}(?:RMC|GGA|VTG|ZDA|GLL|GSA|GSV|GNS|GST|TXT|HDT),|\$P[A-Z]{3,6},")
+_LOOK = 4096  # bytes
 
 
 def find_format(path: Path, stated: str | None, notes: Notes) -> str:
@@ -37,7 +41,7 @@ def find_format(path: Path, stated: str | None, notes: Notes) -> str:
         raise InputError(f"'{path}' is empty; copy it again")
     if head == b"UnFinMF ":
         raise InputError(f"'{path}' is an unfinished MDF4 file; finalise it with the logger's software")
-    detected = next((name for mark, name in _SIGNATURES if head.startswith(mark)), "csv")
+    detected = next((name for mark, name in _SIGNATURES if head.startswith(mark)), None) or _by_content(path)
     other = other_container(path) if detected == "csv" else None
     if other is not None:
         raise InputError(f"'{path}' {other}")
@@ -46,6 +50,17 @@ def find_format(path: Path, stated: str | None, notes: Notes) -> str:
     elif stated != detected:
         raise InputError(f"'{path}' is a {_NAMES[detected]} file, the map says {_NAMES[stated]}; correct 'format'")
     return detected
+
+
+def _by_content(path: Path) -> str:
+    """A receiver's log, a GPX file, or text."""
+    with path.open("rb") as file:
+        head = file.read(_LOOK)
+    if head.lstrip(b"\xef\xbb\xbf \r\n\t")[:1] == b"<" and b"<gpx" in head:
+        return "gpx"
+    lines = [line for line in head.splitlines() if line.strip()]
+    sentences = sum(bool(_SENTENCE.search(line)) for line in lines)
+    return "nmea" if lines and 2 * sentences > len(lines) else "csv"
 
 
 def read_tables(
@@ -79,6 +94,8 @@ def read_tables(
             tables = own.read(kind, path, list(wanted))
     else:
         tables = guard.read(kind, path, list(wanted))
+    for text in dict.fromkeys(text for table in tables for text in table.told):
+        notes.repair(text)
     if any(table.cut_short for table in tables):
         notes.repair(f"the {_NAMES[kind]} file ends within its last segment: what is there is taken")
     return tables

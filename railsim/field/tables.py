@@ -46,6 +46,7 @@ class Table:
     mixed : line of the map that takes the rows of one sensor, where a column seems to name that of each row.
     local : whether `start` is a local time whose zone the file does not state.
     cut_short : whether the file ends before the rows that it states; those that are there are held.
+    told : what the reader left out, one line each.
     """
 
     columns: dict[str, Column]
@@ -56,6 +57,7 @@ class Table:
     lines: np.ndarray | None = None
     local: bool = False
     mixed: str | None = None
+    told: tuple[str, ...] = ()
 
     def line(self, row: int) -> int:
         """Number of a row for messages."""

@@ -105,6 +105,7 @@ def _pack(tables: list[Table]) -> tuple[dict[str, Any], list[np.ndarray]]:
                 "start": table.start,
                 "cut_short": table.cut_short,
                 "local": table.local,
+                "told": table.told,
             }
         )
     return {"tables": heads}, arrays

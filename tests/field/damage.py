@@ -19,6 +19,7 @@ from railsim.field.importing import import_file
 from railsim.profiles.files import read_profile
 from railsim.track.files import read_track
 from tests.field.formats import WRITERS, save_map
+from tests.field.positions import gpx, nmea, way
 
 WORDS = [b"\xff" * 8, b"\0" * 8, struct.pack("<q", 2**62), struct.pack("<q", -1), struct.pack("<I", 2**31 - 1), b"\x7f"]
 TEXTS = [
@@ -96,6 +97,7 @@ def targets(original: Recording, guard: Guard, folder: Path) -> list[Target]:
         )
     found.append(_track_import(folder / "car", guard))
     found += _tables(folder / "others", short)
+    found += [_receiver(folder / "receiver", kind, guard) for kind in ("nmea", "gpx")]
     return found
 
 
@@ -151,6 +153,17 @@ def _track_import(folder: Path, guard: Guard) -> Target:
     map_file.write_text(yaml.safe_dump(mapped))
     path = folder / "car.csv"
     return Target("car", path, lambda out: import_file(path, map_file, out / "track.csv", guard), True, 0.05)
+
+
+def _receiver(folder: Path, kind: str, guard: Guard) -> Target:
+    folder.mkdir(exist_ok=True)
+    path, map_file = folder / f"log.{kind}", folder / f"{kind}.yaml"
+    path.write_text(nmea(way(25)) if kind == "nmea" else gpx(way(25)))
+    names = ("latitude [deg]", "longitude [deg]", "speed [m/s]")
+    channels = {f"gnss.{name}": {"column": name.partition(" ")[0]} for name in names}
+    tables = [{"time": {"kind": "own"}, "repair": ["sort", "drop_duplicates", "resample"], "channels": channels}]
+    map_file.write_text(yaml.safe_dump({"origin": "test", "vehicle": "manchester", "tables": tables}))
+    return Target(kind, path, _importer(path, map_file, guard), True, 0.1)
 
 
 def _tables(folder: Path, short: Recording) -> list[Target]:

@@ -288,7 +288,7 @@ def test_other_container_becomes_text_by_the_line_of_python(tmp_path: Path, kind
         (b"|CF,2,1,1;|CK,1,3,1,1;|NO,1,5", "is an imc FAMOS file; export it as CSV"),
         (b"SQLite format 3\0" + b"\0" * 50, "is a SQLite database; export the table"),
         (b"LOGG" + b"\x90\0\0\0" * 9, "is a CAN log"),
-        (b'<?xml version="1.0"?><gpx version="1.1">', "is GPX, no table"),
+        (b'<?xml version="1.0"?><kml version="2.2">', "is XML or HTML, no table"),
         (b'[{"t": 0, "az": 1}]', "is JSON, no table"),
         (b"\x1f\x8b\x08" + b"\0" * 40, "is an archive; unpack it"),
     ],

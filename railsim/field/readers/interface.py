@@ -1,6 +1,6 @@
 """What a reader is asked for, and what its module must hold."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -87,6 +87,43 @@ def column(name: str, values: Any, unit: str | None) -> Column:
         texts = [_text(value) for value in array.tolist()]
         return Column(name, texts, unit)
     raise InputError(f"column '{name}' holds values of type {array.dtype}; choose one with numbers")
+
+
+def from_fixes(
+    wanted: Wanted,
+    seconds: np.ndarray,
+    start: str | None,
+    columns: Mapping[str, np.ndarray],
+    units: Mapping[str, str],
+    kind: str,
+    told: Sequence[str],
+) -> Table:
+    """The wanted columns of a receiver's fixes.
+
+    Parameters
+    ----------
+    wanted : columns, "time" and the clock among them; there are no groups.
+    seconds : after `start` (UTC), shape (n,), NaN where a fix has no time.
+    columns, units : all columns and their units by name.
+    kind : what the file is, for messages.
+    told : what was left out.
+
+    Raises
+    ------
+    InputError : a column that is not there or holds nothing, or a group.
+    """
+    if wanted.group is not None:
+        raise InputError(f"{kind} has no groups; leave 'group' out")
+    found: dict[str, Column] = {}
+    there = [name for name, values in columns.items() if np.isfinite(values).any()]
+    for name in wanted.columns:
+        if name == "time":
+            found[name] = Column(name, seconds, "s", start is not None)
+        elif name in there:
+            found[name] = Column(name, columns[name], units.get(name))
+        else:
+            raise missing(name, ["time", *there], "column")
+    return Table(found, seconds if wanted.clock else None, start, told=tuple(told))
 
 
 def instants(name: str, nanoseconds: np.ndarray, lost: np.ndarray) -> tuple[Column, str]:
