@@ -9,6 +9,7 @@ import pytest
 from experiments.cli import main
 from railsim import Recording
 from railsim.track.files import read_track
+from tests.field.positions import gpx, nmea, way
 
 TEXT = (Path(__file__).parents[2] / "docs" / "field_data.md").read_text()
 EXAMPLES = {
@@ -34,6 +35,16 @@ def test_recording(capsys: pytest.CaptureFixture[str]):
     assert seen["bogie.acceleration_x [m/s2]"][[0, 2]] == pytest.approx([0.0980665, np.nan], nan_ok=True)
     assert seen["gnss.speed [m/s]"] == pytest.approx([72.1 / 3.6, 72.3 / 3.6, 72.2 / 3.6])
     assert seen.sensor("bogie.acceleration_x [m/s2]")["position"] == [0.2, 0.0, 0.1]
+
+
+@pytest.mark.parametrize("kind", ["nmea", "gpx"])
+def test_positions(kind: str):
+    one = way()
+    Path("ride.log").write_text(nmea(one) if kind == "nmea" else gpx(one))
+    assert main(["import", "ride.log", "--map", "ride.yaml", "--out", "out"]) == 0
+    seen = Recording.open("out").measurements
+    assert seen["gnss.latitude [deg]"] == pytest.approx(one.latitude, abs=1e-7)
+    assert seen["gnss.longitude [deg]"] == pytest.approx(one.longitude, abs=1e-7)
 
 
 def test_track():
