@@ -1,6 +1,11 @@
-"""Figure 9: densities of the estimated lateral forces on both wheelsets for four adhesion conditions."""
+"""Figure 9: densities of the estimated lateral forces on both wheelsets for four adhesion conditions.
+
+One run is shown, as in the paper; `force_peaks` repeats it over wheel-rail pairs, tracks and speeds. Which wheelset of
+a whole vehicle tells adhesion best is the figure `adhesion_wheelsets`.
+"""
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -13,6 +18,7 @@ from estimators.adhesion.adhesion_creep_forces_profile import AdhesionCreepForce
 from estimators.adhesion.channels import RATE, high_pass
 from estimators.adhesion.classifier import LEVELS
 from estimators.adhesion.creep_force_estimator import SETTLE
+from experiments.figures import force_peaks
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, above
 from experiments.reporting.plots import BLUE, GREEN, PURPLE, RED
@@ -31,6 +37,9 @@ COLOURS = dict(zip(LEVELS, (GREEN, BLUE, RED, PURPLE), strict=True))
 UNKNOWN, PROFILE, TRUE = "unknown input", "nominal profile known", "true creep force"
 FREQUENCY = "frequency [Hz]"
 LATERAL, MOMENT = "lateral force [N2/Hz]", "yaw moment [N2 m2/Hz]"
+KINDS = ((UNKNOWN, LATERAL), (UNKNOWN, MOMENT), (PROFILE, LATERAL), (TRUE, LATERAL))
+NAMES = [f"{kind}: {quantity}" for kind, quantity in KINDS]
+"""Columns of the peaks over pairs, tracks and speeds."""
 
 
 class Fig09(Figure):
@@ -43,11 +52,13 @@ class Fig09(Figure):
             one = scenario(settings, SPEED, SHORT if size.reduced else DURATION, sensors("mems"))
             truth, measured = run(one, 9, "compiled" if size.reduced else "exudyn")
             columns |= _densities(truth, measured, level)
-        return pd.DataFrame(columns)
+        peaks = force_peaks.sweep(size, VEHICLE, NAMES, _peaks)
+        return pd.concat([pd.DataFrame(columns), peaks], ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.5, 8.4), layout="constrained")
-        axes = picture.subplots(2, 2, sharex=True)
+        table, peaks = _parts(table)
+        picture = Picture(figsize=(17.0, 8.4), layout="constrained")
+        axes = picture.subplots(2, 3)
         for number, wheelset in WHEELSETS.items():
             _draw(axes[0, number - 1], table, number, UNKNOWN, LATERAL)
             axes[0, number - 1].set_title(f"{wheelset} wheelset: lateral force, {UNKNOWN}", fontsize=10)
@@ -55,12 +66,17 @@ class Fig09(Figure):
             axes[1, number - 1].set_title(f"{wheelset} wheelset: creep force, {PROFILE} (dotted: true)", fontsize=10)
             axes[1, number - 1].set_xlabel("frequency [Hz]")
         axes[0, 0].legend(frameon=False, fontsize=9)
-        picture.suptitle(f"Class 175-like, {TRACK}, {SPEED:g} m/s, no braking", fontsize=11)
+        force_peaks.draw_ratios(axes[0, 2], peaks, NAMES)
+        axes[0, 2].legend(frameon=False, fontsize=8, loc="lower left")
+        axes[0, 2].set_title("over wheel-rail pairs: all tracks and speeds, mean", fontsize=10)
+        force_peaks.draw_order(axes[1, 2], peaks, NAMES)
+        picture.suptitle(f"Class 175-like, no braking; left and middle: {TRACK}, {SPEED:g} m/s", fontsize=11)
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         claims = []
-        for kind, quantity in ((UNKNOWN, LATERAL), (UNKNOWN, MOMENT), (PROFILE, LATERAL), (TRUE, LATERAL)):
+        table, pairs = _parts(table)
+        for kind, quantity in KINDS:
             what = f"{quantity.partition(' [')[0]}, {kind}"
             peaks = {number: [_peak(table, number, kind, quantity, level) for level in LEVELS] for number in WHEELSETS}
             for number, values in peaks.items():
@@ -72,7 +88,21 @@ class Fig09(Figure):
             claims.append(Claim.definite(name, apart[1] / apart[0], above(1.0)))
             name = f"{what}: peak dry over very low, both wheelsets"
             claims.append(Claim.definite(name, min(apart), above(1.0)))
-        return claims
+        return [*claims, *force_peaks.claims(pairs, NAMES, NAMES[-1])]
+
+
+def _parts(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Densities of the run that is shown, and peaks over pairs, tracks and speeds."""
+    peaks = table[force_peaks.PAIR].notna().to_numpy()
+    return table.loc[~peaks], table.loc[peaks]
+
+
+def _peaks(truth: Truth, measured: Measurements) -> Iterator[tuple[int, str, float]]:
+    """Wheelset, kind and largest density of a run."""
+    table = pd.DataFrame(_densities(truth, measured, ""))
+    for (kind, quantity), name in zip(KINDS, NAMES, strict=True):
+        for number in WHEELSETS:
+            yield number, name, _peak(table, number, kind, quantity, "")
 
 
 def _densities(truth: Truth, measured: Measurements, level: str) -> dict[str, np.ndarray]:

@@ -17,9 +17,12 @@ _SCENARIO = "chosen by the scenario; not known in the field"
 class SensorErrors(Spec, frozen=True):
     """Error model of one sensor; every default is an ideal sensor. "channel" is the unit of the measured channel.
 
-    The chain is: anti-aliasing filter, latency and sampling, scale, bias, drift, noise, resolution, range. Noise is
-    white up to half the sample rate, as a digital output shows it. Drift is a first-order Gauss-Markov process (IEEE
-    Std 952-1997, "exponentially correlated noise"; its Allan deviation peaks at 0.62 of its standard deviation at 1.89
+    The chain is: mount, element (rectification, overload), anti-aliasing filter, latency and sampling, scale, bias,
+    drift, warming, noise, resolution, range. Noise is white up to half the sample rate, as a digital output shows it.
+    Rectification r is the quadratic term of the element (K2 of IEEE Std 1293-1998): vibration adds r times its mean
+    square to the bias, even where the filter takes the vibration out. An element that is overloaded clips before the
+    filter, so a short impact leaves a step in the integral. Drift is a first-order Gauss-Markov process (IEEE Std
+    952-1997, "exponentially correlated noise"; its Allan deviation peaks at 0.62 of its standard deviation at 1.89
     correlation times). Random values that a specimen has for good (bias, scale, mounting) are drawn once a run.
     """
 
@@ -43,9 +46,15 @@ class SensorErrors(Spec, frozen=True):
     resonance: float | None = quantity(None, unit="Hz, of the sensor on its mount", source=_SCENARIO, gt=0)
     resonance_damping: float = quantity(0.05, unit="- of critical", source=_SCENARIO, gt=0)
     cross_talk: float = quantity(0.0, unit="- of the next axis", source=_SCENARIO)
+    rectification: float = quantity(0.0, unit="1/channel, of the signal squared", source=_SHEET)
+    overload: float | None = quantity(None, unit="channel, at which the element clips", source=_SHEET, gt=0)
+    temperature_bias: float = quantity(0.0, unit="channel/K", source=_SHEET)
+    warming: float = quantity(0.0, unit="K, from the start to long after", source=_SCENARIO)
+    warming_time: float = quantity(600.0, unit="s, time constant", source=_SCENARIO, gt=0)
 
     hidden: ClassVar[frozenset[str]] = frozenset(
         {"bias", "scale_error", "misalignment", "drift_rate", "resonance", "resonance_damping", "cross_talk"}
+        | {"warming", "warming_time"}
     )
 
     def data_sheet(self) -> dict[str, Any]:
@@ -54,7 +63,7 @@ class SensorErrors(Spec, frozen=True):
 
     def apply(self, signal: np.ndarray, rate: float, step: int, rng: np.random.Generator) -> np.ndarray:
         """Samples of `signal`, shape (n,), given at `rate` Hz; every `step`-th is taken; shape (ceil(n / step),)."""
-        samples = sample(self.filter(self.shake(signal, rate), rate), step, self.latency * rate)
+        samples = sample(self.filter(self.element(self.shake(signal, rate)), rate), step, self.latency * rate)
         return self.digitise(self.disturb(samples, rate / step, rng))
 
     def shake(self, signal: np.ndarray, rate: float) -> np.ndarray:
@@ -69,6 +78,12 @@ class SensorErrors(Spec, frozen=True):
         a = np.array([1.0 + damped + warped**2, 2.0 - 2.0 * warped**2, 1.0 - damped + warped**2])
         b = np.array([1.0, 2.0, 1.0])
         return lfilter(b / a[0], a / a[0], signal, zi=lfilter_zi(b / a[0], a / a[0]) * signal[0])[0]
+
+    def element(self, signal: np.ndarray) -> np.ndarray:
+        """Through the sensing element: its quadratic term, and clipping where it is overloaded."""
+        if self.rectification:
+            signal = signal + self.rectification * signal**2
+        return signal if self.overload is None else np.clip(signal, -self.overload, self.overload)
 
     def filter(self, signal: np.ndarray, rate: float) -> np.ndarray:
         """Causal Butterworth low-pass, at rest at the first value; passes all where the signal holds nothing above."""
@@ -85,6 +100,9 @@ class SensorErrors(Spec, frozen=True):
         samples = samples * (1 + scale) + bias
         if self.drift_rate:
             samples += self.drift_rate * np.arange(samples.size) / rate
+        if self.temperature_bias and self.warming:
+            warmer = -self.warming * np.expm1(-np.arange(samples.size) / (rate * self.warming_time))
+            samples += self.temperature_bias * warmer
         if self.bias_instability:
             samples += gauss_markov(samples.size, rate, self.bias_instability, self.bias_correlation_time, drift)
         if self.noise_density:

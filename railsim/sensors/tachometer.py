@@ -34,8 +34,13 @@ class Tachometer(Sensor, frozen=True):
             "bias_std",
             "misalignment",
             "misalignment_std",
+            "overload",
+            "rectification",
             "scale_error",
             "scale_error_std",
+            "temperature_bias",
+            "warming",
+            "warming_time",
         }
     )
 

@@ -181,3 +181,35 @@ def test_the_stated_low_pass_is_that_of_the_filter():
         poles = buttap(order)[1]
         expected = 1.0 / np.prod(1j * omega[:, None] / (2.0 * np.pi * 80.0) - poles, axis=1)
         assert low_pass(omega, 80.0, order) == pytest.approx(expected, abs=1e-12)
+
+
+def test_rectification_makes_a_bias_of_the_mean_square_even_of_what_the_filter_takes_out():
+    """A vibration of 200 Hz behind a filter of 20 Hz: r a^2 / 2 is what is left."""
+    vibration = 30.0 * np.sin(2 * np.pi * 200.0 * np.arange(8192) / RATE)
+    errors = SensorErrors(rectification=1e-3, bandwidth=20.0, bandwidth_order=4)
+    found = errors.apply(vibration, RATE, 1, rng())[4096:]
+    np.testing.assert_allclose(found, 1e-3 * 30.0**2 / 2.0, atol=5e-3)
+    plain = errors.model_copy(update={"rectification": 0.0}).apply(vibration, RATE, 1, rng())[4096:]
+    assert np.abs(plain).max() < 5e-3
+
+
+def test_overload_clips_before_the_filter_and_takes_from_the_integral():
+    """A pulse of twice the limit loses half of its area, though the filtered pulse never comes near the limit."""
+    pulse = np.where(np.abs(np.arange(4096) - 2000) < 3, 200.0, 0.0)
+    errors = SensorErrors(overload=100.0, bandwidth=20.0)
+    found = errors.apply(pulse, RATE, 1, rng())
+    assert found.max() < 100.0
+    assert found.sum() == pytest.approx(0.5 * pulse.sum(), rel=1e-6)
+    late = SensorErrors(range=100.0, bandwidth=20.0).apply(pulse, RATE, 1, rng())
+    assert late.sum() == pytest.approx(pulse.sum(), rel=1e-6)
+
+
+@pytest.mark.parametrize("step", [1, 4])
+def test_warming_moves_the_bias_with_its_time_constant(step: int):
+    """0.2 units a kelvin, 10 K, 2 s: 2 (1 - 1/e) after 2 s."""
+    errors = SensorErrors(temperature_bias=0.2, warming=10.0, warming_time=2.0)
+    found = errors.apply(np.zeros(8 * 1024 + 1), RATE, step, rng())
+    assert found[0] == 0.0
+    assert found[2048 // step] == pytest.approx(2.0 * (1.0 - np.exp(-1.0)))
+    assert "temperature_bias" in errors.data_sheet()
+    assert not {"warming", "warming_time"} & set(errors.data_sheet())
