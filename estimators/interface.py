@@ -1,5 +1,6 @@
 """What an estimator is: measured channels and nominal parameters in, a table with its uncertainty out."""
 
+import os
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -37,12 +38,18 @@ class Estimate:
         if first not in ("time [s]", "s [m]"):
             raise ValueError(f"first column of an estimate must be 'time [s]' or 's [m]', not '{first}'")
 
-    def save(self, folder: Path | str, tables: Mapping[str, pd.DataFrame] = MappingProxyType({})) -> None:
+    def save(
+        self,
+        folder: Path | str,
+        tables: Mapping[str, pd.DataFrame] = MappingProxyType({}),
+        recording: Path | str | None = None,
+    ) -> None:
         """Write estimate.parquet and about.json; the folder appears whole or not at all, an older estimate is replaced.
 
         Parameters
         ----------
         tables : what else shall stand in the folder, by file name, as CSV.
+        recording : folder of the recording that it was made of, of which the way from here is kept.
 
         Raises
         ------
@@ -50,7 +57,10 @@ class Estimate:
         """
         with write_folder_atomically(folder) as aside:
             write_frame(aside / "estimate.parquet", self.series)
-            write_json(aside / "about.json", {"name": self.name, "about": self.about})
+            head: dict[str, Any] = {"name": self.name, "about": self.about}
+            if recording is not None:
+                head["recording"] = os.path.relpath(Path(recording).resolve(), Path(folder).resolve())
+            write_json(aside / "about.json", head)
             for name, table in tables.items():
                 table.to_csv(aside / name, index=False, float_format="%.6g")
 

@@ -48,7 +48,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     measurements = _completed(Recording.open(given.recording).measurements, vehicle, given.speed_source)
     estimate = estimator.estimate(measurements)
     more = tables(estimate)
-    estimate.save(given.out, more)
+    estimate.save(given.out, more, given.recording)
     columns = [str(name) for name in estimate.series.columns]
     result = {"estimator": estimator.name, "estimate": str(given.out), "rows": len(estimate.series), "columns": columns}
     result["tables"] = list(more)

@@ -1,6 +1,8 @@
 """`railsim export`: a recording or an estimate as one file for other programs, with units and names."""
 
 import argparse
+import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,16 +17,23 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """What to export, and the file."""
     parser.add_argument("what", metavar="RECORDING|ESTIMATE", help="folder of a recording or of an estimate")
-    parser.add_argument("--to", metavar="FILE", required=True, help="file ending in .csv, .parquet, .mat or .mf4")
+    parser.add_argument(
+        "--to",
+        metavar="FILE",
+        required=True,
+        help="file ending in .csv, .parquet, .mat or .mf4; of an estimate also .geojson or .html, a map",
+    )
     parser.add_argument(
         "--map", metavar="MAP.yaml", help="also write the map by which 'railsim import' reads the file of a recording"
     )
+    parser.add_argument("--recording", metavar="DIR", help="for a map: recording that holds latitude and longitude")
+    parser.add_argument("--section", type=float, metavar="M", help="for a map: length of a section, m (100)")
     parser.add_argument("--overwrite", action="store_true", help="replace files that are there already")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write the file, and say what stands in it."""
-    from railsim.field.exporting import check_free, export
+    from railsim.field.exporting import MAPS, check_free, export
 
     what, path = Path(given.what), Path(given.to)
     kind = _kind(what)
@@ -33,6 +42,10 @@ def execute(given: argparse.Namespace) -> Outcome:
     if given.map:
         _check_map(kind, path, Path(given.map), given.overwrite)
     check_free(path, given.overwrite)
+    if path.suffix.lower() in MAPS:
+        return _map(given, what, kind, path)
+    if given.recording or given.section:
+        raise InputError(f"--recording and --section are for a map ({', '.join(MAPS)}); leave them out")
     content = _content(what, kind)
     export(content, path, given.overwrite)
     result = {"exported": str(path), "kind": kind, "sheets": {one.label: list(one.columns) for one in content.sheets}}
@@ -43,6 +56,58 @@ def execute(given: argparse.Namespace) -> Outcome:
         result["map"] = str(given.map)
         lines.append(f"{given.map}: map of it, for 'railsim import {path} --map {given.map} --out DIR'")
     return Outcome(result, "\n".join(lines))
+
+
+def _map(given: argparse.Namespace, folder: Path, kind: str, path: Path) -> Outcome:
+    """Condition on a map.
+
+    Raises
+    ------
+    InputError : no estimate, no recording with positions, or a section that is no length.
+    """
+    from estimators.interface import Estimate
+    from experiments.maintenance.condition_map import SECTION, features, without_place
+    from experiments.maintenance.map_page import page
+    from experiments.maintenance.positions import positions_of
+    from railsim.field.exporting import write_whole
+    from railsim.recording import read_measurements
+
+    if kind != "estimate":
+        raise InputError(f"'{path.suffix}' shows an estimate on a map; run 'railsim estimate NAME {folder} --out DIR'")
+    section = SECTION if given.section is None else given.section
+    if not 5.0 <= section < 1e6:
+        raise InputError(f"--section {section:g}: give a length of 5 m or more")
+    estimate = Estimate.open(folder)
+    source = Path(given.recording) if given.recording else _recording_of(folder)
+    seen = read_measurements(source)
+    start = seen.about.get("start")
+    found = features(estimate, positions_of(seen), start if isinstance(start, str) else None, section)
+    count, lost = len(found["features"]), without_place(found)
+    said = f"{count} sections, defects and events" + (f", {lost} of them without a position" if lost else "")
+    if path.suffix.lower() == ".html":
+        lines = [str(seen.about["origin"]), f"{said}; sections of {section:g} m"]
+        text = page(f"{estimate.name} on the map", found, lines)
+    else:
+        text = json.dumps(found, allow_nan=False, ensure_ascii=False) + "\n"
+    write_whole(path, lambda aside: _text(aside, text), given.overwrite)
+    result = {"exported": str(path), "kind": kind, "features": count, "without_position": lost}
+    return Outcome(result, f"{path}: {said}, positions of '{source}'")
+
+
+def _recording_of(folder: Path) -> Path:
+    """The recording that an estimate was made of.
+
+    Raises
+    ------
+    InputError : the estimate does not say, or it has gone.
+    """
+    stated = read_json(folder / "about.json", "an estimate").get("recording")
+    if not isinstance(stated, str):
+        raise InputError(f"'{folder}' does not say which recording it was made of; add --recording DIR")
+    found = Path(os.path.normpath(folder / stated))
+    if not found.is_dir():
+        raise InputError(f"the recording '{found}' that the estimate was made of has gone; add --recording DIR")
+    return found
 
 
 def _kind(folder: Path) -> str:

@@ -19,6 +19,8 @@ from railsim.measurements import TIME, Measurements
 
 FORMATS = {".csv": "csv", ".parquet": "parquet", ".mat": "mat", ".mf4": "mdf4"}
 """Writer by the file's ending."""
+MAPS = (".geojson", ".html")
+"""Endings of an estimate on a map, which experiments/maintenance makes."""
 
 
 def recording_content(seen: Measurements) -> Content:
@@ -45,8 +47,9 @@ def export(content: Content, path: Path | str, overwrite: bool = False) -> None:
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in FORMATS:
-        guess = nearest(ending, FORMATS)
-        raise InputError(f"--to: no format '{ending or path.name}'; {guess}write to {', '.join(FORMATS)}")
+        guess = nearest(ending, [*FORMATS, *MAPS])
+        known = f"{', '.join(FORMATS)}, or, for an estimate on a map, {', '.join(MAPS)}"
+        raise InputError(f"--to: no format '{ending or path.name}'; {guess}write to {known}")
     writer = importlib.import_module(f"railsim.field.writers.{FORMATS[ending]}")
     write_whole(path, lambda aside: writer.write(content, aside), overwrite)
 
