@@ -41,11 +41,18 @@ def response(wave_number: np.ndarray, band: Band) -> np.ndarray:
     k = np.abs(np.asarray(wave_number, dtype=float))
     gain = np.ones_like(k)
     if band.shortest > 0.0:
-        gain /= 1.0 + (k * band.shortest / (2.0 * np.pi)) ** ORDER
+        gain /= 1.0 + _steep(k * (band.shortest / (2.0 * np.pi)))
     if np.isfinite(band.longest):
-        power = (k * band.longest / (2.0 * np.pi)) ** ORDER
+        power = _steep(k * (band.longest / (2.0 * np.pi)))
         gain *= power / (1.0 + power)
     return gain
+
+
+def _steep(ratio: np.ndarray) -> np.ndarray:
+    """To the power of `ORDER`, by squares: `**` takes many times longer."""
+    square = ratio * ratio
+    fourth = square * square
+    return fourth * fourth
 
 
 def band_pass(values: np.ndarray, spacing: float, band: Band, integrate: int = 0) -> np.ndarray:
@@ -53,7 +60,7 @@ def band_pass(values: np.ndarray, spacing: float, band: Band, integrate: int = 0
 
     Parameters
     ----------
-    values : shape (n,), NaN where there is nothing.
+    values : shape (..., n), NaN where there is nothing.
     spacing : of the grid, m.
     band : edges; `longest` must be finite where `integrate` is not 0.
     integrate : how often to integrate over distance on the way; each stretch loses its linear trend first, which the
@@ -80,27 +87,40 @@ def transform(
 
     Parameters
     ----------
-    values : shape (n,), NaN where there is nothing; those stay NaN.
+    values : shape (..., n), NaN where there is nothing; what is NaN in one row is so in all.
     gain : real or complex response, shape as its argument.
     reach : length over which the filter remembers, m; a stretch is continued that far by reflection at its ends.
     even : as in a mirror, which suits noisy curvatures and slopes; otherwise through the end point, which suits smooth
         heights.
     detrend : take a straight line out of each stretch beforehand.
     """
-    out = np.full(len(values), np.nan)
-    for first, last in stretches(np.isfinite(values)):
-        piece = values[first:last]
-        if detrend:
-            piece = _without_trend(piece)
-        pad = int(np.ceil(reach / spacing))
+    rows = np.atleast_2d(values)
+    out = np.full(rows.shape, np.nan)
+    for first, last in stretches(np.all(np.isfinite(rows), axis=0)):
+        pad, count = int(np.ceil(reach / spacing)), last - first
+        whole = np.empty(int(fft.next_fast_len(count + 2 * pad, real=True) or count + 2 * pad))
+        follows = gain(2.0 * np.pi * fft.rfftfreq(len(whole), spacing))
+        for row, result in zip(rows, out, strict=True):  # one by one, in little memory
+            _continue(_without_trend(row[first:last]) if detrend else row[first:last], pad, even, whole)
+            spectrum = fft.rfft(whole)
+            spectrum *= follows
+            result[first:last] = fft.irfft(spectrum, len(whole))[pad : pad + count]
+    return out.reshape(values.shape)
+
+
+def _continue(piece: np.ndarray, pad: int, even: bool, whole: np.ndarray) -> None:
+    """Put a stretch into an array, with `pad` samples of its reflection at both ends, then a line from end to begin."""
+    count = len(piece)
+    length = count + 2 * pad
+    if pad < count:
+        left, right = piece[pad:0:-1], piece[-2 : -pad - 2 : -1]
+        whole[:pad] = left if even else 2.0 * piece[0] - left
+        whole[pad : pad + count] = piece
+        whole[pad + count : length] = right if even else 2.0 * piece[-1] - right
+    else:
         kind = "even" if even else "odd"
-        whole = np.pad(piece, pad, mode="reflect", reflect_type=kind) if len(piece) > 1 else np.pad(piece, pad)
-        size = int(fft.next_fast_len(len(whole), real=True) or len(whole))
-        whole = np.concatenate([whole, np.linspace(whole[-1], whole[0], size - len(whole) + 2)[1:-1]])
-        wave_number = 2.0 * np.pi * fft.rfftfreq(size, spacing)
-        filtered = fft.irfft(fft.rfft(whole) * gain(wave_number), size)
-        out[first:last] = filtered[pad : pad + len(piece)]
-    return out
+        whole[:length] = np.pad(piece, pad, mode="reflect", reflect_type=kind) if count > 1 else np.pad(piece, pad)
+    whole[length:] = np.linspace(whole[length - 1], whole[0], len(whole) - length + 2)[1:-1]
 
 
 def stretches(present: np.ndarray) -> list[tuple[int, int]]:
@@ -119,11 +139,12 @@ def settled(present: np.ndarray, spacing: float, reach: float) -> np.ndarray:
 
 
 def _gain(k: np.ndarray, band: Band, integrate: int) -> np.ndarray:
-    gain = response(k, band).astype(complex)
-    if integrate:
-        gain[0] = 0.0
-        gain[1:] /= (1j * k[1:]) ** integrate
-    return gain
+    gain = response(k, band)
+    if not integrate:
+        return gain
+    gain[0] = 0.0
+    gain[1:] /= k[1:] ** integrate
+    return gain * (1.0, -1j, -1.0, 1j)[integrate % 4]
 
 
 def _reach(band: Band) -> float:
@@ -133,4 +154,7 @@ def _reach(band: Band) -> float:
 def _without_trend(piece: np.ndarray) -> np.ndarray:
     x = np.linspace(-1.0, 1.0, len(piece)) if len(piece) > 1 else np.zeros(1)
     slope = float(np.sum(x * piece)) / max(float(np.sum(x * x)), 1.0)  # sums, not products of the threaded BLAS
-    return piece - piece.mean() - slope * x
+    x *= -slope
+    x += piece
+    x -= piece.mean()
+    return x

@@ -7,15 +7,15 @@ but what lies there is marked: nothing is made up.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import resample_poly
 
 from estimators.signals.bands import settled, stretches
+from estimators.signals.cubic_spline import at_even_places, means
 from estimators.speed.smoothed_speed import smooth_speed
 from estimators.speed.speed_refined import SpeedRefined
 from railsim.data_sheet import data_sheet
@@ -103,6 +103,10 @@ class Odometry:
         """At each place of the grid, m/s, not below `slowest` (where it is, `valid` is False), shape (n,)."""
         return np.maximum(np.interp(self.time, self.knots, self.speed_at_knots), self.slowest)
 
+    def speed_behind(self, distance: float) -> np.ndarray:
+        """Speed at the places `distance` m before those of the grid, shape (n,); at an end that of the end."""
+        return np.interp(self.s - distance, self.s, self.speed) if distance else self.speed
+
     @cached_property
     def valid(self) -> np.ndarray:
         """Whether the speed is measured and not too low around each place of the grid, shape (n,)."""
@@ -143,38 +147,51 @@ class Odometry:
         Parameters
         ----------
         ahead : how far before the vehicle's reference the sensor stands, m: what it feels belongs to that place.
-        values : what was made of the samples, to be taken in their stead; shape as they.
+        values : what was made of the samples, to be taken in their stead; shape as they, or (rows, n) for several.
         """
         time = measurements.time(name) - data_sheet(measurements.about, name).delay
         samples = measurements[name]
-        return self.resample(time, samples if values is None else np.where(np.isfinite(samples), values, np.nan), ahead)
+        if values is None:
+            return self.resample(time, samples, ahead)
+        there = np.isfinite(samples)
+        return self.resample(time, values if there.all() else np.where(there, values, np.nan), ahead)
 
     def resample(self, time: np.ndarray, values: np.ndarray, ahead: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Samples over time to the grid, without aliasing: values, shape (n,), and where they are valid.
+        """Samples over time to the grid, without aliasing: values, and where they are valid, shape (n,).
 
         Lost samples (NaN, or missing in time) are bridged by a line or spline, and marked.
-        """
-        good = np.isfinite(values)
-        if good.sum() < 4:
-            return np.zeros(len(self.s)), np.zeros(len(self.s), dtype=bool)
-        step = max(LONGEST_STEP, 2.5 * float(np.median(np.diff(time))))
-        wide = np.concatenate([[False], np.diff(time) > step])
-        distance = self.distance_at(time)
-        fine = self._fineness(time)
-        smooth = _cells(distance[good] + ahead, values[good], self.spacing / fine)
-        positions = self.spacing / fine * np.arange((len(self.s) - 1) * fine + 1)
-        resampled = CubicSpline(*smooth)(np.clip(positions, smooth[0][0], smooth[0][-1]))
-        if fine > 1:
-            resampled = resample_poly(resampled, 1, fine, padtype="line")
-        marked = self._shifted(self.mark(time, good & ~wide), ahead)
-        return resampled[: len(self.s)], marked & self.valid
 
-    def _fineness(self, time: np.ndarray) -> int:
-        """How many cells of one sample each, at the lowest speed that counts, make one of the grid."""
+        Parameters
+        ----------
+        values : shape (k,), or (rows, k) for several at the same times; a sample that one row lacks is lost to all.
+            Those on the grid have shape (n,) or (rows, n).
+        """
+        good = np.isfinite(values).reshape(-1, len(time)).all(axis=0)
+        if good.sum() < 4:
+            return np.zeros((*values.shape[:-1], len(self.s))), np.zeros(len(self.s), dtype=bool)
+        apart = np.diff(time)
+        usual = float(np.median(apart))
+        wide = np.concatenate([[False], apart > max(LONGEST_STEP, 2.5 * usual)])
+        fine = self._fineness(usual)
+        distance, kept = self.distance_at(time), values
+        if not good.all():
+            distance, kept = distance[good], values[..., good]
+        places, levels = _cells(distance + ahead, kept, self.spacing / fine)
+        resampled = at_even_places(places, levels, self.spacing / fine, (len(self.s) - 1) * fine + 1)
+        if fine > 1:
+            resampled = resample_poly(resampled, 1, fine, axis=-1, window=_low_pass(fine), padtype="line")
+        marked = self._shifted(self.mark(time, good & ~wide), ahead)
+        return resampled[..., : len(self.s)], marked & self.valid
+
+    @cached_property
+    def _lowest(self) -> float:
+        """Lowest speed that counts, m/s."""
         moving = self.speed_at_knots[self.trusted]
-        lowest = float(np.quantile(moving, 0.01)) if moving.size else self.slowest
-        apart = max(lowest, self.slowest) * float(np.median(np.diff(time)))
-        return int(np.clip(np.ceil(self.spacing / apart), 1, FINEST))
+        return max(float(np.quantile(moving, 0.01)) if moving.size else self.slowest, self.slowest)
+
+    def _fineness(self, step: float) -> int:
+        """How many cells of one sample each (a `step` of time, s), at the lowest speed, make one of the grid."""
+        return int(np.clip(np.ceil(self.spacing / (self._lowest * step)), 1, FINEST))
 
     def _shifted(self, mark: np.ndarray, ahead: float) -> np.ndarray:
         count = round(ahead / self.spacing)
@@ -341,6 +358,15 @@ def _cells(distance: np.ndarray, values: np.ndarray, width: float) -> tuple[np.n
     """Mean place and value of the samples in every cell that has some; places increase strictly."""
     cell = np.floor(distance / width).astype(np.int64)
     first = np.flatnonzero(np.diff(cell, prepend=cell[0] - 1))
-    count = np.diff(np.append(first, len(cell)))
-    means = np.add.reduceat(distance, first) / count
-    return means, np.add.reduceat(values, first) / count
+    if len(first) == len(cell):
+        return distance, values
+    return means(distance, first), means(values, first)
+
+
+@lru_cache(maxsize=FINEST)
+def _low_pass(fine: int) -> np.ndarray:
+    """Anti-aliasing filter by which `fine` cells make one of the grid: that of `scipy.signal.resample_poly`."""
+    length = 20 * fine + 1
+    places = np.arange(length) - 10 * fine
+    taps = np.sinc(places / fine) * np.kaiser(length, 5.0)
+    return taps / taps.sum()

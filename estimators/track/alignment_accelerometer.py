@@ -8,9 +8,9 @@ from estimators.interface import Estimate
 from estimators.signals.bands import ORDER
 from estimators.signals.frequency_response import filter_time
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import Chain, Reading, deviations, over_centre, vertical_chain
+from estimators.track.chain_error import Chain, Reading, over_centre, vertical_chain
 from estimators.track.geometry import TrackEstimator, by_speed, geometry
-from estimators.track.slow_motions import additions, without_mean
+from estimators.track.slow_motions import stated, without_mean
 from estimators.vehicle.parameters import given
 from estimators.vehicle.state_space import Output
 from estimators.vehicle.vertical import NEEDED, vertical
@@ -55,34 +55,41 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
         """
         odometry = self.odometry(measurements)
         name = self.needed()[0]
-        compensates = self._compensates(measurements)
-        columns, good = self._columns(measurements, odometry, without_mean(measurements[name]), compensates)
-        if chain := self._chain(measurements):
-            added = [
-                self._columns(measurements, odometry, one, False)[0] for one in additions(measurements, name, odometry)
-            ]
-            columns |= deviations("vertical", columns, chain, odometry, added)
+        columns, good = self._columns(measurements, odometry)
+        felt = {name: lambda rows: self._path(measurements, odometry, rows)[0]}
+        integrate = self._integrations
+        columns |= stated("vertical", columns, self._chain(measurements), felt, measurements, odometry, good, integrate)
         return self.result(odometry, columns, good)
 
-    def _columns(
-        self, measurements: Measurements, odometry: Odometry, samples: np.ndarray, compensates: bool
-    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-        """Columns from samples of acceleration (m/s2), and where they are measured."""
+    @property
+    def _integrations(self) -> int:
+        """Over distance, from what `_path` gives to the height."""
+        return 0 if self.domain == "time" else 2
+
+    def _columns(self, measurements: Measurements, odometry: Odometry) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """Columns of the height, and where they are measured."""
+        path, good = self._path(measurements, odometry, without_mean(measurements[self.needed()[0]]))
+        if self.domain == "time":
+            return geometry("vertical", path, good, odometry, self.cut), good
+        felt = curvature = np.where(good, path, np.nan)
+        if self._compensates(measurements):
+            curvature = by_speed(
+                [felt], odometry, lambda speed: [lambda k: self._inverse(measurements, speed, k)], MEMORY
+            )
+        columns = geometry("vertical", curvature, good, odometry, self.cut, self._integrations)
+        return columns | {"vertical_curvature [1/m]": felt}, good
+
+    def _path(
+        self, measurements: Measurements, odometry: Odometry, samples: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Height in time, m, or curvature in space, 1/m, from samples of acceleration (m/s2), and where measured."""
         name = self.needed()[0]
         ahead = data_sheet(measurements.about, name).position[0]
         if self.domain == "time":
             height = filter_time(samples, measurements.rate(name), self._integral(odometry))
-            values, good = odometry.channel(measurements, name, ahead, height)
-            return geometry("vertical", values, good, odometry, self.cut), good
+            return odometry.channel(measurements, name, ahead, height)
         acceleration, good = odometry.channel(measurements, name, ahead, samples)
-        felt = np.where(good, acceleration / odometry.speed**2, np.nan)
-        curvature = felt
-        if compensates:
-            curvature = by_speed(
-                [felt], odometry, lambda speed: [lambda k: self._inverse(measurements, speed, k)], MEMORY
-            )
-        columns = geometry("vertical", curvature, good, odometry, self.cut, integrate=2)
-        return columns | {"vertical_curvature [1/m]": felt}, good
+        return acceleration / odometry.speed**2, good
 
     def _compensates(self, measurements: Measurements) -> bool:
         return self.compensate and self.domain == "space" and given(measurements.vehicle, NEEDED)
@@ -92,10 +99,9 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
 
     def _inverse(self, measurements: Measurements, speed: float, k: np.ndarray) -> np.ndarray:
         """The track's curvature over the sensor's, at wave numbers, rad/m, shape (k,)."""
-        output, moving = self._output(measurements), np.maximum(k, 1e-6)
-        arm = measurements.vehicle["semi_wheelbase"]
-        felt = over_centre(vertical(measurements.vehicle, [output]), arm, speed, moving)
-        shown = felt[:, 0, 0] * self._height(output, speed, moving)
+        position, arm = self._output(measurements).position, measurements.vehicle["semi_wheelbase"]
+        height = vertical(measurements.vehicle, [Output("height", position)])
+        shown = over_centre([height], arm, speed, k)[0, :, 0, 0] * np.exp(-1j * k * position[0])
         return np.conj(shown) / (np.abs(shown) ** 2 + self.regularisation)
 
     def _height(self, output: Output, speed: float, k: np.ndarray) -> np.ndarray:

@@ -6,9 +6,9 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import Chain, Reading, deviations, sideways_chain, vertical_chain
+from estimators.track.chain_error import Chain, Reading, sideways_chain, vertical_chain
 from estimators.track.geometry import CANT_BASE, TrackEstimator, geometry, rails, turning
-from estimators.track.slow_motions import additions, balancing_cant, without_mean
+from estimators.track.slow_motions import balancing_cant, stated, without_mean
 from estimators.vehicle.parameters import numbers
 from estimators.vehicle.state_space import Output
 from railsim.data_sheet import data_sheet
@@ -41,7 +41,7 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
         given = numbers(measurements.vehicle, ("semi_wheelbase", "primary_half_spacing"))
         arm, half = given["semi_wheelbase"], given["primary_half_spacing"]
         lever = arm - data_sheet(measurements.about, ACCELERATION).position[0]
-        speed = np.interp(odometry.s - arm, odometry.s, odometry.speed)  # the bogie's centre is `arm` behind the place
+        speed = odometry.speed_behind(arm)  # there is the bogie's centre
 
         def path(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             acceleration, measured = odometry.channel(measurements, ACCELERATION, arm, samples)
@@ -57,12 +57,8 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
             geometry("vertical", -lever * pitching, good, odometry, self.cut, integrate=1),
             geometry("vertical", -(left + right) / 2.0, good, odometry, self.cut),
         )
-        if chain := self._chain(measurements, arm, lever):
-            added = [
-                geometry("vertical", path(one)[0], good, odometry, self.cut, integrate=2)
-                for one in additions(measurements, ACCELERATION, odometry)
-            ]
-            columns |= deviations("vertical", columns, chain, odometry, added)
+        chain, felt = self._chain(measurements, arm, lever), {ACCELERATION: lambda rows: path(rows)[0]}
+        columns |= stated("vertical", columns, chain, felt, measurements, odometry, good, 2)
         if ROLL in measurements:
             columns |= self._apart(measurements, odometry, columns, (left - right) / (2.0 * half), good)
         return self.result(odometry, columns, good)
@@ -105,8 +101,8 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
             geometry("cross_level", -CANT_BASE * rolling, both, odometry, self.cut, integrate=1),
             geometry("cross_level", CANT_BASE * suspension, both, odometry, self.cut),
         )
-        if chain := self._level_chain(measurements, arm, half):
-            level |= deviations("cross_level", level, chain, odometry)
+        chain = self._level_chain(measurements, arm, half)
+        level |= stated("cross_level", level, chain, {}, measurements, odometry, both)
         cant = geometry("cross_level", balancing_cant(measurements, odometry), good, odometry, self.cut)
         return level | rails(columns, level, cant)
 

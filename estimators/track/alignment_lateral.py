@@ -7,9 +7,9 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import Chain, Reading, deviations, sideways_chain
+from estimators.track.chain_error import Chain, Reading, sideways_chain
 from estimators.track.geometry import Gain, TrackEstimator, by_speed, geometry, turning
-from estimators.track.slow_motions import additions
+from estimators.track.slow_motions import stated
 from estimators.vehicle.creep import CREEP_FACTOR
 from estimators.vehicle.lateral_roll import followed
 from estimators.vehicle.state_space import Output
@@ -63,12 +63,8 @@ class AlignmentLateral(TrackEstimator, frozen=True):
         if self.compensation:
             track = self._compensated(seen, np.where(good, rolling, np.nan), odometry, measurements)
         columns = geometry("lateral", track, good, odometry, self.cut, integrate=2)
-        if chain := self._chain(measurements):
-            slow = [
-                turning(measurements, RATE, odometry, samples=one) for one in additions(measurements, RATE, odometry)
-            ]
-            added = [geometry("lateral", *one, odometry, self.cut, integrate=2) for one in slow]
-            columns |= deviations("lateral", columns, chain, odometry, added)
+        felt = {RATE: lambda rows: turning(measurements, RATE, odometry, samples=rows)[0]}
+        columns |= stated("lateral", columns, self._chain(measurements), felt, measurements, odometry, good, 2)
         columns["lateral_curvature [1/m]"] = seen
         return self.result(odometry, columns, good)
 

@@ -8,9 +8,9 @@ import numpy as np
 from estimators.interface import Estimate
 from estimators.signals.bands import transform
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import Chain, Reading, deviations, vertical_chain
+from estimators.track.chain_error import Chain, Reading, vertical_chain
 from estimators.track.geometry import TrackEstimator, geometry, turning
-from estimators.track.slow_motions import additions
+from estimators.track.slow_motions import stated
 from estimators.vehicle.state_space import Output
 from estimators.vehicle.vertical import pitch_inverse
 from railsim.measurements import Measurements
@@ -45,12 +45,8 @@ class AlignmentVertical(TrackEstimator, frozen=True):
         odometry = self.odometry(measurements)
         curvature, good = self._curvature(measurements, odometry)
         columns = geometry("vertical", curvature, good, odometry, self.cut, integrate=2)
-        if chain := self._chain(measurements):
-            added = [
-                geometry("vertical", *self._curvature(measurements, odometry, one), odometry, self.cut, integrate=2)
-                for one in additions(measurements, RATE, odometry)
-            ]
-            columns |= deviations("vertical", columns, chain, odometry, added)
+        felt = {RATE: lambda rows: self._curvature(measurements, odometry, rows)[0]}
+        columns |= stated("vertical", columns, self._chain(measurements), felt, measurements, odometry, good, 2)
         columns["vertical_curvature [1/m]"] = np.where(good, curvature, np.nan)
         return self.result(odometry, columns, good)
 
@@ -66,10 +62,10 @@ class AlignmentVertical(TrackEstimator, frozen=True):
     def _curvature(
         self, measurements: Measurements, odometry: Odometry, samples: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """From the pitch rate, or from samples in its place, rad/s."""
+        """From the pitch rate, or from samples in its place, rad/s, in rows."""
         if not self.compensate:
             rate, good = turning(measurements, RATE, odometry, samples=samples)
-            return -rate, good
+            return np.negative(rate, out=rate), good
         inverse = pitch_inverse(measurements.vehicle).whole
         rate, good = turning(measurements, RATE, odometry, inverse, samples=samples)
         seen = np.where(good, -rate, np.nan)

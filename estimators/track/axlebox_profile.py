@@ -6,9 +6,9 @@ import numpy as np
 
 from estimators.interface import Estimate
 from estimators.signals.bands import BANDS
-from estimators.track.chain_error import Chain, Reading, deviations, sideways_chain, vertical_chain
+from estimators.track.chain_error import Chain, Reading, sideways_chain, vertical_chain
 from estimators.track.geometry import CANT_BASE, TrackEstimator, geometry, number, rails
-from estimators.track.slow_motions import additions, balancing_cant, without_mean
+from estimators.track.slow_motions import balancing_cant, stated, without_mean
 from estimators.vehicle.state_space import Output
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
@@ -38,7 +38,7 @@ class AxleboxProfile(TrackEstimator, frozen=True):
         """
         odometry = self.odometry(measurements)
         arm = number(measurements, "semi_wheelbase")
-        speed = np.interp(odometry.s - arm, odometry.s, odometry.speed)
+        speed = odometry.speed_behind(arm)
         apart = data_sheet(measurements.about, LEFT).position[1] - data_sheet(measurements.about, RIGHT).position[1]
         apart = apart or 2.0 * number(measurements, "primary_half_spacing")
         bands = {name: band for name, band in BANDS.items() if band.shortest < self.cut}
@@ -57,11 +57,10 @@ class AxleboxProfile(TrackEstimator, frozen=True):
         vertical, level = columns("vertical", (left + right) / 2.0), columns("cross_level", (right - left) * share)
         heights, levels = self._chains(measurements, arm, apart)
         if heights and levels:
-            added = [path(name, one)[0] for name in (LEFT, RIGHT) for one in additions(measurements, name, odometry)]
-            halves = [columns("vertical", one / 2.0) for one in added]
-            vertical |= deviations("vertical", vertical, heights, odometry, halves)
-            whole = [columns("cross_level", one * share) for one in added]
-            level |= deviations("cross_level", level, levels, odometry, whole)
+            halves = {name: lambda rows, name=name: path(name, rows)[0] / 2.0 for name in (LEFT, RIGHT)}
+            vertical |= stated("vertical", vertical, heights, halves, measurements, odometry, present, 2, bands)
+            whole = {name: lambda rows, name=name: path(name, rows)[0] * share for name in (LEFT, RIGHT)}
+            level |= stated("cross_level", level, levels, whole, measurements, odometry, present, 2, bands)
         cant = geometry("cross_level", balancing_cant(measurements, odometry), present, odometry, self.cut, 0, bands)
         return self.result(odometry, vertical | level | rails(vertical, level, cant), present)
 

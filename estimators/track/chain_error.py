@@ -7,6 +7,9 @@ of the track is that of the estimate itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -20,7 +23,7 @@ from estimators.vehicle import lateral_roll
 from estimators.vehicle import vertical as vertical_plane
 from estimators.vehicle.creep import CREEP_FACTOR
 from estimators.vehicle.parameters import given, numbers
-from estimators.vehicle.state_space import Output, System
+from estimators.vehicle.state_space import Output, System, responses
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
@@ -54,53 +57,84 @@ SIDEWAYS = {
 """Factors on what moves a bogie sideways and rolls it."""
 
 
-class Chain(NamedTuple):
-    """What an estimate is made of.
+Gain = Callable[[float, np.ndarray], Sequence[np.ndarray]]
+"""From speed (m/s) and wave numbers (rad/m, shape (k,)) to the estimate's response to each reading, shapes (k,)."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """What an estimate is made of, at `WAVES`.
 
     Attributes
     ----------
-    responses : from speed (m/s) and wave numbers (rad/m, shape (k,)) to the estimate over each quantity of the track,
-        the estimated one first, for each vehicle, the nominal one first, shape (vehicles, quantities, k).
+    gain : the estimate over its readings.
+    followed : from speed (m/s) to the readings over each quantity of the track, the estimated one first, for each
+        vehicle, the nominal one first, shape (vehicles, k, readings, quantities).
     weights : of the squares of the other vehicles' differences from the nominal one, shape (vehicles - 1,).
-    noise : from the same to the density of the error by the sensors' noise, m^2/(rad/m), shape (k,).
+    noise : from speed to the densities of the readings' noise, unit^2/Hz, shape (readings, k).
     priors : spectra of the quantities of the track; only their relative size counts.
     """
 
-    responses: Callable[[float, np.ndarray], np.ndarray]
+    gain: Gain
+    followed: Callable[[float], np.ndarray]
     weights: np.ndarray
-    noise: Callable[[float, np.ndarray], np.ndarray]
+    noise: Callable[[float], np.ndarray]
     priors: Sequence[TrackSpectrum]
+
+    def table(self, odometry: Odometry) -> "Table | None":
+        """At the speeds of a record; None where it has none that is valid."""
+        k, speed = WAVES, odometry.speed[odometry.valid]
+        if not speed.size:
+            return None
+        low, high = float(speed.min()), float(speed.max())
+        speeds = np.geomspace(low, high, 1 + int(np.ceil(np.log(high / low) / np.log(SPEEDS) - 1e-9)))
+        tracks = np.stack([one.density(k) for one in self.priors])[:, None]
+        shown, wrong, noise = [], [], []
+        for one in map(float, speeds):
+            gains = np.stack(list(self.gain(one, k)))
+            H = np.einsum("mk,vkmq->qvk", gains, self.followed(one))
+            shown.append(np.sum(np.abs(H) ** 2 * tracks, axis=0))
+            H[:, 1:] -= H[:, :1]
+            H[0, 0] -= 1.0
+            wrong.append(np.sum(np.abs(H) ** 2 * tracks, axis=0))
+            noise.append(one / (2.0 * np.pi) * np.sum(self.noise(one) * np.abs(gains) ** 2, axis=0))
+        weights = np.append(1.0, self.weights)
+        return Table(k, speeds, weights, np.stack(shown, axis=1), np.stack(wrong, axis=1), np.stack(noise))
 
 
 def deviations(
     name: str,
     columns: Mapping[str, np.ndarray],
-    chain: Chain,
+    table: "Table | None",
     odometry: Odometry,
-    added: Sequence[Mapping[str, np.ndarray]] = (),
+    added: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> dict[str, np.ndarray]:
     """Standard deviation of each band of a quantity that has a column, by the speed at each place.
 
     Parameters
     ----------
-    name : "vertical" and the like. columns : of the estimate, by their names with unit.
-    added : the same columns of what unknown additions to the readings make, one standard deviation of each.
+    name : "vertical" and the like. columns : of the estimate, by their names with unit. table : of its chain.
+    added : the same columns of what unknown additions to the readings make, one standard deviation of each, in rows.
     """
-    table = _Table.of(chain, odometry)
     found = {}
     for band, edges in bands_of(name).items():
         column = f"{name}_{band} [m]"
         if table is not None and column in columns:
-            more = np.sum([np.nan_to_num(one[column]) ** 2 for one in added], axis=0)
+            more = sum_of_squares(added[column]) if column in added else 0.0
             power = response(table.k, edges) ** 2
             found[f"{name}_{band}_std [m]"] = table.spread(odometry.speed, power, columns[column], more)
     return found
 
 
+def sum_of_squares(rows: np.ndarray) -> np.ndarray:
+    """Over the rows, shape (n,); 0 where they are NaN."""
+    return np.nan_to_num(np.einsum("rn,rn->n", rows, rows))
+
+
 def filtered_deviation(
     values: np.ndarray,
     gain: Callable[[np.ndarray], np.ndarray],
-    chain: Chain,
+    table: "Table | None",
     odometry: Odometry,
     more: np.ndarray | float = 0.0,
 ) -> np.ndarray:
@@ -108,15 +142,14 @@ def filtered_deviation(
 
     Parameters
     ----------
-    values : filtered. more : variance by other causes.
+    values : filtered. table : of the quantity's chain. more : variance by other causes.
     """
-    table = _Table.of(chain, odometry)
     if table is None:
         return np.full(len(odometry.s), np.nan)
     return table.spread(odometry.speed, np.abs(gain(table.k)) ** 2, values, more)
 
 
-class _Table(NamedTuple):
+class Table(NamedTuple):
     """Densities for a track of the priors' level, at a few speeds.
 
     Attributes
@@ -133,26 +166,6 @@ class _Table(NamedTuple):
     wrong: np.ndarray
     noise: np.ndarray
 
-    @staticmethod
-    def of(chain: Chain, odometry: Odometry) -> "_Table | None":
-        """At the speeds of a record; None where it has none that is valid."""
-        k, speed = WAVES, odometry.speed[odometry.valid]
-        if not speed.size:
-            return None
-        low, high = float(speed.min()), float(speed.max())
-        speeds = np.geomspace(low, high, 1 + int(np.ceil(np.log(high / low) / np.log(SPEEDS) - 1e-9)))
-        tracks = np.stack([one.density(k) for one in chain.priors])
-        shown, wrong = [], []
-        for one in speeds:
-            H = chain.responses(float(one), k)
-            ideal = np.eye(H.shape[1])[0][:, None]
-            expected = np.concatenate([np.broadcast_to(ideal, H[:1].shape), np.broadcast_to(H[0], H[1:].shape)])
-            shown.append(np.sum(np.abs(H) ** 2 * tracks, axis=1))
-            wrong.append(np.sum(np.abs(H - expected) ** 2 * tracks, axis=1))
-        noise = [chain.noise(float(one), k) for one in speeds]
-        weights = np.append(1.0, chain.weights)
-        return _Table(k, speeds, weights, np.stack(shown, axis=1), np.stack(wrong, axis=1), np.stack(noise))
-
     def spread(self, speed: np.ndarray, power: np.ndarray, values: np.ndarray, more: np.ndarray | float) -> np.ndarray:
         """Standard deviation at each place, NaN where the estimate shows nothing.
 
@@ -164,17 +177,20 @@ class _Table(NamedTuple):
         more : variance by other causes.
         """
 
-        def along(densities: np.ndarray) -> np.ndarray:
-            return np.interp(speed, self.speeds, np.trapezoid(densities * power * self.k, np.log(self.k)))
-
-        total = along(self.noise) + more
         known = np.isfinite(values)
         if not known.any():
             return np.full(len(speed), np.nan)
-        track = max(float(np.mean(values[known] ** 2) - total[known].mean()), 0.0)
-        for weight, shown, wrong in zip(self.weights, self.shown, self.wrong, strict=True):
-            total = total + weight * track / along(shown)[known].mean() * along(wrong)
-        return np.where(known, np.sqrt(total), np.nan)
+
+        def within(densities: np.ndarray) -> np.ndarray:
+            return np.trapezoid(densities * power * self.k, np.log(self.k))
+
+        near = np.stack([np.interp(speed, self.speeds, row) for row in np.eye(len(self.speeds))])  # their weights
+        usual = near[:, known].mean(axis=1)
+        noise, shown = within(self.noise), within(self.shown)
+        other = float(np.mean(np.broadcast_to(more, speed.shape)[known]))
+        track = max(float(np.mean(values[known] ** 2)) - float(noise @ usual) - other, 0.0)
+        total = noise + track * np.sum((self.weights / (shown @ usual))[:, None] * within(self.wrong), axis=0)
+        return np.where(known, np.sqrt(total @ near + more), np.nan)
 
 
 class Reading(NamedTuple):
@@ -189,23 +205,13 @@ class Reading(NamedTuple):
     output: Output
 
 
-Gain = Callable[[float, np.ndarray], Sequence[np.ndarray]]
-"""From speed (m/s) and wave numbers (rad/m, shape (k,)) to the estimate's response to each reading, shapes (k,)."""
-
-
-def sensor_noise(
-    measurements: Measurements, readings: Sequence[Reading], gain: Gain
-) -> Callable[[float, np.ndarray], np.ndarray]:
-    """Density of the error by the readings' noise, for `Chain.noise`."""
-
-    def noise(speed: float, k: np.ndarray) -> np.ndarray:
-        total = np.zeros(len(k))
-        for one, follows in zip(readings, gain(speed, k), strict=True):
-            densities = [_density(measurements, name, k * speed) for name in one.channels]
-            total += np.mean(densities, axis=0) / len(densities) * np.abs(follows) ** 2
-        return speed / (2.0 * np.pi) * total
-
-    return noise
+def sensor_noise(measurements: Measurements, readings: Sequence[Reading], speed: float) -> np.ndarray:
+    """Densities of the readings' noise at `WAVES`, for `Chain.noise`."""
+    rows = []
+    for one in readings:
+        densities = [_density(measurements, name, WAVES * speed) for name in one.channels]
+        rows.append(np.mean(densities, axis=0) / len(densities))
+    return np.stack(rows)
 
 
 def _density(measurements: Measurements, channel: str, omega: np.ndarray) -> np.ndarray:
@@ -239,14 +245,18 @@ def vertical_chain(measurements: Measurements, readings: Sequence[Reading], gain
         return None
     outputs = [one.output for one in readings]
     several, weights = vehicles(measurements.vehicle, VERTICAL)
-    systems = [lambda speed, p=vehicle: vertical_plane.vertical(p, outputs) for vehicle in several]
+    systems = [vertical_plane.vertical(vehicle, outputs) for vehicle in several]
     wide = gauge_over_vertical("d1") ** 2 * _power(ERRI_VERTICAL) / _power(ERRI_GAUGE)
     gauge = ERRI_GAUGE.scaled(ERRI_GAUGE.amplitude * wide)
-    chain = _chain(measurements, readings, gain, systems, weights, [ERRI_VERTICAL, gauge])
     vehicle = measurements.vehicle
     slope = 0.5 * float(vehicle.get("design_contact_angle", vehicle.get("design_conicity", 0.0)))
-    sinking = np.array([1.0, slope])[:, None]
-    return chain._replace(responses=lambda speed, k: chain.responses(speed, k) * sinking)
+    sinking, arm = np.array([1.0, slope]), float(vehicle["semi_wheelbase"])
+
+    @cache
+    def followed(speed: float) -> np.ndarray:
+        return over_centre(systems, arm, speed, WAVES) * sinking
+
+    return Chain(gain, followed, weights, partial(sensor_noise, measurements, readings), [ERRI_VERTICAL, gauge])
 
 
 def _power(spectrum: TrackSpectrum) -> float:
@@ -266,37 +276,23 @@ def sideways_chain(
     outputs, order = [one.output for one in readings], [0, 1] if quantity == "lateral" else [1, 0]
     nominal = numbers(measurements.vehicle, lateral_roll.NEEDED)
     several, weights = vehicles(nominal, SIDEWAYS)
-    systems = [lambda speed, p=vehicle: lateral_roll.lateral(p, outputs, speed) for vehicle in several]
-    chain = _chain(
-        measurements, readings, gain, systems, weights, [(ERRI_LATERAL, ERRI_CROSS_LEVEL)[one] for one in order]
-    )
-    return chain._replace(responses=lambda speed, k: chain.responses(speed, k)[:, order])
+
+    @cache
+    def followed(speed: float) -> np.ndarray:
+        systems = [lateral_roll.lateral(vehicle, outputs, speed) for vehicle in several]
+        return over_centre(systems, nominal["semi_wheelbase"], speed, WAVES)[..., order]
+
+    priors = [(ERRI_LATERAL, ERRI_CROSS_LEVEL)[one] for one in order]
+    return Chain(gain, followed, weights, partial(sensor_noise, measurements, readings), priors)
 
 
-def _chain(
-    measurements: Measurements,
-    readings: Sequence[Reading],
-    gain: Gain,
-    systems: Sequence[Callable[[float], System]],
-    weights: np.ndarray,
-    priors: Sequence[TrackSpectrum],
-) -> Chain:
-    arm = measurements.vehicle["semi_wheelbase"]
-
-    def responses(speed: float, k: np.ndarray) -> np.ndarray:
-        gains = np.stack(list(gain(speed, k)))
-        return np.stack([np.einsum("mk,kmq->qk", gains, over_centre(one(speed), arm, speed, k)) for one in systems])
-
-    return Chain(responses, weights, sensor_noise(measurements, readings, gain), priors)
-
-
-def over_centre(system: System, arm: float, speed: float, k: np.ndarray) -> np.ndarray:
-    """Readings over waves of the track's quantities under the bogie's centre, shape (k, readings, quantities).
+def over_centre(systems: Sequence[System], arm: float, speed: float, k: np.ndarray) -> np.ndarray:
+    """Readings over waves of the track's quantities under the bogie's centre, shape (systems, k, readings, quantities).
 
     Parameters
     ----------
-    arm : half the wheelbase, m. speed : m/s. k : wave numbers, rad/m, shape (k,).
+    systems : alike but for their numbers. arm : half the wheelbase, m. speed : m/s. k : wave numbers, rad/m, (k,).
     """
-    lead, trail = np.split(system.response(k * speed), 2, axis=2)
+    lead, trail = np.split(responses(systems, k * speed), 2, axis=-1)
     ahead = np.exp(1j * k * arm)[:, None, None]
     return lead * ahead + trail / ahead

@@ -1,6 +1,7 @@
 """Cross level, absolute cant and twist from the bogie's roll."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,8 +10,8 @@ from scipy.ndimage import uniform_filter1d
 from estimators.interface import Estimate
 from estimators.signals.bands import settled, transform
 from estimators.speed.odometry import Odometry
-from estimators.track.chain_error import Chain, Reading, deviations, filtered_deviation, sideways_chain
-from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, geometry, turning
+from estimators.track.chain_error import Chain, Reading, deviations, filtered_deviation, sideways_chain, sum_of_squares
+from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, geometry, in_bands, turning
 from estimators.track.observations import CROSSOVER, CURVE, Attitude, attitude, beyond_straight, curved
 from estimators.track.slow_motions import additions
 from estimators.vehicle import roll_plane
@@ -72,14 +73,13 @@ class CrossLevel(TrackEstimator, frozen=True):
         rolling = self._inverted(np.where(good, raw, np.nan), measurements, odometry)
         columns = geometry("cross_level", -CANT_BASE * rolling, good, odometry, self.cut, integrate=1)
         columns["twist [m/m]"] = self._twist(np.where(good, -CANT_BASE * rolling, np.nan), odometry)
-        if chain := self._chain(measurements, self._compensates(measurements)):
-            slow = additions(measurements, ROLL, odometry)
-            added = [turning(measurements, ROLL, odometry, samples=one)[0] for one in slow]
-            columns |= self._deviations(chain, columns, added, good, odometry)
+        chain = self._chain(measurements, self._compensates(measurements))
+        if chain:
+            columns |= self._deviations(chain, columns, measurements, good, odometry)
         moved, warnings = attitude(measurements, odometry), list[str]()
         if moved is not None:
             curve = curved(moved, odometry)
-            columns |= self._cant(measurements, odometry, moved, curve, good)
+            columns |= self._cant(measurements, odometry, moved, curve, good, chain)
             warnings += [NOWHERE_STRAIGHT] if curve.all() else []
         about = {"compensated": self._compensates(measurements), "warnings": warnings}
         return self.result(odometry, columns, good, **{"twist_base [m]": self.base}, **about)
@@ -101,8 +101,7 @@ class CrossLevel(TrackEstimator, frozen=True):
 
     def _chain(self, measurements: Measurements, compensated: bool) -> Chain | None:
         def gain(speed: float, k: np.ndarray) -> list[np.ndarray]:
-            level = -CANT_BASE / (1j * k * speed)
-            return [level * self._inverse(measurements, speed)(k) if compensated else level]
+            return [one * self._inverse(measurements, speed)(k) if compensated else one for one in _level(speed, k)]
 
         return sideways_chain(measurements, [Reading((ROLL,), Output("rate"))], gain, "cross_level")
 
@@ -110,26 +109,32 @@ class CrossLevel(TrackEstimator, frozen=True):
         self,
         chain: Chain,
         columns: Mapping[str, np.ndarray],
-        added: Sequence[np.ndarray],
+        measurements: Measurements,
         good: np.ndarray,
         odometry: Odometry,
     ) -> dict[str, np.ndarray]:
-        slopes = [np.where(good, -CANT_BASE * one, np.nan) for one in added]
-        levels = [geometry("cross_level", one, good, odometry, self.cut, integrate=1) for one in slopes]
-        more = np.sum([np.nan_to_num(self._twist(one, odometry)) ** 2 for one in slopes], axis=0)
-        twist = columns["twist [m/m]"]
-        spread = filtered_deviation(twist, lambda k: k * self._over_base(k), chain, odometry, more)
-        return deviations("cross_level", columns, chain, odometry, levels) | {"twist_std [m/m]": spread}
+        slow = additions(measurements, ROLL, odometry)
+        slopes = np.where(good, -CANT_BASE * turning(measurements, ROLL, odometry, samples=slow)[0], np.nan)
+        levels = in_bands("cross_level", slopes, good, odometry, integrate=1)
+        more = sum_of_squares(self._twist(slopes, odometry))
+        twist, table = columns["twist [m/m]"], chain.table(odometry)
+        spread = filtered_deviation(twist, lambda k: k * self._over_base(k), table, odometry, more)
+        return deviations("cross_level", columns, table, odometry, levels) | {"twist_std [m/m]": spread}
 
     def _cant(
-        self, measurements: Measurements, odometry: Odometry, moved: Attitude, curve: np.ndarray, good: np.ndarray
+        self,
+        measurements: Measurements,
+        odometry: Odometry,
+        moved: Attitude,
+        curve: np.ndarray,
+        good: np.ndarray,
+        chain: Chain | None,
     ) -> dict[str, np.ndarray]:
-        """Absolute cant and its standard deviation."""
+        """Absolute cant and its standard deviation. `chain` : of cross level; cant is not compensated."""
         good = settled(good & ~moved.bridged, odometry.spacing, CROSSOVER)
         leaning = lean(measurements.vehicle, moved.side, odometry)
         values = beyond_straight(moved.roll - leaning, curve)
         cant = np.where(good, -CANT_BASE * np.sin(values), np.nan)
-        chain = self._chain(measurements, compensated=False)
         if chain is None:
             return {"cant [m]": cant}
         side, yaw = data_sheet(measurements.about, LATERAL), data_sheet(measurements.about, YAW)
@@ -140,7 +145,8 @@ class CrossLevel(TrackEstimator, frozen=True):
         count = max(1, round(2.0 * np.pi / LONG / odometry.spacing))
         waves = np.where(good, CANT_BASE * (values - uniform_filter1d(values, count)), np.nan)
         more = CANT_BASE**2 * (off**2 + (LOAD * leaning) ** 2)
-        spread = filtered_deviation(waves, lambda k: (k > LONG).astype(float), chain, odometry, more)
+        table = replace(chain, gain=_level).table(odometry)
+        spread = filtered_deviation(waves, lambda k: (k > LONG).astype(float), table, odometry, more)
         return {"cant [m]": cant, "cant_std [m]": spread}
 
     def _inverse(self, measurements: Measurements, speed: float) -> Callable[[np.ndarray], np.ndarray]:
@@ -149,6 +155,11 @@ class CrossLevel(TrackEstimator, frozen=True):
             return np.conj(follows) / (np.abs(follows) ** 2 + self.regularisation)
 
         return gain
+
+
+def _level(speed: float, k: np.ndarray) -> list[np.ndarray]:
+    """Cross level over the roll rate."""
+    return [-CANT_BASE / (1j * k * speed)]
 
 
 def _usual(speed: np.ndarray, curve: np.ndarray) -> float:

@@ -66,10 +66,24 @@ def geometry(
     bands : those that are given; all of the quantity's where None.
     """
     masked = np.where(good, values, np.nan)
-    columns = {f"{name} [m]": band_pass(masked, odometry.spacing, Band(0.0, cut), integrate)}
+    whole = {f"{name} [m]": band_pass(masked, odometry.spacing, Band(0.0, cut), integrate)}
+    return whole | in_bands(name, values, good, odometry, integrate, bands)
+
+
+def in_bands(
+    name: str,
+    values: np.ndarray,
+    good: np.ndarray,
+    odometry: Odometry,
+    integrate: int = 0,
+    bands: Mapping[str, Band] | None = None,
+) -> dict[str, np.ndarray]:
+    """Those of `geometry` in bands; `values` may be several in rows, shape (..., n), and the columns are so then."""
+    masked, columns = np.where(good, values, np.nan), {}
     for band, edges in (bands_of(name) if bands is None else bands).items():
         found = band_pass(masked, odometry.spacing, edges, integrate)
-        columns[f"{name}_{band} [m]"] = np.where(settled(good, odometry.spacing, edges.longest), found, np.nan)
+        found[..., ~settled(good, odometry.spacing, edges.longest)] = np.nan
+        columns[f"{name}_{band} [m]"] = found
     return columns
 
 
@@ -98,15 +112,17 @@ def turning(
     ----------
     gain : response of a filter over time, by angular frequency in rad/s.
     ahead : how far before the bogie's centre the place lies to which the rate shall belong, m.
-    samples : to be taken in place of the measured ones; they have no bias.
+    samples : to be taken in place of the measured ones; they have no bias and none is lost. Several in rows, shape
+        (rows, k), give values of shape (rows, n).
     """
     if samples is None:
-        samples = without_bias(measurements[name], measurements.time(name), odometry)
-    rate = filled(samples)
+        samples = filled(without_bias(measurements[name], measurements.time(name), odometry))
+    rate = samples
     if gain is not None:
         rate = filter_time(rate, measurements.rate(name), gain)
     values, good = odometry.channel(measurements, name, ahead, rate)
-    return values / np.interp(odometry.s - ahead, odometry.s, odometry.speed), good
+    values /= odometry.speed_behind(ahead)
+    return values, good
 
 
 def without_bias(values: np.ndarray, time: np.ndarray, odometry: Odometry, still_only: bool = False) -> np.ndarray:
@@ -116,8 +132,7 @@ def without_bias(values: np.ndarray, time: np.ndarray, odometry: Odometry, still
     """
     speed = np.interp(time, odometry.knots, odometry.speed_at_knots)
     still = (speed < 1e-3) & np.isfinite(values)
-    step = float(np.median(np.diff(time)))
-    stood = still.sum() * step >= STANDING
+    stood = still.any() and still.sum() * float(np.median(np.diff(time))) >= STANDING
     chosen = still if stood else np.isfinite(values) & (not still_only)
     return values - (float(np.mean(values[chosen])) if chosen.any() else 0.0)
 

@@ -3,14 +3,16 @@
 What they make of an estimate is part of its stated deviation; see `chain_error`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
+from estimators.signals.bands import Band
 from estimators.speed.odometry import Odometry
-from estimators.track.geometry import CANT_BASE
+from estimators.track.chain_error import Chain, deviations
+from estimators.track.geometry import CANT_BASE, in_bands
 from estimators.track.observations import CURVE
 from estimators.vehicle.parameters import given
 from railsim.constants import GRAVITY
@@ -25,8 +27,38 @@ LINEAR, ANGULAR = (ALONG, "acceleration_y [m/s2]", UPWARDS), ("rate_roll [rad/s]
 NODDING = ("body_mass", "bogie_mass", "bogie_height", "primary_vertical_stiffness", "semi_wheelbase")
 
 
-def additions(measurements: Measurements, channel: str, odometry: Odometry) -> Iterator[np.ndarray]:
-    """What a reading may hold beside what it stands for: one standard deviation of each, at its samples.
+Through = Callable[[np.ndarray], np.ndarray]
+"""From samples of a channel in rows, shape (rows, k), to what an estimate makes of them on the grid, (rows, n)."""
+
+
+def stated(
+    name: str,
+    columns: Mapping[str, np.ndarray],
+    chain: Chain | None,
+    felt: Mapping[str, Through],
+    measurements: Measurements,
+    odometry: Odometry,
+    good: np.ndarray,
+    integrate: int = 0,
+    bands: Mapping[str, Band] | None = None,
+) -> dict[str, np.ndarray]:
+    """Standard deviations of a quantity's bands: by `chain`, and by the slow motions that its channels feel.
+
+    Parameters
+    ----------
+    name, columns : see `chain_error.deviations`. chain : nothing is stated where None.
+    felt : what is made of each channel that feels slow motions, before it is integrated.
+    good, integrate, bands : see `geometry`.
+    """
+    if chain is None:
+        return {}
+    rows = [through(additions(measurements, channel, odometry)) for channel, through in felt.items()]
+    added = in_bands(name, np.concatenate(rows), good, odometry, integrate, bands) if rows else {}
+    return deviations(name, columns, chain.table(odometry), odometry, added)
+
+
+def additions(measurements: Measurements, channel: str, odometry: Odometry) -> np.ndarray:
+    """What a reading may hold beside what it stands for: one standard deviation of each at its samples, in rows.
 
     A sensor that is not quite along its axis feels the other axes, and the pull of brakes among them. That pull also
     turns the bogie on its primary springs. In a canted curve yaw turns into pitch, and the pull to the outside into
@@ -34,22 +66,23 @@ def additions(measurements: Measurements, channel: str, odometry: Odometry) -> I
     """
     sheet, time = data_sheet(measurements.about, channel), measurements.time(channel)
     sensor, _, quantity = channel.partition(".")
-    misaligned = sheet.error("misalignment_std")
+    misaligned, rows = sheet.error("misalignment_std"), list[np.ndarray]()
     axes = LINEAR if quantity in LINEAR else ANGULAR
     for other in axes:
         name = f"{sensor}.{other}"
         if other != quantity and name in measurements and len(measurements[name]) == len(time):
-            yield misaligned * without_mean(measurements[name])
+            rows.append(misaligned * without_mean(measurements[name]))
         elif other == ALONG:
-            yield misaligned * pull(odometry, time)
-    yield sheet.error("scale_error_std") * without_mean(measurements[channel])
+            rows.append(misaligned * pull(odometry, time))
+    rows.append(sheet.error("scale_error_std") * without_mean(measurements[channel]))
     if quantity == PITCHING:
-        yield np.gradient(nod(measurements.vehicle, odometry, time), time)
+        rows.append(np.gradient(nod(measurements.vehicle, odometry, time), time))
     yaw = f"{sensor}.{YAWING}"
     if quantity in (UPWARDS, PITCHING) and yaw in measurements and len(measurements[yaw]) == len(time):
         speed = np.interp(time, odometry.knots, odometry.speed_at_knots)
         turning = without_mean(measurements[yaw])
-        yield speed * turning**2 / GRAVITY * (speed if quantity == UPWARDS else 1.0)
+        rows.append(speed * turning**2 / GRAVITY * (speed if quantity == UPWARDS else 1.0))
+    return np.stack(rows)
 
 
 def nod(vehicle: Mapping[str, Any], odometry: Odometry, time: np.ndarray) -> np.ndarray:

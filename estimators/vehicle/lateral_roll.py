@@ -7,7 +7,9 @@ wheelset. Creep forces are those of Polach's law about the wheels' spin at rest 
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,11 +25,10 @@ from estimators.vehicle.contact import (
 )
 from estimators.vehicle.creep import polach_slopes
 from estimators.vehicle.linear_model import Kinematics, Reduced, Row, reduce
-from estimators.vehicle.parameters import Parameters, numbers
+from estimators.vehicle.parameters import VEHICLES, Parameters, numbers
 from estimators.vehicle.state_space import Output, System
 from estimators.vehicle.suspension import (
     PIVOT,
-    Bogie,
     half_vehicle_bogies,
     heights,
     masses,
@@ -64,12 +65,12 @@ def lateral(vehicle: Parameters, outputs: Sequence[Output], speed: float) -> Sys
     """States: the coordinates (m, rad), then their rates; inputs path and cross level under the leading wheelset, then
     under the trailing one. The coordinates are `COORDINATES`, or `WHOLE` where `PIVOT` is among the parameters.
     """
-    return _system(vehicle, outputs, speed, WHOLE if PIVOT in vehicle else COORDINATES, half_vehicle_bogies(vehicle))
+    return _system(vehicle, outputs, speed, WHOLE if PIVOT in vehicle else COORDINATES, 1)
 
 
 def both_bogies(vehicle: Parameters, outputs: Sequence[Output], speed: float) -> System:
     """A whole vehicle whose other bogie runs too: coordinates `BOTH`, inputs under the wheelsets 1 to 4."""
-    return _system(vehicle, outputs, speed, BOTH, whole_vehicle_bogies(vehicle, vehicle[PIVOT]))
+    return _system(vehicle, outputs, speed, BOTH, 2)
 
 
 def along_the_track(vehicle: Parameters, outputs: Sequence[Output], speed: float, k: np.ndarray) -> np.ndarray:
@@ -87,13 +88,12 @@ def along_the_track(vehicle: Parameters, outputs: Sequence[Output], speed: float
 
 
 def _system(
-    vehicle: Parameters, outputs: Sequence[Output], speed: float, coordinates: Sequence[str], rolling: Sequence[Bogie]
+    vehicle: Parameters, outputs: Sequence[Output], speed: float, coordinates: tuple[str, ...], rolling: int
 ) -> System:
-    """The system of some coordinates; `rolling` : the bogies whose wheelsets roll, others are held."""
-    geometry = arcs(vehicle)
-    of = wheelsets(vehicle, rolling)
-    moving = _kinematics(vehicle, geometry, coordinates, of)
-    A, B, E = _equations(vehicle, geometry, moving, of, speed).first_order()
+    """The system of some coordinates; `rolling` : bogies whose wheelsets roll, from the first on; others are held."""
+    parts = _parts(frozenset(vehicle.items()), coordinates, rolling)
+    moving = parts.moving
+    A, B, E = parts.at(speed).first_order()
     rows = [_row(vehicle, output, A, B, E, moving) for output in outputs]
     C, D, G, J, feels = (np.stack(part) for part in zip(*rows, strict=True))
     return System(A, B, E, C, D, G, J if J.any() else None, feels)
@@ -127,24 +127,50 @@ def followed(
 
 def equations(p: Parameters, speed: float) -> Reduced:
     """Equations of motion at a speed, m/s."""
-    geometry, of = arcs(p), wheelsets(p, half_vehicle_bogies(p))
-    coordinates = WHOLE if PIVOT in p else COORDINATES
-    return _equations(p, geometry, _kinematics(p, geometry, coordinates, of), of, speed)
+    return _parts(frozenset(p.items()), WHOLE if PIVOT in p else COORDINATES, 1).at(speed)
 
 
-def _equations(
-    p: Parameters, geometry: ContactGeometry, moving: Kinematics, rolling: Sequence[Wheelset], speed: float
-) -> Reduced:
-    above, slopes = heights(p), polach_slopes(p, geometry.angle)
+class _Parts(NamedTuple):
+    """Equations of motion by how their damping depends on the speed.
+
+    Attributes
+    ----------
+    moving : kinematics. held : whatever the speed. creeping : damping over the speed. spinning : damping times it.
+    """
+
+    moving: Kinematics
+    held: Reduced
+    creeping: Reduced
+    spinning: Reduced
+
+    def at(self, speed: float) -> Reduced:
+        """At a speed, m/s."""
+        held, creep, spin = self.held, self.creeping, self.spinning
+        return replace(
+            held,
+            damping=held.damping + creep.damping / speed + spin.damping * speed,
+            stiffness=held.stiffness + creep.stiffness,
+            input_damping=held.input_damping + creep.input_damping / speed + spin.input_damping * speed,
+            input_stiffness=held.input_stiffness + creep.input_stiffness,
+        )
+
+
+@lru_cache(maxsize=VEHICLES)
+def _parts(vehicle: frozenset[tuple[str, float]], coordinates: tuple[str, ...], rolling: int) -> _Parts:
+    """Of a vehicle whose first bogies roll, `rolling` of them."""
+    p = dict(vehicle)
+    geometry, above = arcs(p), heights(p)
     bogies, body = half_vehicle_bogies(p), p
     if PIVOT in p:
         bogies = whole_vehicle_bogies(p, p[PIVOT])  # one that has no coordinates is held
         body = {**p, "body_mass": 2.0 * p["body_mass"], "body_roll_inertia": 2.0 * p["body_roll_inertia"]}
-    elements = suspension_elements(body, bogies, above)
-    for wheelset in rolling:
-        elements += creep_forces(wheelset, slopes, speed, moment_of_spin=False)
-        elements += weight(wheelset, geometry) + gyroscopic(wheelset, speed)
-    return reduce(elements, masses(body, bogies, moving.coordinates), moving)
+    of, slopes = wheelsets(p, bogies[:rolling]), polach_slopes(p, geometry.angle)
+    moving = _kinematics(p, geometry, coordinates, of)
+    held = suspension_elements(body, bogies, above) + [one for each in of for one in weight(each, geometry)]
+    creep = [one for each in of for one in creep_forces(each, slopes, 1.0, moment_of_spin=False)]
+    spin = [one for each in of for one in gyroscopic(each, 1.0)]
+    inertias = masses(body, bogies, coordinates)
+    return _Parts(moving, *(reduce(some, inertias, moving) for some in (held, creep, spin)))
 
 
 def _kinematics(

@@ -19,6 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from estimators.vehicle.adjoint import over_forces
+
 Row = Mapping[str, float]
 """Factors by the names of coordinates."""
 
@@ -85,6 +87,14 @@ class Reduced:
         dynamic = at**2 * self.mass + at * self.damping + self.stiffness
         drive = -(self.input_stiffness + at * self.input_damping)
         return np.linalg.solve(dynamic, drive if together is None else np.einsum("knm,kms->kns", drive, together))
+
+    def response_of(self, coordinate: str, omega: np.ndarray) -> np.ndarray:
+        """One coordinate over the inputs at angular frequencies, rad/s, (k,): `response` for less, shape (k, m)."""
+        read = np.array([[[float(name == coordinate) for name in self.coordinates]]])
+        parts = (self.mass[None], self.damping[None], self.stiffness[None])
+        acting = over_forces(*parts, read, np.zeros_like(read), np.asarray(omega))[0, :, 0]
+        held, damped = (np.einsum("kn,ni->ki", acting, part) for part in (self.input_stiffness, self.input_damping))
+        return -(held + 1j * np.asarray(omega)[:, None] * damped)
 
 
 class Kinematics:

@@ -8,6 +8,9 @@ from railsim.errors import InputError
 Parameters = Mapping[str, float]
 """Nominal parameters by field name, SI units."""
 
+VEHICLES = 128
+"""Linear vehicles of a kind that are kept: an estimate asks for all that a data sheet leaves open at each speed."""
+
 
 def given(vehicle: Mapping[str, Any], needed: Iterable[str]) -> bool:
     """Whether all that is needed is given as a number."""

@@ -62,7 +62,7 @@ def roll_response(p: Mapping[str, float], omega: np.ndarray) -> np.ndarray:
     relations = {f"{name}.roll": {WHEELSETS: 1.0} for name in names}
     relations |= {f"{name}.y": {WHEELSETS: -p["wheel_radius"]} for name in names}
     reduced = reduce(elements, masses(p, bogies, COORDINATES), Kinematics(COORDINATES, (WHEELSETS,), relations))
-    return reduced.response(1j * np.asarray(omega))[:, COORDINATES.index("bogie.roll"), 0]
+    return reduced.response_of("bogie.roll", omega)[:, 0]
 
 
 def over_track(vehicle: Mapping[str, Any], speed: float, wave_number: np.ndarray) -> np.ndarray:

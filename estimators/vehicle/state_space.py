@@ -1,9 +1,12 @@
 """Linear systems over a track that the leading wheelset meets first and the trailing one a wheelbase later."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
+from estimators.vehicle.adjoint import over_forces
 
 CANT_BASE = 1.5  # m; distance of the rails to which cross level refers (EN 13848-1)
 
@@ -62,6 +65,24 @@ class System(NamedTuple):
         return self._replace(C=self.C[chosen], D=self.D[chosen], G=self.G[chosen], J=twice, feels=feels)
 
 
+def responses(systems: Sequence[System], frequency: np.ndarray) -> np.ndarray:
+    """`System.response` of several systems that are alike but for their numbers, shape (systems, frequencies, m, 2 q).
+
+    The first half of the states are positions, the others their rates. One equation is solved for each output, the
+    adjoint one, where `System.response` solves one for each input.
+    """
+    A, B, E, C, D, G = (np.stack(part) for part in zip(*(one[:6] for one in systems), strict=True))
+    omega, n = np.asarray(frequency, dtype=float), A.shape[-1] // 2
+    s, mass = 1j * omega[:, None, None], np.broadcast_to(np.eye(n), (len(systems), n, n))
+    acting = over_forces(mass, -A[:, n:, n:], -A[:, n:, :n], C[..., :n], C[..., n:], omega)
+    pushed, dragged = (np.einsum("vkmn,vni->vkmi", acting, part[:, n:]) for part in (B, E))  # not the threaded BLAS
+    found = pushed + D[:, None] + s * (dragged + G[:, None])
+    if any(one.J is not None for one in systems):
+        twice = [np.zeros(D.shape[1:]) if one.J is None else one.J for one in systems]
+        found += s**2 * np.stack(twice)[:, None]
+    return found
+
+
 class Transfer(NamedTuple):
     """Responses of the outputs of a system at frequencies.
 
@@ -83,8 +104,8 @@ class Output:
 
     Attributes
     ----------
-    kind : "acceleration", "rate" or "displacement" of or at the bogie; "axlebox" and "lift", the acceleration of a
-        wheelset in its middle, and that of its roll times the arm y.
+    kind : "acceleration", "rate" or "displacement" of or at the bogie, in the vertical plane also its "height";
+        "axlebox" and "lift", the acceleration of a wheelset in its middle, and that of its roll times the arm y.
     position : m from the bogie's centre of gravity: x forward, y left, z up; of a displacement only x, +-1 for the
         leading and trailing wheelset.
     axis : of a rate in the lateral plane, "roll" or "yaw".

@@ -16,12 +16,13 @@ rails, and their inverse, the wheelsets' motion from that of the bogie.
 """
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from estimators.vehicle.linear_model import Element, Kinematics, reduce
-from estimators.vehicle.parameters import positive_numbers
+from estimators.vehicle.parameters import VEHICLES, numbers, positive_numbers
 from estimators.vehicle.state_space import Output, System
 from estimators.vehicle.suspension import (
     half_vehicle_bogies,
@@ -46,10 +47,17 @@ NEEDED = tuple(dict.fromkeys((*NEEDED_IN_PITCH, *NEEDED_IN_BOUNCE)))
 """Nominal parameters, SI units; all positive."""
 
 
-def vertical(vehicle: Mapping[str, Any], outputs: list[Output]) -> System:
+def vertical(vehicle: Mapping[str, Any], outputs: Sequence[Output]) -> System:
     """States: heights of bogie and body, bogie's pitch (m, rad), with a traction rod `ALONG` after them, then their
     rates. u is the mean height of the rails.
     """
+    return _vertical(frozenset(numbers(vehicle, ()).items()), tuple(outputs))
+
+
+@lru_cache(maxsize=VEHICLES)
+def _vertical(parameters: frozenset[tuple[str, float]], outputs: tuple[Output, ...]) -> System:
+    """The same of parameters that can be looked up."""
+    vehicle = dict(parameters)
     coordinates = coordinates_of(vehicle)
     bogies, moving = half_vehicle_bogies(vehicle), Kinematics(coordinates, WHEELSETS)
     springs = vertical_springs(vehicle, bogies)
@@ -66,6 +74,8 @@ def vertical(vehicle: Mapping[str, Any], outputs: list[Output]) -> System:
         elif output.kind == "acceleration":
             rows.append(tuple(part[n + bounce] - x * part[n + pitch] for part in (A, B, E)))
             feels[number, [bounce, pitch]] = 1.0, -x
+        elif output.kind == "height":
+            rows.append((np.eye(2 * n)[bounce] - x * np.eye(2 * n)[pitch], still, still))
         elif output.kind == "axlebox":
             rows.append((np.zeros(2 * n), still, still))
             twice[number, wheelset] = 1.0

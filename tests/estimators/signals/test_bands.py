@@ -78,3 +78,13 @@ def test_stretches_and_what_is_settled():
 def test_lateral_quantities_reach_to_200_m():
     assert bands_of("left_lateral") == bands_of("gauge_deviation") == LATERAL_BANDS
     assert bands_of("vertical")["d3"] == Band(70.0, 150.0)
+
+
+@pytest.mark.parametrize("longest", [70.0, 700.0])
+def test_rows_are_filtered_each_as_if_alone(longest: float):
+    """Also where a stretch is shorter than the filter's reach."""
+    rows = np.random.default_rng(2).normal(size=(3, 1500))
+    rows[:, 600:610] = np.nan
+    band = Band(3.0, longest)
+    alone = np.stack([band_pass(row, SPACING, band, integrate=2) for row in rows])
+    assert np.array_equal(band_pass(rows, SPACING, band, integrate=2), alone, equal_nan=True)
