@@ -1,4 +1,4 @@
-"""A recording as loggers would write it: foreign units, one sign turned round, six formats; and the map to it."""
+"""A recording as loggers would write it: foreign units, one sign turned round, seven formats; and the map to it."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -9,6 +9,7 @@ import pandas as pd
 import yaml
 
 from railsim.measurements import Measurements
+from tests.field.matlab import seven
 
 FOREIGN = {"rad/s": ("deg/s", 180 / np.pi), "m/s2": ("g", 1 / 9.80665), "m/s": ("km/h", 3.6), "m": ("mm", 1e3)}
 TURNED = "_y [m/s2]"
@@ -117,14 +118,25 @@ def write_mat(seen: Measurements, folder: Path) -> Written:
     """A struct a rate, units beside the vectors."""
     from scipy.io import savemat
 
+    structs, groups = _structs(seen)
     path = folder / "data.mat"
+    savemat(path, structs, long_field_names=True, do_compression=True)
+    return path, _with_fields(whole_map(seen, groups=groups))
+
+
+def write_mat73(seen: Measurements, folder: Path) -> Written:
+    """The same as MATLAB saves it by -v7.3."""
+    structs, groups = _structs(seen)
+    return seven(folder / "data.mat", structs), _with_fields(whole_map(seen, groups=groups))
+
+
+def _structs(seen: Measurements) -> tuple[dict[str, Any], dict[float, dict[str, Any]]]:
     structs, groups = {}, {}
     for rate, table in tables(seen).items():
         units = {_field(name): _unit(name, seen) for name in table if name != "t"}
         structs[f"r{rate:g}"] = {_field(name): values for name, values in table.items()} | {"units": units}
         groups[rate] = {"group": f"r{rate:g}"}
-    savemat(path, structs, long_field_names=True, do_compression=True)
-    return path, _with_fields(whole_map(seen, groups=groups))
+    return structs, groups
 
 
 def write_hdf5(seen: Measurements, folder: Path) -> Written:
@@ -163,6 +175,7 @@ WRITERS: dict[str, Callable[[Measurements, Path], Written]] = {
     "mdf4": write_mdf4,
     "tdms": write_tdms,
     "mat": write_mat,
+    "mat73": write_mat73,
     "hdf5": write_hdf5,
 }
 

@@ -24,8 +24,8 @@ from tests.field.damage import Target, damaged, damages, targets
 COUNT = int(os.environ.get("RAILSIM_FUZZ", "200"))
 LONGEST = 25.0  # s for one input; the reading process is ended after 10 s
 NAMES = [
-    "csv", "map", "parquet", "mdf4", "tdms", "mat", "hdf5", "nmea", "gpx", "car", "track", "profile", "scenario",
-    "estimate", "recording about.json", "recording measured/256hz.parquet", "recording track.csv",
+    "csv", "map", "parquet", "mdf4", "tdms", "mat", "mat73", "hdf5", "nmea", "gpx", "car", "track", "profile",
+    "scenario", "estimate", "recording about.json", "recording measured/256hz.parquet", "recording track.csv",
     "recording truth/about.json", "recording truth/channels.parquet",
 ]  # fmt: skip
 

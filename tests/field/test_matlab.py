@@ -14,52 +14,10 @@ from railsim.field.guard import Guard
 from railsim.field.readers import hdf5, mat, tree
 from railsim.field.readers.interface import Wanted
 from tests.field.imports import SPEED, UP, mapped, rate, refusal, run, told, values
+from tests.field.matlab import five, seven
 
 TIME = np.arange(200) / 100
 AZ = np.sin(7 * TIME)
-CLASS = np.bytes_
-
-
-def seven(path: Path, variables: dict[str, Any]) -> Path:
-    """A file of version 7.3 as MATLAB lays it out: arrays by columns, cells as references, a user block."""
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, value in variables.items():
-            _put(file, name, value)
-    text = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM"
-    with path.open("r+b") as handle:
-        handle.write(text)
-    return path
-
-
-def _put(group: h5py.Group, name: str, value: Any) -> None:
-    if isinstance(value, dict):
-        below = group.create_group(name)
-        below.attrs["MATLAB_class"] = CLASS("struct")
-        for field, one in value.items():
-            _put(below, field, one)
-    elif isinstance(value, str):
-        codes = np.frombuffer(value.encode("utf-16-le"), "<u2").reshape(-1, 1)
-        group.create_dataset(name, data=codes).attrs["MATLAB_class"] = CLASS("char")
-    elif isinstance(value, list):
-        cells = group.file.require_group("#refs#")
-        places = np.empty((1, len(value)), dtype=h5py.ref_dtype)
-        for number, one in enumerate(value):
-            key = f"{len(cells)}"
-            _put(cells, key, one)
-            places[0, number] = cells[key].ref
-        group.create_dataset(name, data=places).attrs["MATLAB_class"] = CLASS("cell")
-    else:
-        group.create_dataset(name, data=np.atleast_2d(value).T).attrs["MATLAB_class"] = CLASS("double")
-
-
-def five(path: Path, variables: dict[str, Any]) -> Path:
-    """A file of version 5."""
-    held = {key: np.array(one, dtype=object) if isinstance(one, list) else one for key, one in variables.items()}
-    for one in held.values():
-        for key, field in one.items() if isinstance(one, dict) else ():
-            one[key] = np.array(field, dtype=object) if isinstance(field, list) else field
-    scipy.io.savemat(path, held, oned_as="column")
-    return path
 
 
 @pytest.fixture(params=[five, seven], ids=["5", "7.3"])
@@ -180,7 +138,7 @@ def test_objects_of_matlab_are_named(tmp_path: Path, guard: Guard, kind: str, cu
     path = seven(tmp_path / "x.mat", {"t": TIME})
     with h5py.File(path, "r+") as file:
         held = file.create_dataset("az", data=np.zeros((1, 6), np.uint32))
-        held.attrs["MATLAB_class"], held.attrs["MATLAB_object_decode"] = CLASS(kind), 3
+        held.attrs["MATLAB_class"], held.attrs["MATLAB_object_decode"] = np.bytes_(kind), 3
     line = refusal(tmp_path, path, mapped(), guard)
     assert f"'az' is an object of MATLAB's class {kind}, which MATLAB alone reads" in line and cure in line
 

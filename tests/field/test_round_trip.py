@@ -1,4 +1,4 @@
-"""The same recording written in six formats and imported back is the same recording."""
+"""The same recording written in seven formats and imported back is the same recording."""
 
 import json
 import shutil
@@ -35,7 +35,7 @@ def test_format_gives_the_recording_back(kind: str, original: Recording, guard: 
         assert after.sensor(name) == before.sensor(name)
     assert after.vehicle == before.vehicle
     assert after.about["assumptions"] == done.notes.assumptions
-    assert after.about["import"]["format"] == kind
+    assert after.about["import"]["format"] == kind.removesuffix("73")
     assert not (tmp_path / "out" / "truth").exists()
 
 
