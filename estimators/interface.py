@@ -2,7 +2,7 @@
 
 import os
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -81,10 +81,66 @@ class Estimate:
         return cls(head["name"], pd.DataFrame({name: read_column(table, name) for name in names}), head["about"])
 
 
+@dataclass(frozen=True)
+class Missing:
+    """What an estimator needs and a recording does not have.
+
+    Attributes
+    ----------
+    channels : by their full names.
+    parameters : of the vehicle, nominal, by field name.
+    others : what else, in words that also say how to give it.
+    """
+
+    channels: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Whether anything is missing."""
+        return bool(self.channels or self.parameters or self.others)
+
+    def __add__(self, other: "Missing") -> "Missing":
+        """Both, nothing twice."""
+        return Missing(
+            *(
+                tuple(dict.fromkeys((*mine, *theirs)))
+                for mine, theirs in (
+                    (self.channels, other.channels),
+                    (self.parameters, other.parameters),
+                    (self.others, other.others),
+                )
+            )
+        )
+
+    def text(self) -> str:
+        """All of it in one line, with what mends it."""
+        parts = []
+        if self.channels:
+            what, which = ("channels", "these sensors") if len(self.channels) > 1 else ("channel", "that sensor")
+            parts.append(f"{what} {_quoted(self.channels)}; add {which} to the recording")
+        if self.parameters:
+            what, which = ("parameters", "them") if len(self.parameters) > 1 else ("parameter", "it")
+            give = f"under 'vehicle' in the map, or by --set vehicle.{next(iter(self.parameters))}=NUMBER"
+            parts.append(f"vehicle {what} {_quoted(self.parameters)} in SI units; give {which} {give}")
+        return "; and ".join([*parts, *self.others])
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names)
+
+
 class Estimator(Spec, frozen=True):
-    """Base of every estimator: its fields are its settings, its module's name is its name."""
+    """Base of every estimator: its fields are its settings, its module's name is its name.
+
+    Attributes
+    ----------
+    requires : channels without which it gives nothing.
+    adds : channels that it can do without, and what it gives or betters with each.
+    """
 
     requires: ClassVar[tuple[str, ...]] = ()
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property
     def name(self) -> str:
@@ -95,20 +151,25 @@ class Estimator(Spec, frozen=True):
         """The channels that the estimator needs with these settings."""
         return self.requires
 
-    def lacking(self, measurements: Measurements) -> list[str]:
-        """The channels that are needed and missing."""
-        return [name for name in self.needed() if name not in measurements]
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """Nominal parameters of the vehicle that the estimator needs for such a recording."""
+        return ()
+
+    def missing(self, measurements: Measurements) -> Missing:
+        """Everything that is needed and not there."""
+        channels = tuple(name for name in self.needed() if name not in measurements)
+        vehicle = measurements.vehicle
+        unknown = (one for one in self.parameters(measurements) if not isinstance(vehicle.get(one), int | float))
+        return Missing(channels, tuple(dict.fromkeys(unknown)))
 
     def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has every channel that the estimator needs."""
-        return not self.lacking(measurements)
+        """Whether the recording has everything that the estimator needs."""
+        return not self.missing(measurements)
 
     def need(self, measurements: Measurements) -> None:
-        """Raise `InputError` that names all channels that are needed and missing."""
-        missing = [f"'{name}'" for name in self.lacking(measurements)]
-        if missing:
-            what, which = ("channels", "these sensors") if len(missing) > 1 else ("channel", "that sensor")
-            raise InputError(f"{self.name} needs {what} {', '.join(missing)}; add {which} to the recording")
+        """Raise `InputError` that names everything that is needed and missing."""
+        if missing := self.missing(measurements):
+            raise InputError(f"{self.name} needs {missing.text()}")
 
     @abstractmethod
     def estimate(self, measurements: Measurements) -> Estimate:

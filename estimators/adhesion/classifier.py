@@ -98,6 +98,14 @@ def vehicles() -> list[str]:
     return sorted(calibrations()["vehicles"])
 
 
+def no_calibration(vehicle: str) -> str:
+    """What is missing for a vehicle that has no calibration, and how to get it."""
+    return (
+        f"an adhesion calibration for vehicle '{vehicle}' (there are: {', '.join(vehicles())}): "
+        "make one by python -m experiments.calibration.adhesion --vehicle NAME"
+    )
+
+
 @lru_cache(maxsize=16)
 def classifier(vehicle: str, sensors: str, window: float) -> Classifier:
     """The calibration for a vehicle's name, a set of sensors and a window.
@@ -107,8 +115,5 @@ def classifier(vehicle: str, sensors: str, window: float) -> Classifier:
     InputError : there is none for that vehicle.
     """
     if vehicle not in vehicles():
-        raise InputError(
-            f"no adhesion calibration for vehicle '{vehicle}', only for {', '.join(vehicles())}; "
-            "make one: python -m experiments.calibration.adhesion --vehicle NAME"
-        )
+        raise InputError(f"the adhesion level needs {no_calibration(vehicle)}")
     return Classifier.read(calibrations()["vehicles"][vehicle]["classifiers"][f"{sensors}, {window:g} s"])

@@ -1,19 +1,20 @@
 """What the estimators share that run the creep force filter: settings, channels, and the columns of what it gives."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
 
 from estimators.adhesion.bogie_place import BogiePlace, places
 from estimators.adhesion.channels import WHEELSETS, LateralRecord, grid, has_all, read, used_channels
-from estimators.adhesion.classifier import vehicles
+from estimators.adhesion.classifier import no_calibration, vehicles
 from estimators.adhesion.creep_forces import Forces, find_forces, smoothed_forces
-from estimators.adhesion.creep_model import ROLL_BODIES, Shaping, parameters
+from estimators.adhesion.creep_model import ROLL_BODIES, Shaping, needed_parameters, parameters
 from estimators.adhesion.force_budget import budgeted
-from estimators.interface import Estimator
+from estimators.interface import Estimator, Missing
 from estimators.signals.channel_health import Health, channel_health
-from estimators.speed.odometry import SpeedSource, has_speed
+from estimators.speed.odometry import SpeedSource, missing_speed
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -41,15 +42,26 @@ class CreepForceEstimator(Estimator, frozen=True):
         "bogie.rate_roll [rad/s]",
         "body.acceleration_y [m/s2]",
     )
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            f"wheelset{number}.{quantity}": "forces and level by the wheelsets' own sensors (all six)"
+            for number in (1, 2)
+            for quantity in ("acceleration_y [m/s2]", "rate_yaw [rad/s]", "rate_roll [rad/s]")
+        }
+    )
 
     @property
     def shaping(self) -> Shaping:
         """The unknown inputs as shaped noise."""
         return Shaping(self.force, self.moment, self.secondary, self.correlation_time)
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has every channel, and a speed."""
-        return super().fits(measurements) and has_speed(measurements, self.speed_source)
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there, a speed among it."""
+        return super().missing(measurements) + missing_speed(measurements, self.speed_source)
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the vehicle's model needs."""
+        return needed_parameters(measurements.vehicle)
 
     def forces(
         self,
@@ -94,9 +106,11 @@ class CreepForceEstimator(Estimator, frozen=True):
 class CalibratedEstimator(CreepForceEstimator, frozen=True):
     """One that goes by the calibration of the adhesion level, which some vehicles have."""
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has every channel and a speed, and the vehicle a calibration."""
-        return super().fits(measurements) and measurements.vehicle.get("name") in vehicles()
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there, the vehicle's calibration among it."""
+        name = measurements.vehicle.get("name")
+        others = () if name in vehicles() else (no_calibration(str(name)),)
+        return super().missing(measurements) + Missing(others=others)
 
 
 def settled_rows(time: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from estimators.filters.discretisation import held_inputs, van_loan
+from estimators.vehicle.lateral_frequency import is_whole
 from estimators.vehicle.linear_model import Kinematics, Reduced, reduce
 from estimators.vehicle.parameters import numbers
 from estimators.vehicle.plan_view import COORDINATES, NEEDED, suspension
@@ -93,6 +94,11 @@ class Floating:
     start: np.ndarray
 
 
+def needed_parameters(vehicle: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the nominal parameters that the model needs; of a whole vehicle also where its bogies are."""
+    return (*NEEDED, *HEIGHTS, *(("semi_bogie_spacing",) if is_whole(vehicle) else ()))
+
+
 def parameters(vehicle: Mapping[str, Any]) -> dict[str, float]:
     """Nominal parameters that the model needs.
 
@@ -100,7 +106,7 @@ def parameters(vehicle: Mapping[str, Any]) -> dict[str, float]:
     ------
     InputError : one is missing.
     """
-    return numbers(vehicle, (*NEEDED, *HEIGHTS))
+    return numbers(vehicle, needed_parameters(vehicle))
 
 
 def floating(p: Mapping[str, float], rate: float, shaping: Shaping) -> Floating:

@@ -14,10 +14,12 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import resample_poly
 
+from estimators.interface import Missing
 from estimators.signals.bands import settled, stretches
 from estimators.signals.cubic_spline import at_even_places, means
 from estimators.speed.smoothed_speed import smooth_speed
 from estimators.speed.speed_refined import SpeedRefined
+from estimators.vehicle.parameters import given
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -42,6 +44,11 @@ the wheel's radius; after a standstill the refined speed swings by 4 % for three
 SpeedSource = Literal["tachometer", "refined"]
 """What an estimator takes the speed from; "tachometer" also stands for the source that the recording states."""
 _STATED = "speed_source"  # key of about.json
+NO_SPEED = (
+    "a speed: add a tachometer ('wheelset1.speed [m/s]'), or name another channel by 'speed_source' in the map or "
+    "--speed-source CHANNEL, or take --speed-source refined"
+)
+"""What is missing where no speed is there, and how to give it."""
 
 
 @dataclass(frozen=True)
@@ -241,11 +248,15 @@ def integrate_speed(
     return Odometry(time, distance, filled, trusted, slowest, spacing, speeds.speed_std, name)
 
 
-def has_speed(measurements: Measurements, source: SpeedSource = "tachometer") -> bool:
-    """Whether the recording has what `integrate_speed` needs for that source."""
+def missing_speed(measurements: Measurements, source: SpeedSource = "tachometer") -> Missing:
+    """What `integrate_speed` needs for that source and the recording does not have."""
     if _resolved(measurements, source) == "refined":
-        return SpeedRefined().fits(measurements)
-    return speed_channel(measurements) is not None
+        return SpeedRefined().missing(measurements)
+    name = speed_channel(measurements)
+    if name is None:
+        return Missing(others=(NO_SPEED,))
+    turns = name.endswith("[rad/s]")
+    return Missing(parameters=("wheel_radius",) if turns and not given(measurements.vehicle, ("wheel_radius",)) else ())
 
 
 def speed_channel(measurements: Measurements) -> str | None:
@@ -294,10 +305,7 @@ def channel_speeds(measurements: Measurements) -> Speeds:
     """
     name = speed_channel(measurements)
     if name is None:
-        raise InputError(
-            "no tachometer channel ('wheelset1.speed [m/s]'); add one, state another as 'speed_source' in the map "
-            "or by --speed-source CHANNEL, or take --speed-source refined"
-        )
+        raise InputError(f"the distance needs {NO_SPEED}")
     sheet = data_sheet(measurements.about, name)
     time, values = measurements.time(name), np.asarray(measurements[name])
     if name.endswith("[rad/s]"):

@@ -1,6 +1,6 @@
 """True speed as in section 5 of Ward et al. 2011: integer-lag peak of a running cross-correlation."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from estimators.vehicle.parameters import positive_numbers
 from estimators.vehicle.vertical import NEEDED, NEEDED_IN_PITCH, pitch_frequency
 from railsim.compiled import as_written
 from railsim.errors import InputError
+from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 COLUMNS = ("speed [m/s]", "speed_std [m/s]", "correlation [-]", "valid [-]")
@@ -38,6 +39,10 @@ class SpeedPlain(WheelsetCorrelation, frozen=True):
     threshold: float = quantity(0.3, unit="-", source="normalised peak of unrelated signals stays below", ge=0, lt=1)
     ambiguity: float = quantity(1.2, unit="-", source="peak over the next one; trial on bogie_rig", ge=1)
     inverse: bool = quantity(True, unit="-", source="False: plain sums z -+ Lb theta, biased; for comparison only")
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the vehicle's model needs."""
+        return NEEDED if self.inverse else NEEDED_IN_PITCH
 
     def start(self, about: Mapping[str, Any], rate: float, forward: bool) -> Stepper:
         """Start a run; the longitudinal acceleration is not used."""

@@ -1,7 +1,8 @@
 """True speed by locking on to the travel time between the wheelsets with a motion model: sub-sample, without delay."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,11 +12,12 @@ from estimators.speed.motion_models import Motion, filter_bank
 from estimators.speed.noise_slopes import noise_slope, power
 from estimators.speed.travel_time import COLUMNS, Limits, Tracking, run
 from estimators.speed.wheelset_correlation import WheelsetCorrelation
-from estimators.speed.wheelset_filters import ACCELERATION, PITCH_RATE, Chain, chain
+from estimators.speed.wheelset_filters import ACCELERATION, FORWARD, PITCH_RATE, Chain, chain
 from estimators.vehicle.parameters import positive_numbers
 from estimators.vehicle.vertical import NEEDED, pitch_frequency
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
+from railsim.measurements import Measurements
 from railsim.spec import quantity
 
 LEAST = 0.1  # of `floor`; what a sensor without any noise is taken to have
@@ -81,6 +83,12 @@ class SpeedRefined(WheelsetCorrelation, frozen=True):
     secondary_spread: float = quantity(0.8e-3, unit="s", source="secondary over primary; 10 % of 8 ms", ge=0)
     acceleration_noise: float = quantity(6e-4, unit="m/s2/Hz^0.5", source="60 ug, industrial MEMS data sheets", gt=0)
     rate_noise: float = quantity(9e-5, unit="rad/s/Hz^0.5", source="0.005 deg/s, industrial MEMS data sheets", gt=0)
+
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType({FORWARD: "a speed that is kept while the vehicle brakes"})
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the vehicle's model needs."""
+        return NEEDED
 
     def start(self, about: Mapping[str, Any], rate: float, forward: bool) -> Stepper:
         """Start a run; the longitudinal acceleration drives the motion models where it is measured."""

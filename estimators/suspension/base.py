@@ -1,23 +1,24 @@
 """What all suspension estimators share: settings, the model's assumptions, and the likelihood of parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from estimators.filters.track_spectrum import ERRI_LATERAL, ERRI_VERTICAL, TrackSpectrum
-from estimators.interface import Estimator
+from estimators.interface import Estimator, Missing
+from estimators.speed.odometry import missing_speed
 from estimators.suspension.discrete_model import Layout, Unknowns, layout, shaped
 from estimators.suspension.filter_bank import Gains, exact, gains, run_filters, sizes, unpacked
-from estimators.suspension.observations import SuspensionRecord, can_locate, can_read, read
+from estimators.suspension.observations import NO_PLACE, SuspensionRecord, can_locate, read
 from estimators.vehicle.affine import (
     COORDINATES,
     FULL,
     STATES,
     WITHOUT_WHEELSETS,
     HalfVehicle,
-    fits,
     half_vehicle,
     nominal,
 )
@@ -25,7 +26,6 @@ from estimators.vehicle.creep import DRY_ROLLING
 from estimators.vehicle.lateral_frequency import is_whole
 from estimators.vehicle.lateral_roll import NEEDED
 from estimators.vehicle.parameters import numbers
-from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 from railsim.track.spectra import WC, WS
@@ -40,6 +40,11 @@ SETTLE = 3.0  # s; the filters' start is forgotten, no likelihood is counted
 SPEED_BIN = 0.02  # relative; filters are those of the nearest speed
 SLOWEST = 5.0  # m/s; below, the creep model is not used
 LEAST_FORCE = 1e-3
+HALF = (
+    "half a vehicle, while about.json gives a whole one, whose dampers it would tell wrongly: use suspension_spectral, "
+    "which knows whole vehicles"
+)
+"""What is missing where a vehicle is whole."""
 TUNED = 256.0  # Hz; rate to which the errors of a sample belong
 Track = Literal["exact", "uncertain", "unknown"]
 Situation = tuple[int, tuple[int, ...]]
@@ -223,11 +228,26 @@ class SuspensionSettings(Estimator, frozen=True):
     rate_error: float = quantity(5e-4, unit="rad/s, each sample", source="the same", gt=0.0)
 
     requires: ClassVar[tuple[str, ...]] = WITHOUT_WHEELSETS
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            name: "smaller deviations of conicity and dampers (all four of the wheelsets)"
+            for name in FULL
+            if name.startswith("wheelset")
+        }
+    )
 
     @property
     def channels(self) -> tuple[str, ...]:
         """What is used where it is there."""
         return FULL if self.wheelset_sensors else WITHOUT_WHEELSETS
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the vehicle's model needs."""
+        return NEEDED
+
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there, a speed among it."""
+        return super().missing(measurements) + missing_speed(measurements)
 
     def placed(self, measurements: Measurements) -> bool:
         """Whether the track was measured, and where the vehicle is on it is known."""
@@ -265,20 +285,11 @@ class SuspensionEstimator(SuspensionSettings, frozen=True):
     largest: float = quantity(1.6, unit="- of the nominal damping", source=ILLUSTRATIVE, gt=1.0)
     largest_conicity: float = quantity(0.45, unit="-", source="beyond it wheels are turned", gt=0.0)
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether channels, speed, half a vehicle and, where it is used, the track are there."""
-        placed = self.track == "unknown" or self.placed(measurements)
-        half = fits(measurements.vehicle) and not is_whole(measurements.vehicle)
-        return can_read(measurements, self.requires) and half and placed
-
-    def need(self, measurements: Measurements) -> None:
-        """Raise `InputError` for missing channels, and for a whole vehicle, whose body these filters do not know."""
-        super().need(measurements)
-        if is_whole(measurements.vehicle):
-            raise InputError(
-                f"{self.name} models half a vehicle, and about.json gives a whole one: what it says of dampers would be"
-                " wrong; use suspension_spectral, which knows whole vehicles"
-            )
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there: also half a vehicle, since these filters know no whole body, and the track."""
+        whole = (HALF,) if is_whole(measurements.vehicle) else ()
+        lost = () if self.track == "unknown" or self.placed(measurements) else (NO_PLACE,)
+        return super().missing(measurements) + Missing(others=whole + lost)
 
     def prepare(self, measurements: Measurements) -> Problem:
         """Read a recording; raises `InputError` where something is missing."""

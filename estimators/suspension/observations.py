@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from estimators.signals.channel_health import Health, channel_health, runs
-from estimators.speed.odometry import Odometry, has_speed, integrate_speed
+from estimators.speed.odometry import Odometry, integrate_speed
 from estimators.vehicle.affine import INPUTS
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
@@ -23,6 +23,11 @@ from railsim.measurements import Measurements
 EAST, NORTH = "gnss.position_east [m]", "gnss.position_north [m]"
 ASIDE = 1.0  # m; on a path that has left its first line by so much, way and easting differ by 2 cm at most (R >= 400 m)
 POSITION_ERROR = 0.2  # m; with a larger one the known track stands wrong under the wheels
+NO_PLACE = (
+    f"a measured track and the place on it to 0.2 m: add track.csv and an RTK receiver ('{EAST}') or --start M; or take"
+    " --set track=unknown"
+)
+"""What is missing where the track is used and the place on it is not known, and how to give it."""
 LONGEST_BRIDGE = 0.03  # s of bad samples that leave nothing behind in the band-pass (illustrative)
 AFTER = 2.0  # s after a longer one in which a channel is left out (chosen on suspension.yaml with gaps)
 LONGEST_GAP = 30.0  # s; a longer gap counts as this long: the filters have forgotten everything by then
@@ -119,11 +124,6 @@ def read(
     return SuspensionRecord(
         time, rate / every, used, filtered, good, noise / np.sqrt(every), speed, inputs, later, health
     )
-
-
-def can_read(measurements: Measurements, channels: Sequence[str]) -> bool:
-    """Whether all channels and a speed are there."""
-    return set(channels) <= set(measurements.channels) and has_speed(measurements, "tachometer")
 
 
 def can_locate(measurements: Measurements) -> bool:

@@ -10,7 +10,7 @@ from scipy.stats import chi2
 from estimators.interface import Estimate
 from estimators.signals.windows import HANN
 from estimators.suspension.base import TUNED, SuspensionSettings
-from estimators.suspension.observations import SuspensionRecord, can_read, read, straight_positions
+from estimators.suspension.observations import SuspensionRecord, read, straight_positions
 from estimators.suspension.spectral_likelihood import BANDS, IMPROBABLE, Likelihood, Mode, densities
 from estimators.suspension.spectral_record import CURVE, YAW_RATE, Gate, Stretch, gates, stretches
 from estimators.suspension.spectral_vehicle import (
@@ -26,7 +26,7 @@ from estimators.suspension.spectral_vehicle import (
     wheelsets_ahead,
 )
 from estimators.suspension.verdicts import CANNOT_TELL, std_name, verdicts
-from estimators.vehicle.affine import PARAMETERS, fits, nominal
+from estimators.vehicle.affine import PARAMETERS, nominal
 from estimators.vehicle.lateral_frequency import is_whole
 from estimators.vehicle.lateral_roll import NEEDED
 from estimators.vehicle.parameters import numbers
@@ -82,10 +82,6 @@ class SuspensionSpectral(SuspensionSettings, frozen=True):
     )
     lowest: float = quantity(0.3, unit="Hz", source="half of the body's lowest lateral mode", gt=0.0)
     highest: float = quantity(7.5, unit="Hz", source="below `low_pass`", gt=0.0)
-
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether channels, speed and vehicle are there."""
-        return can_read(measurements, self.requires) and fits(measurements.vehicle)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Fit the record.

@@ -1,5 +1,7 @@
 """Vertical alignment of both rails from a bogie accelerometer, gyros and primary displacement transducers."""
 
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
@@ -29,6 +31,15 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH, LEFT, RIGHT)
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            ROLL: "cross level and each rail",
+        }
+    )
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """Where the transducers are."""
+        return ("semi_wheelbase", "primary_half_spacing")
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Alignment over the whole record.

@@ -1,6 +1,7 @@
 """Lateral alignment and curvature from the bogie's yaw rate: y'' = yaw rate / speed, less the bogie's own motion."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,7 +12,7 @@ from estimators.track.chain_error import Chain, Reading, sideways_chain
 from estimators.track.geometry import Gain, TrackEstimator, by_speed, geometry, turning
 from estimators.track.slow_motions import stated
 from estimators.vehicle.creep import CREEP_FACTOR
-from estimators.vehicle.lateral_roll import followed
+from estimators.vehicle.lateral_roll import NEEDED, followed
 from estimators.vehicle.state_space import Output
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -34,6 +35,11 @@ class AlignmentLateral(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = (RATE,)
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            ROLL_RATE: "less of the cross level in the lateral alignment",
+        }
+    )
 
     compensation: bool = quantity(True, unit="-", source="Ward et al. 2011, reference [11]")
     creep: float = quantity(1.0, unit="-", source="factor of the slopes of Polach's law (2005), dry", gt=0.0, le=2.0)
@@ -44,6 +50,10 @@ class AlignmentLateral(TrackEstimator, frozen=True):
         1e-3, unit="-", source="power of what the model leaves over that of the irregularity; straight_erri_low", gt=0.0
     )
     roll_error: float = quantity(1e-2, unit="-", source="the same for the roll; straight_erri_low", gt=0.0)
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the vehicle's model needs."""
+        return NEEDED if self.compensation else ()
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Alignment over the whole record.

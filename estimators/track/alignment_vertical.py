@@ -1,5 +1,6 @@
 """Vertical alignment and curvature from the bogie's pitch rate: equation z'' = -pitch rate / speed."""
 
+from collections.abc import Iterable
 from functools import partial
 from typing import ClassVar
 
@@ -12,7 +13,7 @@ from estimators.track.chain_error import Chain, Reading, vertical_chain
 from estimators.track.geometry import TrackEstimator, geometry, turning
 from estimators.track.slow_motions import stated
 from estimators.vehicle.state_space import Output
-from estimators.vehicle.vertical import pitch_inverse
+from estimators.vehicle.vertical import NEEDED_IN_PITCH, pitch_inverse
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -34,6 +35,10 @@ class AlignmentVertical(TrackEstimator, frozen=True):
     regularisation: float = quantity(
         1e-3, unit="-", source="noise over signal in curvature: MEMS gyro on ERRI B176 low at 20 m/s, 3 m waves", gt=0.0
     )
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the vehicle's model needs."""
+        return NEEDED_IN_PITCH if self.compensate else ()
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Alignment over the whole record.

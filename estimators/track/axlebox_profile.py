@@ -1,5 +1,6 @@
 """Short waves of each rail from the accelerometers on both axleboxes of the leading wheelset."""
 
+from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
@@ -28,6 +29,10 @@ class AxleboxProfile(TrackEstimator, frozen=True):
     requires: ClassVar[tuple[str, ...]] = (LEFT, RIGHT)
 
     cut: float = quantity(25.0, unit="m", source="long edge of D1, EN 13848-1", gt=1.0, le=300.0)
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """How far the axleboxes are from the bogie's centre."""
+        return ("semi_wheelbase",)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Profile of both rails over the whole record.

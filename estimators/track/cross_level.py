@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -52,6 +53,12 @@ class CrossLevel(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = (ROLL,)
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            LATERAL: "cant (with the yaw gyro)",
+            YAW: "cant (with the lateral accelerometer)",
+        }
+    )
 
     compensate: bool = quantity(
         True, unit="- (where the vehicle's parameters are given)", source="the paper's chain does without"

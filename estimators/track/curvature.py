@@ -20,7 +20,6 @@ from estimators.speed.bogie_channels import accelerometer_offset
 from estimators.speed.odometry import Odometry
 from estimators.track.dips import welch
 from estimators.vehicle import roll_plane
-from estimators.vehicle.parameters import positive_numbers
 from estimators.vehicle.roll_plane import parameters, roll_response
 from estimators.vehicle.vertical import NEEDED, NEEDED_IN_PITCH, bounce_inverse, pitch_inverse
 from railsim.data_sheet import data_sheet
@@ -66,10 +65,10 @@ def roll_inverse(vehicle: Mapping[str, Any]) -> tuple[Gain, Gain]:
     return gain, trust
 
 
-def check_parameters(measurements: Measurements) -> None:
-    """Raise `InputError` that names all parameters of the vehicle that are missing for the channels that are there."""
-    needed = dict.fromkeys(NEEDED if BOUNCE in measurements else NEEDED_IN_PITCH)
-    positive_numbers(measurements.vehicle, needed | dict.fromkeys(roll_plane.NEEDED if ROLL in measurements else ()))
+def needed_parameters(measurements: Measurements) -> tuple[str, ...]:
+    """The vehicle's parameters that are needed for the channels that are there."""
+    upright = NEEDED if BOUNCE in measurements else NEEDED_IN_PITCH
+    return tuple(dict.fromkeys((*upright, *(roll_plane.NEEDED if ROLL in measurements else ()))))
 
 
 def over_distance(

@@ -1,5 +1,7 @@
 """Dipped rail joints from the bogie's gyros: position, depth, dip angle and side (section 3.3 of Ward et al. 2011)."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,12 +11,13 @@ from estimators.interface import Estimate
 from estimators.signals.bands import settled
 from estimators.speed.odometry import Odometry, integrate_speed
 from estimators.track.curvature import (
+    BOUNCE,
     PITCH,
     ROLL,
     Gain,
     blur,
-    check_parameters,
     chord_rotation,
+    needed_parameters,
     over_distance,
     roll_inverse,
     vertical,
@@ -22,6 +25,7 @@ from estimators.track.curvature import (
 from estimators.track.dip_fit import SIDES, Dips, find, no_dips, synthesise, without_echoes
 from estimators.track.dips import Channel, ChannelKind, MatchedFilters, channel, clipped
 from estimators.track.events import EventEstimator
+from estimators.vehicle.parameters import positive_numbers
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -52,6 +56,12 @@ class DippedJoints(EventEstimator, frozen=True):
     false_share: float = quantity(0.02, unit="-", source="tuned on jointed_60ft: share of the dips", gt=0, lt=1)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH,)
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            BOUNCE: "more joints found, by the bounce too",
+            ROLL: "which rail a joint is in",
+        }
+    )
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Events of kind "joint", in the order of distance.
@@ -104,7 +114,7 @@ def find_dips(
     The background's spectrum is taken from the record with its spikes cut off, then again without the dips found.
     Where less than `LEAST` is valid there are none.
     """
-    check_parameters(measurements)
+    positive_numbers(measurements.vehicle, needed_parameters(measurements))
     curvature, valid, kind = vertical(measurements, odometry, cut_off)
     if np.count_nonzero(valid) * odometry.spacing < LEAST:
         valid = np.zeros(len(odometry.s), dtype=bool)

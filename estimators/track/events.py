@@ -1,7 +1,10 @@
 """What the estimators of dips share: settings, and what a recording must have."""
 
-from estimators.interface import Estimator
-from estimators.speed.odometry import SpeedSource, has_speed
+from collections.abc import Iterable
+
+from estimators.interface import Estimator, Missing
+from estimators.speed.odometry import SpeedSource, missing_speed
+from estimators.track.curvature import needed_parameters
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -13,6 +16,10 @@ class EventEstimator(Estimator, frozen=True):
     slowest: float = quantity(2.0, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
     cut_off: float = quantity(60.0, unit="Hz", source="illustrative: below half of 256 Hz", gt=5.0)
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has every channel, and a speed."""
-        return super().fits(measurements) and has_speed(measurements, self.speed_source)
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the vehicle's model needs."""
+        return needed_parameters(measurements)
+
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there, a speed among it."""
+        return super().missing(measurements) + missing_speed(measurements, self.speed_source)

@@ -5,10 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from estimators.interface import Estimate, Estimator
+from estimators.interface import Estimate, Estimator, Missing
 from estimators.signals.bands import Band, band_pass, bands_of, settled, transform
 from estimators.signals.frequency_response import filter_time
-from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrate_speed
+from estimators.speed.odometry import Odometry, SpeedSource, integrate_speed, missing_speed
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -28,9 +28,9 @@ class TrackEstimator(Estimator, frozen=True):
     slowest: float = quantity(1.0, unit="m/s", source="illustrative: slower is marked as invalid", gt=0.0)
     cut: float = quantity(70.0, unit="m", source=f"{PAPER}: wavelengths below 35 m or 70 m", gt=6.0, le=300.0)
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the recording has every channel, and a speed."""
-        return super().fits(measurements) and has_speed(measurements, self.speed_source)
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there, a speed among it."""
+        return super().missing(measurements) + missing_speed(measurements, self.speed_source)
 
     def odometry(self, measurements: Measurements) -> Odometry:
         """Distance; raises `InputError` where a channel or the speed is missing."""

@@ -1,6 +1,6 @@
 """Sensors at the wheelsets and away from the bogie's middle, split into what lifts and what rolls the vehicle."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,9 +24,13 @@ WHEELSETS = ((1, 1.0), (2, -1.0))
 
 def pair(measurements: Measurements, number: int, quantity: str) -> list[str]:
     """Channels "..._left.quantity" and "..._right.quantity" of one wheelset, those that there are."""
+    return [name for name in channels_of(quantity, (number,)) if name in measurements]
+
+
+def channels_of(quantity: str, numbers: Sequence[int] = (1, 2)) -> list[str]:
+    """Names of transducers ("displacement [m]") or axlebox accelerometers of these wheelsets, left and right."""
     prefix = {"displacement [m]": "primary", "acceleration_z [m/s2]": "axlebox"}[quantity]
-    names = [f"{prefix}{number}_{side}.{quantity}" for side in ("left", "right")]
-    return [name for name in names if name in measurements]
+    return [f"{prefix}{number}_{side}.{quantity}" for number in numbers for side in ("left", "right")]
 
 
 def without_roll(

@@ -6,7 +6,9 @@ over the crossing's nose. Both wheelsets pass the same dip, and how far apart th
 wheelbase, is the odometer's error: distances from the middle are corrected by it.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -15,7 +17,7 @@ from scipy import signal
 
 from estimators.interface import Estimate
 from estimators.speed.odometry import Odometry, integrate_speed
-from estimators.track.curvature import PITCH, chord_rotation
+from estimators.track.curvature import BOUNCE, PITCH, ROLL, chord_rotation
 from estimators.track.dip_fit import Dips, refine
 from estimators.track.dipped_joints import events, find_dips
 from estimators.track.dips import Channel, channel
@@ -50,6 +52,12 @@ class Switches(EventEstimator, frozen=True):
     radius_error: float = quantity(0.015, unit="-", source="illustrative: tachometer's scale, one std", gt=0.0)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH, YAW)
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            BOUNCE: "smaller errors of place and dip, by the bounce too",
+            ROLL: "which rail a dip is in",
+        }
+    )
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Series of the bogie's yaw from the plain track's direction, and events.

@@ -2,8 +2,9 @@
 every value is uncertain by.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,9 +13,9 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from estimators.filters.track_spectrum import ERRI_VERTICAL
-from estimators.interface import Estimate, Estimator
+from estimators.interface import Estimate, Estimator, Missing
 from estimators.signals.bands import BANDS, band_pass, bands_of, settled
-from estimators.speed.odometry import Odometry, SpeedSource, has_speed, integrate_speed
+from estimators.speed.odometry import Odometry, SpeedSource, integrate_speed, missing_speed
 from estimators.track import lateral_fusion
 from estimators.track.alignment_displacement import AlignmentDisplacement
 from estimators.track.disturbances import FORCE, HEIGHT, Disturbance
@@ -24,7 +25,7 @@ from estimators.track.observations import CURVE_REACH, Attitude, attitude, beyon
 from estimators.track.plane import Plane
 from estimators.track.plane_fit import PlaneFit
 from estimators.track.self_check import Opinion, checked, sinking
-from estimators.track.sensor_pairs import axleboxes, displacements, without_roll
+from estimators.track.sensor_pairs import axleboxes, channels_of, displacements, without_roll
 from estimators.track.slow_motions import nod
 from estimators.vehicle.creep import CREEP_FACTOR, SPIN_FACTOR
 from estimators.vehicle.parameters import given, numbers
@@ -111,10 +112,24 @@ class TrackSmoother(Estimator, frozen=True):
     )
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH)
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            **dict.fromkeys(channels_of("displacement [m]"), "smaller deviations of all quantities"),
+            **dict.fromkeys(
+                (lateral_fusion.YAW, lateral_fusion.ROLL, lateral_fusion.SIDE),
+                "lateral alignment, cross level, each rail (with the others of the three)",
+            ),
+            **dict.fromkeys(channels_of("acceleration_z [m/s2]"), "smaller deviations of all quantities"),
+        }
+    )
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether there are the bogie's two vertical channels and a speed."""
-        return super().fits(measurements) and has_speed(measurements, self.speed_source)
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there, a speed among it."""
+        return super().missing(measurements) + missing_speed(measurements, self.speed_source)
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the vehicle's model needs."""
+        return NEEDED
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Smooth the whole record.

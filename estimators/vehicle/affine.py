@@ -21,7 +21,7 @@ from estimators.vehicle.contact import ContactGeometry, cones, creep_forces, gyr
 from estimators.vehicle.creep import Shares, kalker_slopes
 from estimators.vehicle.lateral_roll import NEEDED
 from estimators.vehicle.linear_model import Kinematics, Reduced, reduce
-from estimators.vehicle.parameters import Parameters, given, numbers
+from estimators.vehicle.parameters import Parameters, numbers
 from estimators.vehicle.plan_view import RAILS
 from estimators.vehicle.suspension import (
     half_vehicle_bogies,
@@ -76,11 +76,6 @@ class HalfVehicle:
         """A, B, C, D for given parameters, in the order of `PARAMETERS`."""
         weights = np.array([1.0, *parameters])
         return tuple(np.tensordot(weights, part, axes=1) for part in (self.A, self.B, self.C, self.D))
-
-
-def fits(vehicle: Mapping[str, Any]) -> bool:
-    """Whether about.json gives all parameters."""
-    return given(vehicle, NEEDED)
 
 
 def nominal(vehicle: Mapping[str, Any]) -> np.ndarray:

@@ -1,16 +1,17 @@
 """Conicity over the lateral shift by least squares with piecewise cubic polynomials (Ward et al. 2011, 4.3.3)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from estimators.interface import Estimate, Estimator
+from estimators.interface import Estimate, Estimator, Missing
 from estimators.wheel_rail.cubic_splines import Pieces
-from estimators.wheel_rail.known_rails import Rails, Survey, refine
+from estimators.wheel_rail.known_rails import Rails, Survey, missing_rails, refine
 from estimators.wheel_rail.straight import told_of_curves
-from estimators.wheel_rail.wheelset_motion import NEEDED, YAW, WheelsetMotion, has_motion, nominal, wheelset_motion
+from estimators.wheel_rail.wheelset_motion import NEEDED, YAW, WheelsetMotion, missing_motion, nominal, wheelset_motion
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
@@ -71,12 +72,13 @@ class ConicityLeastSquares(Estimator, frozen=True):
 
     requires: ClassVar[tuple[str, ...]] = (YAW,)
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether there are motion, measured track and the nominal parameters."""
-        known = all(isinstance(measurements.vehicle.get(name), int | float) for name in NEEDED)
-        track = measurements.track
-        lateral = track is not None and bool({"lateral [m]", "left_lateral [m]"} & set(track.columns))
-        return has_motion(measurements) and known and lateral
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the equation of the wheelset's yaw needs."""
+        return NEEDED
+
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there: motion and the measured track among it."""
+        return super().missing(measurements) + missing_motion(measurements) + missing_rails(measurements)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Conicity over the record and, in `about`, over the shift.
@@ -85,6 +87,7 @@ class ConicityLeastSquares(Estimator, frozen=True):
         ------
         InputError : sensors, measured track or parameters are missing, or the track does not reach as far as the run.
         """
+        self.need(measurements)
         motion = wheelset_motion(measurements, self.longest, self.highest)
         survey = Survey(measurements)
         reach = 1.2 * float(np.abs(motion.y - survey.rails(motion, survey.find(motion), 1.0).centre).max()) + 2e-3

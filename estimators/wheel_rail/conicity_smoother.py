@@ -5,20 +5,22 @@ conicity of worn wheels changes along the line by more than its mean, which no G
 rails and gauge out (`wheel_rail.varying_gauge`).
 """
 
+from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
 
-from estimators.interface import Estimate, Estimator
+from estimators.interface import Estimate, Estimator, Missing
+from estimators.vehicle import single_wheelset
 from estimators.vehicle.creep import DRY_WORKING
-from estimators.vehicle.single_wheelset import fits, wheelset_model
+from estimators.vehicle.single_wheelset import wheelset_model
 from estimators.wheel_rail.conicity_kernel import Numbers, WheelsetRecord
 from estimators.wheel_rail.conicity_likelihood import ConicityPrior, Likelihood
 from estimators.wheel_rail.constant_gauge import on_constant_gauge
 from estimators.wheel_rail.rail_process import Corners, process
 from estimators.wheel_rail.straight import told_of_curves
 from estimators.wheel_rail.varying_gauge import Gauge, level_of, on_varying_gauge
-from estimators.wheel_rail.wheelset_motion import BODY, TRANSDUCER, YAW, filled, has_wheel_speed, wheelset_speed
+from estimators.wheel_rail.wheelset_motion import BODY, TRANSDUCER, YAW, filled, missing_wheel_speed, wheelset_speed
 from railsim.data_sheet import data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -76,9 +78,13 @@ class ConicitySmoother(Estimator, frozen=True):
 
     requires: ClassVar[tuple[str, ...]] = (YAW, BODY, TRANSDUCER)
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the channels and the parameters of a single wheelset are there."""
-        return super().fits(measurements) and has_wheel_speed(measurements) and fits(measurements.vehicle)
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the model of a single wheelset needs."""
+        return single_wheelset.NEEDED
+
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there, the wheelset's speed among it."""
+        return super().missing(measurements) + missing_wheel_speed(measurements)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Fit the function, then smooth.

@@ -1,6 +1,6 @@
 """Conicity from the response of the yaw rate to a known section of track, in the frequency domain."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -11,14 +11,14 @@ from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
 from scipy.stats import f as f_distribution
 
-from estimators.interface import Estimate, Estimator
+from estimators.interface import Estimate, Estimator, Missing
 from estimators.signals.bands import Band, band_pass
 from estimators.vehicle import lateral_roll, single_wheelset
 from estimators.vehicle.creep import CREEP_FACTOR, DRY, DRY_WORKING
 from estimators.vehicle.lateral_roll import followed
 from estimators.vehicle.parameters import given, numbers
 from estimators.wheel_rail.contact_run import SPEED, held, without_speed
-from estimators.wheel_rail.known_rails import Survey, refine
+from estimators.wheel_rail.known_rails import Survey, missing_rails, refine
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -87,15 +87,17 @@ class ConicitySpectral(Estimator, frozen=True):
 
     requires: ClassVar[tuple[str, ...]] = (SPEED,)
 
-    def lacking(self, measurements: Measurements) -> list[str]:
-        """The channels that are needed and missing; a stated speed source stands for the tachometer."""
-        return without_speed(super().lacking(measurements), measurements)
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the response of the yaw gyro that is there needs."""
+        if WHEELSET in measurements and BOGIE not in measurements:
+            return single_wheelset.NEEDED
+        return () if _channel(measurements) == WHEELSET else lateral_roll.NEEDED
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether there are a yaw gyro, the wheel's speed, the measured track and a vehicle that is known."""
-        track = measurements.track
-        known = track is not None and bool({"lateral [m]", "left_lateral [m]"} & set(track.columns))
-        return super().fits(measurements) and known and _channel(measurements) is not None
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there; a stated speed source stands for the tachometer."""
+        gyro = () if {WHEELSET, BOGIE} & set(measurements) else (f"a yaw gyro, '{WHEELSET}' or '{BOGIE}': add it",)
+        missing = super().missing(measurements) + missing_rails(measurements) + Missing(others=gyro)
+        return without_speed(missing, measurements)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """One conicity, stated at every second of the record.

@@ -1,16 +1,19 @@
 """What the conicity filters share: settings, channels of a recording on one grid, start of a run, the series."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from estimators.interface import Estimate, Estimator
+from estimators.interface import Estimate, Estimator, Missing
 from estimators.speed.odometry import channel_speeds, speed_channel, states_speed
+from estimators.vehicle import single_wheelset
 from estimators.vehicle.creep import DRY
-from estimators.vehicle.single_wheelset import WheelsetModel, coefficients, fits, wheelset_model
+from estimators.vehicle.single_wheelset import WheelsetModel, coefficients, wheelset_model
 from estimators.wheel_rail import contact_filter as kernels
 from estimators.wheel_rail.contact_filter import BIASES, CHANNELS, DYNAMIC, WIDTH, Memory, Settings
 from estimators.wheel_rail.straight import told_of_curves
@@ -73,14 +76,17 @@ class ContactEstimator(Estimator, frozen=True):
     use_roll: bool = quantity(False, unit="-", source="the roll of a worn wheelset does not follow its shift")
 
     requires: ClassVar[tuple[str, ...]] = (NAMES[2], SPEED)
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        dict.fromkeys((NAMES[0], NAMES[1], NAMES[3]), "smaller deviations of the conicity")
+    )
 
-    def lacking(self, measurements: Measurements) -> list[str]:
-        """The channels that are needed and missing; a stated speed source stands for the tachometer."""
-        return without_speed(super().lacking(measurements), measurements)
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the model of a single wheelset needs."""
+        return single_wheelset.NEEDED
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether the channels are there and the vehicle is a single wheelset."""
-        return super().fits(measurements) and fits(measurements.vehicle)
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there; a stated speed source stands for the tachometer."""
+        return without_speed(super().missing(measurements), measurements)
 
     def nodes(self) -> np.ndarray:
         """Places of the conicity's table, m; one: a constant."""
@@ -233,9 +239,11 @@ def read(measurements: Measurements) -> Grid:
     return Grid(samples, held(measurements, time[0] + np.arange(len(samples)) / rate), rows, time, rate)
 
 
-def without_speed(missing: list[str], measurements: Measurements) -> list[str]:
-    """Channels that are missing, less the tachometer's where the recording states another source of speed."""
-    return [name for name in missing if name != SPEED or not states_speed(measurements)]
+def without_speed(missing: Missing, measurements: Measurements) -> Missing:
+    """What is missing, less the tachometer where the recording states another source of speed."""
+    if not states_speed(measurements):
+        return missing
+    return replace(missing, channels=tuple(name for name in missing.channels if name != SPEED))
 
 
 def held(measurements: Measurements, time: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy import signal
 from scipy.optimize import minimize
 
+from estimators.interface import Missing
 from estimators.signals.bands import Band, band_pass
 from estimators.vehicle.state_space import CANT_BASE
 from estimators.wheel_rail.wheelset_motion import NEEDED, WheelsetMotion, nominal
@@ -15,6 +16,18 @@ from railsim.measurements import Measurements
 
 FINDING = Band(15.0, 60.0)  # m; longer than Klingel's, in which the wheelset follows the rails
 SPACING = 0.1  # m
+NO_RAILS = (
+    "the measured track with 'lateral [m]' or 'left_lateral [m]': name its file under 'track' in the map (of a "
+    "simulation: set track_measured to true)"
+)
+"""What is missing where the rails' lateral position is not known, and how to give it."""
+
+
+def missing_rails(measurements: Measurements) -> Missing:
+    """What is missing where the track was not measured, or not sideways."""
+    track = measurements.track
+    known = track is not None and bool({"lateral [m]", "left_lateral [m]"} & set(track.columns))
+    return Missing() if known else Missing(others=(NO_RAILS,))
 
 
 @dataclass(frozen=True)
@@ -43,10 +56,8 @@ class Survey:
     def __init__(self, measurements: Measurements) -> None:
         table = measurements.track
         names = [] if table is None else list(table.columns)
-        if table is None or not {"lateral [m]", "left_lateral [m]"} & set(names):
-            raise InputError(
-                "the conicity by least squares needs the measured track with 'lateral [m]'; set track_measured to true"
-            )
+        if table is None or missing_rails(measurements):
+            raise InputError(f"the wheel-rail geometry needs {NO_RAILS}")
         self.s = table["s [m]"].to_numpy()
         column = {name: table[name].to_numpy() if name in names else np.zeros(len(self.s)) for name in _COLUMNS}
         own = [column["lateral [m]"] + half * column["gauge_deviation [m]"] for half in (0.5, -0.5)]

@@ -1,14 +1,16 @@
 """Rolling radii and contact angles by local recursive least squares (Ward et al. 2011, section 4.3.4)."""
 
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from estimators.interface import Estimate, Estimator
+from estimators.interface import Estimate, Estimator, Missing
+from estimators.vehicle import single_wheelset
 from estimators.vehicle.creep import DRY
-from estimators.vehicle.single_wheelset import fits, wheelset_model
-from estimators.wheel_rail.known_rails import Survey, centre_fit
+from estimators.vehicle.single_wheelset import wheelset_model
+from estimators.wheel_rail.known_rails import Survey, centre_fit, missing_rails
 from estimators.wheel_rail.section_rls import (
     Geometry,
     Sections,
@@ -18,7 +20,15 @@ from estimators.wheel_rail.section_rls import (
     regress,
 )
 from estimators.wheel_rail.straight import told_of_curves
-from estimators.wheel_rail.wheelset_motion import BODY, ROLL, YAW, WheelsetMotion, filled, has_motion, wheelset_motion
+from estimators.wheel_rail.wheelset_motion import (
+    BODY,
+    ROLL,
+    YAW,
+    WheelsetMotion,
+    filled,
+    missing_motion,
+    wheelset_motion,
+)
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -60,11 +70,13 @@ class RollingRadiiRls(Estimator, frozen=True):
 
     requires: ClassVar[tuple[str, ...]] = (YAW, ROLL, BODY)
 
-    def fits(self, measurements: Measurements) -> bool:
-        """Whether there are motion, measured track and the nominal parameters."""
-        track = measurements.track
-        lateral = track is not None and bool({"lateral [m]", "left_lateral [m]"} & set(track.columns))
-        return super().fits(measurements) and has_motion(measurements) and lateral and fits(measurements.vehicle)
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the model of a single wheelset needs."""
+        return single_wheelset.NEEDED
+
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there: motion and the measured track among it."""
+        return super().missing(measurements) + missing_motion(measurements) + missing_rails(measurements)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Run the recursion over the record.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from estimators.interface import Missing
 from estimators.signals.bands import ORDER, transform
 from estimators.speed.odometry import channel_speeds, speed_channel, states_speed
 from estimators.vehicle.parameters import numbers
@@ -24,6 +25,10 @@ YAW, ROLL = "wheelset1.rate_yaw [rad/s]", "wheelset1.rate_roll [rad/s]"
 SIDE = "wheelset1.acceleration_y [m/s2]"
 BODY, TRANSDUCER = "body.acceleration_y [m/s2]", "suspension.displacement [m]"
 SPEEDS = ("wheelset1.speed [m/s]", "wheelset1.wheel_speed [rad/s]")
+NO_WHEEL_SPEED = (
+    f"the wheelset's speed: add a tachometer ('{SPEEDS[0]}'), or name another channel by --speed-source CHANNEL"
+)
+"""What is missing where no such speed is there, and how to give it."""
 GAP = 0.1  # s; longer gaps make the samples around them invalid
 NEEDED = ("wheel_radius", "half_gauge", "wheelset_yaw_inertia", "yaw_stiffness", "yaw_damping")
 
@@ -74,15 +79,18 @@ class WheelsetMotion:
     band: MotionBand
 
 
-def has_motion(measurements: Measurements) -> bool:
-    """Whether the recording has a yaw gyro, a speed and one of the two sources of the lateral position."""
+def missing_motion(measurements: Measurements) -> Missing:
+    """What the wheelset's motion needs and the recording does not have."""
+    gyro = () if YAW in measurements else (YAW,)
     lateral = SIDE in measurements or (BODY in measurements and TRANSDUCER in measurements)
-    return YAW in measurements and lateral and has_wheel_speed(measurements)
+    others = () if lateral else (f"'{SIDE}', or '{BODY}' with '{TRANSDUCER}': add those sensors",)
+    return Missing(gyro, others=others) + missing_wheel_speed(measurements)
 
 
-def has_wheel_speed(measurements: Measurements) -> bool:
-    """Whether there is the tachometer of wheelset 1, or another source of speed that the recording states."""
-    return any(name in measurements for name in SPEEDS) or states_speed(measurements)
+def missing_wheel_speed(measurements: Measurements) -> Missing:
+    """What is missing where neither the tachometer of wheelset 1 nor a stated source gives a speed."""
+    there = any(name in measurements for name in SPEEDS) or states_speed(measurements)
+    return Missing() if there else Missing(others=(NO_WHEEL_SPEED,))
 
 
 def wheelset_motion(measurements: Measurements, longest: float, highest: float) -> WheelsetMotion:
@@ -96,11 +104,8 @@ def wheelset_motion(measurements: Measurements, longest: float, highest: float) 
     ------
     InputError : a channel is missing, the vehicle stands, or the record is too short for the longest wavelength.
     """
-    if not has_motion(measurements):
-        raise InputError(
-            f"the wheelset's motion needs '{YAW}', a speed ('{SPEEDS[0]}'), and '{SIDE}' or '{BODY}' with"
-            f" '{TRANSDUCER}'; add those sensors"
-        )
+    if missing := missing_motion(measurements):
+        raise InputError(f"the wheelset's motion needs {missing.text()}")
     numbers(measurements.vehicle, NEEDED)
     time, rate = measurements.time(YAW), measurements.rate(YAW)
     speed = wheelset_speed(measurements, time)
@@ -137,7 +142,7 @@ def wheelset_speed(measurements: Measurements, time: np.ndarray) -> np.ndarray:
     name = speed_channel(measurements) if states_speed(measurements) else None
     name = name or next((one for one in SPEEDS if one in measurements), None)
     if name is None:
-        raise InputError(f"no speed: add a tachometer that gives '{SPEEDS[0]}', or state a 'speed_source'")
+        raise InputError(f"the wheelset's motion needs {NO_WHEEL_SPEED}")
     if name not in SPEEDS:
         speeds = channel_speeds(measurements)
         known = np.isfinite(speeds.speed)

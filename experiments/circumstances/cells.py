@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from estimators.interface import ESTIMATORS, Estimate, Estimator
+from estimators.interface import ESTIMATORS, Estimate
 from experiments.circumstances.circumstance import Circumstance
 from experiments.circumstances.verdicts import (
     FAILED,
@@ -28,7 +28,6 @@ from experiments.scoring.interface import Check
 from experiments.scoring.score import scorers, scores_and_problems, unscored
 from railsim.errors import InputError
 from railsim.files import replace_file
-from railsim.measurements import Measurements
 from railsim.recording import Recording
 
 CELLS = "cells"
@@ -91,9 +90,9 @@ def run_estimator(name: str, recording: Recording, here: Mapping[str, Any]) -> l
     try:
         estimator = ESTIMATORS.pick(name).build({})
         with plugin_code(name, estimator):
-            fits = estimator.fits(recording.measurements)
-        if not fits:
-            return alone(NOT_APPLICABLE, why_not(estimator, recording.measurements))
+            missing = estimator.missing(recording.measurements)
+        if missing:
+            return alone(NOT_APPLICABLE, f"{name} needs {missing.text()}")
         estimate = estimated(estimator, recording.measurements)
     except InputError as error:
         return alone(SAYS_SO, str(error))
@@ -103,15 +102,6 @@ def run_estimator(name: str, recording: Recording, here: Mapping[str, Any]) -> l
     return _judged(estimate, recording, {**here, "estimator": name, "seconds": round(spent, 2)}) or alone(
         NOT_APPLICABLE, unscored(estimate)
     )
-
-
-def why_not(estimator: Estimator, measured: Measurements) -> str:
-    """Why an estimator does not fit a recording."""
-    try:
-        estimator.need(measured)
-    except InputError as error:
-        return str(error)
-    return f"{estimator.name} knows no vehicle like '{measured.vehicle.get('name')}' with these sensors"
 
 
 def _judged(estimate: Estimate, recording: Recording, common: dict[str, Any]) -> list[Cell]:

@@ -1,6 +1,8 @@
 """`railsim inspect`: check a recording, scenario or track and say what is wrong with it."""
 
 import argparse
+import shutil
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,14 +45,17 @@ def execute(given: argparse.Namespace) -> Outcome:
 def _repair(what: str, folder: str) -> Outcome:
     """Write a cleaned copy; exit code 0, because what was wrong is mended."""
     from experiments.maintenance.inspection import repair
+    from railsim.quality.interface import texts
 
     inspection = repair(what, folder)
-    lines = [f"{folder}: cleaned copy of {what}", *(f"  {finding.text()}" for finding in inspection.faults)]
+    lines = [f"{folder}: cleaned copy of {what}", *(f"  {line}" for line in texts(inspection.faults))]
     result = {"repaired": str(folder), "findings": [finding.stated() for finding in inspection.findings]}
     return Outcome(result, "\n".join(lines if inspection.faults else [*lines, "  nothing had to be changed"]))
 
 
 def _text(report: "Report") -> str:
+    from experiments.maintenance.readiness import readiness_text
+
     width = max(len(name) for name in report.facts)
     lines = [
         f"{report.kind} {report.name}",
@@ -60,7 +65,11 @@ def _text(report: "Report") -> str:
         lines += ["", table(report.header, report.rows, decimals=5)]
     lines += ["", *(f"note: {text}" for text in report.notes), *(f"suspicious: {text}" for text in report.problems)]
     unchecked = any(finding["kind"] == "too short" for finding in report.findings)
-    return "\n".join(lines if report.problems or unchecked else [*lines, "nothing suspicious"])
+    lines += [] if report.problems or unchecked else ["nothing suspicious"]
+    if report.estimators:
+        columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+        lines += ["", readiness_text(report.estimators, columns)]
+    return "\n".join(lines)
 
 
 def _fact(value: Any) -> str:

@@ -31,6 +31,26 @@ def _first(kind: Kind) -> tuple[Estimator, Measurements, Truth, Estimate]:
     return estimator, *first_estimate(estimator)
 
 
+class _Watched(Measurements):
+    """Measurements that remember which channels were read."""
+
+    def __init__(self, measured: Measurements) -> None:
+        super().__init__(measured.about, _tables(measured), measured.track)
+        self.read: set[str] = set()
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        self.read.add(name)
+        return super().__getitem__(name)
+
+
+@cache
+def _second(kind: Kind) -> tuple[Estimate, frozenset[str]]:
+    """Another estimate from the same recording, and the channels that were read for it."""
+    estimator, measured, _, _ = _first(kind)
+    watched = _Watched(measured)
+    return estimator.estimate(watched), frozenset(watched.read)
+
+
 def states_what_it_needs(kind: Kind) -> Iterable[str]:
     """It can be made without settings, and names its channels."""
     estimator = kind.build({})
@@ -72,7 +92,7 @@ def pure(kind: Kind) -> Iterable[str]:
     """The same input gives the same bytes, and stays as it was."""
     estimator, measured, _, first = _first(kind)
     before = _state(measured)
-    second = estimator.estimate(measured)
+    second, _ = _second(kind)
     if _state(measured) != before:
         yield "changes the measurements that it is given"
     if _bytes(first) != _bytes(second):
@@ -102,6 +122,19 @@ def names_every_missing_channel(kind: Kind) -> Iterable[str]:
     missing = [name for name in estimator.needed() if name not in said]
     if missing:
         yield f"says '{said}' and does not name {', '.join(missing)}, missing as well; call self.need(measurements)"
+
+
+def adds_what_it_says(kind: Kind) -> Iterable[str]:
+    """A channel that is said to add something is read where it is there."""
+    estimator, measured, _, _ = _first(kind)
+    _, read = _second(kind)
+    for name in estimator.adds:
+        if not _CHANNEL.fullmatch(name):
+            yield f"adds '{name}', which is not '<sensor>.<quantity> [unit]'"
+        elif name in estimator.needed():
+            yield f"adds '{name}', which it requires as well; leave one of the two out"
+        elif name in measured and name not in read:
+            yield f"adds '{name}', and does not read it; leave it out of `adds`"
 
 
 def names_every_missing_parameter(kind: Kind) -> Iterable[str]:
@@ -143,6 +176,7 @@ CHECKS: tuple[Check[Kind], ...] = (
     pure,
     lost_samples,
     names_every_missing_channel,
+    adds_what_it_says,
     names_every_missing_parameter,
     scored_or_noted,
 )

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from experiments.maintenance.readiness import Readiness, readiness, what_each_brings
 from railsim.errors import InputError
 from railsim.quality.inspection import Inspection, inspect
+from railsim.quality.interface import texts
 from railsim.quality.repair import write_repaired
 from railsim.recording import Recording
 from railsim.scenario import SCENARIOS, load_scenario
@@ -26,6 +28,7 @@ class Report:
     problems : what is suspicious, in words.
     header, rows : the table.
     findings : faults and notes of a recording, with their numbers. notes : the latter in words.
+    estimators : of a recording, what each estimator lacks.
     """
 
     kind: str
@@ -36,11 +39,15 @@ class Report:
     rows: list[list[Any]] = field(default_factory=list)
     findings: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    estimators: list[Readiness] = field(default_factory=list)
 
     def stated(self) -> dict[str, Any]:
         """In the shape of the command's JSON."""
         stated = {"kind": self.kind, "name": self.name, "facts": self.facts, "problems": self.problems}
         stated |= {"findings": self.findings}
+        if self.estimators:
+            stated |= {"estimators": [one.stated() for one in self.estimators]}
+            stated |= {"would bring": what_each_brings(self.estimators)}
         return stated | {"table": [dict(zip(self.header, row, strict=True)) for row in self.rows]}
 
 
@@ -78,9 +85,9 @@ def _recording(what: str) -> Report:
     rows = [[name, measured.rate(name), *_statistics(measured[name])] for name in measured.channels]
     inspection = inspect(measured)
     stated = [finding.stated() for finding in inspection.findings]
-    notes = [finding.text() for finding in inspection.findings if finding.severity == "note"]
-    suspicious = [fault.text() for fault in inspection.faults]
-    return Report("recording", what, facts, suspicious, header, rows, stated, notes)
+    notes = texts(finding for finding in inspection.findings if finding.severity == "note")
+    suspicious = texts(inspection.faults)
+    return Report("recording", what, facts, suspicious, header, rows, stated, notes, readiness(measured))
 
 
 def repair(what: str, folder: str) -> Inspection:

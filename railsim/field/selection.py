@@ -9,12 +9,10 @@ from railsim.field.channels import numbers
 from railsim.field.map import TableMap
 from railsim.field.order import How
 from railsim.field.tables import Column, Table, same_cell
+from railsim.held import held_rows
 
 _LONGEST_HOLD = 3.5  # periods over which a value that stays the same is taken as measured again
-_FEWEST_CHANGES = 6  # by which a held channel is told
-_SHORTEST_HOLD = 4  # rows
 _FIRST = 50_000  # rows by which a held channel is told
-_ALIKE = 0.8  # share of the holds that are of one length, to a row
 
 
 def selected(mapped: TableMap, table: Table, time: np.ndarray, how: How) -> tuple[Table, np.ndarray]:
@@ -95,7 +93,7 @@ def _changed(raw: np.ndarray, time: np.ndarray, rate: float | None, how: How) ->
 
 def _name_held(mapped: TableMap, raw: np.ndarray, how: How) -> None:
     """Say which channels repeat their last value while others do not, and the lines that make them a table."""
-    lengths = [_hold(one) for one in raw]
+    lengths = [held_rows(one) for one in raw]
     if all(lengths) or not any(lengths):
         return
     for name, length in zip(mapped.channels, lengths, strict=True):
@@ -104,19 +102,6 @@ def _name_held(mapped: TableMap, raw: np.ndarray, how: How) -> None:
                 f"{name}: each value stands in {length} rows, as one of a slower sensor that is repeated; a table of "
                 "its own with 'rows: changed' would take each once"
             )
-
-
-def _hold(values: np.ndarray) -> int:
-    """Rows for which a value usually stays; 0 where it is not held."""
-    changes = np.flatnonzero(np.diff(values) != 0)
-    if changes.size < _FEWEST_CHANGES or np.isnan(values).any():
-        return 0
-    holds = np.diff(changes)
-    usual = float(np.median(holds))
-    if usual < _SHORTEST_HOLD:
-        return 0
-    off = np.abs(holds - usual * np.maximum(1, np.rint(holds / usual)))
-    return int(usual) if np.mean(off <= np.maximum(1, 0.1 * usual)) >= _ALIKE else 0
 
 
 def _kept(table: Table, keep: np.ndarray) -> Table:

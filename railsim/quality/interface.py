@@ -1,6 +1,7 @@
 """What a check of a recording is, and what it finds."""
 
 from abc import abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -23,7 +24,7 @@ class Finding:
     ----------
     kind : "offset", "offset step", "gain change", "noise", "stuck", "null", "drop-out", "spikes", "saturation",
         "clock", "clock shift", "swapped", "inverted", "tachometer", "unit", "no gravity", "upside down",
-        "tilted", "turned" or "too short".
+        "tilted", "turned", "held", "rounded" or "too short".
     channel : name of the channel; "time [s] at 256 Hz" for a table's times.
     start, end : s, first and last sample that is concerned.
     extent : how large it is, in words.
@@ -57,11 +58,20 @@ class Finding:
         """The repair in words."""
         return self.repair.words(self) if self.repair and self.severity == "fault" else "nothing"
 
-    def text(self) -> str:
-        """One line for people."""
+    def text(self, more: Sequence[str] = ()) -> str:
+        """One line for people; `more`: other channels of which the same is found."""
         where = f"t = {self.start:.2f} s" if self.end <= self.start else f"t = {self.start:.2f} to {self.end:.2f} s"
         name = self.channel if self.other is None else f"{self.channel}, {self.other}"
-        return f"{name}: {self.kind}, {where}: {self.extent}; {self.advice}"
+        return f"{', '.join([name, *more])}: {self.kind}, {where}: {self.extent}; {self.advice}"
+
+
+def texts(findings: Iterable[Finding]) -> list[str]:
+    """Lines for people; what is found of several channels at the same time and alike is one line."""
+    alike: dict[tuple[str, ...], list[Finding]] = {}
+    for one in findings:
+        same = one.kind, f"{one.start:.6f}", f"{one.end:.6f}", one.extent, one.advice, str(one.other)
+        alike.setdefault(same, []).append(one)
+    return [first.text([one.channel for one in others]) for first, *others in alike.values()]
 
 
 class Check(Spec, frozen=True):

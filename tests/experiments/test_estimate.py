@@ -41,7 +41,7 @@ def test_each_message_names_the_next_option(railsim_here: Command, box: Path):
     assert "replaced" not in done.stdout
     joints = ("estimate", "dipped_joints", box, "--out", "joints", *source)
     asked = railsim_here(*joints)
-    refused(asked, "must give a positive number")
+    refused(asked, "in SI units; give them under 'vehicle' in the map")
     nominal = build_vehicle("manchester", Path()).nominal()
     given = [f"vehicle.{name}={nominal[name]}" for name in re.findall(r"'(\w+)'", asked.stderr) if name in nominal]
     assert railsim_here(*joints, "--set", *given).returncode == 0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimators.speed.odometry import BLUR, SPACING, has_speed, integrate_speed
+from estimators.speed.odometry import BLUR, SPACING, integrate_speed, missing_speed
 from railsim import InputError
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
@@ -120,8 +120,8 @@ def test_missing_or_silent_source_is_refused():
     about = {"origin": "test", "vehicle": {}, "sensors": []}
     time = np.arange(100) / RATE
     bare = Measurements(about, {RATE: {"time [s]": time, NAME: np.zeros(100)}})
-    assert not has_speed(bare, "tachometer")
-    with pytest.raises(InputError, match="no tachometer channel"):
+    assert missing_speed(bare, "tachometer")
+    with pytest.raises(InputError, match="needs a speed: add a tachometer"):
         integrate_speed(bare)
     with pytest.raises(InputError, match="moves by 0.00 m only"):
         integrate_speed(record(np.zeros(2560)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from estimators.interface import ESTIMATORS
-from estimators.speed.odometry import channel_speeds, has_speed, integrate_speed
+from estimators.speed.odometry import channel_speeds, integrate_speed, missing_speed
 from estimators.speed.smoothed_speed import smooth_speed
 from estimators.wheel_rail.wheelset_motion import wheelset_speed
 from railsim import InputError
@@ -93,8 +93,8 @@ def test_estimators_of_track_take_the_stated_source():
 
 def test_nothing_stated_is_no_source_for_a_receiver():
     measured = record(GNSS, 1.0, 0.1)
-    assert not has_speed(measured)
-    with pytest.raises(InputError, match=r"state another as 'speed_source' in the map or by --speed-source"):
+    assert missing_speed(measured)
+    with pytest.raises(InputError, match=r"name another channel by 'speed_source' in the map or --speed-source"):
         integrate_speed(measured)
 
 
@@ -117,5 +117,5 @@ def test_second_wheelset_and_wheels_of_the_contact_take_it_too():
 
 def test_conicity_by_a_stated_source_lacks_no_tachometer():
     estimator = ESTIMATORS.resolve("conicity_spectral").build({})
-    assert estimator.lacking(record(GNSS, 1.0, 0.1, GNSS)) == []
-    assert estimator.lacking(record(GNSS, 1.0, 0.1)) == ["wheelset1.speed [m/s]"]
+    assert estimator.missing(record(GNSS, 1.0, 0.1, GNSS)).channels == ()
+    assert estimator.missing(record(GNSS, 1.0, 0.1)).channels == ("wheelset1.speed [m/s]",)
