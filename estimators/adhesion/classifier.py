@@ -115,5 +115,5 @@ def classifier(vehicle: str, sensors: str, window: float) -> Classifier:
     InputError : there is none for that vehicle.
     """
     if vehicle not in vehicles():
-        raise InputError(f"the adhesion level needs {no_calibration(vehicle)}")
+        raise InputError(f"the level needs {no_calibration(vehicle)}")
     return Classifier.read(calibrations()["vehicles"][vehicle]["classifiers"][f"{sensors}, {window:g} s"])

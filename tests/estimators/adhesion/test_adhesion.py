@@ -136,7 +136,7 @@ def test_without_a_speed_there_is_no_level(runs: Runs):
 
 
 def test_other_vehicles_have_no_calibration():
-    with pytest.raises(InputError, match="no adhesion calibration for vehicle 'tram'"):
+    with pytest.raises(InputError, match="an adhesion calibration for vehicle 'tram'"):
         classifier("tram", "bogie", 10.0)
 
 

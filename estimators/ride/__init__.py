@@ -1,0 +1,1 @@
+"""How the vehicle rides: comfort of those aboard, and whether it runs steadily."""
