@@ -106,7 +106,7 @@ class AdhesionLevel(CalibratedEstimator, frozen=True):
         valid = table["valid [-]"].to_numpy() > 0.5
         for reason, one in reasons.items():
             warnings.append(f"cannot tell the level in {one.share:.0%} of the windows: {reason}; {one.help} would help")
-        beyond = float(np.mean(~valid)) - sum(one.share for one in reasons.values())
+        beyond = (float(np.mean(~valid)) if valid.size else 0.0) - sum(one.share for one in reasons.values())
         if beyond > 1e-6:
             warnings.append(f"no adhesion level in {beyond:.0%} of the windows: see 'left_out' and the speed")
         return {

@@ -116,5 +116,5 @@ def test_missing_channel_or_speed_is_named():
     assert not AlignmentAccelerometer(sensor="bogie_lead").fits(measured)
     with pytest.raises(InputError, match="needs channel 'bogie_lead.acceleration_z"):
         AlignmentAccelerometer(sensor="bogie_lead").estimate(measured)
-    with pytest.raises(InputError, match="about.json must give a number"):
+    with pytest.raises(InputError, match="needs vehicle parameters"):
         AlignmentLateral().estimate(measured)
