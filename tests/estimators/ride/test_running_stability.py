@@ -58,7 +58,7 @@ def test_near_the_limit_nothing_is_said() -> None:
 
 def test_slow_motion_is_no_instability() -> None:
     found = RunningStability().estimate(record(0.0, vehicle=VEHICLE))
-    assert float(found.series["instability [m/s2]"].max()) < 0.2
+    assert found.series["instability [m/s2]"].to_numpy().max() < 0.2
 
 
 def test_masses_are_needed() -> None:
