@@ -55,6 +55,8 @@ def _without_cure(head: bytes, names: dict[str, str]) -> str | None:
         return (
             "is a SQLite database; export the table as CSV: sqlite3 -header -csv FILE 'select * from TABLE' > data.csv"
         )
+    if head.startswith(b"# Created by Octave"):
+        return f"is a text file of Octave; save it there by save('-v7', '{names['stem']}.mat', 'NAME', ...)"
     if head.startswith(b"LOGG"):
         return "is a CAN log (BLF); decode it with its data base and export it as MDF 4 or CSV"
     if head[8:12] == b".FIT":

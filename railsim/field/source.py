@@ -1,6 +1,7 @@
 """Opening the file: which format it is, and the columns that the map asks for."""
 
 import re
+import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from hashlib import file_digest
@@ -23,6 +24,7 @@ _NAMES = {"csv": "text", "parquet": "Parquet", "mdf4": "MDF", "tdms": "TDMS", "m
           "nmea": "NMEA 0183", "gpx": "GPX"}  # fmt: skip
 _SENTENCE = re.compile(rb"\$[A-Z]{2}(?:RMC|GGA|VTG|ZDA|GLL|GSA|GSV|GNS|GST|TXT|HDT),|\$P[A-Z]{3,6},")
 _LOOK = 4096  # bytes
+_VERSION_4 = {1000 * order + 10 * number + kind for order in (0, 1) for number in range(6) for kind in (0, 1, 2)}
 
 
 def find_format(path: Path, stated: str | None, notes: Notes) -> str:
@@ -52,10 +54,24 @@ def find_format(path: Path, stated: str | None, notes: Notes) -> str:
     return detected
 
 
+def _is_matlab_4(head: bytes) -> bool:
+    """Whether a file begins with a matrix of version 4: type, rows, columns, imaginary part, a name ended by 0."""
+    for order in "<>":
+        if len(head) > 22:
+            kind, rows, columns, imaginary, length = struct.unpack_from(f"{order}5i", head)
+            name = head[20 : 20 + max(length, 0)]
+            known = kind in _VERSION_4 and imaginary in (0, 1) and rows > 0 and columns > 0
+            if known and 2 <= length <= 64 and re.fullmatch(rb"[A-Za-z]\w*\0", name):
+                return True
+    return False
+
+
 def _by_content(path: Path) -> str:
-    """A receiver's log, a GPX file, or text."""
+    """A receiver's log, a GPX file, a MATLAB file of version 4, or text."""
     with path.open("rb") as file:
         head = file.read(_LOOK)
+    if _is_matlab_4(head):
+        return "mat"
     if head.lstrip(b"\xef\xbb\xbf \r\n\t")[:1] == b"<" and b"<gpx" in head:
         return "gpx"
     lines = [line for line in head.splitlines() if line.strip()]

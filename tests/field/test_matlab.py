@@ -125,6 +125,26 @@ def test_what_is_no_vector_of_version_5(tmp_path: Path, guard: Guard, value: Any
     assert line in refusal(tmp_path, path, mapped(), guard)
 
 
+def test_version_4(tmp_path: Path, guard: Guard):
+    path = tmp_path / "x.mat"
+    scipy.io.savemat(path, {"t": TIME[:, None], "az": AZ[:, None]}, format="4")
+    np.testing.assert_array_equal(values(run(tmp_path, path, mapped(), guard)), AZ)
+
+
+def test_files_that_are_not_whole_are_named(tmp_path: Path, guard: Guard):
+    path = seven(tmp_path / "x.mat", {"t": TIME, "az": AZ})
+    path.write_bytes(path.read_bytes()[:700])
+    line = refusal(tmp_path, path, mapped(), guard)
+    assert "a MATLAB file (version 7.3, HDF5) that is not whole" in line and "save('x.mat', '-v7')" in line
+    path = tmp_path / "x.h5"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(50))
+    assert "an HDF5 file that is not whole" in refusal(tmp_path, path, mapped(), guard)
+    octave = "# Created by Octave 8.4.0\n# name: t\n# type: matrix\n# rows: 1\n# columns: 3\n 0 1 2\n"
+    assert "is a text file of Octave; save it there by save('-v7', 'data.mat'" in refusal(
+        tmp_path, octave, mapped(), guard
+    )
+
+
 @pytest.mark.parametrize("ending", [".mat", ".h5"])
 def test_without_h5py(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str):
     path = seven(tmp_path / f"x{ending}", {"t": TIME})

@@ -41,9 +41,24 @@ def read(path: Path, wanted: list[Wanted]) -> list[Table]:
             "HDF5 needs h5py, which is not installed: pip install 'railsim[field]'; or, from MATLAB, "
             f"save('{path.name}', '-v7')"
         ) from None
-    with h5py.File(path, "r") as file:
+    try:
+        opened = h5py.File(path, "r")
+    except OSError as error:
+        raise InputError(_broken(path, str(error))) from None
+    with opened as file:
         columns = _columns(file)
         return [columns.table(one) for one in wanted]
+
+
+def _broken(path: Path, reason: str) -> str:
+    """What is said of a file that cannot be opened."""
+    with path.open("rb") as handle:
+        matlab = handle.read(6) == b"MATLAB"
+    reason = reason.rpartition("(")[2].rstrip(")")
+    if not matlab:
+        return f"it is an HDF5 file that is not whole ({reason}); copy it again"
+    cure = f"copy it again, or save it in MATLAB by save('{path.name}', '-v7')"
+    return f"it is a MATLAB file (version 7.3, HDF5) that is not whole ({reason}); {cure}"
 
 
 def _columns(file: Any) -> Columns:

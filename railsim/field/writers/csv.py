@@ -5,7 +5,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.csv
 
-from railsim.field.writers.interface import Content, union
+from railsim.field.writers.interface import Content, names, parts
 
 _ROWS = 1 << 16  # written at a time
 
@@ -18,11 +18,9 @@ def write(content: Content, path: Path) -> None:
     content : sheets of several rates stand over all their times, with empty cells where one has no row.
     path : the file.
     """
-    columns = union(content.sheets)
-    schema = pa.schema([(name, pa.float64()) for name in columns])
-    rows = next(iter(columns.values())).size
+    schema = pa.schema([(name, pa.float64()) for name in names(content.sheets)])
     options = pyarrow.csv.WriteOptions(quoting_header="none")
     with pyarrow.csv.CSVWriter(str(path), schema, write_options=options) as writer:
-        for first in range(0, max(rows, 1), _ROWS):
-            part = [pa.array(column[first : first + _ROWS], from_pandas=True) for column in columns.values()]
-            writer.write_table(pa.Table.from_arrays(part, schema=schema))
+        for part in parts(content.sheets, _ROWS):
+            arrays = [pa.array(column, from_pandas=True) for column in part]
+            writer.write_table(pa.Table.from_arrays(arrays, schema=schema))

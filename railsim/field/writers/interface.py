@@ -1,7 +1,7 @@
 """What a writer is given, and how names and units go into a format."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -62,20 +62,37 @@ def split_name(name: str) -> tuple[str, str]:
     return (found[1], found[2]) if found else (name, "")
 
 
-def union(sheets: Sequence[Sheet]) -> dict[str, np.ndarray]:
-    """One table of all sheets over all their times; NaN where a sheet has no row.
+def parts(sheets: Sequence[Sheet], length: int) -> Iterator[list[np.ndarray]]:
+    """One table of all sheets over all their times, `length` rows at a time; NaN where a sheet has no row.
 
     Parameters
     ----------
     sheets : one of any axis, or several over time.
+
+    Yields
+    ------
+    Columns in the order of `names`; one part without rows where the table has none.
     """
     if len(sheets) == 1:
-        return dict(sheets[0].columns)
+        columns = list(sheets[0].columns.values())
+        for first in range(0, max(columns[0].size, 1), length):
+            yield [column[first : first + length] for column in columns]
+        return
     axis = np.unique(np.concatenate([sheet.axis for sheet in sheets]))
-    columns = {TIME: axis}
-    for sheet in sheets:
-        rows = np.searchsorted(axis, sheet.axis)
-        for name, values in list(sheet.columns.items())[1:]:
-            columns[name] = np.full(axis.size, np.nan)
-            columns[name][rows] = values
-    return columns
+    places = [np.searchsorted(axis, sheet.axis) for sheet in sheets]
+    for first in range(0, max(axis.size, 1), length):
+        part = axis[first : first + length]
+        found = [part]
+        for sheet, rows in zip(sheets, places, strict=True):
+            begin, end = np.searchsorted(rows, [first, first + length])
+            for values in list(sheet.columns.values())[1:]:
+                column = np.full(part.size, np.nan)
+                column[rows[begin:end] - first] = values[begin:end]
+                found.append(column)
+        yield found
+
+
+def names(sheets: Sequence[Sheet]) -> list[str]:
+    """Columns of the table of all sheets."""
+    first = next(iter(sheets[0].columns)) if len(sheets) == 1 else TIME
+    return [first, *(name for sheet in sheets for name in list(sheet.columns)[1:])]
