@@ -2,6 +2,7 @@
 
 The paper's figure is of real tests; here the data come from the nonlinear half vehicle (Exudyn), with other noise for
 every seed and, in the uncertain cases, another error of the track. These two differ in what the filter assumes of it.
+How the conicity's end changes with the size of that error is in `track_error`.
 """
 
 from typing import Any
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure as Picture
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import PARAMETERS
+from experiments.figures import track_error
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most
@@ -55,12 +57,17 @@ class Fig07(Figure):
         seeds = size.of(SEEDS, FAST_SEEDS, SMOKE_SEEDS)
         duration = size.of(DURATION, FAST_DURATION, SMOKE_DURATION)
         table, true = over_seeds(cases(), TRACK, seeds, duration, engine)
-        return table.assign(**{NOMINAL.format(name): value for name, value in zip(PARAMETERS, true, strict=True)})
+        table = table.assign(**{NOMINAL.format(name): value for name, value in zip(PARAMETERS, true, strict=True)})
+        return pd.concat([table, track_error.sweep(size, duration, engine)], ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        """Four panels: the three parameters, each with the spread over the seeds, and their relative deviations."""
-        figure = Picture(figsize=(9.0, 6.4), layout="constrained")
-        axes = figure.subplots(2, 2).ravel()
+        """The three parameters over time with the spread over the seeds, their relative deviations, and the ends of
+        conicity and dampers over the track's error.
+        """
+        table, ends = _parts(table)
+        figure = Picture(figsize=(13.5, 6.4), layout="constrained")
+        grid = figure.subplots(2, 3)
+        axes = grid[:, :2].ravel()
         for i, name in enumerate(PARAMETERS):
             for case, colour in COLOURS.items():
                 _band(axes[i], table[table[CASE] == case], name, SCALES[i], colour, case)
@@ -76,15 +83,28 @@ class Fig07(Figure):
                 axes[3].plot(ratio.index, ratio, style, color=COLOURS[case], lw=1.0, label=label)
         axes[3].set(xlabel="time in s", ylabel=LABELS[3], title="(d)", yscale="log")
         axes[3].legend(fontsize=7)
+        track_error.draw_conicity(grid[0, 2], ends)
+        grid[0, 2].set(ylabel=f"{LABELS[2]} at the end", title="(e)")
+        track_error.draw_dampers(grid[1, 2], ends)
+        grid[1, 2].set(title="(f)")
         return figure
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
-        """The paper's three claims over the seeds: largest errors, means and spreads at the end."""
+        """The paper's three claims over the seeds: largest errors, means and spreads at the end; the third one over
+        the track's error too.
+        """
+        table, ends = _parts(table)
         claims = [_within(table, FULL, i, limit) for i, limit in enumerate((5.0, 5.0, 0.02))]
         claims += [_more(table, i) for i in range(2)]
         claims += [_within(table, REDUCED, i, limit) for i, limit in enumerate((10.0, 10.0, 0.03))]
         claims += [_within(table, UNCERTAIN, i, 10.0) for i in range(2)]
-        return claims + _offsets(table)
+        return [*claims, *_offsets(table), *track_error.claims(ends)]
+
+
+def _parts(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Rows over time, and those of the track's error."""
+    ends = table[track_error.ERROR].notna().to_numpy()
+    return table.loc[~ends], table.loc[ends]
 
 
 def _band(axes: Axes, rows: Any, name: str, scale: float, colour: str, label: str) -> None:

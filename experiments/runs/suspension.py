@@ -1,6 +1,7 @@
 """Runs for the figures of the suspension: the shipped scenario on other tracks, with many noise seeds, track errors."""
 
 import tempfile
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ LENGTH, SPACING = 2000.0, 0.2  # m
 JUDGED = 5107
 """Seed of the track that figures are judged on; nothing was chosen on it."""
 WORKERS = 2
-CASE, SEED, TIME = "case", "seed", "time [s]"
+CASE, SEED, TIME, VALID = "case", "seed", "time [s]", "valid [-]"
 
 
 def with_track_errors(measurements: Measurements, share: float, seed: int) -> Measurements:
@@ -82,3 +83,33 @@ def over_seeds(
     jobs = [(name, seed) for seed in range(1, seeds + 1) for name in cases]
     tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(delayed(estimated)(*job) for job in jobs)
     return pd.concat(tables, ignore_index=True), true_parameters(truth)
+
+
+def over_track_errors(
+    cases: Mapping[str, tuple[SuspensionRbpf, float]], seeds: Sequence[int], duration: float, engine: str
+) -> pd.DataFrame:
+    """What every case ends at, by seeds of track, noise and error of the track; see `over_seeds` for the cases.
+
+    Returns
+    -------
+    A row a case and seed: CASE, SEED, TIME of the end, the parameters, "true" and their name, and `VALID`: whether the
+    filter's own check of its innovations lets the estimate stand.
+    """
+
+    def ended(seed: int, measurements: Measurements, true: np.ndarray) -> Iterator[dict[str, Any]]:
+        for name, (estimator, share) in cases.items():
+            wrong = with_track_errors(measurements, share, 1000 + seed)
+            last = estimator.but(seed=seed).estimate(wrong).series.iloc[-1]
+            found = {column: float(last[column]) for column in (TIME, *PARAMETERS, VALID)}
+            known = {f"true {column}": float(value) for column, value in zip(PARAMETERS, true, strict=True)}
+            yield {CASE: name, SEED: seed} | found | known
+
+    def of_seed(seed: int) -> list[dict[str, Any]]:
+        with tempfile.TemporaryDirectory() as folder:
+            track = str(write_other(Path(folder), seed))
+            scenario = load_scenario("suspension", {"duration": duration, "track": track})
+            truth = simulate(scenario, engine=engine)
+        return list(ended(seed, measure(truth, scenario, seed=seed).measurements, true_parameters(truth)))
+
+    rows: Any = Parallel(n_jobs=WORKERS, prefer="threads")(delayed(of_seed)(seed) for seed in seeds)
+    return pd.DataFrame([row for of in rows for row in of])

@@ -10,6 +10,7 @@ from estimators.vehicle.affine import PARAMETERS
 from experiments.figures.fig07 import FULL, OTHER, REDUCED, UNCERTAIN, Fig07
 from experiments.figures.fig07 import NOMINAL as TRUE
 from experiments.figures.suspension_identifiability import SuspensionIdentifiability
+from experiments.figures.track_error import ASSUMED, ERROR, ERRORS, SEEDS, TOLD
 from experiments.scoring.score import score
 from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, simulate
@@ -37,9 +38,10 @@ def test_a_damper_that_is_ten_per_cent_too_large_scores_so(truth: Truth):
     assert scores["secondary yaw damping error [%]"] == pytest.approx(0.0, abs=1e-6)
 
 
-def table(conicity: float) -> pd.DataFrame:
-    """What figure 7 would hold if every case gave the true dampers."""
-    rows = []
+def table(conicity: float, ends: float = 0.15) -> pd.DataFrame:
+    """What figure 7 would hold if every case gave the true dampers; `ends` : of the conicity on tracks with errors."""
+    rows: list[dict[str, object]] = [_end(share, factor, ends) for share in ERRORS for factor in TOLD.values()]
+    rows = [row | {"seed": seed, PARAMETERS[2]: ends + 1e-4 * seed} for row in rows for seed in range(SEEDS)]
     for case, found in ((FULL, 0.15), (REDUCED, 0.15), (UNCERTAIN, conicity), (OTHER, conicity + 0.01)):
         for time in (1.0, 60.0):
             values = dict(zip(PARAMETERS, (40e3, 507e3, found), strict=True))
@@ -51,6 +53,33 @@ def table(conicity: float) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def _end(share: float, factor: float, conicity: float) -> dict[str, object]:
+    """A run's end on a measured track with errors."""
+    found = dict(zip(PARAMETERS, (41e3, 600e3, conicity), strict=True))
+    true = {f"true {name}": value for name, value in zip(PARAMETERS, VALUES, strict=True)}
+    about = {"case": "end", "time [s]": 60.0, "valid [-]": 0.0, ERROR: share, ASSUMED: factor}
+    return {**about, **found, **true}
+
+
+@pytest.mark.parametrize(("ends", "held"), [(0.10, True), (0.149, False)])
+def test_figure_7_says_from_which_error_on_conicity_settles_as_in_the_article(ends: float, held: bool):
+    claims = {claim.claim: claim for claim in Fig07().check(table(0.15, ends))}
+    settled = {name: claim for name, claim in claims.items() if "mean end" in name}
+    assert len(settled) == len(ERRORS) * len(TOLD)
+    assert {claim.held for name, claim in settled.items() if "100 %" in name or "error 50 %" in name} == {held}
+    assert {claim.held for name, claim in settled.items() if "error 5 %" in name} == {not held}
+    first = [claim.value for name, claim in claims.items() if "least track error" in name]
+    assert first == [min(ERRORS) if held else None] * len(TOLD)
+
+
+def test_figure_7_says_what_dampers_do_on_tracks_with_errors():
+    """C_sy is 2.5 % off, C_spsi 18 %."""
+    claims = {claim.claim: claim for claim in Fig07().check(table(0.15))}
+    found = {name: claim for name, claim in claims.items() if "worst assumption" in name and name.startswith("track")}
+    assert {round(claim.value or 0.0, 1) for name, claim in found.items() if "lateral" in name} == {2.5}
+    assert {claim.held for name, claim in found.items() if "yaw" in name} == {None}  # every seed the same: no interval
+
+
 def test_figure_7_says_when_conicity_does_converge():
     offset = [claim for claim in Fig07().check(table(0.15)) if "does not converge" in claim.claim]
     assert [claim.held for claim in offset] == [True]  # 0.01 off under the other assumption
@@ -59,8 +88,8 @@ def test_figure_7_says_when_conicity_does_converge():
     assert [claim.held for claim in Fig07().check(converged) if "does not converge" in claim.claim] == [False]
 
 
-def test_figure_7_has_four_panels():
-    assert len(Fig07().draw(table(0.18)).axes) == 4
+def test_figure_7_has_six_panels():
+    assert len(Fig07().draw(table(0.18)).axes) == 6
 
 
 def information(curvature: float, estimates: tuple[float, ...]) -> pd.DataFrame:
