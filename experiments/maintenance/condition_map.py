@@ -137,20 +137,32 @@ def _line(positions: Positions, time: np.ndarray, distance: np.ndarray) -> Featu
 
 def _points(estimate: Estimate, positions: Positions, time: np.ndarray) -> list[Feature]:
     """Defects of track geometry, and events as joints and switches."""
-    table = defects(estimate) if is_track(estimate) else pd.DataFrame(estimate.about.get("events") or [])
+    track = is_track(estimate)
+    rows = defects(estimate).to_dict("records") if track else estimate.about.get("events")
     found = []
-    for row in table.to_dict("records"):
-        at = row.get("time [s]")
-        at = None if at is None or np.isnan(at) else float(at)
-        if at is None and "s [m]" in row and "s [m]" in estimate.series.columns:
-            at = float(np.interp(row["s [m]"], estimate.series["s [m]"].to_numpy(), time))
-        place = positions.at(np.array([np.nan if at is None else at]))[0]
+    for row in rows if isinstance(rows, list) else []:
+        if not isinstance(row, dict):
+            continue
+        properties = {str(name): value for name, value in row.items()}
+        kind = "defect" if track else str(properties.pop("kind", "event"))
+        place = positions.at(np.array([_time(properties, estimate, time)]))[0]
         geometry = None
         if np.isfinite(place).all():
             geometry = {"type": "Point", "coordinates": np.round(place, _DIGITS).tolist()}
-        kind = "defect" if is_track(estimate) else str(row.pop("kind", "event"))
-        found.append(_feature(geometry, {"kind": kind, **{str(name): value for name, value in row.items()}}))
+        found.append(_feature(geometry, {"kind": kind, **properties}))
     return found
+
+
+def _time(properties: dict[str, Any], estimate: Estimate, time: np.ndarray) -> float:
+    """When the vehicle was there, s, by the stated time or place; NaN where neither is known."""
+    at, s = (_number(properties.get(name)) for name in ("time [s]", "s [m]"))
+    if np.isfinite(at) or "s [m]" not in estimate.series.columns or not np.isfinite(s):
+        return at
+    return float(np.interp(s, estimate.series["s [m]"].to_numpy(dtype=float), time))
+
+
+def _number(value: Any) -> float:
+    return float(value) if isinstance(value, int | float | np.number) else np.nan
 
 
 def _feature(geometry: Feature | None, properties: dict[str, Any]) -> Feature:
