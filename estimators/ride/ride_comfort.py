@@ -1,11 +1,13 @@
 """Ride comfort on the floor of the body: EN 12299's continuous and mean comfort, and Sperling's index."""
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
+from scipy.signal import welch
 
 from estimators.interface import Estimate, Estimator
 from estimators.ride.samples import on_grid
@@ -17,6 +19,8 @@ from railsim.spec import quantity
 
 BLOCK = 5.0
 """s of a weighted rms value (EN 12299, continuous comfort)."""
+FAST = 200.0
+"""Samples a second with which the whole weighting, up to 100 Hz, can be seen."""
 Gain = Callable[[np.ndarray], np.ndarray]
 
 
@@ -97,7 +101,8 @@ class RideComfort(Estimator, frozen=True):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Rms in blocks without the noise's share, and its deviation.
 
-        That is by the sensor's scale, by what a misaligned sensor takes from the other axes, and by noise.
+        That is by the sensor's scale, by what a misaligned sensor takes from the other axes, and by noise: that of the
+        data sheet, and what may be noise beyond it.
         """
         name = self._channel(axis)
         rate, sheet = measurements.rate(name), data_sheet(measurements.about, name)
@@ -112,8 +117,22 @@ class RideComfort(Estimator, frozen=True):
         by_noise = np.sqrt(scatter / BLOCK) / (2.0 * np.maximum(true, (scatter / BLOCK) ** 0.25 + 1e-12))
         misaligned = sheet.error("misalignment_std")
         turned = [misaligned * block_rms(_resampled(one, len(values)), rate, gain) for one in across]
-        parts = [sheet.error("scale_error_std") * rms, by_noise, *turned]
+        unstated = max(noise_floor(values, rate) - density**2, 0.0) * whole / (2.0 * _positive(rms))
+        parts = [
+            sheet.error("scale_error_std") * rms,
+            by_noise,
+            unstated,
+            self._beyond(values, rate, gain, rms),
+            *turned,
+        ]
         return true, np.sqrt(np.sum([one**2 for one in parts], axis=0))
+
+    def _beyond(self, values: np.ndarray, rate: float, gain: Gain, rms: np.ndarray) -> np.ndarray:
+        """What slow samples miss, m/s2: as much as their highest octave holds is taken to lie beyond it."""
+        if rate >= FAST:
+            return np.zeros(len(rms))
+        octave = block_rms(values, rate, lambda frequency: gain(frequency) * (frequency > rate / 4.0))
+        return octave**2 / (2.0 * _positive(rms))
 
     def _mean(self, series: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
         """N_MV of the latest period and its deviation; NaN before a period has passed, or with a block lost in it."""
@@ -134,14 +153,24 @@ class RideComfort(Estimator, frozen=True):
         sheet = data_sheet(measurements.about, self._channel("z"))
         warnings = []
         lowest = min(measurements.rate(self._channel(axis)) for axis in axes)
-        if lowest < 200.0:
-            warnings.append(f"samples at {lowest:g} Hz: what is faster than {lowest / 2:g} Hz is missing in the index")
+        if lowest < FAST:
+            missing = f"what is faster than {lowest / 2:g} Hz is missing, and in the deviations by a guess"
+            warnings.append(f"samples at {lowest:g} Hz: {missing}")
         if "x" not in axes:
             warnings.append(f"no mean comfort: it needs '{self._channel('x')}' too")
         elif len(series) * BLOCK < self.period:
             warnings.append(f"no mean comfort: it needs {self.period:g} s of record")
         place = {"body": str(sheet.stated.get("body", "body")), "position [m]": list(sheet.position)}
         return {"settings": self.model_dump(mode="json"), **place, "warnings": warnings}
+
+
+def noise_floor(values: np.ndarray, rate: float) -> float:
+    """Density of the quietest tenth-octave of a spectrum above an eighth of the rate, unit^2/Hz: noise has no more."""
+    frequency, density = welch(values - np.mean(values), rate, nperseg=min(len(values), round(2.0 * rate)))
+    edges = np.geomspace(rate / 8.0, 0.45 * rate, 19)
+    inside = [(frequency >= low) & (frequency < high) for low, high in pairwise(edges)]
+    means = [float(np.mean(density[one])) for one in inside if one.any()]
+    return min(means, default=0.0)
 
 
 def _resampled(values: np.ndarray, count: int) -> np.ndarray:

@@ -74,6 +74,9 @@ def _vertical(parameters: frozenset[tuple[str, float]], outputs: tuple[Output, .
         elif output.kind == "acceleration":
             rows.append(tuple(part[n + bounce] - x * part[n + pitch] for part in (A, B, E)))
             feels[number, [bounce, pitch]] = 1.0, -x
+        elif output.kind == "body acceleration":
+            rows.append(tuple(part[n + COORDINATES.index(BODY_BOUNCE)] for part in (A, B, E)))
+            feels[number, COORDINATES.index(BODY_BOUNCE)] = 1.0
         elif output.kind == "height":
             rows.append((np.eye(2 * n)[bounce] - x * np.eye(2 * n)[pitch], still, still))
         elif output.kind == "axlebox":
