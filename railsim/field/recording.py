@@ -89,7 +89,7 @@ def _clock(mapped: TableMap, table: Table, notes: Notes) -> Clock:
 def _series(
     mapped: RecordingMap, tables: list[Table], clocks: list[Clock], vehicle: dict[str, Any], notes: Notes
 ) -> tuple[list[Series], datetime | None]:
-    """The tables over one time, and the instant of its zero."""
+    """The tables over one time, and the instant of its zero; `tables` are taken out one by one to spare memory."""
     labels = ["time" if len(tables) == 1 else f"table {number}: time" for number in range(1, len(tables) + 1)]
     hows = [
         replace(_how(label, one, notes), mixed=table.mixed)
@@ -105,9 +105,9 @@ def _series(
     if file_count(mapped) > 1:
         _tie(clocks, start, notes)
     series = []
-    for mapped_table, table, clock, how in zip(mapped.tables, tables, clocks, hows, strict=True):
+    for mapped_table, clock, how in zip(mapped.tables, clocks, hows, strict=True):
         shift = (clock.start - start).total_seconds() if clock.start and start else 0.0
-        time, columns = _filled(mapped_table, table, clock.seconds + shift, vehicle, how)
+        time, columns = _filled(mapped_table, tables.pop(0), clock.seconds + shift, vehicle, how)
         series.append(regular(time, columns, 1.0 / mapped_table.rate if mapped_table.rate else None, how, series))
     return series, start
 
@@ -187,13 +187,15 @@ def _filled(
     """Times and channels of the rows that the map takes."""
     table, time = selected(mapped, table, time, how)
     radius = vehicle.get("wheel_radius")
-    columns = {}
+    columns: dict[str, np.ndarray] = {}
     for name, channel in mapped.channels.items():
         if channel.pulses is not None:
             nominal = float(radius) if isinstance(radius, int | float) else None
             columns[name] = from_pulses(name, channel, table, time, nominal, how.notes)
         else:
             columns[name] = convert(name, channel, table, wanted_unit(name), how.notes)
+        if not any(one.column == channel.column for key, one in mapped.channels.items() if key not in columns):
+            del table.columns[channel.column]
     return time, columns
 
 
@@ -212,7 +214,7 @@ def _frames(series: list[Series]) -> dict[float, pd.DataFrame]:
                 f"rows every {table.step:.4g} s are too far apart for a recording; is the unit of time right?"
             )
         if rate not in frames:
-            frames[rate] = pd.DataFrame({TIME: table.axis, **table.columns})
+            frames[rate] = pd.DataFrame({TIME: table.axis, **table.columns}, copy=False)
             continue
         other = frames[rate][TIME].to_numpy()
         if other.size != table.axis.size or not np.allclose(other, table.axis, rtol=0, atol=1e-3 * table.step):
@@ -220,7 +222,7 @@ def _frames(series: list[Series]) -> dict[float, pd.DataFrame]:
                 f"two tables have {rate:.10g} Hz but different times, which a recording cannot hold; write "
                 "'repair: [resample]' in the later one, and its values are interpolated at the times of the other"
             )
-        frames[rate] = pd.DataFrame({**frames[rate], **table.columns})
+        frames[rate] = pd.DataFrame({**frames[rate], **table.columns}, copy=False)
     return frames
 
 

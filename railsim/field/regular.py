@@ -1,6 +1,6 @@
 """Rows on a regular axis: jittering times (or places) and gaps stay as they are, or are repaired as the map asks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,7 +40,7 @@ class Series:
 
 def regular(
     axis: np.ndarray,
-    columns: Mapping[str, np.ndarray],
+    columns: dict[str, np.ndarray],
     step: float | None,
     how: How,
     others: Sequence[Series] = (),
@@ -50,7 +50,7 @@ def regular(
     Parameters
     ----------
     axis : times or places as they stand in the file, shape (n,).
-    columns : values, each of shape (n,).
+    columns : values, each of shape (n,); they are taken out one by one, so that a day's data stand in memory once.
     step : stated distance of the rows; None: the median of those found.
     how : names, repairs and notes.
     others : tables that are done; rows that are resampled come to the axis of one that has the same step.
@@ -60,7 +60,10 @@ def regular(
     InputError : fewer than two rows; rows without time, unsorted or doubled where no repair is allowed; the stated step
         does not fit the rows.
     """
-    axis, values = _timed(axis, np.array(list(columns.values())), how)
+    names, values = list(columns), np.empty((len(columns), axis.size))
+    for row, name in enumerate(names):
+        values[row] = columns.pop(name)
+    axis, values = _timed(axis, values, how)
     axis, values = ordered(axis, values, how)
     if axis.size < 2:
         raise InputError(f"{how.label}: {axis.size} rows are left; a table needs two")
@@ -85,7 +88,7 @@ def regular(
         axis, values, step = _resampled(axis, values, step, how, same[0] if same else None)
     else:
         _describe(axis, step, how)
-    return Series(axis, dict(zip(columns, values, strict=True)), step)
+    return Series(axis, dict(zip(names, values, strict=True)), step)
 
 
 def _cure(stated: float, real: float, how: How) -> str:

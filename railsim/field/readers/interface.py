@@ -82,7 +82,7 @@ def column(name: str, values: Any, unit: str | None) -> Column:
     if array.ndim != 1:
         raise InputError(f"column '{name}' holds {array.ndim}-dimensional values; choose one with a number a row")
     if array.dtype.kind in "fiub":
-        return Column(name, array.astype(np.float64), unit)
+        return Column(name, array.astype(np.float64, copy=False), unit)
     if array.dtype.kind in "SUO":
         texts = [_text(value) for value in array.tolist()]
         return Column(name, texts, unit)

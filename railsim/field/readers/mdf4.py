@@ -1,5 +1,6 @@
 """MDF files (ASAM MDF) of versions 3 and 4, read with asammdf."""
 
+from dataclasses import replace
 from datetime import UTC
 from pathlib import Path
 from typing import Any
@@ -121,6 +122,6 @@ def _column(file: Any, group: int, index: int, name: str) -> Column:
     signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
     converted = column(name, signal.samples, str(signal.unit or ""))
     invalid = signal.invalidation_bits
-    if invalid is not None and isinstance(converted.values, np.ndarray):
-        converted.values[np.asarray(invalid, dtype=bool)] = np.nan
-    return converted
+    if invalid is None or not isinstance(converted.values, np.ndarray):
+        return converted
+    return replace(converted, values=np.where(np.asarray(invalid, dtype=bool), np.nan, converted.values))
