@@ -1,4 +1,7 @@
-"""Figure 12: conicity over the lateral shift by a Kalman filter with a look-up table, and where it can be trusted."""
+"""Figure 12: conicity over the lateral shift by a Kalman filter with a look-up table, and where it can be trusted.
+
+What its spread comes from, with the article's own case of constant gauge and ideal sensors, is in `conicity_spread`.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -9,6 +12,7 @@ from matplotlib.figure import Figure as Picture
 from scipy.stats import rankdata
 
 from estimators.wheel_rail.conicity_ekf_table import ConicityEkfTable
+from experiments.figures import conicity_spread
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import HONEST, Claim, Target, above, at_most, below
@@ -19,6 +23,7 @@ from experiments.scoring.wheel_rail_truth import contact_truth
 from railsim.analysis.statistics import root_mean_square
 
 SEEDS, FAST_SEEDS = 20, 2
+STEP_SEEDS = 60  # for what the spread comes from; none of them was seen when its steps were chosen
 WEARS = (0.0, 0.1)
 SMALL = 1.0e-3
 """Shifts that are small, m."""
@@ -34,15 +39,20 @@ class Fig12(Figure):
 
     def compute(self, size: Size) -> pd.DataFrame:
         """One row for each seed and bin of y - d."""
-        cases = ensemble(FAST_SEEDS if size.reduced else SEEDS, WEARS, (1.434, 1.436), first=101)
+        cases, others = (
+            ensemble(size.of(count, FAST_SEEDS), WEARS, (1.434, 1.436), first)
+            for count, first in ((SEEDS, 101), (STEP_SEEDS, 301))
+        )
         if size.reduced:
-            cases = [replace(case, duration=30.0) for case in cases]
-        return pd.concat([_seed(case, "compiled" if size.reduced else "exudyn") for case in cases], ignore_index=True)
+            cases, others = ([replace(case, duration=30.0) for case in ones] for ones in (cases, others))
+        shown = [_seed(case, "compiled" if size.reduced else "exudyn") for case in cases]
+        return pd.concat([*shown, conicity_spread.sweep(others)], ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        """One wheelset's function with its data density, and errors of all over the density."""
-        figure = Picture(figsize=(11.0, 5.6), layout="constrained")
-        grid = figure.add_gridspec(2, 2, height_ratios=(2.2, 1.0))
+        """One wheelset's function with its data density, errors of all over the density, and the spread by cause."""
+        table, steps = _parts(table)
+        figure = Picture(figsize=(16.0, 5.6), layout="constrained")
+        grid = figure.add_gridspec(2, 3, height_ratios=(2.2, 1.0))
         left, below, right = (
             figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1]),
         )  # fmt: skip
@@ -64,10 +74,12 @@ class Fig12(Figure):
         right.loglog(100 * share, error, "o-", color="C1", label="rms")
         right.set(xlabel="share of time in the bin, %", ylabel="relative error of the conicity", ylim=(1e-3, 10.0))
         right.legend()
+        conicity_spread.draw(figure.add_subplot(grid[:, 2]), steps)
         return figure
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
-        """Best at small shifts, worst where data are rare; honest."""
+        """Best at small shifts, worst where data are rare; honest; what the spread comes from."""
+        table, steps = _parts(table)
         runs = [_columns(rows) for _, rows in table.groupby("seed", sort=False)]
         every = _joined(runs)
         outer = root_mean_square(every["error [-]"][~_small(every)])
@@ -83,7 +95,13 @@ class Fig12(Figure):
         for text, (number, target) in OF_A_RUN.items():
             values = np.array([number(run) for run in runs])
             claims.append(Claim.sampled(text, float(np.median(values)), target, intervals.of_median(values)))
-        return [*claims, _honest(runs)]
+        return [*claims, _honest(runs), *conicity_spread.claims(steps)]
+
+
+def _parts(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Rows of the runs that are shown, and of the steps that tell what the spread comes from."""
+    steps = table[conicity_spread.STEP].notna().to_numpy()
+    return table.loc[~steps].drop(columns=conicity_spread.STEP), table.loc[steps]
 
 
 def _seed(case: Case, engine: str) -> pd.DataFrame:

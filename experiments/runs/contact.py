@@ -46,7 +46,8 @@ class Case:
     seed : of track, vehicle and sensors. speed : m/s, or knots (time s, speed m/s). duration : s.
     wear : severity. gauge : nominal gauge of the track, m: conicity falls as it grows.
     gauge_variation, lateral_variation : factors of the track's 2 mm. stretch : factor of its wavelengths, which moves
-    the corners of its spectrum. spread : of the parameters (-). ideal : sensors without errors.
+    the corners of its spectrum. spread : of the parameters (-). ideal : sensors without errors. cone : conicity of
+    cones in the place of profiles, true and stated; wear and gauge do not change them.
     """
 
     seed: int
@@ -59,6 +60,7 @@ class Case:
     ideal: bool = False
     lateral_variation: float = 1.0
     stretch: float = 1.0
+    cone: float | None = None
 
 
 def run(case: Case, engine: str = "exudyn") -> tuple[Truth, Measurements]:
@@ -89,6 +91,8 @@ def _scenario(case: Case, track: Path, true: bool) -> Scenario:
         changes |= {f"vehicle.{name}": nominal[name] * f for name, f in zip(PARAMETERS, factors, strict=True)}
         changes["vehicle.adhesion.friction"] = float(friction)
         pair |= {"wear": case.wear, "gauge": case.gauge}
+    if case.cone is not None:
+        pair = {"kind": "conical", "conicity": case.cone}
     if case.ideal:
         changes |= {f"sensors.{number}.errors": {} for number in (0, 1, 3, 4)}
     return load_scenario("wheelset_new", {**changes, "vehicle.pair": pair})
