@@ -1,5 +1,6 @@
 """Rows of a text table without what is none: comments, repeated headers, the end of a file that was cut."""
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,7 @@ class Rows:
     """Lines of the table's rows, and their numbers in the file, from 1."""
 
     lines: list[str]
-    numbers: list[int]
+    numbers: "array[int]"
 
 
 def rows_of(lines: Sequence[str], layout: Layout, options: Csv, wanted: set[int], path: Path, notes: Notes) -> Rows:
@@ -54,7 +55,7 @@ class _Sorter:
         self._due = max(layout.cells, 1)
         self._head = None if layout.header is None else layout.header
         self.lines: list[str] = []
-        self.numbers: list[int] = []
+        self.numbers = array("q")  # a list would take five times as much
         self._broken: list[tuple[int, str, int]] = []
         self._repeated: list[int] = []
         self._short: list[int] = []

@@ -18,6 +18,8 @@ from railsim.field.map import Csv
 from railsim.field.tables import Column, Notes, Table, missing, place_of, same_cell
 
 MOST_BYTES = 4_000_000_000
+ROWS_AT_ONCE = 200_000
+"""Rows that are parsed together where a table has more."""
 _LOOK = 200  # lines from which the layout is found
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _NARROW = (
@@ -237,32 +239,61 @@ def _parsed(
     markers: dict[str, list[str]] = {key: [*_EMPTY] for key in keys.values()}
     for name, place in places.items():
         markers[keys[place]] += lost[name]
-    settings: dict[str, Any] = {"sep": r"\s+" if separator == BLANKS else separator, "decimal": decimal}
     if not lines:
         return pd.DataFrame({name: np.zeros(0) for name in places})
+    settings: dict[str, Any] = {
+        "sep": r"\s+" if separator == BLANKS else separator,
+        "decimal": decimal,
+        "thousands": layout.thousands,
+        "names": [str(place) for place in range(max(layout.cells, max(keys) + 1))],
+        "usecols": list(keys.values()),
+        "dtype": {keys[places[name]]: str for name in places if name in texts},
+        "na_values": markers,
+    }
     try:
-        frame = pd.read_csv(
-            io.BytesIO("\n".join(lines).encode()),
-            header=None,
-            names=[str(place) for place in range(max(layout.cells, max(keys) + 1))],
-            index_col=False,
-            usecols=list(keys.values()),
-            dtype={keys[places[name]]: str for name in places if name in texts},
-            keep_default_na=False,
-            na_values=markers,
-            skipinitialspace=True,
-            skip_blank_lines=False,
-            low_memory=False,
-            on_bad_lines="error",
-            thousands=layout.thousands,
-            **settings,
-        )
+        frame = _in_parts(lines, settings) if len(lines) > ROWS_AT_ONCE else None
+        frame = _read_csv(lines, settings) if frame is None else frame
     except (ValueError, OverflowError, pd.errors.EmptyDataError) as error:
         reason = " ".join(str(error).replace("Error tokenizing data. C error: ", "").split())[:120]
         raise InputError(f"'{path}' is not a whole table ({reason}); mend that line") from None
     if len(frame) != len(lines):
         raise InputError(f"'{path}' is not a whole table (a quoted cell goes over several lines); mend that line")
-    return pd.DataFrame({name: frame[keys[place]] for name, place in places.items()})
+    return pd.DataFrame({name: frame[keys[place]] for name, place in places.items()}, copy=False)
+
+
+def _read_csv(lines: list[str], settings: Mapping[str, Any]) -> pd.DataFrame:
+    return pd.read_csv(
+        io.BytesIO("\n".join(lines).encode()),
+        header=None,
+        index_col=False,
+        keep_default_na=False,
+        skipinitialspace=True,
+        skip_blank_lines=False,
+        low_memory=False,
+        on_bad_lines="error",
+        **settings,
+    )
+
+
+def _in_parts(lines: list[str], settings: Mapping[str, Any]) -> pd.DataFrame | None:
+    """Columns, read part by part to spare memory; None where one that may be numbers is text in some part.
+
+    Such a table, and one of which a part cannot be read, is left to the reader of the whole, which knows the kind of
+    a column by all of its cells and the line of an error by the whole file.
+    """
+    parts, texts = [], settings["dtype"]
+    for first in range(0, len(lines), ROWS_AT_ONCE):
+        some = lines[first : first + ROWS_AT_ONCE]
+        try:
+            part = _read_csv(some, settings)
+        except (ValueError, OverflowError, pd.errors.EmptyDataError):
+            return None
+        if len(part) != len(some) or any(part[name].dtype.kind not in "iuf" for name in set(part) - set(texts)):
+            return None
+        parts.append(part)
+    columns = {name: [part.pop(name) for part in parts] for name in list(parts[0])}
+    whole = {name: pd.concat(columns.pop(name), ignore_index=True) for name in list(columns)}
+    return pd.DataFrame(whole, copy=False)
 
 
 def _column(name: str, values: Any, layout: Layout, place: int) -> Column:

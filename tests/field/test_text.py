@@ -1,10 +1,12 @@
 """Encodings, separators, decimal marks: stated, or found by a rule and said."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from railsim.errors import InputError
+from railsim.field import text
 from railsim.field.map import Csv
 from railsim.field.tables import Notes
 from railsim.field.text import read_text
@@ -69,3 +71,41 @@ def test_point_in_a_text_with_decimal_commas_is_no_number(tmp_path: Path):
     path.write_text("t;v\n" + "".join(f"{i};1,5\n" for i in range(300)) + "300;1.5\n")
     table = read_text(path, Csv(), {"v": []}, Notes())
     assert table.columns["v"].fault == (300, "1.5")
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        {},
+        {"v": {7: "", 8: "nan"}},
+        {"v": {40: "lost"}},
+        {"n": {41: "12.5"}},
+        {"n": {3: "99999999999999999999"}},
+        {"v": {30: "True"}},
+        {"when": {5: ""}},
+        {"v": {20: '"1'}},
+        {"v": {45: "1,2"}},
+    ],
+)
+def test_long_tables_read_in_parts_are_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cells: dict[str, Any]):
+    """Whole numbers that become others in a later part, words, broken rows: as where all is read at once."""
+    rows = [
+        {"t": f"{n / 10:.1f}", "v": f"{n * 1.7:.3f}", "n": f"{n}", "when": f"2024-05-03T10:00:{n:02d}"}
+        for n in range(50)
+    ]
+    for name, changes in cells.items():
+        for row, cell in changes.items():
+            rows[row][name] = cell
+    path = tmp_path / "data.csv"
+    path.write_text("t,v,n,when\n" + "".join(",".join(row.values()) + "\n" for row in rows))
+
+    def read() -> Any:
+        try:
+            table = read_text(path, Csv(), dict.fromkeys("tvn", []) | {"when": []}, Notes(), frozenset(["when"]))
+        except InputError as error:
+            return str(error)
+        return {name: (list(map(str, one.values)), one.fault) for name, one in table.columns.items()}
+
+    at_once = read()
+    monkeypatch.setattr(text, "ROWS_AT_ONCE", 7)
+    assert read() == at_once
