@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from estimators.vehicle.parameters import Parameters
+from railsim.compiled import kernel
 from railsim.contact.hertz import hertz_ellipse
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.linear import CreepCoefficients, creep_coefficients
@@ -57,6 +58,9 @@ def polach_slopes(p: Parameters, angle: float) -> CreepCoefficients:
 
 
 _ellipse = lru_cache(maxsize=64)(hertz_ellipse)
+_coefficients = lru_cache(maxsize=64)(kalker_coefficients)
+NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(6)
+WEIGHTS /= WEIGHTS.sum()
 
 
 @lru_cache(maxsize=64)
@@ -73,14 +77,33 @@ def slopes_about_spin(along: float, across: float, load: float, spin: float) -> 
     """
     ellipse = _ellipse(along, across)
     a, b = ellipse.longitudinal * load ** (1.0 / 3.0), ellipse.lateral * load ** (1.0 / 3.0)
-    constants = (a, b, *kalker_coefficients(a / b), load, FRICTION, K_ADHESION, K_SLIP)
-    nodes, weights = np.polynomial.hermite_e.hermegauss(6)
-    rest = polach_force(0.0, 0.0, spin, *constants)[1]
+    c11, c22, c23 = _coefficients(ellipse.longitudinal / ellipse.lateral)
+    return CreepCoefficients(*_mean_slopes(NODES, WEIGHTS, spin, a, b, c11, c22, c23, load))
+
+
+@kernel
+def _mean_slopes(
+    nodes: np.ndarray,
+    shares: np.ndarray,
+    spin: float,
+    a: float,
+    b: float,
+    c11: float,
+    c22: float,
+    c23: float,
+    load: float,
+) -> tuple[float, float, float]:
+    """Slopes f11, f22 and f23 by quadrature over `nodes` of a normal deviate with the weights `shares`."""
+    rest = polach_force(0.0, 0.0, spin, a, b, c11, c22, c23, load, FRICTION, K_ADHESION, K_SLIP)[1]
     f11 = f22 = 0.0
-    for x, share in zip(nodes, weights / weights.sum(), strict=True):
-        for y, other in zip(nodes, weights / weights.sum(), strict=True):
-            force = polach_force(x * CREEPAGE, y * CREEPAGE, spin, *constants)
-            f11 -= share * other * force[0] * x / CREEPAGE
-            f22 -= share * other * (force[1] - rest) * y / CREEPAGE
-    more, less = (polach_force(0.0, 0.0, factor * spin, *constants)[1] for factor in (1.1, 0.9))
-    return CreepCoefficients(f11, f22, (less - more) / (0.2 * spin))
+    for i in range(len(nodes)):
+        for j in range(len(nodes)):
+            x, y, share = nodes[i], nodes[j], shares[i] * shares[j]
+            along, across = polach_force(
+                x * CREEPAGE, y * CREEPAGE, spin, a, b, c11, c22, c23, load, FRICTION, K_ADHESION, K_SLIP
+            )
+            f11 -= share * along * x / CREEPAGE
+            f22 -= share * (across - rest) * y / CREEPAGE
+    more = polach_force(0.0, 0.0, 1.1 * spin, a, b, c11, c22, c23, load, FRICTION, K_ADHESION, K_SLIP)[1]
+    less = polach_force(0.0, 0.0, 0.9 * spin, a, b, c11, c22, c23, load, FRICTION, K_ADHESION, K_SLIP)[1]
+    return f11, f22, (less - more) / (0.2 * spin)

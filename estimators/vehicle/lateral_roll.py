@@ -26,7 +26,7 @@ from estimators.vehicle.contact import (
 from estimators.vehicle.creep import polach_slopes
 from estimators.vehicle.linear_model import Kinematics, Reduced, Row, reduce
 from estimators.vehicle.parameters import VEHICLES, Parameters, numbers
-from estimators.vehicle.state_space import Output, System
+from estimators.vehicle.state_space import Output, System, responses
 from estimators.vehicle.suspension import (
     PIVOT,
     half_vehicle_bogies,
@@ -115,14 +115,14 @@ def followed(
     """
     p, k = numbers(vehicle, NEEDED), np.asarray(wave_number, dtype=float)
     moving = np.where(k == 0.0, 1.0, k)
-    lead, trail = np.split(lateral(p, [Output("rate")], speed).states(moving * speed), 2, axis=2)
+    systems = [lateral(p, [Output("angle", axis=axis) for axis in ("yaw", "roll")], speed)]
+    lead, trail = np.split(responses(systems, moving * speed)[0], 2, axis=-1)
     ahead = np.exp(1j * moving * p["semi_wheelbase"])[:, None, None]
-    states = lead * ahead + trail / ahead
-    by_roll = -2.0 * p["half_gauge"] * states[:, :, 1]
-    yaw, roll = COORDINATES.index("bogie.yaw"), COORDINATES.index("bogie.roll")
-    path, height = states[:, yaw, 0] / (1j * moving), by_roll[:, yaw] / (1j * moving * p["wheel_radius"])
+    angles = lead * ahead + trail / ahead
+    by_roll = -2.0 * p["half_gauge"] * angles[:, :, 1]
+    path, height = angles[:, 0, 0] / (1j * moving), by_roll[:, 0] / (1j * moving * p["wheel_radius"])
     still = k == 0.0
-    return np.where(still, 1.0, path), np.where(still, 0.0, height), np.where(still, 1.0, by_roll[:, roll])
+    return np.where(still, 1.0, path), np.where(still, 0.0, height), np.where(still, 1.0, by_roll[:, 1])
 
 
 def equations(p: Parameters, speed: float) -> Reduced:
@@ -199,8 +199,10 @@ def _row(
         states[:count] += GRAVITY * rolled
         return states, moved @ B[count:] + GRAVITY * rolled_rails, moved @ E[count:], of_rails, moved
 
-    if output.kind == "rate":
-        return np.append(deaf, moving.row({f"bogie.{output.axis}": 1.0})[0]), still, still, still, deaf
+    if output.kind in ("rate", "angle"):
+        turned = moving.row({f"bogie.{output.axis}": 1.0})[0]
+        states = np.append(deaf, turned) if output.kind == "rate" else np.append(turned, deaf)
+        return states, still, still, still, deaf
     if output.kind == "acceleration":
         return specific_force({"bogie.y": 1.0, "bogie.roll": -z, "bogie.yaw": x}, {"bogie.roll": 1.0})
     if output.kind == "axlebox":

@@ -68,6 +68,57 @@ class Blocks:
         return 2 if self.slopes[1].any() else 1
 
 
+class Stretches:
+    """Overlapping stretches of a record: they know what the rails make of them wherever the record may lie.
+
+    Parameters
+    ----------
+    distance, turning, speed : see `path`. block, shortest, longest : see `ConicitySpectral`.
+
+    Raises
+    ------
+    InputError : the record is shorter than two stretches.
+    """
+
+    def __init__(
+        self,
+        distance: np.ndarray,
+        turning: np.ndarray,
+        speed: np.ndarray,
+        block: float,
+        shortest: float,
+        longest: float,
+    ) -> None:
+        size = round(block / SPACING)
+        if len(distance) < 2 * size:
+            raise InputError(
+                f"the record covers {distance[-1]:.0f} m; conicity_spectral needs two blocks of {block:g} m"
+            )
+        self._distance, self._window, self._line = distance, np.hanning(size), np.linspace(-1.0, 1.0, size)
+        self._rows = np.arange(0, len(distance) - size + 1, size // 2)[:, None] + np.arange(size)
+        k = 2.0 * np.pi * np.fft.rfftfreq(size, SPACING)
+        self._band = (k >= 2.0 * np.pi / longest) & (k <= 2.0 * np.pi / shortest)
+        self._k, self._speeds = k[self._band], speed[self._rows].mean(axis=1)
+        self._turning = self._coefficients(turning)
+
+    def at(self, survey: Survey, offset: float, scale: float) -> Blocks:
+        """Where the record begins at `offset` m and its way is `scale` times what it says."""
+        places = offset + scale * self._distance
+        slopes = np.zeros((2, *self._turning.shape), dtype=complex)
+        for row, values in zip(slopes, (survey.centre, survey.height), strict=True):
+            if values.any():
+                row[:] = -(self._k**2) * self._coefficients(np.interp(places, survey.s, values))
+        return Blocks(self._k, self._speeds, self._turning, slopes)
+
+    def _coefficients(self, values: np.ndarray) -> np.ndarray:
+        parts = values[self._rows]
+        parts -= parts.mean(axis=1, keepdims=True)
+        slope = np.einsum("bn,n->b", parts, self._line) / np.sum(self._line**2)
+        parts -= slope[:, None] * self._line
+        parts *= self._window
+        return np.fft.rfft(parts, axis=1)[:, self._band]
+
+
 class ConicitySpectral(Estimator, frozen=True):
     """Least squares on Fourier coefficients: yaw rate = response (conicity, creep) times the measured track.
 
@@ -116,23 +167,22 @@ class ConicitySpectral(Estimator, frozen=True):
         distance, turning, speed = path(measurements, channel)
         survey = Survey(measurements)
         typical = float(np.median(speed))
+        stretches = Stretches(distance, turning, speed, self.block, self.shortest, self.longest)
         candidates = find(distance, turning, survey, lambda k: respond(*TYPICAL, typical, k)[0])[:CANDIDATES]
-        start, rough = min(
-            candidates, key=lambda one: incoherent(self._blocks(distance, turning, speed, survey, one[0], one[1]))
-        )
+        start, rough = min(candidates, key=lambda one: incoherent(stretches.at(survey, *one)))
 
         def without(offset: float, scale: float) -> float:
-            return incoherent(self._blocks(distance, turning, speed, survey, offset, rough * scale))
+            return incoherent(stretches.at(survey, offset, rough * scale))
 
         offset, scale = refine(without, start)
         scale *= rough
-        first = self._fit(self._blocks(distance, turning, speed, survey, offset, scale), respond, None)
+        first = self._fit(stretches.at(survey, offset, scale), respond, None)
         offset += float(first.x[2])
-        blocks = self._blocks(distance, turning, speed, survey, offset, scale)
+        blocks = stretches.at(survey, offset, scale)
         deviation = _deviation(blocks, respond, np.array([*first.x[:2], 0.0]))
         solution = self._fit(blocks, respond, deviation)
         offset += float(solution.x[2])
-        blocks = self._blocks(distance, turning, speed, survey, offset, scale)
+        blocks = stretches.at(survey, offset, scale)
         misfit = Misfit.of(blocks, _foretold(blocks, respond, np.array([*solution.x[:2], 0.0])))
         conicity, spread, creep = averaged(blocks, respond, misfit, float(solution.x[0]))
         share = self.bogie_error if channel == BOGIE else self.model_error
@@ -151,35 +201,6 @@ class ConicitySpectral(Estimator, frozen=True):
         about |= {"filter_std [-]": spread, "channel": channel, "blocks [-]": len(blocks.speeds)}
         about["warnings"] = [] if fits else [UNLIKE]
         return Estimate(self.name, series, {"settings": self.model_dump(mode="json"), **about})
-
-    def _blocks(
-        self,
-        distance: np.ndarray,
-        turning: np.ndarray,
-        speed: np.ndarray,
-        survey: Survey,
-        offset: float,
-        scale: float,
-    ) -> Blocks:
-        places = offset + scale * distance
-        path, height = (np.interp(places, survey.s, one) for one in (survey.centre, survey.height))
-        size = round(self.block / SPACING)
-        if len(distance) < 2 * size:
-            raise InputError(
-                f"the record covers {distance[-1]:.0f} m; conicity_spectral needs two blocks of {self.block:g} m"
-            )
-        starts = np.arange(0, len(distance) - size + 1, size // 2)
-        k = 2.0 * np.pi * np.fft.rfftfreq(size, SPACING)
-        band = (k >= 2.0 * np.pi / self.longest) & (k <= 2.0 * np.pi / self.shortest)
-        window = np.hanning(size)
-
-        def coefficients(values: np.ndarray) -> np.ndarray:
-            parts = np.stack([signal.detrend(values[one : one + size]) for one in starts])
-            return np.fft.rfft(parts * window, axis=1)[:, band]
-
-        mean = np.array([speed[one : one + size].mean() for one in starts])
-        slopes = -(k[band] ** 2) * np.stack([coefficients(path), coefficients(height)])
-        return Blocks(k[band], mean, coefficients(turning), slopes)
 
     def _fit(self, blocks: Blocks, respond: Response, deviation: np.ndarray | None) -> Any:
         """Logarithms of conicity and creep share, and how far ahead the record really lies (m); residuals over
