@@ -50,8 +50,8 @@ def _interpolate(table, index, out):
 
 
 @inlined
-def _predict(P, F, Q, column, quantities, A, new):
-    """new = F P F' + Q with the lines moved on; A is scratch of shape (rows, states)."""
+def _predict(P, F, Q, column, quantities, A, there, new):
+    """new = F P F' + Q with the lines moved on; A and `there` are scratch of shapes (rows, states) and (columns,)."""
     rows, columns = F.shape
     states = P.shape[0]
     for i in range(rows):
@@ -64,15 +64,19 @@ def _predict(P, F, Q, column, quantities, A, new):
                 for j in range(states):
                     A[i, j] += factor * row[j]
     for i in range(rows):
+        for c in range(columns):
+            there[c] = A[i, column[c]]
         for j in range(i + 1):
             total = Q[i, j]
             for c in range(columns):
-                total += A[i, column[c]] * F[j, c]
+                total += there[c] * F[j, c]
             new[i, j] = new[j, i] = total
     for i in range(rows):
         for j in range(rows, states):
-            new[i, j] = new[j, i] = A[i, j - quantities]
+            new[i, j] = A[i, j - quantities]
     for i in range(rows, states):
+        for j in range(rows):
+            new[i, j] = A[j, i - quantities]
         for j in range(rows, states):
             new[i, j] = P[i - quantities, j - quantities]
 
@@ -101,7 +105,7 @@ def forward(steps, index, measured, R, tilt_factors, settled, x, P):
     mean, beside = np.empty((count, quantities)), np.empty((count, quantities, states))
     gains, innovations, variances = np.zeros((count, m, states)), np.zeros((count, m)), np.zeros((count, m))
     F, Q, A, new = np.empty((rows, columns)), np.empty((rows, rows)), np.empty((rows, states)), np.empty_like(P)
-    top = np.empty(rows)
+    top, there = np.empty(rows), np.empty(columns)
     likelihood = 0.0
     for k in range(count):
         if k > 0:
@@ -114,7 +118,7 @@ def forward(steps, index, measured, R, tilt_factors, settled, x, P):
             for i in range(states - 1, rows - 1, -1):
                 x[i] = x[i - quantities]
             x[:rows] = top
-            _predict(P, F, Q, steps.column, quantities, A, new)
+            _predict(P, F, Q, steps.column, quantities, A, there, new)
             P, new = new, P
             if not settled[k]:
                 for i in range(rows):
@@ -155,13 +159,9 @@ def backward(steps, index, tilt_factors, filtered):
     m = gains.shape[1]
     rows, columns = steps.F.shape[1:]
     smoothed, spread = np.empty((count, quantities)), np.empty((count, quantities))
-    adjoint, L, new, A = (
-        np.zeros(states),
-        np.zeros((states, states)),
-        np.empty((states, states)),
-        np.empty((rows, states)),
-    )
-    F, moved, back = np.empty((rows, columns)), np.empty(states), np.empty(states)
+    adjoint, L, new = np.zeros(states), np.zeros((states, states)), np.empty((states, states))
+    F, G, half = np.empty((rows, columns)), np.empty((columns, columns)), np.empty((rows, columns))
+    side, moved, back = np.empty((columns, states)), np.empty(states), np.empty(states)
     for k in range(count - 1, -1, -1):
         for j in range(m - 1, -1, -1):
             if variances[k, j] > 0.0:
@@ -178,7 +178,7 @@ def backward(steps, index, tilt_factors, filtered):
             smoothed[k, line], spread[k, line] = total, shrink
         if k > 0:
             _interpolate(steps.F, index[k], F)
-            _transpose(adjoint, L, F, steps.column, quantities, A, moved, new)
+            _transpose(adjoint, L, F, steps.column, quantities, half, G, side, moved, new)
             adjoint[:] = moved
             L, new = new, L
     return smoothed, spread
@@ -207,39 +207,49 @@ def _absorb(adjoint, L, gain, which, weight, error, S, back):
 
 
 @inlined
-def _transpose(adjoint, L, F, column, quantities, A, moved, new):
-    """moved = F' adjoint, new = F' L F for the whole transition; A is scratch of shape (rows, states)."""
+def _transpose(adjoint, L, F, column, quantities, half, G, side, moved, new):
+    """moved = F' adjoint, new = F' L F for the whole transition, L symmetric.
+
+    Of L, the lines move back by one place; what the top's rows F make of them, and of each other, comes to the columns
+    of F. `half`, G and `side` are scratch of shapes (rows, columns), (columns, columns) and (columns, states).
+    """
     rows, columns = F.shape
     states = len(adjoint)
+    first, last = rows - quantities, states - quantities  # of the old states that the lines hold now
     for i in range(states):
-        inside = rows - quantities <= i < states - quantities
-        moved[i] = adjoint[i + quantities] if inside else 0.0
+        moved[i] = 0.0
         for j in range(states):
-            new[i, j] = (
-                L[i + quantities, j + quantities] if inside and rows - quantities <= j < states - quantities else 0.0
-            )
-    for c in range(columns):
-        at = column[c]
-        for i in range(rows):
-            moved[at] += F[i, c] * adjoint[i]
-    for i in range(rows):  # A = (L F) rows of the top, in columns of the old state
-        for j in range(states):
-            A[i, j] = L[i, j + quantities] if rows - quantities <= j < states - quantities else 0.0
+            new[i, j] = 0.0
+    for i in range(first, last):
+        moved[i] = adjoint[i + quantities]
+        for j in range(first, last):
+            new[i, j] = L[i + quantities, j + quantities]
+    for r in range(rows):
         for c in range(columns):
-            total = 0.0
-            for r in range(rows):
-                total += L[i, r] * F[r, c]
-            A[i, column[c]] += total
-    for c in range(columns):
-        at = column[c]
+            half[r, c] = 0.0
         for i in range(rows):
-            factor = F[i, c]
+            factor = L[r, i]
+            for c in range(columns):
+                half[r, c] += factor * F[i, c]
+    for c in range(columns):
+        for i in range(columns):
+            G[c, i] = 0.0
+        for j in range(first, last):
+            side[c, j] = 0.0
+    for r in range(rows):
+        for c in range(columns):
+            factor = F[r, c]
             if factor != 0.0:
-                for j in range(states):
-                    new[at, j] += factor * A[i, j]
-    for i in range(rows - quantities, states - quantities):
-        for c in range(columns):
-            total = 0.0
-            for r in range(rows):
-                total += L[i + quantities, r] * F[r, c]
-            new[i, column[c]] += total
+                at = column[c]
+                moved[at] += factor * adjoint[r]
+                for i in range(columns):
+                    G[c, i] += factor * half[r, i]
+                for j in range(first, last):
+                    side[c, j] += factor * L[r, j + quantities]
+    for c in range(columns):
+        at = column[c]
+        for i in range(columns):
+            new[at, column[i]] += G[c, i]
+        for j in range(first, last):
+            new[at, j] += side[c, j]
+            new[j, at] += side[c, j]

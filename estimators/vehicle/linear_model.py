@@ -149,8 +149,9 @@ def reduce(
     """
     force, motion, stiffness, damping = [], [], [], []
     for element in elements:
-        force.append(kinematics.values(element.force, reactions))
         motion.append(kinematics.values(element.motion))
+        same = reactions and element.force is element.motion
+        force.append(motion[-1] if same else kinematics.values(element.force, reactions))
         stiffness.append(element.stiffness)
         damping.append(element.damping)
     n, size = len(kinematics.coordinates), kinematics.size

@@ -30,16 +30,26 @@ class System(NamedTuple):
 
     def response(self, frequency: np.ndarray) -> np.ndarray:
         """Outputs over the inputs at angular frequencies (rad/s), shape (frequencies, m, 2 q)."""
+        if self.second_order:
+            return responses([self], frequency)[0]
         s = 1j * np.asarray(frequency)[:, None, None]
         twice = 0.0 if self.J is None else s**2 * self.J
         return self.C @ self.states(frequency) + self.D + s * self.G + twice
+
+    @property
+    def second_order(self) -> bool:
+        """Whether the first half of the states are positions, the others their rates."""
+        n = len(self.A) // 2
+        upper = np.hstack([np.zeros((n, n)), np.eye(n)])
+        return (
+            len(self.A) == 2 * n and np.array_equal(self.A[:n], upper) and not self.B[:n].any() and not self.E[:n].any()
+        )
 
     def states(self, frequency: np.ndarray) -> np.ndarray:
         """States over the inputs, shape (frequencies, n, 2 q)."""
         s = 1j * np.asarray(frequency)[:, None, None]
         n = len(self.A) // 2
-        upper = np.hstack([np.zeros((n, n)), np.eye(n)])
-        if len(self.A) != 2 * n or not np.array_equal(self.A[:n], upper) or self.B[:n].any() or self.E[:n].any():
+        if not self.second_order:
             return np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B + s * self.E)
         positions = np.linalg.solve(self._dynamic_stiffness(s), self.B[n:] + s * self.E[n:])
         return np.concatenate([positions, s * positions], axis=1)
@@ -51,13 +61,9 @@ class System(NamedTuple):
 
     def transfer(self, frequency: np.ndarray) -> "Transfer":
         """Outputs over inputs and forces; the first half of the states are positions, the others their rates."""
-        s, n, inputs = 1j * np.asarray(frequency)[:, None, None], len(self.A) // 2, self.B.shape[1]
-        both = np.concatenate([self.B[n:] + s * self.E[n:], np.broadcast_to(np.eye(n), (len(s), n, n))], axis=2)
-        positions = np.linalg.solve(self._dynamic_stiffness(s), both)
-        outputs = (self.C[:, :n] + s * self.C[:, n:]) @ positions
-        of_inputs = outputs[:, :, :inputs] + self.D + s * self.G + (0.0 if self.J is None else s**2 * self.J)
-        of_white = outputs[:, :, inputs:]
-        return Transfer(of_inputs, of_white + (0.0 if self.feels is None else self.feels), of_white)
+        of_inputs, of_white = _through([self], np.asarray(frequency, dtype=float))
+        feels = 0.0 if self.feels is None else self.feels
+        return Transfer(of_inputs[0], of_white[0] + feels, of_white[0])
 
     def only(self, chosen: list[int]) -> "System":
         """The same with some of the outputs."""
@@ -71,16 +77,21 @@ def responses(systems: Sequence[System], frequency: np.ndarray) -> np.ndarray:
     The first half of the states are positions, the others their rates. One equation is solved for each output, the
     adjoint one, where `System.response` solves one for each input.
     """
-    A, B, E, C, D, G = (np.stack(part) for part in zip(*(one[:6] for one in systems), strict=True))
-    omega, n = np.asarray(frequency, dtype=float), A.shape[-1] // 2
-    s, mass = 1j * omega[:, None, None], np.broadcast_to(np.eye(n), (len(systems), n, n))
-    acting = over_forces(mass, -A[:, n:, n:], -A[:, n:, :n], C[..., :n], C[..., n:], omega)
-    pushed, dragged = (np.einsum("vkmn,vni->vkmi", acting, part[:, n:]) for part in (B, E))  # not the threaded BLAS
-    found = pushed + D[:, None] + s * (dragged + G[:, None])
+    return _through(systems, np.asarray(frequency, dtype=float))[0]
+
+
+def _through(systems: Sequence[System], omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Outputs over the inputs and over the acceleration given to each coordinate, (systems, frequencies, m, ...)."""
+    A, B, E, C, D, G = (np.stack(part)[:, None] for part in zip(*(one[:6] for one in systems), strict=True))
+    n, s = A.shape[-1] // 2, 1j * omega[:, None, None]
+    lower, mass = A[:, 0, n:], np.broadcast_to(np.eye(n), (len(systems), n, n))
+    acting = over_forces(mass, -lower[..., n:], -lower[..., :n], C[:, 0, :, :n], C[:, 0, :, n:], omega)
+    pushed, dragged = (np.einsum("vkmn,vni->vkmi", acting, part[:, 0, n:]) for part in (B, E))  # not the threaded BLAS
+    found = pushed + D + s * (dragged + G)
     if any(one.J is not None for one in systems):
-        twice = [np.zeros(D.shape[1:]) if one.J is None else one.J for one in systems]
+        twice = [np.zeros(D.shape[2:]) if one.J is None else one.J for one in systems]
         found += s**2 * np.stack(twice)[:, None]
-    return found
+    return found, acting
 
 
 class Transfer(NamedTuple):
