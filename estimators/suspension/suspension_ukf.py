@@ -29,16 +29,18 @@ class _Filter(UnscentedKalmanFilter):
         self.Q = np.zeros((n + 3, n + 3))
         self.Q[:n, :n], self.Q[n:, n:] = now.Q, self._walk * np.eye(3)
 
+        points = self.points_fn.sigma_points(self.x, self.P)
+        of_steps = iter(now.at(np.clip(points[:, n:], 0.0, 1.0))[0])  # filterpy asks for them one by one, in this order
+
         def move(z: np.ndarray, dt: float) -> np.ndarray:
             del dt
-            moved, _ = now.at(np.clip(z[None, n:], 0.0, 1.0))
-            return np.concatenate([moved[0] @ np.concatenate([z[:n], known]), z[n:]])
+            return np.concatenate([next(of_steps) @ np.concatenate([z[:n], known]), z[n:]])
 
         def read(z: np.ndarray) -> np.ndarray:
-            _, seen = now.at(np.clip(z[None, n:], 0.0, 1.0))
-            return seen[0] @ np.concatenate([z[:n], inputs])
+            return next(of_readings) @ np.concatenate([z[:n], inputs])
 
         self.predict(fx=move)
+        of_readings = iter(now.at(np.clip(self.sigmas_f[:, n:], 0.0, 1.0))[1])
         self.update(readings, R=now.R, hx=read)
         self.P = (self.P + self.P.T) / 2.0
 

@@ -13,7 +13,7 @@ from estimators.signals.bands import settled, transform
 from estimators.speed.odometry import Odometry
 from estimators.track.chain_error import Chain, Reading, deviations, filtered_deviation, sideways_chain, sum_of_squares
 from estimators.track.geometry import CANT_BASE, TrackEstimator, by_speed, geometry, in_bands, turning
-from estimators.track.observations import CROSSOVER, CURVE, Attitude, attitude, beyond_straight, curved
+from estimators.track.observations import CROSSOVER, CURVE, LOAD, Attitude, attitude, beyond_straight, curved
 from estimators.track.slow_motions import additions
 from estimators.vehicle import roll_plane
 from estimators.vehicle.parameters import given
@@ -32,7 +32,6 @@ NOWHERE_STRAIGHT = (
     " still in it; give a longer record, or one with a standstill"
 )
 LONG = 2.0 * np.pi / 150.0  # rad/m; longer waves than D3 are design
-LOAD = 0.3  # share of the lean that the load leaves open, 30 to 45 % of a body in a crowded coach (EN 15663)
 LEANING = (
     "body_mass", "body_height", "bogie_mass", "bogie_height", "wheel_radius", "primary_vertical_stiffness",
     "primary_half_spacing",

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from estimators.signals.bands import stretches, transform
+from estimators.signals.curves import CURVED
 from estimators.speed.odometry import Odometry
 from estimators.vehicle.state_space import Output
 from railsim.constants import GRAVITY
@@ -18,8 +19,11 @@ CROSSOVER = 60.0  # m; roll comes from the lateral acceleration above this wavel
 BRIDGE_ONE, BRIDGE_MORE = 20.0, 4.0
 """m marked as lost, of which 3 m are the resampling's: over longer gaps of one, or of more, of lateral accelerometer,
 roll and yaw gyro the attitude is not known. Trial on straight_erri_low at 20 m/s: where D3 is more off than stated."""
-CANTED = 2e-4  # 1/m; sharper curves are taken to have cant
 CURVE_REACH = 60.0  # m; the error in a transition is felt this far
+LOAD = 0.3
+"""Share of a lean in curves that the load leaves open, 30 to 45 % of a body in a crowded coach (EN 15663). A fused
+cross level states it since bogie sensors alone had failed on curve_r400.
+"""
 CURVE = 20.0  # m; yaw rates of longer wavelengths turn about the vertical, shorter ones about the bogie's own axis
 
 
@@ -193,7 +197,7 @@ def curved(moved: Attitude, odometry: Odometry) -> np.ndarray:
     """Where the track is curved, and not only the yaw gyro biased."""
     count = max(1, round(CURVE_REACH / odometry.spacing))
     curvature = np.abs(uniform_filter1d(moved.curving_rate / odometry.speed, count))
-    return curvature > CANTED + 2.0 * moved.curving_rate_std / odometry.speed
+    return curvature > CURVED + 2.0 * moved.curving_rate_std / odometry.speed
 
 
 def beyond_straight(values: np.ndarray, curve: np.ndarray) -> np.ndarray:

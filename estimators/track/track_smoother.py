@@ -21,7 +21,7 @@ from estimators.track.alignment_displacement import AlignmentDisplacement
 from estimators.track.disturbances import FORCE, HEIGHT, Disturbance
 from estimators.track.fusion import Fused, fuse
 from estimators.track.geometry import by_speed
-from estimators.track.observations import CURVE_REACH, Attitude, attitude, beyond_straight, curved, observation
+from estimators.track.observations import CURVE_REACH, LOAD, Attitude, attitude, beyond_straight, curved, observation
 from estimators.track.plane import Plane
 from estimators.track.plane_fit import PlaneFit
 from estimators.track.self_check import Opinion, checked, sinking
@@ -39,10 +39,6 @@ from railsim.spec import quantity
 ACCELERATION, PITCH = "bogie.acceleration_z [m/s2]", "bogie.rate_pitch [rad/s]"
 CURVE_SHARES = {"d1": 0.1, "d2": 0.7, "d3": 1.0}  # illustrative: what of the error in curves falls into each band
 LIFT_MEMORY = 50.0  # m; the primary suspension has forgotten
-LEANING = 0.3
-"""Share of the body's roll in a curve that is unknown by the load, 30 to 45 % of a body in a crowded coach (EN 15663);
-added after cross level by bogie sensors alone had failed on curve_r400.
-"""
 NEEDED = (
     "body_mass", "bogie_mass", "bogie_pitch_inertia", "wheel_radius", "secondary_height", "wheelset_mass",
     "semi_wheelbase", "primary_vertical_stiffness", "primary_vertical_damping", "secondary_vertical_stiffness",
@@ -235,7 +231,7 @@ class TrackSmoother(Estimator, frozen=True):
             ends = np.minimum(odometry.s, odometry.s[-1] - odometry.s) < lateral_fusion.LONGEST / 2.0
             lateral = lateral.without(np.logical_or(curve, ends))
         if not any(one.output.kind == "displacement" for one in planes[0].observations):
-            leaning = LEANING * lean(measurements.vehicle, unbalanced * curve) * CANT_BASE
+            leaning = LOAD * lean(measurements.vehicle, unbalanced * curve) * CANT_BASE
             level = level.raised(np.zeros(len(odometry.s)), leaning, CURVE_SHARES)
         if moved is not None:  # the attitude through a gap is a guess, which stands in both
             lateral, level = lateral.without(moved.bridged), level.without(moved.bridged)

@@ -6,12 +6,12 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from estimators.interface import Estimate
+from estimators.signals.curves import CURVED
 from estimators.wheel_rail.wheelset_motion import YAW, wheelset_speed
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 
 SLOWEST = 1.0  # m/s
-CURVED = 2e-4  # 1/m; a radius of 5 km
 LONG = 60.0  # m, over which curvature is averaged: irregularities of D2 have gone; its filters remember as far
 
 

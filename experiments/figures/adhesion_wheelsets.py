@@ -33,9 +33,10 @@ from experiments.scoring.creep_forces import true_forces
 from experiments.scoring.score import score
 from railsim.measurements import Measurements
 from railsim.truth import Truth
+from railsim.vehicles.class175_whole import Class175Whole
 
 VEHICLE, APART, FIRST = "class175_whole", 8.0, 60.0  # FIRST: m, where the leading bogie begins
-PAYLOAD = {"payload": {"mass": 8615.0}}  # kg, of every second speed, unknown to the recording
+PAYLOAD = {"payload": {"mass": 0.25 * Class175Whole().body_mass}}  # kg, of every second speed, unknown to the recording
 WHEELSETS = (1, 2, 3, 4)
 NAMES = {1: "1, leads in front", 2: "2, trails in front", 3: "3, leads behind", 4: "4, trails behind"}
 LOWEST, HIGHEST, SEGMENT = 1.0, 12.0, 4.0  # Hz, Hz, s: as of figure 9

@@ -7,8 +7,9 @@ import numpy as np
 
 from railsim.errors import InputError
 from railsim.field.channels import numbers
+from railsim.field.durations import DAY_NS, SECOND_NS
 from railsim.field.map import TableMap
-from railsim.field.moments import DAY, SECOND, read_moments
+from railsim.field.moments import read_moments
 from railsim.field.tables import Column, Notes, Table
 from railsim.field.time_bases import Counter, Epoch, Gps, Iso, Own, Rows, Seconds
 from railsim.field.units import parse_unit
@@ -267,10 +268,10 @@ def _joined(columns: list[Column]) -> list[str]:
 def _time_of_day(nanoseconds: np.ndarray, good: np.ndarray, base: Iso, name: str, notes: Notes) -> Clock:
     """Times of day, on over midnight."""
     of_day = nanoseconds[good]
-    days = np.concatenate([[0], np.cumsum(np.diff(of_day) < -DAY // 2)])
+    days = np.concatenate([[0], np.cumsum(np.diff(of_day) < -DAY_NS // 2)])
     if days[-1]:
         notes.assume(f"times of day in '{name}' pass midnight {int(days[-1])} times")
-    local = of_day + days * DAY
+    local = of_day + days * DAY_NS
     start = None
     if base.date is not None:
         local = local + int(np.datetime64(base.date, "ns").astype(np.int64))
@@ -281,5 +282,5 @@ def _time_of_day(nanoseconds: np.ndarray, good: np.ndarray, base: Iso, name: str
     else:
         notes.assume(f"column '{name}' holds times of day and no date; 'date: 2024-05-03' in 'time' would state it")
     seconds = np.full(nanoseconds.size, np.nan)
-    seconds[good] = (local - local[0]) / SECOND if start else local / SECOND
+    seconds[good] = (local - local[0]) / SECOND_NS if start else local / SECOND_NS
     return Clock(seconds, start)

@@ -1,13 +1,13 @@
 """The map: what a file's columns mean. Read from YAML and checked before the file is opened."""
 
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import pydantic
 
 from railsim.errors import InputError
 from railsim.field.time_bases import MAP, ColumnName, Rows, TimeBase
-from railsim.field.units import converter, parse_unit
+from railsim.field.units import parse_unit, unit_of
 from railsim.settings import MOST_CHARACTERS, load_yaml
 from railsim.spec import Spec, quantity
 
@@ -148,20 +148,14 @@ class Post(Spec, frozen=True):
     """A column that counts kilometres, miles or the like, to which the place within one is added."""
 
     column: str = quantity(unit="column", source=MAP)
-    unit: str = quantity("km", unit="unit of length, from one post to the next", source=MAP)
-
-    @pydantic.field_validator("unit")
-    @classmethod
-    def _length(cls, value: str) -> str:
-        converter(value, "m", "unit")
-        return value
+    unit: Annotated[str, unit_of("m")] = quantity("km", unit="unit of length, from one post to the next", source=MAP)
 
 
 class Kilometrage(Spec, frozen=True):
     """The column of place; `direction` is how the car ran, `towards` how the track file shall run."""
 
     column: str = quantity(unit="column", source=MAP)
-    unit: str = quantity("m", unit="unit of length", source=MAP)
+    unit: Annotated[str, unit_of("m")] = quantity("m", unit="unit of length", source=MAP)
     scale: float = quantity(1.0, unit="units of length per unit of the column, as of a count of rows", source=MAP, gt=0)
     post: Post | None = quantity(None, unit="-", source=MAP)
     lost: tuple[float | str, ...] = quantity((), unit="values that stand for a lost place", source=MAP)
@@ -171,12 +165,6 @@ class Kilometrage(Spec, frozen=True):
     sides: Literal["running", "kilometrage"] | None = quantity(
         None, unit="left and right as seen in the running direction, or looking up the kilometrage", source=MAP
     )
-
-    @pydantic.field_validator("unit")
-    @classmethod
-    def _length(cls, value: str) -> str:
-        converter(value, "m", "unit")
-        return value
 
 
 class TrackColumn(Channel, frozen=True):

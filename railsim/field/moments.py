@@ -10,11 +10,10 @@ import numpy as np
 import pandas as pd
 
 from railsim.errors import InputError
+from railsim.field.durations import DAY_NS, SECOND_NS
 from railsim.field.tables import Notes, Table
 from railsim.field.time_bases import Iso
 
-SECOND = 1_000_000_000
-DAY = 86_400 * SECOND
 _CHUNK = 200_000  # rows that are read at once
 _PATTERN = (
     r"^(?:(?P<a>\d{4}|\d{1,2})(?P<mark>[-./ ])(?P<b>\d{1,2}|[A-Za-z]{3,9})[-./ ](?P<c>\d{4}|\d{1,2}))?"
@@ -63,7 +62,7 @@ def read_moments(texts: Sequence[str], base: Iso, name: str, table: Table, notes
     fields = _Fields.joined(parts)
     found = fields.days(base.date_order, lost, name, notes)
     clock, ahead, zoned, fits = fields.clock()
-    nanoseconds = found * DAY + clock
+    nanoseconds = found * DAY_NS + clock
     wrong = ~lost & (~fits | (found == _NONE))
     for row in np.flatnonzero(wrong):
         nanoseconds[row], ahead[row], zoned[row] = _by_standard(stripped[row], int(row), name, table)
@@ -77,7 +76,7 @@ def read_moments(texts: Sequence[str], base: Iso, name: str, table: Table, notes
     return Moments(nanoseconds, lost, ahead, zoned, bool((dated & ~lost).any()))
 
 
-_NONE = np.iinfo(np.int64).min // DAY
+_NONE = np.iinfo(np.int64).min // DAY_NS
 
 
 class _Fields:
@@ -102,7 +101,7 @@ class _Fields:
         zone = found["zone"].fillna("+00:00").replace({"Z": "+00:00", "UTC": "+00:00", "GMT": "+00:00"})
         digits = zone.str[1:].str.replace(":", "", regex=False).str.ljust(4, "0")
         minutes = _whole(digits.str[:2], 0) * 60 + _whole(digits.str[2:4], 0)
-        self.ahead = np.where(zone.str[0] == "-", -1, 1) * minutes * 60 * SECOND
+        self.ahead = np.where(zone.str[0] == "-", -1, 1) * minutes * 60 * SECOND_NS
 
     @staticmethod
     def joined(parts: list["_Fields"]) -> "_Fields":
@@ -118,7 +117,7 @@ class _Fields:
         hour = np.where(self.half >= 0, hour % 12 + 12 * np.maximum(self.half, 0), hour)
         minute, second = np.maximum(self.m, 0), np.maximum(self.s, 0)
         whole = (hour <= 23) & (minute <= 59) & (second <= 60) & self.fits
-        ns = ((hour * 60 + minute) * 60 + second) * SECOND + self.f
+        ns = ((hour * 60 + minute) * 60 + second) * SECOND_NS + self.f
         return ns, self.ahead.copy(), self.zoned.copy(), whole
 
     def days(self, order: str | None, lost: np.ndarray, name: str, notes: Notes) -> np.ndarray:
@@ -189,11 +188,11 @@ def _by_standard(text: str, row: int, name: str, table: Table) -> tuple[int, int
             f"column '{name}' row {table.line(row)} holds '{text[:40]}', no ISO 8601 time; {_CURE}"
         ) from None
     offset = moment.utcoffset()
-    ahead = 0 if offset is None else round(offset.total_seconds()) * SECOND
+    ahead = 0 if offset is None else round(offset.total_seconds()) * SECOND_NS
     since = moment.replace(tzinfo=UTC) - datetime(1970, 1, 1, tzinfo=UTC)
     if abs(since.days) > 100_000:
         raise InputError(f"column '{name}' row {table.line(row)} holds '{text[:40]}', a date too far off; {_CURE}")
-    return (since.days * 86_400 + since.seconds) * SECOND + since.microseconds * 1000, ahead, offset is not None
+    return (since.days * 86_400 + since.seconds) * SECOND_NS + since.microseconds * 1000, ahead, offset is not None
 
 
 def _by_format(texts: np.ndarray, lost: np.ndarray, pattern: str, name: str, table: Table) -> Moments:
@@ -215,4 +214,4 @@ def _by_format(texts: np.ndarray, lost: np.ndarray, pattern: str, name: str, tab
     ns = plain.to_numpy(dtype="datetime64[ns]").astype(np.int64)
     dated = any(mark in pattern for mark in ("%d", "%j", "%x", "%c", "%D", "%F", "%s"))
     zoned = np.full(texts.size, "%z" in pattern)
-    return Moments(ns if dated else np.mod(ns, DAY), lost, np.zeros(texts.size, dtype=np.int64), zoned, dated)
+    return Moments(ns if dated else np.mod(ns, DAY_NS), lost, np.zeros(texts.size, dtype=np.int64), zoned, dated)

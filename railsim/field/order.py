@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from railsim.errors import InputError
+from railsim.field.durations import DAY, HOUR
 from railsim.field.tables import Notes
 from railsim.stamps import resolution_of, row_numbers, usual_step
 
-HOUR, DAY = 3600.0, 86400.0  # s
 _OVERLAP = 0.2  # steps that are shorter than usual after sorting, a row that is out of order
 _SHARED = 0.1  # of all rows; where more have the stamp of the row before and other values, samples share stamps
 _FEW, _RUN = 3, 3  # stamps that may be wrong in a short record; rows in a row

@@ -6,7 +6,7 @@ from zoneinfo import ZoneInfo
 
 import pydantic
 
-from railsim.field.units import converter
+from railsim.field.units import unit_of
 from railsim.spec import Spec, quantity
 
 MAP = "map"
@@ -33,14 +33,8 @@ class Seconds(Spec, frozen=True):
 
     kind: Literal["seconds"]
     column: ColumnName = quantity(unit="column", source=MAP)
-    unit: str = quantity("s", unit="unit of time", source=MAP)
+    unit: Annotated[str, unit_of("s")] = quantity("s", unit="unit of time", source=MAP)
     lost: tuple[float | str, ...] = quantity((), unit=_LOST, source=MAP)
-
-    @pydantic.field_validator("unit")
-    @classmethod
-    def _time(cls, value: str) -> str:
-        converter(value, "s", "unit")
-        return value
 
 
 class Epoch(Spec, frozen=True):

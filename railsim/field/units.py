@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+import pydantic
 
 from railsim.errors import InputError, nearest
+from railsim.field.durations import HOUR
 
 STANDARD_GRAVITY = 9.80665
 """m/s2, 3rd General Conference on Weights and Measures, 1901."""
@@ -102,9 +104,9 @@ _WHOLE = MappingProxyType(
         "seconds": Unit(_TIME, 1.0),
         "msec": Unit(_TIME, 1e-3),
         "min": Unit(_TIME, 60.0),
-        "h": Unit(_TIME, 3600.0),
-        "hr": Unit(_TIME, 3600.0),
-        "hour": Unit(_TIME, 3600.0),
+        "h": Unit(_TIME, HOUR),
+        "hr": Unit(_TIME, HOUR),
+        "hour": Unit(_TIME, HOUR),
         "meter": Unit(_LENGTH, 1.0),
         "metre": Unit(_LENGTH, 1.0),
         "meters": Unit(_LENGTH, 1.0),
@@ -252,6 +254,16 @@ def _product(plain: str, text: str) -> Unit:
         factor *= unit.factor**power
     d = [float(value) for value in dimension]
     return Unit((d[0], d[1], d[2], d[3], d[4], d[5]), factor)
+
+
+def unit_of(wanted: str) -> pydantic.AfterValidator:
+    """For a field that holds a unit: one whose values can go to the SI unit `wanted`."""
+
+    def checked(given: str) -> str:
+        converter(given, wanted, "unit")
+        return given
+
+    return pydantic.AfterValidator(checked)
 
 
 def converter(given: str, wanted: str, where: str) -> Unit:

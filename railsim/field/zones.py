@@ -7,10 +7,10 @@ from zoneinfo import ZoneInfo
 import numpy as np
 
 from railsim.errors import InputError
+from railsim.field.durations import SECOND_NS
 from railsim.field.tables import Notes
 
-_SECOND = 1_000_000_000
-_QUARTER = 900 * _SECOND  # no zone changes its offset within one
+_QUARTER = 900 * SECOND_NS  # no zone changes its offset within one
 
 
 def to_utc(local: np.ndarray, zone: str | None, what: str, notes: Notes) -> np.ndarray:
@@ -24,7 +24,7 @@ def to_utc(local: np.ndarray, zone: str | None, what: str, notes: Notes) -> np.n
         return local
     if re.fullmatch(r"[+-]\d\d:\d\d", zone):
         minutes = int(zone[1:3]) * 60 + int(zone[4:])
-        return local - (-1 if zone[0] == "-" else 1) * minutes * 60 * _SECOND
+        return local - (-1 if zone[0] == "-" else 1) * minutes * 60 * SECOND_NS
     quarters, place = np.unique(local // _QUARTER, return_inverse=True)
     early, late = (np.array([_ahead(int(one), zone, fold) for one in quarters])[place] for fold in (0, 1))
     missing = early < late
@@ -62,11 +62,11 @@ def _ahead(quarter: int, zone: str, fold: int) -> int:
     """Nanoseconds that a local quarter of an hour is ahead of UTC."""
     moment = datetime(1970, 1, 1) + timedelta(seconds=quarter * 900)
     offset = moment.replace(tzinfo=ZoneInfo(zone), fold=fold).utcoffset()
-    return round(offset.total_seconds()) * _SECOND if offset is not None else 0
+    return round(offset.total_seconds()) * SECOND_NS if offset is not None else 0
 
 
 def _offset(nanoseconds: int) -> str:
-    minutes = abs(nanoseconds) // _SECOND // 60
+    minutes = abs(nanoseconds) // SECOND_NS // 60
     return f"{'-' if nanoseconds < 0 else '+'}{minutes // 60:02d}:{minutes % 60:02d}"
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from railsim.errors import InputError
+from railsim.field.durations import DAY, DAY_NS, HOUR, SECOND_NS
 from railsim.field.readers.interface import Wanted, from_fixes
 from railsim.field.tables import Table
 
@@ -25,9 +26,7 @@ UNITS = {
 }  # fmt: skip
 _SENTENCE = re.compile(rb"\$([A-Z]{2}(RMC|GGA|VTG|ZDA),[ -#%-)+-~]*)(?:\*([0-9A-Fa-f]{2}))?")
 _BEGUN = re.compile(rb"\$[A-Z]{2}(?:RMC|GGA|VTG|ZDA)")
-_KNOT = 1852 / 3600
-_HALF_DAY = 43_200.0  # s
-_DAY = 86_400_000_000_000  # ns
+_KNOT = 1852 / HOUR
 
 
 @dataclass
@@ -172,7 +171,7 @@ def _clock(text: str) -> float | None:
     found = re.fullmatch(r"(\d\d)(\d\d)(\d\d(?:\.\d*)?)", text)
     if not found or int(found[1]) > 23 or int(found[2]) > 59 or float(found[3]) >= 61.0:
         return None
-    return 3600.0 * int(found[1]) + 60.0 * int(found[2]) + float(found[3])
+    return HOUR * int(found[1]) + 60.0 * int(found[2]) + float(found[3])
 
 
 def _day(day: str, month: str, year: str) -> date | None:
@@ -190,7 +189,8 @@ def _instants(fixes: list[_Fix]) -> tuple[np.ndarray, str | None]:
     A fix without a date has that of the one before; a time that goes back by more than half a day is the next day's.
     """
     days = list(_days(fixes))
-    stamps = np.array([_DAY * day + round(1e9 * fix.clock) for day, fix in zip(days, fixes, strict=True)], np.int64)
+    times = [DAY_NS * day + round(SECOND_NS * fix.clock) for day, fix in zip(days, fixes, strict=True)]
+    stamps = np.array(times, np.int64)
     dated = any(fix.day is not None for fix in fixes)
     return (stamps - stamps[0]) * 1e-9, f"{np.datetime64(int(stamps[0]), 'ns')}Z" if dated else None
 
@@ -201,9 +201,9 @@ def _days(fixes: list[_Fix]) -> Iterator[int]:
     day = 0
     if known is not None:
         clocks = [fix.clock for fix in fixes[: known + 1]]
-        day = _since(fixes[known]) - sum(after < before - _HALF_DAY for before, after in pairwise(clocks))
+        day = _since(fixes[known]) - sum(after < before - 0.5 * DAY for before, after in pairwise(clocks))
     for number, fix in enumerate(fixes):
-        if number and fix.clock < fixes[number - 1].clock - _HALF_DAY:
+        if number and fix.clock < fixes[number - 1].clock - 0.5 * DAY:
             day += 1
         if fix.day is not None:
             day = _since(fix)
