@@ -115,9 +115,9 @@ class Output:
 
     Attributes
     ----------
-    kind : "acceleration", "rate" or "displacement" of or at the bogie; in the vertical plane also its "height" and "body
-        acceleration", that of the body over it, in the lateral one its "angle"; "axlebox" and "lift", the acceleration
-        of a wheelset in its middle, and that of its roll times the arm y.
+    kind : "acceleration", "rate" or "displacement" of or at the bogie; in the vertical plane also its "height", and
+        "body acceleration", that of the body over it; in the lateral one its "angle"; "axlebox" and "lift", the
+        acceleration of a wheelset in its middle, and that of its roll times the arm y.
     position : m from the bogie's centre of gravity: x forward, y left, z up; of a displacement only x, +-1 for the
         leading and trailing wheelset.
     axis : of a rate or an angle in the lateral plane, "roll" or "yaw".
