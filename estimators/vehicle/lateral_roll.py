@@ -95,7 +95,7 @@ def _system(
     moving = parts.moving
     A, B, E = parts.at(speed).first_order()
     rows = [_row(vehicle, output, A, B, E, moving) for output in outputs]
-    C, D, G, J, feels = (np.stack(part) for part in zip(*rows, strict=True))
+    C, D, G, J, feels = (np.array(part) for part in zip(*rows, strict=True))
     return System(A, B, E, C, D, G, J if J.any() else None, feels)
 
 
