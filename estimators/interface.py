@@ -2,7 +2,7 @@
 
 import os
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -43,6 +43,7 @@ class Estimate:
         folder: Path | str,
         tables: Mapping[str, pd.DataFrame] = MappingProxyType({}),
         recording: Path | str | None = None,
+        files: Mapping[str, Callable[[Path], object]] = MappingProxyType({}),
     ) -> None:
         """Write estimate.parquet and about.json; the folder appears whole or not at all, an older estimate is replaced.
 
@@ -50,6 +51,7 @@ class Estimate:
         ----------
         tables : what else shall stand in the folder, by file name, as CSV.
         recording : folder of the recording that it was made of, of which the way from here is kept.
+        files : what else, by file name, each as what writes it to a path.
 
         Raises
         ------
@@ -63,6 +65,8 @@ class Estimate:
             write_json(aside / "about.json", head)
             for name, table in tables.items():
                 table.to_csv(aside / name, index=False, float_format="%.6g")
+            for name, write in files.items():
+                write(aside / name)
 
     @classmethod
     def open(cls, folder: Path | str) -> Self:

@@ -32,9 +32,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(given: argparse.Namespace) -> Outcome:
-    """Write the estimate; of track geometry also standard deviations a section and isolated defects."""
+    """Write the estimate and its picture; of track geometry also deviations a section and isolated defects."""
     from estimators.interface import ESTIMATORS
     from experiments.maintenance.condition import tables
+    from experiments.reporting.estimate_picture import PICTURE, writer
     from railsim.recording import Recording
 
     settings, vehicle = _changes(given.set)
@@ -48,11 +49,11 @@ def execute(given: argparse.Namespace) -> Outcome:
     measurements = _completed(Recording.open(given.recording).measurements, vehicle, given.speed_source)
     estimate = estimator.estimate(measurements)
     more = tables(estimate)
-    estimate.save(given.out, more, given.recording)
+    estimate.save(given.out, more, given.recording, {PICTURE: writer(estimate)})
     columns = [str(name) for name in estimate.series.columns]
     result = {"estimator": estimator.name, "estimate": str(given.out), "rows": len(estimate.series), "columns": columns}
-    result["tables"] = list(more)
-    line = f"{given.out}: {len(estimate.series)} rows of {', '.join([*columns, *more])}"
+    result |= {"tables": list(more), "picture": f"{given.out}/{PICTURE}"}
+    line = f"{given.out}: {len(estimate.series)} rows of {', '.join([*columns, *more])}; {PICTURE}"
     return Outcome(result, line if said is None else f"{said}\n{line}")
 
 

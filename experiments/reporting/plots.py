@@ -82,7 +82,7 @@ def speed(results: Results) -> Figure:
     middle.set_ylabel("error [km/h]")
     bottom.set_ylabel("error, closer [km/h]")
     bottom.set_xlabel("time [s]")
-    _legend(top)
+    legend(top)
     return figure
 
 
@@ -182,13 +182,19 @@ def _over_distance(results: Results, rows: list[Row], colours: tuple[str, ...], 
                 _line(whole, distance, y, color=colour, lw=0.8, label=name)
                 _line(stretch, distance[close], y[close], color=colour, lw=1.2)
         whole.set_ylabel(row.label)
-        _legend(whole, len(row.lines) > 1 and number < (legends or len(rows)))
+        legend(whole, len(row.lines) > 1 and number < (legends or len(rows)))
     panels[-1, 0].set_xlabel("distance [m]")
     panels[-1, 1].set_xlabel("distance [m], closer")
     return figure
 
 
 def _panels(results: Results, heights: tuple[float, ...], columns: int) -> tuple[Figure, np.ndarray]:
+    """The frame of a run's picture."""
+    title = "\n".join(textwrap.wrap(f"{results.name}: {results.description}".rstrip(": "), 110))
+    return frame(heights, title, columns)
+
+
+def frame(heights: tuple[float, ...], title: str, columns: int = 1) -> tuple[Figure, np.ndarray]:
     """Figure and its panels, shape (rows, columns); the panels of a column share their horizontal axis."""
     figure = Figure(
         figsize=(10.0 if columns == 1 else 12.0, 1.0 + 1.4 * sum(heights) * (0.75 if columns == 1 else 1.0)),
@@ -198,7 +204,7 @@ def _panels(results: Results, heights: tuple[float, ...], columns: int) -> tuple
     panels = figure.subplots(
         len(heights), columns, sharex="col", sharey="row", height_ratios=heights, width_ratios=widths, squeeze=False
     )
-    figure.suptitle("\n".join(textwrap.wrap(f"{results.name}: {results.description}".rstrip(": "), 110)), fontsize=11)
+    figure.suptitle(title, fontsize=11)
     for panel in panels.ravel():
         panel.grid(True, color="#dddddd", lw=0.6)
         panel.set_axisbelow(True)
@@ -212,7 +218,7 @@ def _line(axes: Axes, x: np.ndarray, y: np.ndarray, **style: object) -> None:
     axes.plot(*thin(x, y), **style)  # pyright: ignore[reportArgumentType]
 
 
-def _legend(axes: Axes, wanted: bool = True) -> None:
+def legend(axes: Axes, wanted: bool = True) -> None:
     """Above the panel, so that it covers nothing."""
     count = len(axes.get_legend_handles_labels()[1])
     if wanted and count:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
+from experiments.reporting.estimate_picture import PICTURE, writer
 from experiments.reporting.failures import PluginError, plugin_code
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.plots import PLOTS, Results, sensor_label
@@ -89,7 +90,7 @@ def save_all(estimates: Estimates, folder: Path) -> None:
     for name, estimate in list(estimates.given.items()):
         try:
             with plugin_code(name, estimate):
-                estimate.save(folder / name)
+                estimate.save(folder / name, files={PICTURE: writer(estimate)})
         except PluginError as failure:
             del estimates.given[name]
             estimates.failed[name] = failure

@@ -1,0 +1,150 @@
+"""Picture of one estimate: every quantity with two stated deviations, what is not valid shaded, events marked."""
+
+import textwrap
+from collections.abc import Callable
+from itertools import cycle
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from estimators.interface import Estimate
+from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, frame, legend, thin
+
+MOST = 8
+"""Panels in a picture; quantities beyond are named below it."""
+LINES = 4
+"""Lines in a panel of quantities that have no deviation."""
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
+SHOWN = {"m": ("mm", 1e3), "m/s": ("km/h", 3.6), "m/m": ("mm/m", 1e3), "1/m": ("1/km", 1e3)}
+"""Units of a picture, and the factor to them."""
+APART = ("s", "time", "valid")
+FIRST = ("vertical_d1", "vertical_d2", "lateral_d1", "lateral_d2", "cross_level_d1", "cross_level_d2")
+"""Names that come first where there are more than fit."""
+
+
+PICTURE = "estimate.png"
+"""Name of the file in an estimate's folder."""
+
+
+def writer(estimate: Estimate) -> Callable[[Path], None]:
+    """What draws an estimate into a file."""
+    return lambda path: estimate_picture(estimate).savefig(path, dpi=110)
+
+
+class Panel(NamedTuple):
+    """A label, and the columns in it by name."""
+
+    label: str
+    columns: tuple[str, ...]
+
+
+def estimate_picture(estimate: Estimate) -> Figure:
+    """Panels over distance or time, those with a stated deviation first.
+
+    Quantities of one unit without a deviation share a panel. What the estimate warns of stands below its name.
+    """
+    series = estimate.series
+    panels = panels_of([str(name) for name in series.columns if series[name].dtype.kind in "fiub"])
+    shown, left_out = panels[:MOST], [name for panel in panels[MOST:] for name in panel.columns]
+    figure, axes = frame((1.0,) * max(1, len(shown)), _title(estimate, left_out))
+    x, label = _along(estimate)
+    for number, (panel, place) in enumerate(zip(shown, axes[:, 0], strict=False)):
+        _draw(place, estimate, panel, x)
+        legend(place, number == 0 or len(panel.columns) > 1)
+    axes[-1, 0].set_xlabel(label)
+    return figure
+
+
+def panels_of(columns: list[str]) -> list[Panel]:
+    """A panel for each quantity that has a deviation, then one for each unit of the others."""
+    banded = [name for name in columns if _deviation(name) in columns]
+    others: dict[str, list[str]] = {}
+    for name in columns:
+        plain, _, unit = name.partition(" [")
+        if plain not in APART and name not in banded and not plain.endswith("_std"):
+            others.setdefault(unit.removesuffix("]"), []).append(name)
+    if len(banded) > MOST:
+        banded.sort(key=lambda name: name.partition(" [")[0] not in FIRST)
+    panels = [Panel(_label(name), (name,)) for name in banded]
+    for unit, names in others.items():
+        for first in range(0, len(names), LINES):
+            panels.append(Panel(f"[{SHOWN.get(unit, (unit, 1.0))[0]}]", tuple(names[first : first + LINES])))
+    return panels
+
+
+def _draw(axes: Axes, estimate: Estimate, panel: Panel, x: np.ndarray) -> None:
+    series, ranges = estimate.series, list[np.ndarray]()
+    for name, colour in zip(panel.columns, cycle(COLOURS), strict=False):
+        factor = _unit(name)[1]
+        values = factor * series[name].to_numpy(dtype=float)
+        if _deviation(name) in series:
+            around = 2.0 * factor * series[_deviation(name)].to_numpy(dtype=float)
+            axes.fill_between(x, values - around, values + around, color=colour, alpha=0.25, lw=0, label="2 deviations")
+        style: dict[str, Any] = {"marker": "."} if len(x) < 40 else {}
+        axes.plot(*thin(x, values), color=colour, lw=1.0, label=name.partition(" [")[0], **style)
+        ranges.append(values)
+    _keep_to(axes, np.concatenate(ranges))
+    axes.set_ylabel(panel.label, fontsize=9)
+    if "valid [-]" in series:
+        bad = series["valid [-]"].to_numpy(dtype=float) < 0.5
+        axes.fill_between(
+            x, 0.0, 1.0, where=bad.tolist(), color=GREY, alpha=0.2, lw=0, transform=axes.get_xaxis_transform(),
+            label="not valid" if bad.any() else None,
+        )  # fmt: skip
+    for event in _events(estimate):
+        axes.axvline(event, color=RED, lw=0.7, alpha=0.7)
+
+
+def _keep_to(axes: Axes, values: np.ndarray) -> None:
+    """Limits by what is known, so that wide deviations at the ends do not press the curve flat."""
+    known = values[np.isfinite(values)]
+    if known.size and np.ptp(known) > 0.0:
+        low, high = (float(one) for one in np.quantile(known, [0.002, 0.998]))
+        reach = 0.6 * (high - low) if high > low else 1.0
+        axes.set_ylim(low - reach, high + reach)
+
+
+def _along(estimate: Estimate) -> tuple[np.ndarray, str]:
+    first = str(estimate.series.columns[0])
+    values = estimate.series[first].to_numpy(dtype=float)
+    if first == "s [m]" and values.size and np.ptp(values) > 3000.0:
+        return values / 1e3, "distance [km]"
+    return values, "distance [m]" if first == "s [m]" else "time [s]"
+
+
+def _events(estimate: Estimate) -> list[float]:
+    """Places of events along the picture's axis, of joints and switches for example."""
+    along = str(estimate.series.columns[0])
+    scale = 1e-3 if _along(estimate)[1].endswith("[km]") else 1.0
+    events = estimate.about.get("events")
+    found = [one.get(along) for one in events if isinstance(one, dict)] if isinstance(events, list) else []
+    return [scale * float(place) for place in found if isinstance(place, int | float)]
+
+
+def _title(estimate: Estimate, left_out: list[str]) -> str:
+    lines = [estimate.name]
+    warnings = estimate.about.get("warnings")
+    for warning in warnings[:3] if isinstance(warnings, list) else []:
+        lines += textwrap.wrap(f"warning: {warning}", 120)[:2]
+    if left_out:
+        lines += textwrap.wrap(f"not drawn: {', '.join(left_out)}", 120)[:2]
+    return "\n".join(lines)
+
+
+def _deviation(name: str) -> str:
+    """Name of a quantity's deviation."""
+    plain, _, unit = name.partition(" [")
+    return f"{plain}_std [{unit}"
+
+
+def _unit(name: str) -> tuple[str, float]:
+    unit = name.partition(" [")[2].removesuffix("]")
+    return SHOWN.get(unit, (unit, 1.0))
+
+
+def _label(name: str) -> str:
+    words = name.partition(" [")[0].replace("_", " ")
+    return "\n".join([*textwrap.wrap(words, 14), f"[{_unit(name)[0]}]"])
