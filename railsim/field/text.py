@@ -281,19 +281,21 @@ def _in_parts(lines: list[str], settings: Mapping[str, Any]) -> pd.DataFrame | N
     Such a table, and one of which a part cannot be read, is left to the reader of the whole, which knows the kind of
     a column by all of its cells and the line of an error by the whole file.
     """
-    parts, texts = [], settings["dtype"]
+    texts: dict[str, list[str]] = {name: [] for name in settings["dtype"]}
+    numeric = {name: np.empty(len(lines)) for name in settings["usecols"] if name not in texts}
     for first in range(0, len(lines), ROWS_AT_ONCE):
         some = lines[first : first + ROWS_AT_ONCE]
         try:
             part = _read_csv(some, settings)
         except (ValueError, OverflowError, pd.errors.EmptyDataError):
             return None
-        if len(part) != len(some) or any(part[name].dtype.kind not in "iuf" for name in set(part) - set(texts)):
+        if len(part) != len(some) or any(part[name].dtype.kind not in "iuf" for name in numeric):
             return None
-        parts.append(part)
-    columns = {name: [part.pop(name) for part in parts] for name in list(parts[0])}
-    whole = {name: pd.concat(columns.pop(name), ignore_index=True) for name in list(columns)}
-    return pd.DataFrame(whole, copy=False)
+        for name, values in numeric.items():
+            values[first : first + len(some)] = part[name].to_numpy(dtype=np.float64)
+        for name, cells in texts.items():
+            cells += part[name].tolist()
+    return pd.DataFrame({**numeric, **{name: pd.Series(cells) for name, cells in texts.items()}}, copy=False)
 
 
 def _column(name: str, values: Any, layout: Layout, place: int) -> Column:
