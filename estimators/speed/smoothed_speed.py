@@ -66,7 +66,7 @@ def smooth_speed(
 
     def scored(exponent: float) -> tuple[float, float]:
         squares, logarithms = _filtered(gaps, values, 10.0**exponent, _START**2)[:2]
-        variance = squares / len(values) if sample_std is None else sample_std**2
+        variance = max(squares / len(values), _FINEST**2) if sample_std is None else sample_std**2
         return 0.5 * (squares / variance + logarithms + len(values) * np.log(variance)), variance
 
     found: Any = minimize_scalar(lambda e: scored(e)[0], bounds=_DENSITIES, method="bounded", options={"xatol": 0.02})

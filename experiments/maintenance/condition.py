@@ -56,11 +56,11 @@ def condition(estimate: Estimate, section: float = SECTION) -> pd.DataFrame:
         inside = number == index
         row = {"from [m]": index * section, "to [m]": min((index + 1) * section, float(distance[-1]))}
         valid = _valid(series)[inside]
-        row["valid [-]"] = float(np.mean(valid))
+        row["valid [-]"] = float(np.mean(valid)) if valid.size else 0.0
         for name in _bands(series):
             values = series[name].to_numpy()[inside]
             known = values[valid & np.isfinite(values)]
-            enough = known.size >= ENOUGH * valid.size
+            enough = known.size >= max(1.0, ENOUGH * valid.size)
             row[f"{name.removesuffix(' [m]')} std [mm]"] = MM * float(np.std(known)) if enough else np.nan
         rows.append(row)
     return pd.DataFrame(rows)

@@ -70,6 +70,12 @@ def test_stated_error_covers_the_speed():
     assert loose.sample_std == pytest.approx(0.1, rel=0.3)
 
 
+def test_a_speed_that_never_changes_is_that_speed():
+    found = smooth_speed(np.arange(0.0, 30.0), np.full(30, 17.0), 0.05, 2.5)
+    assert found.speed == pytest.approx(17.0, abs=1e-6)
+    assert np.isfinite(found.speed_std).all()
+
+
 def test_speed_is_not_known_over_an_outage():
     time = np.arange(0.0, 60.0)
     values = true_speed(time)
