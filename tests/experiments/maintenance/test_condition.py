@@ -84,6 +84,7 @@ def test_command_writes_both_tables_beside_the_estimate(tmp_path: Path):
         "condition_200m.csv",
         "defects.csv",
         "estimate.parquet",
+        "estimate.png",
     ]
     assert len(pd.read_csv(out / "defects.csv")) > 20
     again = pd.read_csv(out / "condition_200m.csv")
