@@ -4,7 +4,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from estimators.interface import Estimate
+from estimators.interface import Estimate, Missing
 from estimators.signals.bands import ORDER
 from estimators.signals.frequency_response import filter_time
 from estimators.speed.odometry import Odometry
@@ -45,6 +45,15 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
     def needed(self) -> tuple[str, ...]:
         """The vertical channel of `sensor`."""
         return (f"{self.sensor}.acceleration_z [m/s2]",)
+
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there: also that the sensor stands on a bogie, where its data sheet says on what."""
+        missing, name = super().missing(measurements), self.needed()[0]
+        body = str(data_sheet(measurements.about, name).stated.get("body", "bogie"))
+        if missing.channels or body.startswith("bogie"):
+            return missing
+        other = "take alignment_body" if body == "body" else "take axlebox_profile or another sensor"
+        return missing + Missing(others=(f"an accelerometer on a bogie, while '{name}' stands on '{body}': {other}",))
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """Alignment over the whole record.

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from estimators.track.alignment_accelerometer import AlignmentAccelerometer
 from estimators.track.alignment_body import AlignmentBody, BodyBox
 from estimators.track.chain_error import WAVES
 from experiments.conformance.recordings import recording
@@ -87,3 +88,8 @@ def test_the_box_stands_over_a_bogie() -> None:
         AlignmentBody().estimate(changed("whole_coach", (0.0, 0.0, 0.0)))
     assert BodyBox.of(changed("whole_coach", (8.0, 0.0, 0.0)), CHANNEL).ahead == 0.0
     assert BodyBox.of(changed("whole_coach", (-8.0, 0.0, 0.0)), CHANNEL).ahead == -16.0
+
+
+def test_a_sensor_on_the_body_is_not_taken_for_one_on_the_bogie() -> None:
+    with pytest.raises(InputError, match="stands on 'body': take alignment_body"):
+        AlignmentAccelerometer(sensor="body").estimate(changed())
