@@ -22,6 +22,7 @@ KINDS = {
     for name, kind in ESTIMATORS.classes().items()
     if issubclass(kind, TrackEstimator | DippedJoints | Switches) and name != "track_smoother"
 }
+BODY = {"kind": "accelerometer", "name": "body", "body": "body", "axes": ["z"], "rate": 256.0, "errors": "mems"}
 STOP = 7.0  # m around it
 LARGEST = {"[m]": 0.04, "[1/m]": 0.06, "[rad]": 0.02, "[m/m]": 0.01, "[-]": 60.0}
 
@@ -35,7 +36,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Truth, Measurements]:
         "speed": {"kind": "profile", "time": [0, 6, 22, 27, 43, 50], "speed": [16, 16, 0, 0, 16, 16]},
         "start": 60.0,
         "duration": 50.0,
-        "sensors": sensors("mems"),
+        "sensors": [*sensors("mems"), BODY],
     }
     scenario = Scenario.build(values)
     truth = simulate(scenario, "compiled", tmp_path_factory.mktemp("stop"))
