@@ -17,6 +17,8 @@ MOST = 8
 """Panels in a picture; quantities beyond are named below it."""
 LINES = 4
 """Lines in a panel of quantities that have no deviation."""
+NAMED = 5
+"""Columns that are named where they are not drawn."""
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
 SHOWN = {"m": ("mm", 1e3), "m/s": ("km/h", 3.6), "m/m": ("mm/m", 1e3), "1/m": ("1/km", 1e3)}
 """Units of a picture, and the factor to them."""
@@ -49,7 +51,7 @@ def estimate_picture(estimate: Estimate) -> Figure:
     series = estimate.series
     panels = panels_of([str(name) for name in series.columns if series[name].dtype.kind in "fiub"])
     shown, left_out = panels[:MOST], [name for panel in panels[MOST:] for name in panel.columns]
-    figure, axes = frame((1.0,) * max(1, len(shown)), _title(estimate, left_out))
+    figure, axes = frame((1.5,) * max(1, len(shown)), _title(estimate, left_out))
     x, label = _along(estimate)
     for number, (panel, place) in enumerate(zip(shown, axes[:, 0], strict=False)):
         _draw(place, estimate, panel, x)
@@ -87,7 +89,7 @@ def _draw(axes: Axes, estimate: Estimate, panel: Panel, x: np.ndarray) -> None:
         axes.plot(*thin(x, values), color=colour, lw=1.0, label=name.partition(" [")[0], **style)
         ranges.append(values)
     _keep_to(axes, np.concatenate(ranges))
-    axes.set_ylabel(panel.label, fontsize=9)
+    axes.set_ylabel(panel.label, fontsize=8)
     if "valid [-]" in series:
         bad = series["valid [-]"].to_numpy(dtype=float) < 0.5
         axes.fill_between(
@@ -130,7 +132,8 @@ def _title(estimate: Estimate, left_out: list[str]) -> str:
     for warning in warnings[:3] if isinstance(warnings, list) else []:
         lines += textwrap.wrap(f"warning: {warning}", 120)[:2]
     if left_out:
-        lines += textwrap.wrap(f"not drawn: {', '.join(left_out)}", 120)[:2]
+        more = f" and {len(left_out) - NAMED} more" if len(left_out) > NAMED else ""
+        lines.append(f"not drawn: {', '.join(left_out[:NAMED])}{more}")
     return "\n".join(lines)
 
 
@@ -147,4 +150,4 @@ def _unit(name: str) -> tuple[str, float]:
 
 def _label(name: str) -> str:
     words = name.partition(" [")[0].replace("_", " ")
-    return "\n".join([*textwrap.wrap(words, 14), f"[{_unit(name)[0]}]"])
+    return "\n".join([*textwrap.wrap(words, 18), f"[{_unit(name)[0]}]"])
