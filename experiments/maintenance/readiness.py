@@ -105,7 +105,8 @@ def needs_page() -> str:
         estimator = kind.build({})
         channels = [f"`{channel}`" for channel in estimator.needed()]
         lines += ["", f"### {name}", "", (kind.__doc__ or "").strip().partition("\n")[0], ""]
-        lines.append(f"- needs {', '.join([*channels, notes.short(estimator.missing(bare))])}")
+        needs = [*channels, notes.short(estimator.missing(bare))]
+        lines.append(f"- needs {', '.join(filter(None, needs))}")
         more: dict[str, list[str]] = {}
         for channel, what in estimator.adds.items():
             more.setdefault(what, []).append(f"`{channel}`")
