@@ -79,13 +79,13 @@ def laid_on(other: np.ndarray, spacing: float, pairing: Match, distance: np.ndar
 
 
 def changes(
-    reference: np.ndarray, later: np.ndarray, spacing: float, least: float = 0.3e-3, factor: float = 6.0
+    reference: np.ndarray, later: np.ndarray, spacing: float, least: float | np.ndarray = 0.3e-3, factor: float = 6.0
 ) -> list[dict[str, Any]]:
     """Places at which two passes on one grid differ.
 
     Parameters
     ----------
-    least : smallest difference that is reported, m (0.3 mm: what passes must agree to).
+    least : smallest difference that is reported, m (0.3 mm: what passes must agree to); one, or one for each place.
     factor : and at least so many standard deviations of the differences (by their median absolute deviation, which few
         real changes do not move).
 
@@ -98,7 +98,7 @@ def changes(
     if not known.any():
         return []
     spread = MAD * float(np.median(np.abs(difference[known] - np.median(difference[known]))))
-    threshold = max(least, factor * spread)
+    threshold = np.maximum(least, factor * spread)
     beyond = np.flatnonzero(np.abs(np.where(known, difference, 0.0)) > threshold)
     if not beyond.size:
         return []

@@ -66,9 +66,11 @@ def _map(given: argparse.Namespace, folder: Path, kind: str, path: Path) -> Outc
     InputError : no estimate, no recording with positions, or a section that is no length.
     """
     from estimators.interface import Estimate
+    from experiments.maintenance.condition import is_track
     from experiments.maintenance.condition_map import SECTION, features, without_place
     from experiments.maintenance.map_page import page
     from experiments.maintenance.positions import positions_of
+    from experiments.maintenance.traces import traces
     from railsim.field.exporting import write_whole
     from railsim.recording import read_measurements
 
@@ -86,7 +88,8 @@ def _map(given: argparse.Namespace, folder: Path, kind: str, path: Path) -> Outc
     said = f"{count} sections, defects and events" + (f", {lost} of them without a position" if lost else "")
     if path.suffix.lower() == ".html":
         lines = [str(seen.about["origin"]), f"{said}; sections of {section:g} m"]
-        text = page(f"{estimate.name} on the map", found, lines)
+        drawn = traces([estimate], {}) if is_track(estimate) else []
+        text = page(f"{estimate.name} on the map", found, lines, drawn)
     else:
         text = json.dumps(found, allow_nan=False, ensure_ascii=False) + "\n"
     write_whole(path, lambda aside: _text(aside, text), given.overwrite)
