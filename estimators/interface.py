@@ -82,7 +82,8 @@ class Estimate:
             raise InputError(f'\'{folder}\' is not an estimate: its about.json has no "name" or "about"')
         table = folder / "estimate.parquet"
         names, _ = read_names(table)
-        return cls(head["name"], pd.DataFrame({name: read_column(table, name) for name in names}), head["about"])
+        series = pd.DataFrame({name: read_column(table, name) for name in names}, copy=False)
+        return cls(head["name"], series, head["about"])
 
 
 @dataclass(frozen=True)
@@ -141,9 +142,12 @@ class Estimator(Spec, frozen=True):
     ----------
     requires : channels without which it gives nothing.
     adds : channels that it can do without, and what it gives or betters with each.
+    nearby : whether what it gives at a place depends on the record nearby alone, so that it may work on a long record
+        section by section: its series has rows of one spacing over "s [m]", or rows over "time [s]".
     """
 
     requires: ClassVar[tuple[str, ...]] = ()
+    nearby: ClassVar[bool] = False
     adds: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property

@@ -105,6 +105,27 @@ class Measurements:
         """Sample rate of channel `name`, Hz."""
         return self._find(name)[0]
 
+    def span(self) -> tuple[float, float]:
+        """First and last time of all tables, s; zeros where there is no sample."""
+        times = [time for time in self._times.values() if time.size]
+        if not times:
+            return 0.0, 0.0
+        return float(min(time[0] for time in times)), float(max(time[-1] for time in times))
+
+    def between(self, begin: float, end: float, fewest: int = 2) -> tuple["Measurements", dict[float, int]] | None:
+        """The samples from `begin` on and before `end`, s, as views of these, and by rate how many rows come before.
+
+        Tables of less than `fewest` rows there are left out; None where no table is left.
+        """
+        tables: dict[float, dict[str, np.ndarray]] = {}
+        firsts: dict[float, int] = {}
+        for name, (rate, values) in self._channels.items():
+            first, last = np.searchsorted(self._times[rate], [begin, end])
+            if last - first >= fewest:
+                tables.setdefault(rate, {TIME: self._times[rate][first:last]})[name] = values[first:last]
+                firsts[rate] = int(first)
+        return (Measurements(self._about, tables, self._track), firsts) if tables else None
+
     def _find(self, name: str) -> tuple[float, np.ndarray]:
         if name not in self._channels:
             raise InputError(f"no measured channel '{name}'; there are: {', '.join(self._channels) or 'none'}")

@@ -84,6 +84,7 @@ class SpeedRefined(WheelsetCorrelation, frozen=True):
     acceleration_noise: float = quantity(6e-4, unit="m/s2/Hz^0.5", source="60 ug, industrial MEMS data sheets", gt=0)
     rate_noise: float = quantity(9e-5, unit="rad/s/Hz^0.5", source="0.005 deg/s, industrial MEMS data sheets", gt=0)
 
+    nearby: ClassVar[bool] = True
     adds: ClassVar[Mapping[str, str]] = MappingProxyType({FORWARD: "a speed that is kept while the vehicle brakes"})
 
     def parameters(self, measurements: Measurements) -> Iterable[str]:

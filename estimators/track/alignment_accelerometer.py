@@ -32,6 +32,7 @@ class AlignmentAccelerometer(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = ("bogie.acceleration_z [m/s2]",)
+    nearby: ClassVar[bool] = True
 
     sensor: str = quantity("bogie", unit="name of the accelerometer", source=PAPER, pattern=r"^\w+$")
     domain: Literal["space", "time"] = quantity("space", unit="-", source=PAPER)

@@ -31,6 +31,7 @@ class AlignmentDisplacement(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH, LEFT, RIGHT)
+    nearby: ClassVar[bool] = True
     adds: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
             ROLL: "cross level and each rail",

@@ -35,6 +35,7 @@ class AlignmentLateral(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = (RATE,)
+    nearby: ClassVar[bool] = True
     adds: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
             ROLL_RATE: "less of the cross level in the lateral alignment",

@@ -30,6 +30,7 @@ class AlignmentVertical(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = (RATE,)
+    nearby: ClassVar[bool] = True
 
     compensate: bool = quantity(False, unit="-", source="the paper's chain does without")
     regularisation: float = quantity(

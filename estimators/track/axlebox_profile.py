@@ -27,6 +27,7 @@ class AxleboxProfile(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = (LEFT, RIGHT)
+    nearby: ClassVar[bool] = True
 
     cut: float = quantity(25.0, unit="m", source="long edge of D1, EN 13848-1", gt=1.0, le=300.0)
 

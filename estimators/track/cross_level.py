@@ -52,6 +52,7 @@ class CrossLevel(TrackEstimator, frozen=True):
     """
 
     requires: ClassVar[tuple[str, ...]] = (ROLL,)
+    nearby: ClassVar[bool] = True
     adds: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
             LATERAL: "cant (with the yaw gyro)",

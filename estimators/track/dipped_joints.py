@@ -56,6 +56,7 @@ class DippedJoints(EventEstimator, frozen=True):
     false_share: float = quantity(0.02, unit="-", source="tuned on jointed_60ft: share of the dips", gt=0, lt=1)
 
     requires: ClassVar[tuple[str, ...]] = (PITCH,)
+    nearby: ClassVar[bool] = True
     adds: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
             BOUNCE: "more joints found, by the bounce too",

@@ -1,20 +1,36 @@
 """`railsim bench`: speed of the engines and estimators."""
 
 import argparse
+from pathlib import Path
 
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
+from railsim.errors import InputError
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Size."""
+    """Size, or a long record in place of the engines."""
     parser.add_argument("--fast", action="store_true", help="a short run, once: to see that it works, not to be quoted")
+    parser.add_argument(
+        "--day", type=float, metavar="HOURS", help="time and memory of a record of so many hours, from file to report"
+    )
+    parser.add_argument("--format", choices=("parquet", "csv"), default="parquet", help="with --day: of the file")
+    parser.add_argument("--keep", metavar="DIR", help="with --day: folder of the data and of all results")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Measure, and list."""
+    from experiments.benchmarks.day import day_rows
     from experiments.benchmarks.speed import bench_rows
 
-    rows = bench_rows(given.fast)
+    if given.day is not None and not 0.0 < given.day <= 100.0:
+        raise InputError(f"--day {given.day:g}: give hours, above 0 and up to 100")
+    if given.day is None:
+        rows = bench_rows(given.fast)
+    else:
+        rows = day_rows(given.day, f".{given.format}", Path(given.keep) if given.keep else None)
     lines = [[row["name"], row["value"], row["unit"], row["against"] or "", row["ratio"]] for row in rows]
-    return Outcome({"rows": rows}, table(["what", "value", "unit", "against", "ratio"], lines, decimals=1))
+    return Outcome(
+        {"rows": rows},
+        table(["what", "value", "unit", "against", "ratio"], lines, decimals=1 if given.day is None else 2),
+    )

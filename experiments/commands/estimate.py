@@ -1,6 +1,9 @@
 """`railsim estimate`: run one estimator on a recording."""
 
 import argparse
+import shutil
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from experiments.commands._out import add_overwrite, replaces
@@ -36,6 +39,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     from estimators.interface import ESTIMATORS
     from experiments.maintenance.condition import tables
     from experiments.reporting.estimate_picture import PICTURE, writer
+    from experiments.runs.long_record import estimate_sections, in_sections, joined
     from railsim.recording import Recording
 
     settings, vehicle = _changes(given.set)
@@ -47,14 +51,27 @@ def execute(given: argparse.Namespace) -> Outcome:
     estimator = kind.build(settings)
     said = replaces(given.out, "estimate", given.overwrite)
     measurements = _completed(Recording.open(given.recording).measurements, vehicle, given.speed_source)
-    estimate = estimator.estimate(measurements)
+    parts = Path(f"{given.out}.sections")
+    if in_sections(estimator, measurements):
+        estimator.need(measurements)
+        places = estimate_sections(estimator, measurements, parts, Path(given.recording), _tell)
+        del measurements  # of a long record, memory is wanted for what follows
+        estimate = joined(places)
+    else:
+        estimate = estimator.estimate(measurements)
     more = tables(estimate)
     estimate.save(given.out, more, given.recording, {PICTURE: writer(estimate)})
+    shutil.rmtree(parts, ignore_errors=True)
     columns = [str(name) for name in estimate.series.columns]
     result = {"estimator": estimator.name, "estimate": str(given.out), "rows": len(estimate.series), "columns": columns}
     result |= {"tables": list(more), "picture": f"{given.out}/{PICTURE}"}
     line = f"{given.out}: {len(estimate.series)} rows of {', '.join([*columns, *more])}; {PICTURE}"
     return Outcome(result, line if said is None else f"{said}\n{line}")
+
+
+def _tell(line: str) -> None:
+    """Progress, beside the result."""
+    print(line, file=sys.stderr, flush=True)
 
 
 def _changes(texts: list[str]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -83,7 +83,7 @@ def _recording(what: str) -> Report:
     }
     header = ["channel", "rate [Hz]", "samples", "lost", "lowest", "mean", "highest", "std"]
     rows = [[name, measured.rate(name), *_statistics(measured[name])] for name in measured.channels]
-    inspection = inspect(measured)
+    inspection = inspect(measured, clean=False)
     stated = [finding.stated() for finding in inspection.findings]
     notes = texts(finding for finding in inspection.findings if finding.severity == "note")
     suspicious = texts(inspection.faults)

@@ -17,6 +17,8 @@ MOST = 8
 """Panels in a picture; quantities beyond are named below it."""
 LINES = 4
 """Lines in a panel of quantities that have no deviation."""
+MANY_ROWS, MANY_EVENTS = 100_000, 200
+"""Beyond these, rows are drawn by their outline and events in one piece."""
 NAMED = 5
 """Columns that are named where they are not drawn."""
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
@@ -84,20 +86,35 @@ def _draw(axes: Axes, estimate: Estimate, panel: Panel, x: np.ndarray) -> None:
         values = factor * series[name].to_numpy(dtype=float)
         if _deviation(name) in series:
             around = 2.0 * factor * series[_deviation(name)].to_numpy(dtype=float)
-            axes.fill_between(x, values - around, values + around, color=colour, alpha=0.25, lw=0, label="2 deviations")
+            places, low, high = _outline(x, values - around, values + around)
+            axes.fill_between(places, low, high, color=colour, alpha=0.25, lw=0, label="2 deviations")
         style: dict[str, Any] = {"marker": "."} if len(x) < 40 else {}
         axes.plot(*thin(x, values), color=colour, lw=1.0, label=name.partition(" [")[0], **style)
         ranges.append(values)
     _keep_to(axes, np.concatenate(ranges))
     axes.set_ylabel(panel.label, fontsize=8)
     if "valid [-]" in series:
-        bad = series["valid [-]"].to_numpy(dtype=float) < 0.5
+        lost = (series["valid [-]"].to_numpy(dtype=float) < 0.5).astype(float)
+        places, _, lost = _outline(x, lost, lost)
+        bad = lost > 0.5
         axes.fill_between(
-            x, 0.0, 1.0, where=bad.tolist(), color=GREY, alpha=0.2, lw=0, transform=axes.get_xaxis_transform(),
+            places, 0.0, 1.0, where=bad.tolist(), color=GREY, alpha=0.2, lw=0, transform=axes.get_xaxis_transform(),
             label="not valid" if bad.any() else None,
         )  # fmt: skip
-    for event in _events(estimate):
+    events = _events(estimate)
+    if len(events) > MANY_EVENTS:
+        axes.vlines(events, 0.0, 1.0, color=RED, lw=0.3, alpha=0.3, transform=axes.get_xaxis_transform())
+        return
+    for event in events:
         axes.axvline(event, color=RED, lw=0.7, alpha=0.7)
+
+
+def _outline(x: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places, lowest and highest values; of more than `MANY_ROWS` those of as many stretches."""
+    if len(x) <= MANY_ROWS:
+        return x, low, high
+    firsts = np.arange(0, len(x), -(-len(x) // MANY_ROWS))
+    return x[firsts], np.fmin.reduceat(low, firsts), np.fmax.reduceat(high, firsts)
 
 
 def _keep_to(axes: Axes, values: np.ndarray) -> None:

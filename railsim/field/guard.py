@@ -25,6 +25,8 @@ BYTES_A_SECOND = 2e6  # slowest reading that is waited for
 MEMORY = 1_000_000_000  # bytes beyond what the libraries need
 MEMORY_A_BYTE = 20.0  # further bytes of memory for each byte of the file
 _LONGEST_LINE = 200_000_000
+_ALLOCATORS = {"ARROW_DEFAULT_MEMORY_POOL": "system", "MALLOC_ARENA_MAX": "1"}
+"""Others reserve gigabytes of addresses that they do not use, which count against the limit."""
 
 
 class Guard:
@@ -109,7 +111,7 @@ class Guard:
             root = str(Path(__file__).parents[2])
             paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
             settings = {**os.environ, "PYTHONPATH": paths, "TMPDIR": self._folder.name, "HOME": self._folder.name}
-            settings |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+            settings |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **_ALLOCATORS}
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "railsim.field.worker"],
                 stdin=subprocess.PIPE,

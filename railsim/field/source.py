@@ -107,13 +107,31 @@ def read_tables(
         return _text_tables(path, options, wanted, lost, notes, texts, where or [{} for _ in wanted])
     if guard is None:
         with Guard() as own:
-            tables = own.read(kind, path, list(wanted))
+            tables = _guarded(own, kind, path, wanted)
     else:
-        tables = guard.read(kind, path, list(wanted))
+        tables = _guarded(guard, kind, path, wanted)
     for text in dict.fromkeys(text for table in tables for text in table.told):
         notes.repair(text)
     if any(table.cut_short for table in tables):
         notes.repair(f"the {_NAMES[kind]} file ends within its last segment: what is there is taken")
+    return tables
+
+
+def _guarded(guard: Guard, kind: str, path: Path, wanted: Sequence[Wanted]) -> list[Table]:
+    """Tables as the guard reads them; of Parquet, which stores columns apart, one column after the other, so that the
+    reading process never holds a day's data.
+    """
+    if kind != "parquet":
+        return guard.read(kind, path, list(wanted))
+    tables = []
+    for one in wanted:
+        parts = [guard.read(kind, path, [replace(one, columns=(name,))])[0] for name in one.columns]
+        if not parts:
+            tables += guard.read(kind, path, [one])
+            continue
+        dated = [part for part in parts if part.start is not None] or parts
+        columns = {name: column for part in parts for name, column in part.columns.items()}
+        tables.append(replace(dated[-1], columns=columns))
     return tables
 
 

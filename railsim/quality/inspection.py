@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from railsim.measurements import Measurements
 from railsim.quality._signals import kind_of
+from railsim.quality.blocks import LONGEST, joined, parts, together
 from railsim.quality.interface import CHECKS, Check, Finding
 from railsim.quality.repair import repaired
 
@@ -33,11 +34,33 @@ SHORTEST = 2.0
 """s; checks compare parts of a record, of which a shorter one has too few."""
 
 
-def inspect(measured: Measurements) -> Inspection:
-    """Verify a recording before use (Ward et al. 2011, section 6); a record of less than `SHORTEST` is only noted."""
+def inspect(measured: Measurements, clean: bool = True) -> Inspection:
+    """Verify a recording before use (Ward et al. 2011, section 6); a record of less than `SHORTEST` is only noted.
+
+    One of more than `LONGEST` is inspected in parts, and what is alike in several is one finding.
+
+    Parameters
+    ----------
+    clean : whether the repaired measurements of a record of several parts are wanted; without, they are as they were.
+    """
     short = _too_short(measured)
     if short is not None:
         return Inspection([short], measured)
+    first, last = measured.span()
+    if last - first <= LONGEST:
+        found, cleaned = _checked(measured)
+        return Inspection(_ordered(found), cleaned)
+    each, mended, count = [], [], 1
+    for part in parts(measured):
+        found, cleaned = _checked(part.measured)
+        each += [(part.number, part.placed(one)) for one in found]
+        mended += [cleaned] if clean else []
+        count = part.count
+    return Inspection(_ordered(together(each, count)), joined(measured, mended) if clean else measured)
+
+
+def _checked(measured: Measurements) -> tuple[list[Finding], Measurements]:
+    """What all checks find, and the measurements with every lasting repair."""
     findings: list[Finding] = []
     cleaned = measured
     for check in checks():
@@ -45,7 +68,11 @@ def inspect(measured: Measurements) -> Inspection:
         measured = repaired(measured, new)
         cleaned = repaired(cleaned, [one for one in new if one.repair is not None and one.repair.lasting])
         findings += new
-    return Inspection(sorted(findings, key=lambda one: (one.severity != "fault", one.start)), cleaned)
+    return findings, cleaned
+
+
+def _ordered(findings: list[Finding]) -> list[Finding]:
+    return sorted(findings, key=lambda one: (one.severity != "fault", one.start))
 
 
 def _too_short(measured: Measurements) -> Finding | None:

@@ -9,6 +9,8 @@ import sys
 import threading
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from railsim.errors import InputError
@@ -88,3 +90,11 @@ def test_reader_that_dies_is_said_and_the_next_file_is_read(tmp_path: Path):
         with pytest.raises(InputError, match="stops the nonsense reader|damaged|not a whole"):
             guard.read("nonsense", path, WANTED)
         assert len(guard.read("tdms", path, WANTED)) == 1
+
+
+def test_a_limit_counts_what_is_used_not_what_an_allocator_sets_aside(tmp_path: Path):
+    path = tmp_path / "equal.parquet"
+    pd.DataFrame({"a": np.zeros(1_000_000)}).to_parquet(path)
+    with Guard(memory=280_000_000) as guard:
+        for _ in range(3):
+            assert np.asarray(guard.read("parquet", path, WANTED)[0].columns["a"].values).size == 1_000_000
