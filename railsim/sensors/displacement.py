@@ -47,4 +47,5 @@ class Displacement(Sensor, frozen=True):
                 f'give "across", one of: {known or "none"}'
             )
         self.need(truth, channel)
-        return self.table(truth, [self.errors.apply(truth[channel], truth.rate, self.step(truth), rng)])
+        instants = self.instants(truth, rng)
+        return self.table(truth, [self.errors.apply(truth[channel], truth.rate, self.step(truth), rng, instants)])

@@ -5,9 +5,11 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
+import pydantic
 from scipy.signal import butter, lfilter, lfilter_zi, sosfilt, sosfilt_zi
 from scipy.spatial.transform import Rotation
 
+from railsim.sensors.logger import LoggerErrors
 from railsim.spec import Spec, quantity
 
 _SHEET = "data sheet of the sensor"
@@ -24,6 +26,7 @@ class SensorErrors(Spec, frozen=True):
     filter, so a short impact leaves a step in the integral. Drift is a first-order Gauss-Markov process (IEEE Std
     952-1997, "exponentially correlated noise"; its Allan deviation peaks at 0.62 of its standard deviation at 1.89
     correlation times). Random values that a specimen has for good (bias, scale, mounting) are drawn once a run.
+    What its logger does wrong (`LoggerErrors`) comes last, but for the clock, which is where samples are taken.
     """
 
     range: float | None = quantity(None, unit="channel", source=_SHEET, gt=0)
@@ -51,19 +54,42 @@ class SensorErrors(Spec, frozen=True):
     temperature_bias: float = quantity(0.0, unit="channel/K", source=_SHEET)
     warming: float = quantity(0.0, unit="K, from the start to long after", source=_SCENARIO)
     warming_time: float = quantity(600.0, unit="s, time constant", source=_SCENARIO, gt=0)
+    logger: LoggerErrors = quantity(LoggerErrors(), unit="-", source=_SCENARIO)
 
     hidden: ClassVar[frozenset[str]] = frozenset(
         {"bias", "scale_error", "misalignment", "drift_rate", "resonance", "resonance_damping", "cross_talk"}
-        | {"warming", "warming_time"}
+        | {"warming", "warming_time", "logger"}
     )
+
+    @pydantic.model_serializer(mode="wrap")
+    def _without_sound_logger(self, dump: pydantic.SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """A logger without errors is not written, as in files from before there was one."""
+        values: dict[str, Any] = dump(self)
+        if self.logger == LoggerErrors():
+            values.pop("logger", None)
+        return values
 
     def data_sheet(self) -> dict[str, Any]:
         """The fields that are known in the field, by name."""
         return self.model_dump(mode="json", exclude=set(self.hidden))
 
-    def apply(self, signal: np.ndarray, rate: float, step: int, rng: np.random.Generator) -> np.ndarray:
-        """Samples of `signal`, shape (n,), given at `rate` Hz; every `step`-th is taken; shape (ceil(n / step),)."""
-        samples = sample(self.filter(self.element(self.shake(signal, rate)), rate), step, self.latency * rate)
+    def apply(
+        self,
+        signal: np.ndarray,
+        rate: float,
+        step: int,
+        rng: np.random.Generator,
+        instants: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Samples of `signal`, shape (n,), given at `rate` Hz; every `step`-th is taken; shape (ceil(n / step),).
+
+        `instants`: s after the first, shape (ceil(n / step),), at which samples are taken instead (see `LoggerErrors`).
+        """
+        ready = self.filter(self.element(self.shake(signal, rate)), rate)
+        if instants is None:
+            samples = sample(ready, step, self.latency * rate)
+        else:
+            samples = sample_at(ready, (instants - self.latency) * rate)
         return self.digitise(self.disturb(samples, rate / step, rng))
 
     def shake(self, signal: np.ndarray, rate: float) -> np.ndarray:
@@ -154,6 +180,23 @@ def sample(signal: np.ndarray, step: int, delay: float) -> np.ndarray:
         weight = float(np.prod((-fraction - others) / (node - others)))
         total += weight * signal[np.clip(at + node, 0, signal.size - 1)]
     return total
+
+
+def sample_at(signal: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Values of `signal` at fractional `places` in samples, shape (k,); before the start the first, after the end NaN.
+
+    By Lagrange's polynomial through six neighbours.
+    """
+    last = signal.size - 1
+    inside = np.clip(places, 0.0, last)
+    whole = np.floor(inside).astype(int)
+    fraction = inside - whole
+    nodes = np.arange(-2, 4)
+    total = np.zeros(places.size)
+    for node in nodes:
+        weight = np.prod([(fraction - other) / (node - other) for other in nodes if other != node], axis=0)
+        total += weight * signal[np.clip(whole + node, 0, last)]
+    return np.where(places > last + 1e-9, math.nan, total)
 
 
 def gauss_markov(count: int, rate: float, std: float, correlation_time: float, rng: np.random.Generator) -> np.ndarray:

@@ -43,6 +43,7 @@ class InertialSensor(Sensor, frozen=True):
         step = self.step(truth)
         mounting, *streams = rng.spawn(4)
         directions = self.errors.mounting(mounting)
+        instants = self.instants(truth, rng)
         component = functools.cache(lambda axis: self.component(truth, axis))  # each axis of a turned one asks for all
         columns = []
         for axis in self.axes:
@@ -52,5 +53,5 @@ class InertialSensor(Sensor, frozen=True):
                 signal += directions[own, number] * component(int(own))
             if self.errors.cross_talk:
                 signal += self.errors.cross_talk * component((number + 1) % 3)
-            columns.append(self.errors.apply(signal, truth.rate, step, streams[number]))
+            columns.append(self.errors.apply(signal, truth.rate, step, streams[number], instants))
         return self.table(truth, columns)

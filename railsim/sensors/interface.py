@@ -118,6 +118,12 @@ class Sensor(Spec, frozen=True):
                 "mount it on another body"
             )
 
+    def instants(self, truth: Truth, rng: np.random.Generator) -> np.ndarray | None:
+        """When samples are taken, s after the first stamp, shape (n,); None where they are as stated."""
+        if not self.errors.logger.moves_instants:
+            return None
+        return self.errors.logger.instants(truth.time[:: self.step(truth)].size, self.rate, rng.spawn(1)[0])
+
     def table(self, truth: Truth, columns: list[np.ndarray]) -> pd.DataFrame:
         """Times and measured `columns` in the order of `channels()`."""
         return pd.DataFrame({TIME: truth.time[:: self.step(truth)], **dict(zip(self.channels(), columns, strict=True))})

@@ -40,4 +40,5 @@ class LateralDisplacement(Sensor, frozen=True):
         apart = truth[own] - truth[other]
         if self.arm:
             apart = apart + self.arm * truth[f"{self.body}.yaw [rad]"]
-        return self.table(truth, [self.errors.apply(apart, truth.rate, self.step(truth), rng)])
+        instants = self.instants(truth, rng)
+        return self.table(truth, [self.errors.apply(apart, truth.rate, self.step(truth), rng, instants)])

@@ -65,10 +65,25 @@ def measure_all(suite: Sequence[Sensor], truth: Truth, seed: int) -> dict[float,
         sensor.step(truth)
     columns: dict[float, dict[str, np.ndarray]] = {}
     for sensor in suite:
-        table = sensor.measure(truth, random_stream(sensor, seed))
+        stream = random_stream(sensor, seed)
+        table = logged(sensor, sensor.measure(truth, stream), stream)
         of_rate = columns.setdefault(sensor.rate, {TIME: table[TIME].to_numpy()})
         of_rate.update({name: table[name].to_numpy() for name in sensor.channels()})
     return {rate: pd.DataFrame(of_rate) for rate, of_rate in sorted(columns.items())}
+
+
+def logged(sensor: Sensor, table: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
+    """A sensor's table as its logger writes it: packets, the order of bytes, the unit; the stamps stay."""
+    logger, errors = sensor.errors.logger, sensor.errors
+    if logger == type(logger)():
+        return table
+    rows = logger.rows(len(table), rng.spawn(1)[0])
+    columns = {TIME: table[TIME].to_numpy()}
+    for name in sensor.channels():
+        values = table[name].to_numpy()
+        values = logger.write(values, errors.resolution, errors.range)
+        columns[name] = values if rows is None else values[rows]
+    return pd.DataFrame(columns)
 
 
 def data_sheets(suite: Sequence[Sensor]) -> list[dict[str, Any]]:

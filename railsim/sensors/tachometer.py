@@ -61,10 +61,14 @@ class Tachometer(Sensor, frozen=True):
             raise InputError(f"sensor '{self.name}': the run's vehicle states no 'wheel_radius [m]'; simulate it again")
         phase, noise = rng.spawn(2)
         sampled = truth.time[:: self.step(truth)]
+        instants = self.instants(truth, rng)
         lead = np.arange(-np.ceil(2 * self.timeout * self.rate), 0) / self.rate
-        at = np.concatenate([sampled[0] + lead, sampled]) - self.errors.latency
+        taken = sampled if instants is None else sampled[0] + instants
+        at = np.concatenate([sampled[0] + lead, taken]) - self.errors.latency
         speed = self._speed(at, *self._last_pulses(truth, at, float(phase.uniform())))[-sampled.size :]
         speed = self.errors.digitise(self.errors.disturb(speed, self.rate, noise))
+        if instants is not None:
+            speed = np.where(taken > truth.time[-1], np.nan, speed)
         return self.table(truth, [speed, speed * float(radius) * (1 + self.radius_error)])
 
     def _last_pulses(self, truth: Truth, at: np.ndarray, phase: float) -> tuple[np.ndarray, np.ndarray]:
