@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import pandas as pd
 
+from railsim.digests import check_as_written
 from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.measurements import Measurements
@@ -78,6 +79,7 @@ class Estimate:
         """
         folder = Path(folder)
         head = read_json(folder / "about.json", "an estimate")
+        check_as_written(folder, "about.json", "estimate.parquet")
         if not isinstance(head.get("name"), str) or not isinstance(head.get("about"), dict):
             raise InputError(f'\'{folder}\' is not an estimate: its about.json has no "name" or "about"')
         table = folder / "estimate.parquet"

@@ -9,22 +9,29 @@ import os
 import signal
 import sys
 import threading
+import traceback
+import unicodedata
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any, NoReturn
 
 import pydantic
+from threadpoolctl import threadpool_limits
 
 from experiments import commands
 from experiments.reporting.outcome import Outcome
 from railsim.distribution import check_packages
-from railsim.errors import InputError
+from railsim.errors import InputError, Noticed
 from railsim.plugins import more_plugins
 
 BAD_INPUT = 2
+UNFORESEEN = 3
 INTERRUPTED = 130
 LATER = 0.05  # s
+LONGEST = 1500  # characters of a message; its begin and its end, which holds the cure, are kept
+REPORT = "call it again with --debug and report what is printed, with the input if you can share it"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -52,11 +59,12 @@ class _CommandParser(_Parser):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns 0 on success, 1 where a check or claim did not hold, 2 on bad input, 130 on Ctrl-C
-    or where it is told to end.
+    or where it is told to end, 3 on an error that nobody foresaw.
     """
     usual, sys.unraisablehook = sys.unraisablehook, _hear_again
+    given = argparse.Namespace(debug=False)
     try:
-        with _ended_like_interrupted():
+        with _ended_like_interrupted(), _noticed_in_a_line(), threadpool_limits(1):
             check_packages()
             given = build_parser().parse_args(arguments)
             outcome = _execute(given)
@@ -77,6 +85,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _complain(f"{where}{error.strerror or error}; check the path, its permissions and the disk")
     except MemoryError:
         return _complain("not enough memory; shorten duration or lower output_rate")
+    except Exception as error:
+        if given.debug:
+            raise
+        return _complain(f"{unforeseen(error)}; this is a fault of railsim: {REPORT}", UNFORESEEN)
     finally:
         sys.unraisablehook = usual
     return 0 if outcome.held else 1
@@ -117,6 +129,7 @@ def build_parser() -> argparse.ArgumentParser:
         )
         command.module = f"{commands.__name__}.{path.stem}"
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
+        command.add_argument("--debug", action="store_true", help="show the traceback of an error nobody foresaw")
         command.add_argument(
             "--plugins", metavar="DIR", action="append", default=[], help="look for plug-ins there too: CONTRIBUTING.md"
         )
@@ -135,8 +148,44 @@ def _execute(given: argparse.Namespace) -> Outcome:
         return given.execute(given)
 
 
+@contextmanager
+def _noticed_in_a_line() -> Iterator[None]:
+    """What is noticed about the input stands in a line of its own, once, without the place in the code."""
+    usual = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *place: Any, **named: Any) -> None:
+        if issubclass(category, Noticed):
+            print(f"railsim: {printable(str(message))}", file=sys.stderr)
+        else:
+            usual(message, category, *place, **named)
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show
+        yield
+
+
+def unforeseen(error: Exception) -> str:
+    """An error that nobody foresaw: its kind, what it says and where it came from."""
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {printable(str(error))[:200]} (in {Path(frame.filename).name}:{frame.lineno})"
+
+
+def printable(text: str) -> str:
+    """In one line of at most `LONGEST` characters; control and direction characters as their code points."""
+    seen = "".join(_escaped(letter) for letter in " ".join(text.split()))
+    if len(seen) <= LONGEST:
+        return seen
+    kept = (LONGEST - 5) // 2
+    return f"{seen[:kept]} ... {seen[-kept:]}"
+
+
+def _escaped(letter: str) -> str:
+    hidden = unicodedata.category(letter) in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp")
+    return f"<U+{ord(letter):04X}>" if hidden else letter
+
+
 def _complain(text: str, code: int = BAD_INPUT) -> int:
-    print(f"railsim: {' '.join(text.split())}", file=sys.stderr)
+    print(f"railsim: {printable(text)}", file=sys.stderr)
     return code
 
 

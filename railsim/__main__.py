@@ -4,15 +4,20 @@ The command itself stands in `experiments`, a name that another program on the p
 one line here, in the one package that nobody else has.
 """
 
+import os
 import sys
 from importlib import import_module
 
 from railsim.distribution import check_packages
 from railsim.errors import InputError
 
+LIBRARIES = ("OPENBLAS", "MKL", "BLIS")
+"""Of linear algebra; stated before they are loaded: one thread, so that sums depend on no number of threads."""
+
 
 def main() -> int:
     """Run the command; returns its exit code."""
+    os.environ |= {f"{library}_NUM_THREADS": "1" for library in LIBRARIES}
     try:
         check_packages()
     except InputError as error:

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from railsim.errors import InputError
+from railsim.scratch import user_cache, writable_or_temporary
 from railsim.truth import Truth
 
 VARIABLE = "RAILSIM_CACHE"
@@ -21,40 +22,39 @@ def cache_folder() -> Path:
     given = os.environ.get(VARIABLE)
     if given:
         return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "railsim" / "truth"
+    return user_cache() / "railsim" / "truth"
 
 
 def cached(key: str, write: Callable[[Path], None], again: bool = False) -> Truth:
     """The run with the digest `key`; `write` makes it where the cache has none, it is damaged, or `again` is asked for.
 
-    Other processes that want the same run wait for it.
+    Other processes that want the same run wait for it. Where the cache cannot be written, the run is kept in a
+    temporary folder for as long as this process lives.
 
     Raises
     ------
-    InputError : the cache cannot be written; what `write` raises.
+    InputError : what `write` raises.
     """
-    folder = cache_folder()
+    folder = writable_or_temporary(cache_folder(), "simulated runs", VARIABLE)
     target = folder / key
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with _alone(folder / f"{key}.lock"):
-            truth = None if again else _open(target)
-            if truth is None:
-                write(target)
-                truth = Truth.open(target)
+    with _alone(folder / f"{key}.lock"):
+        truth = None if again else _open(target)
+        if truth is None:
+            write(target)
+            truth = Truth.open(target)
+        with suppress(OSError):
             os.utime(target)
-    except OSError as error:
-        text = f"cannot write the cache '{folder}': {error.strerror}; set {VARIABLE} to a folder that can be written"
-        raise InputError(text) from None
     _prune(folder, keep=target)
     return truth
 
 
 def _open(target: Path) -> Truth | None:
     try:
-        return Truth.open(target)
+        truth = Truth.open(target)
+        truth.check()
     except InputError:
         return None
+    return truth
 
 
 def _prune(folder: Path, keep: Path) -> None:

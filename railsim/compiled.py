@@ -14,6 +14,7 @@ import numba
 from numba.core import config
 
 from railsim.imports import imported_files
+from railsim.scratch import user_cache, writable_or_temporary
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -68,12 +69,9 @@ def _kept_by_source(function: Callable[..., Any]) -> Iterator[None]:
     """
     before = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
     own = _folder() / source_digest(Path(function.__code__.co_filename))
-    try:
-        own.mkdir(parents=True, exist_ok=True)
+    own.mkdir(parents=True, exist_ok=True)
+    with suppress(OSError):
         os.utime(own)
-    except OSError:
-        yield  # no place for it: Numba's own choice, beside the source
-        return
     config.CACHE_DIR = str(own)  # pyright: ignore[reportAttributeAccessIssue]
     try:
         yield
@@ -83,9 +81,13 @@ def _kept_by_source(function: Callable[..., Any]) -> Iterator[None]:
 
 @cache
 def _folder() -> Path:
-    """Folder of all machine code; what nobody has used for long is removed from it."""
-    given = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    folder = Path(given) / "railsim-kernels"
+    """Folder of all machine code; what nobody has used for long is removed from it.
+
+    Where it cannot be written, a temporary one for this process.
+    """
+    given = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+    place = writable_or_temporary(Path(given or user_cache()), "compiled kernels", "NUMBA_CACHE_DIR")
+    folder = place / "railsim-kernels"
     with suppress(OSError):
         for other in folder.iterdir():
             if time.time() - other.stat().st_mtime > KEPT:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from railsim.description import check_description
 from railsim.errors import InputError
 from railsim.stamps import usual_step
 
@@ -31,12 +32,12 @@ class Measurements:
 
     Raises
     ------
-    InputError : a part of the description is missing; times do not increase, do not fit the rate; columns of unequal
-        length; a channel that stands twice or holds infinity.
+    InputError : a part of the description is missing or cannot be used; times do not increase, do not fit the rate;
+        columns of unequal length; a channel that stands twice or holds infinity.
     """
 
     def __init__(self, about: dict[str, Any], tables: Mapping[float, Table], track: pd.DataFrame | None = None) -> None:
-        check_about(about)
+        check_description(about)
         if not tables:
             raise InputError("a recording needs at least one measured channel; add a sensor")
         if track is not None:
@@ -149,21 +150,6 @@ class Measurements:
             if np.isinf(values).any():
                 raise InputError(f"channel '{name}' holds infinity; leave lost samples empty (NaN)")
             self._channels[name] = (rate, values)
-
-
-def check_about(about: Mapping[str, Any]) -> None:
-    """Raise `InputError` that names the first missing part of a recording's description."""
-    parts: list[tuple[str, type, str]] = [
-        ("origin", str, "a text that says where the recording comes from"),
-        ("vehicle", dict, "the vehicle's nominal parameters by name"),
-        ("sensors", list, "one object a sensor"),
-    ]
-    for key, kind, what in parts:
-        if not isinstance(about.get(key), kind):
-            raise InputError(f'about.json: "{key}" is missing or of the wrong kind; give {what}')
-    for number, sheet in enumerate(about["sensors"]):
-        if not isinstance(sheet, dict) or not isinstance(sheet.get("name"), str):
-            raise InputError(f'about.json: sensor {number + 1} has no "name"; give each sensor one')
 
 
 def check_increasing(values: np.ndarray, what: str) -> None:

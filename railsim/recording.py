@@ -3,6 +3,7 @@
 import platform
 import re
 import shutil
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -13,7 +14,8 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
-from railsim.errors import InputError
+from railsim.digests import as_written, check_as_written
+from railsim.errors import InputError, Noticed
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.parquet import read_column, read_names, write_frame
@@ -86,6 +88,9 @@ def read_measurements(folder: Path | str) -> Measurements:
     if about.get("format_version") != FORMAT_VERSION:
         found = about.get("format_version")
         raise InputError(f"'{folder}' has format version {found!r}; this railsim reads {FORMAT_VERSION}")
+    for name in (_ABOUT, "track.csv"):
+        if not as_written(folder, name):
+            warnings.warn(f"'{folder / name}' is not as railsim wrote it: edited, or damaged", Noticed, stacklevel=2)
     try:
         return Measurements(about, _read_tables(folder, about), _read_track(folder / "track.csv"))
     except InputError as error:
@@ -171,6 +176,7 @@ def _copy_truth(truth: Truth, target: Path, true_track: Path | None, scenario: s
 
 def _read_tables(folder: Path, about: dict[str, Any]) -> dict[float, dict[str, np.ndarray]]:
     paths = sorted((folder / "measured").glob("*.parquet"))
+    check_as_written(folder, *(f"measured/{path.name}" for path in paths))
     stated = about.get("measured", {path.name: {} for path in paths})
     names = sorted(path.name for path in paths)
     if not names and (folder / "features").is_dir():

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Self, get_args
 
 import numpy as np
 import pydantic
-import yaml
 
 from railsim.contact.wheel import SLOWEST
 from railsim.effects.interface import EFFECTS, Effect, Setup
@@ -21,7 +20,7 @@ from railsim.overrides import override
 from railsim.registry import Files, pick
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensors
-from railsim.settings import load_yaml
+from railsim.settings import dump_yaml, load_yaml
 from railsim.spec import Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction
 from railsim.track.files import TRACKS, read_track
@@ -170,7 +169,7 @@ class Scenario(Spec, frozen=True):
 
     def to_yaml(self, **changes: Any) -> str:
         """YAML of all fields, defaults included, with `changes` of plain values; `load_scenario` reads it."""
-        return yaml.safe_dump(self.values() | changes, sort_keys=False, allow_unicode=True, width=120)
+        return dump_yaml(self.values() | changes)
 
     def _check_wheelsets(self) -> None:
         count = len(self.model.wheelsets)

@@ -1,5 +1,6 @@
 """YAML from strangers: safe loader only, with limits on size, nesting and aliases, and no key twice."""
 
+import re
 from typing import Any
 
 import yaml
@@ -10,6 +11,8 @@ MOST_CHARACTERS = 1_000_000
 MOST_NODES = 200_000
 """Nodes after every alias is written out: nested aliases grow without bound ("billion laughs")."""
 DEEPEST = 50
+_EXPONENT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$")
+"""Numbers with an exponent, of which YAML 1.1 takes those without a dot and a sign for text."""
 
 
 def load_yaml(text: str, where: str) -> Any:
@@ -28,7 +31,7 @@ def load_yaml(text: str, where: str) -> Any:
         raise InputError(f"{where} has {len(text)} characters, more than {MOST_CHARACTERS}; is it the right file?")
     try:
         _check_depth(text, where)
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        node = yaml.compose(text, Loader=_Loader)
         if node is None:
             return None
         _check_node(node, where, {})
@@ -41,6 +44,11 @@ def load_yaml(text: str, where: str) -> Any:
         raise InputError(f"{where} holds a value that YAML cannot read: {error}; put it in quotes") from None
 
 
+def dump_yaml(values: Any) -> str:
+    """Text of which `load_yaml` makes the same plain values again; keys keep their order."""
+    return yaml.dump(values, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+
+
 def first_line(error: yaml.YAMLError) -> str:
     """What is wrong, and in which line."""
     mark = getattr(error, "problem_mark", None)
@@ -49,7 +57,15 @@ def first_line(error: yaml.YAMLError) -> str:
 
 
 class _Loader(yaml.SafeLoader):
-    """The safe loader, which makes nothing but plain values."""
+    """The safe loader, which makes nothing but plain values; 14e3 and 1E-6 are numbers, as in YAML 1.2."""
+
+
+class _Dumper(yaml.SafeDumper):
+    """Puts a text that the loader would take for a number in quotes."""
+
+
+for _side in (_Loader, _Dumper):
+    _side.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
 
 
 def _check_depth(text: str, where: str) -> None:

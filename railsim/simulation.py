@@ -2,7 +2,6 @@
 
 import importlib
 import pkgutil
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from railsim.measurements import Measurements
 from railsim.recording import Recording, software_versions, write_recording
 from railsim.registry import pick, source_digest
 from railsim.scenario import Scenario, digest_of
+from railsim.scratch import scratch_folder
 from railsim.sensors.suite import data_sheets, measure_all
 from railsim.track.features import features
 from railsim.track.files import write_track
@@ -136,7 +136,7 @@ def measure(truth: Truth, scenario: Scenario, seed: int | None = None, folder: P
     about = about_recording(scenario)
     if folder is None:
         return Recording(truth.folder, Measurements(about, frames, track), truth)
-    with tempfile.TemporaryDirectory() as aside:
+    with scratch_folder() as aside:
         true_track, tracks = Path(aside) / "track.csv", {}
         write_track(scenario.setup.track, true_track)
         if scenario.setup.track is not scenario.geometry:  # effects act on the track of the file, so that is kept too

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
+from railsim.digests import check_as_written
 from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.parquet import GROUP_ROWS, open_writer, read_column, read_names, write_columns
@@ -41,6 +42,7 @@ class Truth:
         self.columns = columns
         self.about = about
         self._rows = rows
+        self._checked = False
 
     @classmethod
     def open(cls, folder: Path | str) -> Self:
@@ -60,7 +62,14 @@ class Truth:
             raise InputError(f"'{folder}': {_CHANNELS} and {_ABOUT} are of different runs; simulate it again")
         if not isinstance(rate, float) or not rate > 0 or not isinstance(about, dict):
             raise InputError(f"'{folder / _ABOUT}' has no valid rate or description; simulate it again")
+        check_as_written(folder, _ABOUT)
         return cls(folder, rate, rows, columns, about)
+
+    def check(self) -> None:
+        """Raise `InputError` where the channels are not those that were written; looked at once."""
+        if not self._checked:
+            check_as_written(self.folder, _CHANNELS)
+            self._checked = True
 
     @cached_property
     def time(self) -> np.ndarray:
@@ -85,11 +94,12 @@ class Truth:
 
         Raises
         ------
-        InputError : no such channel; the line names similar ones.
+        InputError : no such channel; the line names similar ones. The channels are not those that were written.
         """
         if name not in self.columns:
             similar = ", ".join(difflib.get_close_matches(name, self.columns, 3, 0.5)) or "see its columns"
             raise InputError(f"the truth in '{self.folder}' has no channel '{name}'; similar: {similar}")
+        self.check()
         return read_column(self.folder / _CHANNELS, name)
 
     def frame(self, names: Iterable[str] | None = None) -> pd.DataFrame:

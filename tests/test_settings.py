@@ -3,7 +3,7 @@
 import pytest
 
 from railsim.errors import InputError
-from railsim.settings import MOST_CHARACTERS, load_yaml
+from railsim.settings import MOST_CHARACTERS, dump_yaml, load_yaml
 
 LAUGHS = "a0: &a0 [x,x]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for i in range(1, 30))
 
@@ -37,3 +37,14 @@ def test_plain_values_and_aliases():
     }
     assert load_yaml("base: &b {u: 1}\nmore: {<<: *b, v: 2}\n", "map")["more"] == {"u": 1, "v": 2}
     assert load_yaml("", "map") is None
+
+
+@pytest.mark.parametrize("text", ["14e3", "14e+3", "1.4E4", "+14e3", "14.e3", ".014e6", "1.4e+04"])
+def test_numbers_as_people_write_them_are_numbers(text: str):
+    assert load_yaml(f"a: [{text}, '{text}']", "map") == {"a": [14000.0, text]}
+
+
+@pytest.mark.parametrize("text", ["1e5", "-1E-3", ".5e1", "e5", "1e", "14e3 kg", "v1e3", "true", "0x1f", "1.5"])
+def test_what_is_written_is_read_again(text: str):
+    values = {"text": text, "number": 1e-7, "list": [1e22, 3, None, True]}
+    assert load_yaml(dump_yaml(values), "map") == values

@@ -11,6 +11,7 @@ import pytest
 
 from railsim import InputError, Recording, Scenario, load_scenario, measure, simulate
 from railsim import cache as cache_module
+from railsim.errors import Noticed
 from railsim.measurements import Measurements
 from railsim.simulation import engine_names, load_engine, run_digest
 from railsim.track.files import read_track, write_track
@@ -102,8 +103,9 @@ def test_old_runs_leave_a_full_cache(scenario: Scenario, monkeypatch: pytest.Mon
 def test_cache_that_cannot_be_written(scenario: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "file").touch()
     monkeypatch.setenv("RAILSIM_CACHE", str(tmp_path / "file" / "cache"))
-    with pytest.raises(InputError, match="cannot write the cache .*set RAILSIM_CACHE"):
-        simulate(scenario, "compiled")
+    with pytest.warns(Noticed, match="cannot write .*: simulated runs are not kept; set RAILSIM_CACHE"):
+        truth = simulate(scenario, "compiled")
+    assert truth.time.size
 
 
 def test_recording_keeps_truth_apart(scenario: Scenario, tmp_path: Path):

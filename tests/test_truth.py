@@ -101,7 +101,7 @@ def test_damaged_middle_is_one_clear_line(tmp_path: Path) -> None:
     whole[4:400] = bytes(396)
     table.write_bytes(bytes(whole))
     truth = Truth.open(tmp_path / "truth")
-    with pytest.raises(InputError, match="damaged at column 'time"):
+    with pytest.raises(InputError, match="is damaged: its SHA-256"):
         assert truth.time.size
 
 

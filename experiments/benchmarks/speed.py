@@ -2,7 +2,6 @@
 run.
 """
 
-import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -19,6 +18,7 @@ from railsim.engines.compiled import right_hand_side
 from railsim.engines.interface import Run
 from railsim.errors import InputError
 from railsim.scenario import Scenario, load_scenario
+from railsim.scratch import scratch_folder
 from railsim.simulation import build_run, load_engine, measure, simulate
 
 UNIT = "s/s"
@@ -98,7 +98,7 @@ def estimator_rows(
 
     `only` : what its name must begin with. `kind` : what it must be, for example one that runs online.
     """
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         truth = simulate(scenario, "compiled", f"{folder}/truth")
         measured = measure(truth, scenario).measurements
         built = {name: estimator.build({}) for name, estimator in ESTIMATORS.classes().items()}
@@ -113,7 +113,7 @@ def estimator_rows(
 def joint_rows(repeats: int = REPEATS, duration: float | None = None) -> list[dict[str, Any]]:
     """The detector of joints where there are most of them in a second; 2 km each unless `duration` (s) is given."""
     tasks: dict[str, tuple[Callable[[], object], float]] = {}
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         for name, speed in JOINTED.items():
             changes = {"speed": {"kind": "constant", "speed": speed}, "duration": duration or round(2000.0 / speed, 1)}
             scenario = load_scenario("jointed", changes)

@@ -5,7 +5,6 @@
 
 import argparse
 import json
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +22,7 @@ from experiments.runs.adhesion import CLEAR, recording, sensors
 from railsim import load_scenario
 from railsim.analysis.statistics import root_mean_square
 from railsim.contact.adhesion import CONDITIONS
+from railsim.scratch import scratch_folder
 from railsim.track import spectra, synthesis
 from railsim.track.files import write_track
 from railsim.track.track import Track
@@ -197,7 +197,7 @@ def _apart(vehicle: str) -> float | None:
 
 def _runs(whole: bool, kinds: Sequence[str] = KINDS) -> Iterator[CalibrationRun]:
     """Nominal vehicles on every track; others on every second one, faulty whole ones on those between."""
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         for number, track in enumerate(TRACKS):
             path = _write(track, Path(folder))
             here = [NOMINAL, *([VARIED] if number % 2 == 0 else [FAULTY] if whole else [])]

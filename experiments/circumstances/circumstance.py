@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from railsim.distribution import shipped_folder
 from railsim.errors import InputError
@@ -15,7 +14,7 @@ from railsim.registry import Files, pick
 from railsim.scenario import Scenario, digest_of, load_scenario
 from railsim.sensors.errors import SensorErrors
 from railsim.sensors.interface import Sensor
-from railsim.settings import load_yaml
+from railsim.settings import dump_yaml, load_yaml
 from railsim.spec import Spec, quantity
 from railsim.speed import Profile
 from railsim.track.files import format_track
@@ -174,7 +173,7 @@ def chosen(circumstances: Mapping[str, Circumstance], names: list[str]) -> dict[
 def _read(values: dict[str, Any], folder: Path) -> Scenario:
     """A scenario from plain values, by way of a file as any other one."""
     path = folder / "scenario.yaml"
-    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    path.write_text(dump_yaml(values), encoding="utf-8")
     return load_scenario(path)
 
 

@@ -1,13 +1,14 @@
 """Recordings of circumstances: simulated and measured once, kept in a folder, found again by what they hold."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from experiments.circumstances.circumstance import Circumstance
+from railsim.digests import write_marker
 from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.recording import Recording
+from railsim.scratch import scratch_folder
 from railsim.simulation import about_recording, measure, simulate
 
 ENGINE = "compiled"
@@ -39,7 +40,7 @@ def recorded(name: str, circumstance: Circumstance, fast: bool, folder: Path) ->
 def check(name: str, circumstance: Circumstance, fast: bool, folder: Path) -> None:
     """Raise `InputError` where a circumstance that is not recorded yet has a wrong key or value."""
     if not folder_of(name, circumstance, fast, folder).is_dir():
-        with tempfile.TemporaryDirectory() as scratch:
+        with scratch_folder() as scratch:
             scenario = circumstance.scenario(name, Path(scratch), fast)
             try:
                 _nominal(circumstance, about_recording(scenario)["vehicle"])
@@ -49,7 +50,7 @@ def check(name: str, circumstance: Circumstance, fast: bool, folder: Path) -> No
 
 
 def _make(name: str, circumstance: Circumstance, fast: bool, aside: Path) -> None:
-    with tempfile.TemporaryDirectory(dir=aside) as scratch:
+    with scratch_folder(parent=aside) as scratch:
         stated = circumstance.scenario(name, Path(scratch), fast)
         real = stated.but(sensors=circumstance.real_sensors(stated.sensors))
         truth = simulate(real, ENGINE, Path(scratch) / "truth", cache=False)
@@ -64,6 +65,7 @@ def _state(path: Path, circumstance: Circumstance, sheets: list[dict]) -> None:
     about["vehicle"] = _nominal(circumstance, about["vehicle"])
     about["sensors"] = sheets
     write_json(path, about)
+    write_marker(path.parent)
 
 
 def _nominal(circumstance: Circumstance, vehicle: dict[str, Any]) -> dict[str, Any]:

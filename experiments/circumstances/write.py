@@ -1,7 +1,5 @@
 """Files of results: the cells, the matrix as a table and as a picture."""
 
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -12,7 +10,7 @@ from experiments.circumstances.picture import draw
 from experiments.circumstances.run import Matrix
 from experiments.circumstances.verdicts import Cell
 from experiments.reporting.claims import Claim
-from railsim.errors import InputError
+from railsim.files import new_file
 
 DPI = 130
 
@@ -40,11 +38,6 @@ def write_results(
 
 
 def _replace(path: Path, write: Callable[[Path], object]) -> Path:
-    try:
-        with tempfile.TemporaryDirectory(prefix=f".{path.name}.partial-", dir=path.parent) as aside:
-            write(Path(aside) / path.name)
-            os.replace(Path(aside) / path.name, path)
-    except OSError as error:
-        reason = error.strerror or error
-        raise InputError(f"cannot write '{path}': {reason}; name a folder that can be written") from None
+    with new_file(path) as aside:
+        write(aside)
     return path

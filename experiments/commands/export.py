@@ -155,13 +155,12 @@ def _check_map(kind: str, path: Path, map_path: Path, overwrite: bool) -> None:
 
 
 def _write_map(folder: Path, path: Path, map_path: Path, overwrite: bool) -> None:
-    import yaml
-
     from railsim.field.exporting import import_map, write_whole
     from railsim.recording import read_measurements
+    from railsim.settings import dump_yaml
 
     mapped = import_map(read_measurements(folder), path)
-    text = yaml.safe_dump(mapped, sort_keys=False, allow_unicode=True, width=120)
+    text = dump_yaml(mapped)
     write_whole(map_path, lambda aside: _text(aside, text), overwrite)
 
 

@@ -1,7 +1,6 @@
 """What every figure must do."""
 
 import json
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import pandas as pd
 from experiments.conformance.interface import Check, described
 from experiments.figures.interface import Figure, publish_table
 from experiments.reporting.size import Size
+from railsim.scratch import scratch_folder
 
 Kind = type[Figure]
 
@@ -22,7 +22,7 @@ def computed_drawn_and_checked(kind: Kind) -> Iterable[str]:
 
 def drawn_and_checked(figure: Figure, table: pd.DataFrame) -> Iterable[str]:
     """What falls short of the files and the claims that a figure makes of its table."""
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         published = publish_table(figure, table, folder)
         written, picture = (Path(folder) / f"{figure.name}.{ending}" for ending in ("csv", "png"))
         if len(written.read_text(encoding="utf-8").splitlines()) < 2:

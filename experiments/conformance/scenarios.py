@@ -2,11 +2,10 @@
 
 from collections.abc import Iterable
 
-import yaml
-
 from estimators.interface import ESTIMATORS
 from experiments.conformance.interface import Check
 from railsim.scenario import Scenario, load_scenario
+from railsim.settings import load_yaml
 
 Source = str
 """Name or path."""
@@ -21,7 +20,7 @@ def says_what_it_is(source: Source) -> Iterable[str]:
 def rebuilt_from_its_settings(source: Source) -> Iterable[str]:
     """What a recording keeps of it makes the same scenario."""
     scenario = load_scenario(source)
-    if Scenario.build(yaml.safe_load(scenario.to_yaml())) != scenario:
+    if Scenario.build(load_yaml(scenario.to_yaml(), "the scenario as text")) != scenario:
         yield "is not rebuilt from its own settings"
 
 

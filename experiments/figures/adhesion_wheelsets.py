@@ -4,7 +4,6 @@ Ward et al. (2011), section 4.2 and figure 9, ask it of the half vehicle's two w
 where its density's peak falls from each level to the next worse one, on the same track at the same speed.
 """
 
-import tempfile
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -32,6 +31,7 @@ from experiments.runs.unseen_tracks import write_unseen
 from experiments.scoring.creep_forces import true_forces
 from experiments.scoring.score import score
 from railsim.measurements import Measurements
+from railsim.scratch import scratch_folder
 from railsim.truth import Truth
 from railsim.vehicles.class175_whole import Class175Whole
 
@@ -54,7 +54,7 @@ class AdhesionWheelsets(Figure):
     def compute(self, size: Size) -> pd.DataFrame:
         tracks, speeds = size.of((TRACKS, SPEEDS), (TRACKS[:2], SPEEDS[1:3]), (TRACKS[:1], SPEEDS[2:3]))
         rows: list[dict[str, float | str]] = []
-        with tempfile.TemporaryDirectory() as folder:
+        with scratch_folder() as folder:
             files = write_unseen(Path(folder))
             for place, (track, speed) in enumerate((track, speed) for track in tracks for speed in speeds):
                 for number, level in enumerate(LEVELS):

@@ -1,7 +1,6 @@
 """Part of figure 9: how far apart the peaks of the creep forces stand, by wheel-rail pair, over tracks and speeds."""
 
 import itertools
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from experiments.runs.adhesion import run, scenario, sensors
 from experiments.runs.adhesion_unseen import DURATION, SPEEDS, TRACKS
 from experiments.runs.unseen_tracks import write_unseen
 from railsim.measurements import Measurements
+from railsim.scratch import scratch_folder
 from railsim.truth import Truth
 
 LENGTH = 1200.0  # m of a run at most
@@ -55,7 +55,7 @@ def sweep(
     """
     tracks, speeds = size.of((TRACKS, SPEEDS), (TRACKS[:1], SPEEDS[2:3]))
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         files = write_unseen(Path(folder))
         runs = itertools.product(PAIRS, tracks, speeds)
         for number, (pair, track, speed) in enumerate(runs):

@@ -1,7 +1,5 @@
 """What a figure is: a table that is computed, a picture drawn from it, and claims that it must bear out."""
 
-import os
-import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -13,7 +11,7 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.reporting.claims import Claim
 from experiments.reporting.size import Size
-from railsim.errors import InputError
+from railsim.files import new_file
 from railsim.registry import Kind
 
 DPI = 130
@@ -83,13 +81,6 @@ def publish_table(figure: Figure, table: pd.DataFrame, folder: Path | str) -> di
 
 def _replace(folder: Path, name: str, write: Callable[[Path], object], keep: bool = True) -> Path:
     """Let `write` fill a file aside, then rename it to `name`."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{name}.partial-", dir=folder) as aside:
-            write(Path(aside) / name)
-            if keep:
-                os.replace(Path(aside) / name, folder / name)
-    except OSError as error:
-        reason = error.strerror or error
-        raise InputError(f"cannot write '{folder / name}': {reason}; name a folder that can be written") from None
+    with new_file(folder / name, keep) as aside:
+        write(aside)
     return folder / name

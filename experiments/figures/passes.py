@@ -3,7 +3,6 @@ for both.
 """
 
 import itertools
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +22,7 @@ from experiments.reporting.units import MM
 from experiments.runs.growing_defects import KINDS, growing_defects
 from railsim import measure, simulate
 from railsim.scenario import Scenario
+from railsim.scratch import scratch_folder
 from railsim.track.files import read_track, write_track
 from railsim.track.track import Track
 
@@ -73,7 +73,7 @@ class Passes(Figure):
         first = PASSES[0]
         columns: dict[str, np.ndarray] = {}
         heights: dict[str, np.ndarray] = {}
-        with tempfile.TemporaryDirectory() as folder:
+        with scratch_folder() as folder:
             grown = _grown(Path(folder), first.start + GROWN_AT * length)
             estimates = {one.name: _ride(one, length, grown, fast) for one in PASSES}
         reference = estimates[first.name][BAND].to_numpy()

@@ -4,7 +4,6 @@ The sweep and the steps are on `straight_erri_low`; every healthy minute is on o
 than those that the model's noise was chosen on. Bogie and body sensors only.
 """
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from experiments.reporting.claims import Claim, at_most, exactly
 from experiments.reporting.size import Size
 from experiments.runs.suspension import write_other
 from railsim import load_scenario, measure, simulate
+from railsim.scratch import scratch_folder
 
 TIME = "time [s]"
 SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -50,7 +50,7 @@ class SuspensionFaults(Figure):
             jobs += [{"what": "sweep", "component": component, "share": share} for share in shares]
             jobs += [{"what": "step", "component": component, "share": share} for share in steps]
         jobs += [{"what": "healthy", "component": 0, "share": 1.0, "seed": FIRST_SEED + i} for i in range(minutes)]
-        with tempfile.TemporaryDirectory() as folder:
+        with scratch_folder() as folder:
             tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(
                 delayed(run)(job, Path(folder), shortest) for job in jobs
             )

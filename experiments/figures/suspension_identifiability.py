@@ -4,7 +4,6 @@ The track is shaped noise, whose level is sought with the parameters. The profil
 nothing was chosen; the information is that of the filter's own model, checked on data that this model made.
 """
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +27,7 @@ from experiments.runs.suspension import JUDGED, write_other
 from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements
+from railsim.scratch import scratch_folder
 
 EVERY = 4  # samples of 256 Hz
 LEVELS, FAST_LEVELS, SMOKE_LEVELS = (0.25, 0.5, 1.0, 2.0, 4.0), (0.5, 1.0, 2.0), (1.0,)
@@ -123,7 +123,7 @@ class SuspensionIdentifiability(Figure):
 
 
 def _run(seed: int, seconds: float, engine: str) -> tuple[np.ndarray, Measurements]:
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         track = str(write_other(Path(folder), seed))
         scenario = load_scenario("suspension", {"duration": seconds, "track": track})
         truth = simulate(scenario, engine=engine)

@@ -4,7 +4,6 @@ fused estimate's standard deviations on vehicles that are not quite as their pap
 
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import pandas as pd
@@ -39,6 +38,7 @@ from experiments.runs.track_accuracy import (
     coverage_tasks,
 )
 from experiments.runs.unseen_tracks import write_unseen
+from railsim.scratch import scratch_folder
 
 PROCESSES = 2
 STYLES = {
@@ -69,7 +69,7 @@ class TrackAccuracy(Figure):
     """Errors by band, estimator, speed and grade of sensors; share of points within two standard deviations."""
 
     def compute(self, size: Size) -> pd.DataFrame:
-        with TemporaryDirectory() as folder:
+        with scratch_folder() as folder:
             files = {name: str(path) for name, path in write_unseen(Path(folder)).items()}
             tasks = [*accuracy_tasks(size), *coverage_tasks(size, files)]
             if size.reduced:

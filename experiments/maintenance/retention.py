@@ -20,8 +20,9 @@ from estimators.interface import Estimate
 from experiments.maintenance.condition import tables
 from experiments.reporting.outcome import Outcome
 from experiments.runs.estimation import Estimates, estimate_all
+from railsim.digests import is_whole
 from railsim.errors import InputError
-from railsim.files import write_folder_atomically, write_json
+from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.parquet import read_column, read_names, write_frame
 from railsim.quality.inspection import Inspection, inspect
@@ -47,12 +48,11 @@ def prune(folder: Path, after: float, really: bool) -> Outcome:
     """
     if after < 0 or not np.isfinite(after):
         raise InputError(f"--after {after:g}: give an age in days, 0 or more")
-    leaving = folder / _LEAVING
-    if leaving.is_dir() and not (folder / _RAW).exists() and really:
-        shutil.rmtree(leaving)  # an interrupted run had written the features and not yet removed everything
+    _check_no_links(folder)
+    age, by = _age(folder)
+    if (folder / _LEAVING).is_dir() and really and age >= after and gone_on(folder):
         return Outcome({"pruned": True, "folder": str(folder)}, f"{folder}: the rest of the raw data was removed")
     recording = Recording.open(folder)
-    age, by = _age(recording)
     size = sum(path.stat().st_size for path in (folder / _RAW).rglob("*") if path.is_file())
     facts: dict[str, Any] = {"folder": str(folder), "age [days]": round(age, 3), "age from": by, "raw [bytes]": size}
     if age < after:
@@ -70,8 +70,8 @@ def prune(folder: Path, after: float, really: bool) -> Outcome:
         text = f"{folder}: {age:.1f} days old ({by}); {size / 1e6:.2f} MB of raw data would be reduced to: {kept}"
         return Outcome(facts, f"{text}\nnothing was changed; --yes does it")
     _write(recording, inspection, estimates, folder / FEATURES)
-    os.rename(folder / _RAW, leaving)
-    shutil.rmtree(leaving)
+    os.rename(folder / _RAW, folder / _LEAVING)
+    shutil.rmtree(folder / _LEAVING)
     facts["features [bytes]"] = sum(p.stat().st_size for p in (folder / FEATURES).rglob("*") if p.is_file())
     text = f"{folder}: {size / 1e6:.2f} MB of raw data reduced to {facts['features [bytes]'] / 1e6:.2f} MB: {kept}"
     return Outcome(facts, text)
@@ -91,9 +91,38 @@ def seconds(measured: Measurements) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["channel", "time [s]", "mean", "std", "least", "greatest", "share [-]"])
 
 
-def _age(recording: Recording) -> tuple[float, str]:
+def _check_no_links(folder: Path) -> None:
+    """Raise `InputError` where something to be written or removed lies outside the recording, behind a link."""
+    for name in (FEATURES, _RAW, _LEAVING):
+        for path in (folder / name, *(folder / name).rglob("*")):
+            if path.is_symlink():
+                raise InputError(f"'{path}' is a link; nothing behind it is touched: put the folder itself there")
+
+
+def gone_on(folder: Path) -> bool:
+    """Go on with a pruning that was stopped: remove the raw data where the features are whole, else put them back.
+
+    Returns
+    -------
+    Whether the raw data were removed.
+
+    Raises
+    ------
+    InputError : there are raw data in both places.
+    """
+    raw, leaving, features = folder / _RAW, folder / _LEAVING, folder / FEATURES
+    if raw.exists():
+        raise InputError(f"'{leaving}' stands beside '{raw}': raw data in both; move one of them elsewhere")
+    if not is_whole(features):
+        os.rename(leaving, raw)
+        return False
+    shutil.rmtree(leaving)
+    return True
+
+
+def _age(folder: Path) -> tuple[float, str]:
     """Days since the recording began, or since it was written; and which."""
-    start = recording.measurements.about.get("start")
+    start = read_json(folder / "about.json", "a recording").get("start")
     if isinstance(start, str):
         try:
             began = datetime.fromisoformat(start)
@@ -101,11 +130,11 @@ def _age(recording: Recording) -> tuple[float, str]:
             raise InputError(f"about.json: start '{start}' is no ISO 8601 instant; mend or remove it") from None
         began = began if began.tzinfo else began.replace(tzinfo=UTC)
         return (datetime.now(UTC) - began).total_seconds() / DAY, "by its start"
-    return (time.time() - (recording.folder / "about.json").stat().st_mtime) / DAY, "by its file"
+    return (time.time() - (folder / "about.json").stat().st_mtime) / DAY, "by its file"
 
 
 def _write(recording: Recording, inspection: Inspection, estimates: Estimates, folder: Path) -> None:
-    """Write the features, force them to the disk and read them back."""
+    """Write the features and read them back."""
     table = seconds(inspection.cleaned)
     codes = {name: number for number, name in enumerate(inspection.cleaned.channels)}
     numeric = table.assign(channel=[float(codes[name]) for name in table["channel"]]).rename(
@@ -116,9 +145,6 @@ def _write(recording: Recording, inspection: Inspection, estimates: Estimates, f
         for name, estimate in estimates.given.items():
             estimate.save(aside / name, tables(estimate))
         write_json(aside / "events.json", _events(recording, inspection, estimates, codes))
-        for path in (one for one in aside.rglob("*") if one.is_file()):
-            with path.open("rb") as handle:
-                os.fsync(handle.fileno())
     _check(folder, numeric, estimates.given)
 
 

@@ -1,6 +1,5 @@
 """Runs for the adhesion estimators: full sensors as in Fig. 6 of Ward et al. (2011) and roll gyros, or part of them."""
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -12,6 +11,7 @@ from railsim import measure, simulate
 from railsim.contact.adhesion import CONDITIONS
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
+from railsim.scratch import scratch_folder
 from railsim.truth import Truth
 
 AXLEBOX = {"preset": "axlebox", "bandwidth": 100.0}  # as the other sensors, for samples at 256 Hz
@@ -84,7 +84,7 @@ def recording(
     stated = scenario(settings, speed, duration, suite)
     real = {**settings, "vehicle": {**settings["vehicle"], **unknown}} | ({"effects": list(effects)} if effects else {})
     true_scenario = scenario(real, speed, duration, suite)
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         truth = simulate(true_scenario, "compiled", Path(folder) / "truth")
         return measure(truth, stated, seed).measurements
 

@@ -1,6 +1,5 @@
 """Runs on tracks that the adhesion classifier's calibration never saw, judged window by window; changes of level."""
 
-import tempfile
 from collections.abc import Iterator, Sequence
 from itertools import permutations
 from pathlib import Path
@@ -18,6 +17,7 @@ from experiments.runs.unseen_tracks import write_unseen
 from railsim.contact.adhesion import CONDITIONS
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
+from railsim.scratch import scratch_folder
 from railsim.track.files import read_track, write_track
 from railsim.track.track import Track
 
@@ -94,7 +94,7 @@ def judged(size: Size) -> pd.DataFrame:
     fast, engine = size.reduced, "compiled" if size.reduced else "exudyn"
     pairs = list(permutations(LEVELS, 2))[: size.of(None, None, 1)]
     rows: list[pd.DataFrame] = []
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         files = write_unseen(Path(folder))
         recordings: dict[tuple[str, float], dict[tuple[str, str], Measurements]] = {}
         rows.append(_friction_changes(files[TRACKS[1]], (22.5,) if fast else (22.5, 37.5), engine, size))

@@ -4,7 +4,6 @@ What is true differs from what is known: the vehicle's parameters by a few per c
 seed, the wheels by their wear. The recording's about.json holds the nominal vehicle with new wheels.
 """
 
-import tempfile
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
+from railsim.scratch import scratch_folder
 from railsim.track.featured import main_line
 from railsim.track.files import write_track
 from railsim.track.track import Track
@@ -65,7 +65,7 @@ class Case:
 
 def run(case: Case, engine: str = "exudyn") -> tuple[Truth, Measurements]:
     """Simulate and measure."""
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         path = Path(folder) / "track.csv"
         write_track(_track(case.seed, case.gauge_variation, case.lateral_variation, case.stretch), path)
         true, known = _scenario(case, path, True), _scenario(case, path, False)

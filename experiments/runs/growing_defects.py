@@ -1,6 +1,5 @@
 """Defects of several kinds and sizes that grow between passes: which are found, and what else is reported."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from estimators.track.passes import Match, changes, laid_on, match
 from estimators.track.track_smoother import TrackSmoother
 from railsim import measure, simulate
 from railsim.scenario import Scenario
+from railsim.scratch import scratch_folder
 from railsim.track.files import read_track, write_track
 from railsim.track.joints import void
 from railsim.track.track import Track
@@ -56,7 +56,7 @@ def growing_defects(fast: bool) -> pd.DataFrame:
             zip(rng.permutation(KINDS), np.asarray(POSITIONS) + rng.uniform(-JITTER, JITTER, 4), strict=True)
         )
         for size in (1.0,) if fast else SIZES:
-            with tempfile.TemporaryDirectory() as folder:
+            with scratch_folder() as folder:
                 truth = _truth(LATER, str(_grown(Path(folder), positions, size * 1e-3)))
                 later = _ride(truth, LATER, seed, rng)
                 tables.append(

@@ -1,6 +1,5 @@
 """Runs for the figures of the suspension: the shipped scenario on other tracks, with many noise seeds, track errors."""
 
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from estimators.vehicle.affine import PARAMETERS
 from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements
+from railsim.scratch import scratch_folder
 from railsim.track import spectra, synthesis
 from railsim.track.files import write_track
 from railsim.track.track import Track
@@ -66,7 +66,7 @@ def over_seeds(
     cases : by name, the estimator and the share of the track's power that is error of track.csv.
     track_seed : of the true track's irregularities.
     """
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         track = str(write_other(Path(folder), track_seed))
         scenario = load_scenario("suspension", {"duration": duration, "track": track})
         truth = simulate(scenario, engine=engine)
@@ -105,7 +105,7 @@ def over_track_errors(
             yield {CASE: name, SEED: seed} | found | known
 
     def of_seed(seed: int) -> list[dict[str, Any]]:
-        with tempfile.TemporaryDirectory() as folder:
+        with scratch_folder() as folder:
             track = str(write_other(Path(folder), seed))
             scenario = load_scenario("suspension", {"duration": duration, "track": track})
             truth = simulate(scenario, engine=engine)

@@ -5,7 +5,6 @@ from the nominal ones of about.json by 3 % (standard deviation, by the seed), an
 were new.
 """
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from experiments.scoring.wheel_rail_truth import ContactTruth, contact_truth
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
+from railsim.scratch import scratch_folder
 from railsim.track.files import write_track
 
 HIDDEN = (
@@ -40,7 +40,7 @@ def record(
     """
     shipped = load_scenario("wheelset_new").values()
     sensors = [{**sensor, "errors": {}} if ideal else sensor for sensor in shipped["sensors"]]
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         path = Path(folder) / f"line_{seed}_{int(gauge)}.csv"
         write_track(track(seed, gauge), path)
         vehicle: dict[str, Any] = {"name": "wheelset", "pair": PAIR | {"wear": wear}}

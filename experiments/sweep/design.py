@@ -32,6 +32,10 @@ class Alternatives:
         """The alternative at a place in [0, 1)."""
         return self.given[min(int(share * len(self.given)), len(self.given) - 1)]
 
+    def size(self) -> int:
+        """How many they are."""
+        return len(self.given)
+
     def levels(self) -> tuple[Level, ...]:
         """All, in the order given."""
         return self.given
@@ -60,12 +64,16 @@ class Interval:
         value = min(max(value, self.low), self.high)
         return value, {self.name: value}
 
-    def levels(self) -> tuple[Level, ...]:
-        """`points` values from low to high, for a grid."""
+    def size(self) -> int:
+        """Number of values on a grid; raises `InputError` where it is not given."""
         if self.points is None:
             raise InputError(f"design.keys.{self.name}.points: missing; a grid needs the number of values")
-        steps = max(self.points - 1, 1)
-        return tuple(self.at(number / steps) for number in range(self.points))
+        return self.points
+
+    def levels(self) -> tuple[Level, ...]:
+        """As many values from low to high, for a grid."""
+        steps = max(self.size() - 1, 1)
+        return tuple(self.at(number / steps) for number in range(self.size()))
 
 
 Factor = Alternatives | Interval
@@ -96,15 +104,22 @@ class Design:
         InputError : the number of points does not suit the kind of design.
         """
         if self.kind == GRID:
+            self._check_size(math.prod(factor.size() for factor in self.factors))
             return list(itertools.product(*(factor.levels() for factor in self.factors)))
         return [
             tuple(factor.at(float(share)) for factor, share in zip(self.factors, row, strict=True))
             for row in self._shares()
         ]
 
+    def _check_size(self, points: int) -> None:
+        """Raise `InputError` where there are more points than are ever run, before any of them is made."""
+        if points > MOST_POINTS:
+            raise InputError(f"design: makes {points} points, more than {MOST_POINTS}; vary fewer keys or values")
+
     def _shares(self) -> np.ndarray:
         """Places in the unit cube, shape (points, factors)."""
         size, count = len(self.factors), self.points or 0
+        self._check_size(count * (size + 2) if self.kind == INDICES else count)
         rng = np.random.default_rng(self.seed)
         if self.kind == LATIN:
             return qmc.LatinHypercube(size, rng=rng).random(count)

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from estimators.interface import ESTIMATORS, Estimator
 from experiments.sweep.design import Design, read_design
 from experiments.sweep.selection import Selection, read_selection
 from railsim.errors import InputError
 from railsim.registry import Files
+from railsim.settings import load_yaml
 from railsim.simulation import engine_names
 
 KEYS = ("description", "scenario", "engine", "set", "design", "estimators", "seeds", "sensors", "report")
@@ -133,12 +132,7 @@ def read_sweep(source: str | Path) -> Sweep:
 
 
 def _parse(source: str, text: str) -> dict[str, Any]:
-    try:
-        values = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        place = f" (line {mark.line + 1})" if mark else ""
-        raise InputError(f"'{source}' is not YAML: {getattr(error, 'problem', None) or 'unreadable'}{place}") from None
+    values = load_yaml(text, f"'{source}'")
     if not isinstance(values, dict):
         raise InputError(f"'{source}' is not a sweep: it must hold keys and values, for example 'scenario: default'")
     return values

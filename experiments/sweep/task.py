@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.plugins import more_plugins
 from railsim.scenario import Scenario, digest_of
+from railsim.scratch import scratch_folder
 from railsim.simulation import measure, run_digest, simulate
 from railsim.track.files import TRACKS, read_track
 from railsim.truth import TIME, Truth
@@ -94,7 +94,7 @@ def _perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any
     InputError, OSError, MemoryError : of this machine (a full disk, for example), which ends the sweep.
     """
     began, used = time.time(), time.process_time()
-    with tempfile.TemporaryDirectory(prefix="railsim-sweep-", dir=scratch) as aside:
+    with scratch_folder("railsim-sweep", scratch) as aside:
         points = [(point, _scenario(task, point, Path(aside))) for point in task.points]
         if run_digest(points[0][1], task.engine) != task.run:
             raise VersionError("a worker has another version of railsim, numba, numpy or scipy; install the same")

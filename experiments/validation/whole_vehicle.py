@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
 from matplotlib.figure import FigureBase
 from scipy.interpolate import CubicSpline
 
@@ -20,6 +19,7 @@ from railsim.constants import GRAVITY
 from railsim.dynamics.channels import channel_names
 from railsim.engines.interface import Run, default_substeps
 from railsim.model import Model
+from railsim.settings import load_yaml
 from railsim.simulation import load_engine
 from railsim.speed import Profile, speed_tables
 from railsim.track.kernel import build_tables
@@ -168,7 +168,7 @@ def _simulated(case: Case, law: str, given: str, truth: pd.DataFrame, duration: 
 
 def _vehicle(law: str, changes: dict[str, float]) -> WholeVehicle:
     home = folder() / HOME
-    stated = yaml.safe_load((home / "nominal_half.yaml").read_text(encoding="utf-8"))["vehicle"]
+    stated = load_yaml((home / "nominal_half.yaml").read_text(encoding="utf-8"), "nominal_half.yaml")["vehicle"]
     stated.pop("name")
     stated["pair"] |= {side: str(home / f"{side}.txt") for side in ("wheel", "rail")}
     stated["adhesion"] |= {"law": law}

@@ -2,8 +2,6 @@
 
 import importlib
 import os
-import shutil
-import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import datetime
@@ -15,6 +13,7 @@ import numpy as np
 from railsim.errors import InputError, nearest
 from railsim.field.writers.interface import Content, Sheet, split_name
 from railsim.field.writers.mat import field_names, identifiers
+from railsim.files import new_file
 from railsim.measurements import TIME, Measurements
 
 FORMATS = {".csv": "csv", ".parquet": "parquet", ".mat": "mat", ".mf4": "mdf4"}
@@ -62,23 +61,12 @@ def write_whole(path: Path, write: Callable[[Path], None], overwrite: bool) -> N
     InputError : the file is there already and is not to be replaced, or the place cannot be written.
     """
     check_free(path, overwrite)
-    try:
-        aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-", dir=path.parent))
-    except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror}; name a place that can be written") from None
-    try:
-        write(aside / path.name)
+    with new_file(path) as aside:
+        write(aside)
         with suppress(OSError):
-            os.chmod(aside / path.name, 0o666 & ~_mask())
+            os.chmod(aside, 0o666 & ~_mask())
         if not overwrite:
             check_free(path, overwrite)  # another program may have made it meanwhile
-        os.replace(aside / path.name, path)
-    except OSError as error:
-        raise InputError(
-            f"cannot write '{path}': {error.strerror or error}; free some space or name another disk"
-        ) from None
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
 
 
 def check_free(path: Path, overwrite: bool) -> None:

@@ -5,8 +5,8 @@ import os
 import selectors
 import subprocess
 import sys
-import tempfile
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,6 +15,7 @@ import numpy as np
 from railsim.errors import InputError
 from railsim.field.readers.interface import Wanted
 from railsim.field.tables import Column, Table
+from railsim.scratch import scratch_folder
 
 SECONDS = (
     30.0  # s of its own, to start and to read a small file: at work or asleep, not waiting for a processor or disk
@@ -42,7 +43,7 @@ class Guard:
         self._seconds = seconds
         self._memory = memory
         self._process: subprocess.Popen[bytes] | None = None
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._left = ExitStack()
 
     def __enter__(self) -> Self:
         """The guard itself."""
@@ -63,9 +64,7 @@ class Guard:
             self._process.kill()
             self._process.communicate()
             self._process = None
-        if self._folder is not None:
-            self._folder.cleanup()
-            self._folder = None
+        self._left.close()
 
     def read(self, kind: str, path: Path, wanted: list[Wanted]) -> list[Table]:
         """Columns of a file.
@@ -107,17 +106,17 @@ class Guard:
     def _started(self) -> subprocess.Popen[bytes]:
         if not self.alive:
             self.close()
-            self._folder = tempfile.TemporaryDirectory(prefix="railsim-reading-")
+            folder = str(self._left.enter_context(scratch_folder("railsim-reading")))
             root = str(Path(__file__).parents[2])
             paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
-            settings = {**os.environ, "PYTHONPATH": paths, "TMPDIR": self._folder.name, "HOME": self._folder.name}
+            settings = {**os.environ, "PYTHONPATH": paths, "TMPDIR": folder, "HOME": folder}
             settings |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **_ALLOCATORS}
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "railsim.field.worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                cwd=self._folder.name,
+                cwd=folder,
                 env=settings,
             )
         assert self._process is not None

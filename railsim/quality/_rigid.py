@@ -107,7 +107,9 @@ def relations(measured: Measurements, frequency: np.ndarray, spectra: Mapping[st
                 related += _primary(measured, body, position, axes, frame, turning, frequency)
     late = {name: response(measured, name, frequency) for name in spectra}
     related = [
-        replace(one, weights={name: weight / late[name] for name, weight in one.weights.items()}) for one in related
+        replace(one, weights={name: weight / late[name] for name, weight in one.weights.items()})
+        for one in related
+        if late.keys() >= one.weights.keys()  # a channel that no data sheet states has no spectrum
     ]
     return [replace(one, tolerance=_tolerance(measured, one, spectra)) for one in related]
 

@@ -81,10 +81,7 @@ def write_track(track: Track, path: str | os.PathLike[str]) -> None:
     ------
     InputError : the place cannot be written.
     """
-    try:
-        replace_file(Path(path), format_track(track).encode())
-    except OSError as error:
-        raise InputError(f"cannot write track '{path}': {error.strerror}; choose another place") from None
+    replace_file(Path(path), format_track(track).encode())
 
 
 def _split(text: str) -> tuple[list[str], list[tuple[int, str]]]:

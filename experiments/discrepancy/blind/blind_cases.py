@@ -7,21 +7,22 @@ settings of effects that are in nobody's library, as tables.
 
 import shutil
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from experiments.discrepancy.baseline.nuisances import Nuisance, built, most_of
 from experiments.discrepancy.blind.blind_plan import kind_of, name_of, nominal_of, setting_of
 from experiments.discrepancy.blind.oracle import acting, effect_of
 from experiments.discrepancy.fit.candidates import Candidate, Context, candidates
+from railsim.digests import write_marker
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.scenario import Scenario, load_scenario
+from railsim.scratch import scratch_folder
+from railsim.settings import load_yaml
 from railsim.simulation import about_recording, measure, simulate
 
 DRAWN = {"effect": 1, "withheld": 1, "pair": 2}
@@ -72,9 +73,9 @@ def read_laws(path: str) -> list[Effect]:
     InputError : no such file, or what is in it is no list of effects.
     """
     try:
-        found = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        found = load_yaml(Path(path).read_text(encoding="utf-8"), "it")
         return [effect_of(settings) for settings in found]
-    except (OSError, yaml.YAMLError, KeyError, TypeError, InputError) as error:
+    except (OSError, UnicodeDecodeError, KeyError, TypeError, InputError) as error:
         raise InputError(f"--laws {path}: {error}; give a YAML list of effects' settings") from None
 
 
@@ -159,7 +160,7 @@ def build_specimen(
     changes["duration"] = nominal.duration
     changes["substeps"] = 2
     source = nominal.to_yaml()
-    with tempfile.TemporaryDirectory() as aside:
+    with scratch_folder() as aside:
         path = Path(aside) / f"{nominal.name}.yaml"
         path.write_text(source, encoding="utf-8")
         return load_scenario(path, changes)
@@ -177,7 +178,7 @@ def _moved(nominal: Scenario, nuisance: Nuisance, z: float) -> float:
 
 def record_blind(scenario: Scenario, nominal: Scenario, target: Path) -> None:
     """Exudyn, sensors, and then only what the field would have: the nominal vehicle and the stated data sheets."""
-    with tempfile.TemporaryDirectory() as aside:
+    with scratch_folder() as aside:
         truth = simulate(scenario, folder=Path(aside) / "truth")
         measured = Path(aside) / "measured"
         measure(truth, scenario, folder=measured)
@@ -185,6 +186,7 @@ def record_blind(scenario: Scenario, nominal: Scenario, target: Path) -> None:
         shutil.copytree(measured, target, dirs_exist_ok=True)
     about = read_json(target / "about.json", "a recording")
     write_json(target / "about.json", about | about_recording(nominal))
+    write_marker(target)
 
 
 if __name__ == "__main__":

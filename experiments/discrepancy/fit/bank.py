@@ -278,7 +278,7 @@ def _digest(reference: Forward, frames: Frames) -> str:
 
 def _write(path: Path, known: Mapping[str, np.ndarray | Stored]) -> None:
     """Keep them; a disk that cannot be written only costs the time."""
-    with suppress(OSError):
+    with suppress(OSError, InputError):
         path.parent.mkdir(parents=True, exist_ok=True)
         _tidy(path.parent.parent)
         write_arrays(path, known)

@@ -2,13 +2,14 @@
 
 import math
 import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+
+from railsim.files import new_file
 
 ALIGNED = 64  # bytes; each array begins at a whole number of them
 
@@ -78,11 +79,9 @@ def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
 
     Raises
     ------
-    OSError : the disk cannot be written.
+    InputError : the disk cannot be written.
     """
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "wb") as file:
+    with new_file(path) as aside, aside.open("wb") as file:
         for one in (np.array(list(arrays)), *arrays.values()):
             file.write(b"\0" * (-file.tell() % ALIGNED))
             np.lib.format.write_array(file, np.require(one, requirements="C"), version=(1, 0), allow_pickle=False)
-    Path(name).replace(path)

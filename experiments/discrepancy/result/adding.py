@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.fit.fitting import Problem
 from experiments.discrepancy.select.decide import rms
 from experiments.discrepancy.workflow import Findings
 from railsim.effects.interface import Effect
+from railsim.settings import dump_yaml
 from railsim.speed import Profile
 from railsim.track.files import write_track
 
@@ -76,7 +76,7 @@ def write_model(folder: Path, evidence: Evidence, start: float, scale: float, ef
         "effects": [effect.settings() for effect in effects],
     }
     path = folder / MODEL
-    plain = yaml.safe_dump(_native(values), sort_keys=False, allow_unicode=True, width=120)
+    plain = dump_yaml(_native(values))
     path.write_text("# The nominal scenario with the effect that was found added.\n" + plain, encoding="utf-8")
     return path
 

@@ -12,11 +12,13 @@ import pytest
 from estimators.interface import Estimate
 from experiments.maintenance import retention
 from experiments.maintenance.retention import prune, seconds
+from railsim.digests import write_marker
 from railsim.errors import InputError
 from railsim.parquet import write_frame
 from railsim.recording import Recording
 from tests.experiments.conftest import Command
 
+LEAVING = ".measured.leaving"
 CHANNEL = "bogie.rate_pitch [rad/s]"
 
 
@@ -29,6 +31,7 @@ def spoilt(recording: Path, tmp_path: Path) -> Path:
     table = pd.read_parquet(path)
     table.loc[512:767, CHANNEL] = 0.0
     table.to_parquet(path, index=False)
+    write_marker(folder)
     return folder
 
 
@@ -88,10 +91,60 @@ def test_raw_data_stay_where_features_do_not_read_back(spoilt: Path, monkeypatch
     assert _digest(spoilt / "measured") == before
 
 
-def test_an_interrupted_prune_is_finished(spoilt: Path):
-    (spoilt / "measured").rename(spoilt / ".measured.leaving")
-    assert prune(spoilt, 0.0, really=True).result["pruned"] is True
-    assert not (spoilt / ".measured.leaving").exists()
+@pytest.fixture
+def stopped(spoilt: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A pruning that ended between the features and the removal of the raw data."""
+
+    def killed(path: Path, **options: object) -> None:
+        if path.name == LEAVING:
+            raise KeyboardInterrupt
+        rmtree(path, **options)
+
+    rmtree = shutil.rmtree
+    with monkeypatch.context() as patch:
+        patch.setattr(retention.shutil, "rmtree", killed)
+        with pytest.raises(KeyboardInterrupt):
+            prune(spoilt, 0.0, really=True)
+    assert (spoilt / LEAVING).is_dir()
+    return spoilt
+
+
+def test_an_interrupted_prune_is_finished(stopped: Path):
+    assert prune(stopped, 0.0, really=True).result["pruned"] is True
+    assert not (stopped / LEAVING).exists()
+
+
+def test_an_interrupted_prune_heeds_the_age(stopped: Path):
+    with pytest.raises(InputError):
+        prune(stopped, 90.0, really=True)
+    assert (stopped / LEAVING / "256hz.parquet").is_file()
+
+
+def test_raw_data_come_back_where_features_are_damaged_or_missing(stopped: Path):
+    features = stopped / "features" / "seconds.parquet"
+    features.write_bytes(features.read_bytes()[:-1] + b"?")
+    (stopped / LEAVING / "mine.txt").write_text("mine")
+    assert not retention.gone_on(stopped)
+    assert (stopped / "measured" / "mine.txt").is_file()
+    (stopped / "measured" / "mine.txt").unlink()
+    assert Recording.open(stopped).measurements.channels
+    shutil.rmtree(stopped / "features")
+    (stopped / "measured").rename(stopped / LEAVING)
+    assert prune(stopped, 0.0, really=True).result["pruned"] is True
+    assert Estimate.open(stopped / "features" / "speed_refined").name == "speed_refined"
+
+
+@pytest.mark.parametrize("name", ["features", "measured", LEAVING])
+def test_nothing_behind_a_link_is_touched(spoilt: Path, tmp_path: Path, name: str):
+    foreign = tmp_path / "foreign"
+    shutil.copytree(spoilt, foreign)
+    before = _digest(foreign)
+    if (spoilt / name).exists():
+        shutil.rmtree(spoilt / name)
+    (spoilt / name).symlink_to(foreign)
+    with pytest.raises(InputError, match="is a link"):
+        prune(spoilt, 0.0, really=True)
+    assert _digest(foreign) == before
 
 
 def test_repair_is_for_recordings(railsim_here: Command, tmp_path: Path):
