@@ -38,9 +38,23 @@ class SensorSheet(_Part):
     @pydantic.field_validator("errors")
     @classmethod
     def _check_errors(cls, given: dict[str, Any] | None) -> dict[str, Any] | None:
-        known = {key: value for key, value in (given or {}).items() if key in SensorErrors.model_fields}
-        SensorErrors.build({key: value for key, value in known.items() if value is not None})
+        for key, value in (given or {}).items():
+            if key in SensorErrors.model_fields and value is not None:
+                _check_error(key, value)
         return given
+
+
+def _check_error(key: str, value: Any) -> None:
+    """Raise `ValueError` where a number of a data sheet is none, or beyond what `SensorErrors` allows."""
+    parts = value if isinstance(value, list | tuple) and len(value) == 3 and key.startswith("misalignment") else [value]
+    least, most = SensorErrors.limits(key)
+    for part in parts:
+        if isinstance(part, bool) or not isinstance(part, int | float):
+            raise ValueError(f"{key} is not a number")
+        if (least is not None and part < least) or (most is not None and part > most):
+            raise ValueError(
+                f"{key} {part:g} is not {f'{least:g} or more' if part < (least or 0) else f'{most:g} or less'}"
+            )
 
 
 class TrackSheet(_Part):
@@ -89,7 +103,8 @@ def check_description(about: Mapping[str, Any]) -> None:
     except pydantic.ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"]))
-        raise InputError(f"about.json: {place}: {first['msg']} (got {first['input']!r:.80}); mend it") from None
+        reason = first["msg"].removeprefix("Value error, ")
+        raise InputError(f"about.json: {place}: {reason} (got {first['input']!r:.80}); mend it") from None
 
 
 def _check_values(about: Mapping[str, Any]) -> None:
