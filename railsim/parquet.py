@@ -11,6 +11,8 @@ import pyarrow.parquet as pq
 from railsim.errors import InputError
 
 GROUP_ROWS = 16384
+MEMORY = 1_000_000_000  # bytes of numbers that a table of any size may hold
+MEMORY_A_BYTE = 20.0  # further ones for each byte of the file; equal values pack a thousand times denser
 
 
 def open_writer(path: Path, columns: list[str]) -> pq.ParquetWriter:
@@ -73,8 +75,16 @@ def read_column(path: Path, name: str) -> np.ndarray:
 
 def _open(path: Path) -> Any:
     try:
-        return pq.ParquetFile(path)
+        file = pq.ParquetFile(path)
+        numbers, size = 8 * file.metadata.num_rows * file.metadata.num_columns, path.stat().st_size
+        if numbers <= MEMORY + MEMORY_A_BYTE * size:
+            return file
     except FileNotFoundError:
         raise InputError(f"'{path}' is missing; make or copy its folder again") from None
     except (OSError, pa.ArrowException):
         raise InputError(f"'{path}' is not a whole Parquet file (cut short?); make or copy it again") from None
+    file.close()
+    raise InputError(
+        f"'{path}' has {size / 1e6:.3g} MB and would take {numbers / 1e9:.3g} GB of memory, which no measured data do; "
+        "make or copy it again, or cut it into pieces"
+    )

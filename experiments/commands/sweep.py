@@ -59,7 +59,7 @@ def execute(given: argparse.Namespace) -> Outcome:
 def _executor(given: argparse.Namespace, scratch: Path) -> "Executor":
     from experiments.sweep.executors import Cluster, Local
 
-    if given.cluster:
+    if given.cluster is not None:
         return Cluster(given.cluster, given.keep_truth)
     return Local(given.jobs, scratch, given.keep_truth)
 

@@ -1,20 +1,24 @@
 """Where tasks run: processes of this machine, or a Dask cluster. Both give results as they come."""
 
+import ipaddress
 import os
 import signal
+import socket
 import threading
 import time
+import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
 from joblib.externals.loky import ProcessPoolExecutor
 
 from experiments.sweep.task import Task, VersionError, perform
-from railsim.errors import InputError
+from railsim.errors import InputError, Noticed
 
 THREADS = dict.fromkeys(
     (
@@ -26,6 +30,7 @@ THREADS = dict.fromkeys(
 """One thread a worker: the workers are the parallelism, and sums do not depend on a number of threads."""
 
 ANSWER = 10.0  # s that a scheduler has to answer, and its workers to be there
+_TLS = "DASK_DISTRIBUTED__COMM__TLS"
 MOST_DEATHS = 3  # in a row without a result between them
 _WATCH = 1.0  # s between two looks whether the parent is alive
 
@@ -110,6 +115,30 @@ class Local:
             self._pool = None
 
 
+def check_address(address: str, hint: str) -> None:
+    """See at once whether somebody listens at a cluster's address, and say where others may listen in.
+
+    Raises
+    ------
+    InputError : not the address of a scheduler, or nobody listens there.
+    """
+    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    try:
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        host, port = None, None
+    if parts.scheme not in ("tcp", "tls") or not host or not port or parts.path:
+        raise InputError(f"--cluster '{address}': give the scheduler as HOST:PORT or tls://HOST:PORT; {hint}")
+    try:
+        with socket.create_connection((host, port), ANSWER) as line:
+            near = ipaddress.ip_address(line.getpeername()[0]).is_loopback
+    except (OSError, UnicodeError) as error:
+        raise InputError(f"no Dask scheduler answers at '{address}' ({error}); {hint}") from None
+    if parts.scheme == "tcp" and not near:
+        text = f"the scheduler at '{address}' is not protected: whoever reaches it runs programs as its workers; use tls://"
+        warnings.warn(text, Noticed, stacklevel=2)
+
+
 class Cluster:
     """A Dask cluster whose workers have the package installed; tasks of a lost worker run again elsewhere."""
 
@@ -120,12 +149,18 @@ class Cluster:
             raise InputError("--cluster needs Dask distributed; install it: pip install 'railsim[cluster]'") from None
         self._distributed: Any = distributed
         self._keep = keep_truth
-        hint = "start 'dask scheduler' there and workers with 'dask worker ADDRESS --nthreads 1'"
+        hint = "start 'dask scheduler --host 127.0.0.1' there and workers with 'dask worker ADDRESS --nthreads 1'"
+        check_address(address, hint)
         try:
             self._client: Any = distributed.Client(address, timeout=ANSWER, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
+        except (OSError, TimeoutError, ValueError, AssertionError) as error:
             reason = " ".join(str(error).split())[:120] or type(error).__name__
             raise InputError(f"no Dask scheduler answers at '{address}' ({reason}); {hint}") from None
+        except TypeError:
+            names = ", ".join(
+                f"DASK_DISTRIBUTED__COMM__TLS__{one}" for one in ("CA_FILE", "CLIENT__CERT", "CLIENT__KEY")
+            )
+            raise InputError(f"--cluster {address}: TLS needs certificates; set {names}") from None
         self.workers = self._count()
         if not self.workers:
             self.close()

@@ -15,6 +15,7 @@ import numpy as np
 from railsim.errors import InputError
 from railsim.field.readers.interface import Wanted
 from railsim.field.tables import Column, Table
+from railsim.parquet import MEMORY, MEMORY_A_BYTE
 from railsim.scratch import scratch_folder
 
 SECONDS = (
@@ -23,8 +24,6 @@ SECONDS = (
 PATIENCE = 20.0  # times as long by the clock, after which it is ended whatever it waits for
 _LOOK = 0.1  # s from one look at the process to the next
 BYTES_A_SECOND = 2e6  # slowest reading that is waited for
-MEMORY = 1_000_000_000  # bytes beyond what the libraries need
-MEMORY_A_BYTE = 20.0  # further bytes of memory for each byte of the file
 _LONGEST_LINE = 200_000_000
 _ALLOCATORS = {"ARROW_DEFAULT_MEMORY_POOL": "system", "MALLOC_ARENA_MAX": "1"}
 """Others reserve gigabytes of addresses that they do not use, which count against the limit."""

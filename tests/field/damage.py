@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from estimators.interface import Estimate
 from railsim import Recording, load_scenario
+from railsim.digests import MARKER
 from railsim.field.guard import Guard
 from railsim.field.importing import import_file
 from railsim.profiles.files import read_profile

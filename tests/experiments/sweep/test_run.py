@@ -8,24 +8,25 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import pytest
 
 from experiments.scoring.speed import SpeedScorer
-from experiments.sweep.executors import Cluster, Local
+from experiments.sweep.executors import Cluster, Local, check_address
 from experiments.sweep.report import write_report
 from experiments.sweep.run import Interrupted
 from experiments.sweep.store import TABLE
 from experiments.sweep.table import read_table
 from experiments.sweep.task import FAILED, OK, UNFIT
-from railsim.errors import InputError
+from railsim.errors import InputError, Noticed
 from tests.experiments.conftest import ROOT
 from tests.experiments.sweep.conftest import POINTS, RUNS, SEEDS, SETS, SWEEP, Here, Sweeping
 
@@ -134,6 +135,35 @@ def test_scheduler_that_does_not_answer_or_has_no_workers(monkeypatch: pytest.Mo
     monkeypatch.setattr("experiments.sweep.executors.ANSWER", 0.5)
     with pytest.raises(InputError, match="no Dask scheduler answers at '127.0.0.1:9'"):
         Cluster("127.0.0.1:9", False)
+
+
+@pytest.mark.parametrize(
+    ("address", "line"),
+    [
+        ("", "give the scheduler as HOST:PORT"),
+        ("nonsense", "give the scheduler as HOST:PORT"),
+        ("127.0.0.1:99999", "give the scheduler as HOST:PORT"),
+        ("http://127.0.0.1:8786", "give the scheduler as HOST:PORT"),
+        ("host name:1", "no Dask scheduler answers"),
+        ("127.0.0.1:9", "Connection refused"),
+    ],
+)
+def test_an_address_of_no_scheduler_is_refused_at_once(address: str, line: str):
+    began = time.monotonic()
+    with pytest.raises(InputError, match=line):
+        check_address(address, "start one")
+    assert time.monotonic() - began < 5.0
+
+
+def test_a_cluster_that_anybody_can_use_is_said(monkeypatch: pytest.MonkeyPatch):
+    line = MagicMock()
+    line.__enter__.return_value.getpeername.return_value = ("192.0.2.1", 8786)
+    monkeypatch.setattr("experiments.sweep.executors.socket.create_connection", lambda *_: line)
+    with pytest.warns(Noticed, match="is not protected"):
+        check_address("tcp://far:8786", "start one")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_address("tls://far:8786", "start one")
 
 
 @pytest.mark.parametrize(
