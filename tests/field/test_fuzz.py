@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from railsim import Recording
 from railsim.errors import InputError
 from railsim.field.guard import Guard
+from railsim.scratch import LOCK
 from railsim.track.files import read_track
 from tests.field.damage import Target, damaged, damages, targets
 
@@ -147,8 +148,8 @@ def _outcome(target: Target, out: Path, watch: Watch, reading: Guard) -> str:
 
 
 def _harmless(touched: str) -> bool:
-    """Python's own caches and the folder of the reading process, which is started again after it was ended."""
-    return "__pycache__" in touched or "railsim-reading-" in touched or touched == os.devnull
+    """Python's own caches, the folder of the reading process (started again after it was ended), locks that go."""
+    return "__pycache__" in touched or "railsim-reading." in touched or touched in (os.devnull, LOCK)
 
 
 def _check_written(out: Path, kind: str) -> None:
