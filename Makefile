@@ -1,27 +1,31 @@
-# make run, make test, make bench: each makes .venv first, once, from requirements.lock.
+# make run, make bench: each makes .venv first, once, from requirements.lock (what railsim runs with).
+# make all-formats adds requirements-dev.lock: readers of MDF, TDMS and HDF5, clusters, tools and tests; make test calls it.
 PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.complete
+ALL := .venv/.complete-all
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test types kernels tests bench system-check clean
+.PHONY: run all-formats test types kernels tests bench system-check clean
 .DELETE_ON_ERROR:
 
 run: $(STAMP)
 	$(BIN)/railsim run default --out results/default
 
-test: $(STAMP)
+all-formats: $(ALL)
+
+test: $(ALL)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/lint-imports
 	$(MAKE) --no-print-directory -j 2 types tests
 
 # Types take one core for a minute and a half: beside the tests.
-types: $(STAMP)
+types: $(ALL)
 	$(BIN)/pyright
 
 # Two workers that begin together would each compile what nearly all tests need: once, beside the types.
-kernels: $(STAMP)
+kernels: $(ALL)
 	@$(BIN)/railsim run default --engine compiled --set duration=5 --out results/.kernels > /dev/null
 	@rm -rf results/.kernels
 
@@ -43,6 +47,11 @@ $(STAMP): requirements.lock pyproject.toml | system-check
 	$(PYTHON) -m venv .venv
 	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements.lock
 	$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(ALL): requirements-dev.lock $(STAMP)
+	@echo "Adding requirements-dev.lock to .venv (once, about a minute) ..."
+	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements.lock -r requirements-dev.lock
 	@touch $@
 
 clean:

@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("railsim", "estimators", "scenarios", "track_data", "experiments")
 ALLOWED_FOLDERS = {*PACKAGES, "tests", "docs", ".ci"}
 ALLOWED_AT_TOP = {
-    "pyproject.toml", "README.md", "Makefile", "requirements.lock", "LICENSE", "CITATION.cff", "CHANGELOG.md",
-    "CONTRIBUTING.md", ".gitignore", ".gitattributes", "conftest.py",
+    "pyproject.toml", "README.md", "Makefile", "requirements.lock", "requirements-dev.lock", "LICENSE", "CITATION.cff",
+    "CHANGELOG.md", "CONTRIBUTING.md", ".gitignore", ".gitattributes", "conftest.py",
 }  # fmt: skip
 LARGEST_FILE = 2 * 1024 * 1024  # bytes
 LONGEST_FILE = 500  # lines
@@ -202,15 +202,24 @@ def test_one_version():
 
 def test_lock_pins_every_direct_dependency_with_hashes():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    wanted = project["dependencies"] + project["optional-dependencies"]["dev"]
-    lock = (ROOT / "requirements.lock").read_text().replace("\\\n", " ")
-    pinned = {
-        line.split("==")[0]
-        for line in lock.splitlines()
-        if re.match(r"[a-z0-9-]+==[^ ]+ +--hash=sha256:[0-9a-f]{64}", line)
-    }
-    assert {re.split(r"[\[><=;]", name)[0].lower() for name in wanted} - pinned == set()
-    assert [line for line in lock.splitlines() if line and line.split("==")[0] not in pinned and line[0] != "#"] == []
+    extras = [name for extra in project["optional-dependencies"].values() for name in extra]
+    run_time, development = _pinned("requirements.lock"), _pinned("requirements-dev.lock")
+    assert run_time & development == set()
+    assert _names(project["dependencies"]) <= run_time
+    assert _names(extras) <= run_time | development
+    assert run_time & _names(extras) == {"setuptools"}, "make run installs what it does not run"
+
+
+def _names(requirements: list[str]) -> set[str]:
+    return {re.split(r"[\[><=;]", name)[0].lower() for name in requirements}
+
+
+def _pinned(lock: str) -> set[str]:
+    """Names that a lock pins with hashes; every line does."""
+    lines = (ROOT / lock).read_text().replace("\\\n", " ").splitlines()
+    pinned = [line for line in lines if re.match(r"[a-z0-9-]+==[^ ]+ +--hash=sha256:[0-9a-f]{64}", line)]
+    assert [line for line in lines if line and line[0] != "#" and line not in pinned] == []
+    return {line.split("==")[0] for line in pinned}
 
 
 def test_system_check_names_what_is_missing():
