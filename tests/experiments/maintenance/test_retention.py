@@ -4,6 +4,7 @@ import hashlib
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -95,7 +96,7 @@ def test_raw_data_stay_where_features_do_not_read_back(spoilt: Path, monkeypatch
 def stopped(spoilt: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A pruning that ended between the features and the removal of the raw data."""
 
-    def killed(path: Path, **options: object) -> None:
+    def killed(path: Path, **options: Any) -> None:
         if path.name == LEAVING:
             raise KeyboardInterrupt
         rmtree(path, **options)
