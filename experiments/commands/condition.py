@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from railsim.errors import InputError
 from railsim.files import read_json
 
 if TYPE_CHECKING:
+    from estimators.interface import Estimate
     from experiments.maintenance.positions import Positions
 
 _WORST = 10  # defects in the text
@@ -40,7 +42,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write tables, GeoJSON and page; say the worst."""
-    from estimators.interface import Estimate
     from experiments.maintenance.limits import read_limits, shipped
     from experiments.maintenance.line_speed import line_speed
     from experiments.maintenance.report import report
@@ -50,11 +51,10 @@ def execute(given: argparse.Namespace) -> Outcome:
     out = Path(given.out)
     if (out / "about.json").exists() and not given.overwrite:
         raise InputError(f"'{out}' holds a recording or an estimate, which would be lost; name another folder")
-    estimates = [Estimate.open(one) for one in given.estimates]
-    before = [[Estimate.open(one) for one in run] for run in given.before]
+    runs = _runs(given.estimates, [folder for run in given.before for folder in run])
     limits = read_limits(Path(given.limits)) if given.limits else shipped()
     origin, start, positions, note = _recording(given)
-    made = report(origin, estimates, before, limits, line_speed(given.line_speed), positions, start)
+    made = report(origin, runs, limits, line_speed(given.line_speed), positions, start)
     with write_folder_atomically(out) as aside:
         for name, write in made.writers().items():
             write(aside / name)
@@ -66,6 +66,25 @@ def execute(given: argparse.Namespace) -> Outcome:
     lines += [table(shown, worst[shown].to_numpy().tolist(), decimals=1)] if len(worst) else ["no defects"]
     result = {"condition": str(out), "files": list(made.writers()), "counts": made.counts, "notes": notes}
     return Outcome(result, "\n".join(lines))
+
+
+def _runs(latest: list[str], before: list[str]) -> Iterator[tuple["Estimate", list["Estimate"]]]:
+    """Each estimate with those of earlier passes by the same estimator, opened when it is their turn.
+
+    Raises
+    ------
+    InputError : an earlier estimate has none beside it.
+    """
+    from estimators.interface import Estimate
+
+    names = [read_json(Path(one) / "about.json", "an estimate").get("name") for one in latest]
+    earlier = {one: read_json(Path(one) / "about.json", "an estimate").get("name") for one in before}
+    for name in earlier.values():
+        if name not in names:
+            listed = ", ".join(map(str, names))
+            raise InputError(f"--before: an estimate of {name} has none beside it; there are: {listed}")
+    for folder, name in zip(latest, names, strict=True):
+        yield Estimate.open(folder), [Estimate.open(one) for one, other in earlier.items() if other == name]
 
 
 def _recording(given: argparse.Namespace) -> tuple[str, str | None, "Positions | None", str | None]:

@@ -88,7 +88,7 @@ def _map(given: argparse.Namespace, folder: Path, kind: str, path: Path) -> Outc
     said = f"{count} sections, defects and events" + (f", {lost} of them without a position" if lost else "")
     if path.suffix.lower() == ".html":
         lines = [str(seen.about["origin"]), f"{said}; sections of {section:g} m"]
-        drawn = traces([estimate], {}) if is_track(estimate) else []
+        drawn = traces(estimate) if is_track(estimate) else []
         text = page(f"{estimate.name} on the map", found, lines, drawn)
     else:
         text = json.dumps(found, allow_nan=False, ensure_ascii=False) + "\n"

@@ -1,7 +1,7 @@
 """Condition for those who act on it: tables, a map and a page of one or several estimates of a recording."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -66,8 +66,7 @@ class Report:
 
 def report(
     title: str,
-    estimates: Sequence[Estimate],
-    before: Sequence[Sequence[Estimate]],
+    runs: Iterable[tuple[Estimate, Sequence[Estimate]]],
     limits: Limits,
     speed: LineSpeed,
     positions: Positions | None = None,
@@ -78,8 +77,8 @@ def report(
     Parameters
     ----------
     title : heading of the page.
-    estimates : of one recording, each of track geometry.
-    before : estimates of each earlier pass; one is compared with the estimate of the same estimator.
+    runs : estimates of one recording, each of track geometry, and those of earlier passes by the same estimator; they
+        are taken one after the other, and only one is held.
     limits, speed : what the condition is held against.
     positions : of the recording; None: there is no map.
     start : instant of time 0 of the recording, ISO 8601; None where it is not known.
@@ -88,61 +87,64 @@ def report(
     ------
     InputError : an estimate is not of track geometry, two are of one estimator, or an earlier one cannot be compared.
     """
-    _check(estimates, before)
-    earlier = {one.name: [laid(old, one) for run in before for old in run if old.name == one.name] for one in estimates}
-    tables = {
-        f"condition_{length:g}m.csv": pd.concat([_rows(one, earlier, length, limits, speed) for one in estimates])
-        for length in LENGTHS
-    }
-    found = _worst_first(pd.concat([_defects(one, earlier, limits, speed) for one in estimates], ignore_index=True))
-    tables["defects.csv"] = found
-    changed = pd.concat([changed_places(one, earlier[one.name]) for one in estimates], ignore_index=True)
-    if before:
+    parts: list[_Part] = []
+    for latest, before in runs:
+        if not is_track(latest):
+            raise InputError(f"the estimate of {latest.name} is not of track geometry with bands; name others")
+        if any(one.name == latest.name for one in parts):
+            raise InputError(f"two estimates are of {latest.name}; earlier passes are named by --before")
+        parts.append(_part(latest, [laid(one, latest) for one in before], limits, speed, positions, start))
+        del latest, before  # before the next one is opened
+    compared = any(one.slips for one in parts)
+    tables = {f"condition_{length:g}m.csv": pd.concat([one.rows[length] for one in parts]) for length in LENGTHS}
+    found = tables["defects.csv"] = _worst_first(pd.concat([one.defects for one in parts], ignore_index=True))
+    changed = pd.concat([one.changes for one in parts], ignore_index=True)
+    if compared:
         tables["changes.csv"] = changed
-    drawn = [
-        features(one, positions, start, SECTION, _rows(one, earlier, SECTION, limits, speed), _of(one, found))
-        for one in estimates
-    ]
-    collection = together(drawn)
-    notes = [speed.source, f"limits: {limits.source}", *_about_earlier(earlier, len(before))]
+    collection = together([one.features for one in parts])
+    notes = [speed.source, f"limits: {limits.source}", *_about_earlier(parts)]
     lists = {"Defects, the worst first": found.head(_SHOWN)}
-    lists |= {"Places that have changed": changed.head(_SHOWN)} if before else {}
-    html = page(title, collection, notes, traces(estimates, earlier, limits, speed), lists)
+    lists |= {"Places that have changed": changed.head(_SHOWN)} if compared else {}
+    html = page(title, collection, notes, [one for part in parts for one in part.traces], lists)
     counts = {level: list(found["level"]).count(level) for level in LEVELS[1:]}
-    counts |= {"places changed": len(changed)} if before else {}
+    counts |= {"places changed": len(changed)} if compared else {}
     return Report(tables, collection, html, counts, notes)
 
 
-def _check(estimates: Sequence[Estimate], before: Sequence[Sequence[Estimate]]) -> None:
-    names = [one.name for one in estimates]
-    for one in estimates:
-        if not is_track(one):
-            raise InputError(f"the estimate of {one.name} is not of track geometry with bands; name others")
-    if len(set(names)) < len(names):
-        raise InputError(f"two estimates are of {max(names, key=names.count)}; earlier passes are named by --before")
-    for run in before:
-        for old in run:
-            if old.name not in names:
-                raise InputError(
-                    f"--before: an estimate of {old.name} has none beside it; there are: {', '.join(names)}"
-                )
+@dataclass(frozen=True)
+class _Part:
+    """What is said of one estimate; `slips` of its earlier passes, m."""
+
+    name: str
+    rows: dict[float, pd.DataFrame]
+    defects: pd.DataFrame
+    changes: pd.DataFrame
+    features: dict[str, Any]
+    traces: list[dict[str, Any]]
+    slips: list[float]
 
 
-def _rows(
-    one: Estimate, earlier: Mapping[str, Sequence[Earlier]], length: float, limits: Limits, speed: LineSpeed
-) -> pd.DataFrame:
+def _part(
+    latest: Estimate,
+    passes: Sequence[Earlier],
+    limits: Limits,
+    speed: LineSpeed,
+    positions: Positions | None,
+    start: str | None,
+) -> _Part:
+    rows = {length: _rows(latest, passes, length, limits, speed) for length in LENGTHS}
+    found = defects(latest, limits, speed)
+    drawn = features(latest, positions, start, SECTION, rows[SECTION], found)
+    if passes:
+        found = found.join(changes_at(latest, passes, found))
+    slips = [one.slip for one in passes]
+    changed = changed_places(latest, passes)
+    return _Part(latest.name, rows, found, changed, drawn, traces(latest, passes, limits, speed), slips)
+
+
+def _rows(one: Estimate, passes: Sequence[Earlier], length: float, limits: Limits, speed: LineSpeed) -> pd.DataFrame:
     rows = section_rows(one, length, limits, speed)
-    passes = earlier[one.name]
     return with_changes(rows, changed_sections(one, passes, length)) if passes else rows
-
-
-def _defects(one: Estimate, earlier: Mapping[str, Sequence[Earlier]], limits: Limits, speed: LineSpeed) -> pd.DataFrame:
-    """Defects, with what earlier passes had in the same place."""
-    found = defects(one, limits, speed)
-    passes = earlier[one.name]
-    if not passes:
-        return found
-    return found.join(changes_at(one, passes, found))
 
 
 def _worst_first(found: pd.DataFrame) -> pd.DataFrame:
@@ -154,21 +156,15 @@ def _worst_first(found: pd.DataFrame) -> pd.DataFrame:
     return found.iloc[np.lexsort((-share, -level))]
 
 
-def _of(one: Estimate, found: pd.DataFrame) -> pd.DataFrame:
-    """The defects of an estimate."""
-    names = {str(name).split(" ")[0] for name in one.series.columns}
-    return found.iloc[np.flatnonzero([quantity in names for quantity in found["quantity"]])]
-
-
-def _about_earlier(earlier: Mapping[str, Sequence[Earlier]], count: int) -> list[str]:
-    if not count:
+def _about_earlier(parts: Sequence[_Part]) -> list[str]:
+    if not any(one.slips for one in parts):
         return ["no earlier pass is given: nothing is said of changes"]
     said = []
-    for name, passes in earlier.items():
-        slips = ", ".join(f"{one.slip:.2f}" for one in passes)
+    for one in parts:
+        slips = ", ".join(f"{slip:.2f}" for slip in one.slips)
         said.append(
-            f"{name}: {len(passes)} earlier passes, laid on this one to {slips} m (standard deviation)"
-            if passes
-            else f"{name}: no earlier pass of this estimator, so nothing is said of its changes"
+            f"{one.name}: {len(one.slips)} earlier passes, laid on this one to {slips} m (standard deviation)"
+            if one.slips
+            else f"{one.name}: no earlier pass of this estimator, so nothing is said of its changes"
         )
     return said

@@ -1,7 +1,7 @@
 """Traces of an estimate for a page: values, stated deviations, limits and earlier passes over distance, packed."""
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import ceil
 from typing import Any
 
@@ -19,14 +19,14 @@ STEP = 0.01  # mm or mm/m; of a packed number
 LOST = -32768
 """Stands for a value that is not known."""
 POINTS = 3_000_000
-"""Values that a page holds; beyond, several rows are one."""
+"""Values that a page holds of an estimate; beyond, several rows are one."""
 _CELLS = {"D1": 0.25, "D2": 1.0, "D3": 2.5, "": 0.25}
 """m, the finest that each band is drawn by: a twelfth of its shortest wave or less."""
 
 
 def traces(
-    estimates: Sequence[Estimate],
-    earlier: Mapping[str, Sequence[Earlier]],
+    estimate: Estimate,
+    passes: Sequence[Earlier] = (),
     limits: Limits | None = None,
     speed: LineSpeed = TRAVELLED,
     points: int = POINTS,
@@ -39,24 +39,14 @@ def traces(
 
     Parameters
     ----------
-    estimates : of one recording.
-    earlier : by the estimate's name, its earlier passes on its grid.
+    passes : earlier ones on the grid of the estimate.
     limits, speed : as for `section_rows`.
     points : values at most.
     """
-    length = sum(float(np.ptp(one.series["s [m]"])) * _density(one, earlier) for one in estimates)
-    coarser = max(1.0, length / points)
-    return [
-        _trace(one, name, earlier.get(one.name, ()), limits or shipped(), speed, coarser)
-        for one in estimates
-        for name in quantities(one)
-    ]
-
-
-def _density(one: Estimate, earlier: Mapping[str, Sequence[Earlier]]) -> float:
-    """Values a metre."""
-    columns = 2 + len(earlier.get(one.name, ()))
-    return sum(columns / _CELLS[split(name)[1]] for name in quantities(one))
+    names = quantities(estimate)
+    density = sum((2 + len(passes)) / _CELLS[split(name)[1]] for name in names)  # values a metre
+    coarser = max(1.0, float(np.ptp(estimate.series["s [m]"])) * density / points)
+    return [_trace(estimate, name, passes, limits or shipped(), speed, coarser) for name in names]
 
 
 def _trace(

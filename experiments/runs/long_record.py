@@ -23,6 +23,7 @@ from railsim.errors import InputError
 from railsim.files import json_text, read_json, replace_file
 from railsim.measurements import Measurements
 from railsim.parquet import read_column, read_names, write_frame
+from railsim.quality.draft import tables_of
 from railsim.recording import software_versions
 
 LONGEST = 3600.0
@@ -55,9 +56,9 @@ def in_sections(estimator: Estimator, measurements: Measurements) -> bool:
 
 
 def sections_of(measurements: Measurements) -> list[Section]:
-    """All sections, of `SECTION` each; what is left over after them goes with the last."""
+    """All sections, of `SECTION` each but for the last, which ends with the record."""
     first, last = measurements.span()
-    count = max(1, int((last - first) // SECTION))
+    count = max(1, round((last - first) / SECTION))
     bounds = [first + number * SECTION for number in range(count)]
     ends = [*bounds[1:], np.inf]
     return [Section(number, begin, end) for number, (begin, end) in enumerate(zip(bounds, ends, strict=True))]
@@ -100,7 +101,10 @@ def estimate_sections(
         seen = measurements.between(section.begin - OVERLAP, section.end + OVERLAP)
         if seen is None:
             raise InputError(f"the recording holds nothing from {section.begin:.6g} to {section.end:.6g} s")
-        _keep(estimator.estimate(seen[0]), section, place)
+        apart = Measurements(
+            measurements.about, tables_of(seen[0]), measurements.track
+        )  # caches may keep what they see
+        _keep(estimator.estimate(apart), section, place)
         progress(f"section {section.number + 1} of {len(sections)}: done")
     return places
 

@@ -22,6 +22,10 @@ class Rows:
     numbers: "array[int]"
 
 
+TAIL = 30
+"""Rows at the end that must be there when the file has ended: the last one is judged by those above it."""
+
+
 def rows_of(lines: Sequence[str], layout: Layout, options: Csv, wanted: set[int], path: Path, notes: Notes) -> Rows:
     """The lines that hold rows.
 
@@ -36,17 +40,20 @@ def rows_of(lines: Sequence[str], layout: Layout, options: Csv, wanted: set[int]
     ------
     InputError : a line has too many or too few cells.
     """
-    found = _Sorter(layout, options, wanted)
+    found = Sorter(layout, options, wanted)
     for number in range(layout.start, len(lines)):
         found.take(number, lines[number])
-    found.end_of_file(lines, notes)
-    found.broken_lines(path, notes)
-    found.say(notes)
+    found.end(lines[-1] if lines else "", len(lines), path, notes)
     return Rows(found.lines, found.numbers)
 
 
-class _Sorter:
-    """Takes lines one by one and puts aside what is no row."""
+class Sorter:
+    """Takes lines one by one and puts aside what is no row.
+
+    Attributes
+    ----------
+    lines : of the rows that were not taken out yet. numbers : of all rows in the file, from 1.
+    """
 
     def __init__(self, layout: Layout, options: Csv, wanted: set[int]) -> None:
         self._layout, self._options = layout, options
@@ -85,6 +92,27 @@ class _Sorter:
         else:
             self._broken.append((number + 1, line, found))
 
+    def take_out(self, count: int) -> list[str]:
+        """The first `count` lines, which are not kept any longer; `TAIL` must stay behind until the end."""
+        taken = self.lines[:count]
+        del self.lines[:count]
+        return taken
+
+    def end(self, last: str, count: int, path: Path, notes: Notes) -> None:
+        """Judge what was put aside, after all lines.
+
+        Parameters
+        ----------
+        last : the last line, empty where the file ends with a line end. count : of all lines.
+
+        Raises
+        ------
+        InputError : a line has too many or too few cells.
+        """
+        self.end_of_file(last, count, notes)
+        self.broken_lines(path, notes)
+        self.say(notes)
+
     def _keep(self, number: int, line: str) -> None:
         self.lines.append(line)
         self.numbers.append(number + 1)
@@ -106,7 +134,7 @@ class _Sorter:
         cells = cells_of(line, self._mark)
         return all(_like_number(cell) for cell, number in zip(cells, numeric, strict=False) if number and cell.strip())
 
-    def end_of_file(self, lines: Sequence[str], notes: Notes) -> None:
+    def end_of_file(self, last_line: str, count: int, notes: Notes) -> None:
         """Leave out lines behind the last row, and a last row that was cut."""
         last = self.numbers[-1] if self.numbers else 0
         footer = [one for one in self._broken if one[0] > last]
@@ -116,7 +144,7 @@ class _Sorter:
             notes.repair(
                 f"line {footer[0][0]} ('{shown}') and what follows hold no whole row at the end of the file: left out"
             )
-        if lines and lines[-1].strip() and self.numbers and self.numbers[-1] == len(lines):
+        if last_line.strip() and self.numbers and self.numbers[-1] == count:
             self._unfinished(notes)
 
     def _unfinished(self, notes: Notes) -> None:
@@ -143,7 +171,7 @@ class _Sorter:
             notes.repair(f"{len(self._broken)} lines that are no whole row left out, the first is line {number}")
             return
         kinds = {len(cells_of(one[1], self._mark)) for one in self._broken}
-        if len(self._broken) > 3 and len(self._broken) > 0.05 * len(self.lines):
+        if len(self._broken) > 3 and len(self._broken) > 0.05 * len(self.numbers):
             sensor = cells_of(line, self._mark)[0].strip()[:20]
             raise InputError(
                 f"'{path}' line {number}: {found} cells for {self._due} columns, and so in {len(self._broken)} lines "

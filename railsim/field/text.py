@@ -1,6 +1,5 @@
 """Text tables: encoding, separator and decimal mark as the map states them, or found by a rule that is said."""
 
-import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
@@ -12,14 +11,15 @@ import numpy as np
 import pandas as pd
 
 from railsim.errors import InputError
-from railsim.field.layout import BLANKS, ONE_COLUMN, Layout, cells_of, find_layout
+from railsim.field import streaming
+from railsim.field.cells import Cells
+from railsim.field.layout import ONE_COLUMN, Layout, cells_of, find_layout
 from railsim.field.lines import rows_of
 from railsim.field.map import Csv
+from railsim.field.streaming import Placed, Read, is_plain, read_blocks
 from railsim.field.tables import Column, Notes, Table, missing, place_of, same_cell
 
 MOST_BYTES = 4_000_000_000
-ROWS_AT_ONCE = 200_000
-"""Rows that are parsed together where a table has more."""
 _LOOK = 200  # lines from which the layout is found
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _NARROW = (
@@ -31,7 +31,6 @@ _SENSORS = 1000  # rows by which rows of several sensors are told
 _SENSOR = re.compile(r"\b(id|sensor|signal|channel|node|device|type|source|name)\b", re.IGNORECASE)
 _MIXED = 0.2  # of the rows in which the word changes
 _FORTRAN = re.compile(r"^(\s*[+-]?(?:\d+[.,]?\d*|[.,]\d+))[dD]([+-]?\d+\s*)$")  # exponents with a D
-_EMPTY = ("", "nan", "NaN", "NAN")
 
 
 def read_text(
@@ -56,19 +55,42 @@ def read_text(
     ------
     InputError : the encoding does not fit, a column is not there or twice, a line has too many cells.
     """
+
+    def placed(layout: Layout) -> dict[str, int]:
+        try:
+            return {name: place_of(name, layout.names, "column") for name in lost}
+        except InputError as error:
+            raise InputError(f"'{path}': {error}{_hint(lost, layout, options)}") from None
+
+    found = None
+    if not where and path.stat().st_size >= streaming.LARGE and is_plain(path, options):
+        found = read_blocks(path, options, lost, notes, texts, _LOOK + 2000, placed)
+    if found is None:
+        found = _whole(path, options, lost, notes, texts, where, placed)
+    layout, places, frame = found.layout, found.places, found.frame
+    columns = {name: _column(name, frame[name], layout, places[name]) for name in lost}
+    mixed = None if where else _mixed(found.head[:_SENSORS], layout, set(places.values()), notes)
+    return Table(columns, first_row=layout.start + 1, lines=np.array(found.numbers), mixed=mixed)
+
+
+def _whole(
+    path: Path,
+    options: Csv,
+    lost: Mapping[str, Sequence[str]],
+    notes: Notes,
+    texts: frozenset[str],
+    where: Mapping[str, str | float],
+    placed: Placed,
+) -> Read:
+    """All rows by all lines of the file."""
     lines = _whole_cells(_decoded(path, options, notes).split("\n"))
     if where:
         lines = _rows_where(lines, options, where, path)
     layout = find_layout(lines[: options.skip + _LOOK + 2000], options, path, notes)
-    try:
-        places = {name: place_of(name, layout.names, "column") for name in lost}
-    except InputError as error:
-        raise InputError(f"'{path}': {error}{_hint(lost, layout, options)}") from None
+    places = placed(layout)
     rows = rows_of(lines, layout, options, set(places.values()), path, notes)
-    frame = _parsed(rows.lines, layout, lost, places, path, texts)
-    columns = {name: _column(name, frame[name], layout, places[name]) for name in lost}
-    mixed = None if where else _mixed(rows.lines[:_SENSORS], layout, set(places.values()), notes)
-    return Table(columns, first_row=layout.start + 1, lines=np.array(rows.numbers), mixed=mixed)
+    frame = Cells(layout, lost, places, texts).read(rows.lines, path)
+    return Read(layout, places, frame, rows.lines[:_SENSORS], rows.numbers)
 
 
 def _whole_cells(lines: list[str]) -> list[str]:
@@ -220,82 +242,6 @@ def _plain(text: str, notes: Notes) -> str:
         text, count = re.subn("\u2212(?=[\\d.,])", "-", text)
         notes.assume(f"the minus sign of typographers (U+2212) stands before {count} numbers")
     return text
-
-
-def _parsed(
-    lines: list[str],
-    layout: Layout,
-    lost: Mapping[str, Sequence[str]],
-    places: Mapping[str, int],
-    path: Path,
-    texts: frozenset[str],
-) -> pd.DataFrame:
-    """The wanted columns of all rows."""
-    separator, decimal = layout.separator, layout.decimal
-    if decimal == separator:
-        separator = ONE_COLUMN
-        lines = [separator.join(cells_of(line, decimal)) for line in lines]
-    keys = {place: f"{place}" for place in sorted(set(places.values()))}
-    markers: dict[str, list[str]] = {key: [*_EMPTY] for key in keys.values()}
-    for name, place in places.items():
-        markers[keys[place]] += lost[name]
-    if not lines:
-        return pd.DataFrame({name: np.zeros(0) for name in places})
-    settings: dict[str, Any] = {
-        "sep": r"\s+" if separator == BLANKS else separator,
-        "decimal": decimal,
-        "thousands": layout.thousands,
-        "names": [str(place) for place in range(max(layout.cells, max(keys) + 1))],
-        "usecols": list(keys.values()),
-        "dtype": {keys[places[name]]: str for name in places if name in texts},
-        "na_values": markers,
-    }
-    try:
-        frame = _in_parts(lines, settings) if len(lines) > ROWS_AT_ONCE else None
-        frame = _read_csv(lines, settings) if frame is None else frame
-    except (ValueError, OverflowError, pd.errors.EmptyDataError) as error:
-        reason = " ".join(str(error).replace("Error tokenizing data. C error: ", "").split())[:120]
-        raise InputError(f"'{path}' is not a whole table ({reason}); mend that line") from None
-    if len(frame) != len(lines):
-        raise InputError(f"'{path}' is not a whole table (a quoted cell goes over several lines); mend that line")
-    return pd.DataFrame({name: frame[keys[place]] for name, place in places.items()}, copy=False)
-
-
-def _read_csv(lines: list[str], settings: Mapping[str, Any]) -> pd.DataFrame:
-    return pd.read_csv(
-        io.BytesIO("\n".join(lines).encode()),
-        header=None,
-        index_col=False,
-        keep_default_na=False,
-        skipinitialspace=True,
-        skip_blank_lines=False,
-        low_memory=False,
-        on_bad_lines="error",
-        **settings,
-    )
-
-
-def _in_parts(lines: list[str], settings: Mapping[str, Any]) -> pd.DataFrame | None:
-    """Columns, read part by part to spare memory; None where one that may be numbers is text in some part.
-
-    Such a table, and one of which a part cannot be read, is left to the reader of the whole, which knows the kind of
-    a column by all of its cells and the line of an error by the whole file.
-    """
-    texts: dict[str, list[str]] = {name: [] for name in settings["dtype"]}
-    numeric = {name: np.empty(len(lines)) for name in settings["usecols"] if name not in texts}
-    for first in range(0, len(lines), ROWS_AT_ONCE):
-        some = lines[first : first + ROWS_AT_ONCE]
-        try:
-            part = _read_csv(some, settings)
-        except (ValueError, OverflowError, pd.errors.EmptyDataError):
-            return None
-        if len(part) != len(some) or any(part[name].dtype.kind not in "iuf" for name in numeric):
-            return None
-        for name, values in numeric.items():
-            values[first : first + len(some)] = part[name].to_numpy(dtype=np.float64)
-        for name, cells in texts.items():
-            cells += part[name].tolist()
-    return pd.DataFrame({**numeric, **{name: pd.Series(cells) for name, cells in texts.items()}}, copy=False)
 
 
 def _column(name: str, values: Any, layout: Layout, place: int) -> Column:

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from railsim.errors import InputError
-from railsim.field import text
+from railsim.field import cells as parsing
 from railsim.field.map import Csv
 from railsim.field.tables import Notes
 from railsim.field.text import read_text
@@ -107,5 +107,5 @@ def test_long_tables_read_in_parts_are_the_same(tmp_path: Path, monkeypatch: pyt
         return {name: (list(map(str, one.values)), one.fault) for name, one in table.columns.items()}
 
     at_once = read()
-    monkeypatch.setattr(text, "ROWS_AT_ONCE", 7)
+    monkeypatch.setattr(parsing, "ROWS_AT_ONCE", 7)
     assert read() == at_once

@@ -112,21 +112,21 @@ def test_an_estimate_is_not_replaced_by_its_condition(tmp_path: Path, capsys: py
 def test_traces_keep_peaks_gaps_and_errors():
     one = ride(seed=1, dip=14e-3)
     one.series.loc[100:199, "valid [-]"] = 0.0
-    found = traces([one], {})[0]
+    found = traces(one)[0]
     values = unpacked(found["values"])
     assert found["name"] == "vertical D1" and found["cell [m]"] == 0.25 and len(values) == 4800
     assert np.nanmax(np.abs(values)) == pytest.approx(1e3 * one.series["vertical_d1 [m]"].abs().max(), abs=STEP)
     assert np.isnan(values[50:100]).all() and np.isfinite(values[100:]).all()
     assert unpacked(found["errors"]) == pytest.approx(0.1)
     assert found["limits"] == [[0.0, 10.0, 13.0, 26.0]]
-    coarse = traces([one], {}, points=1000)[0]
+    coarse = traces(one, points=1000)[0]
     assert len(unpacked(coarse["values"])) <= 500
     assert np.nanmax(np.abs(unpacked(coarse["values"]))) == pytest.approx(np.nanmax(np.abs(values)))
 
 
 def test_traces_hold_earlier_passes():
     one = ride(seed=1)
-    found = traces([one], {"mine": [laid(ride(seed=2), one)]})[0]
+    found = traces(one, [laid(ride(seed=2), one)])[0]
     difference = unpacked(found["earlier"][0]) - unpacked(found["values"])
     assert np.nanstd(difference) < 0.4 and np.isfinite(difference).mean() > 0.9
 
