@@ -104,6 +104,18 @@ class Selection(Spec, frozen=True):
     last: int | None = quantity(None, unit="row of the table, counted from 1", source=MAP, ge=1)
 
 
+class Tie(Spec, frozen=True):
+    """How the clock of a table is tied to that of a table before it."""
+
+    kind: Literal["motion", "event"] = quantity(
+        unit="motion: by correlation; event: the largest jolt of both is one", source=MAP
+    )
+    channel: str = quantity(unit="channel of this table", source=MAP)
+    to: str = quantity(unit="channel of a table before it that feels the same", source=MAP)
+    largest: float | None = quantity(None, unit="s, largest offset beside that of dates; else any", source=MAP, gt=0)
+    threshold: float = quantity(0.5, unit="-, correlation that motions must reach", source="illustrative", gt=0, lt=1)
+
+
 class TableMap(Spec, frozen=True):
     """Columns that are sampled together."""
 
@@ -112,6 +124,7 @@ class TableMap(Spec, frozen=True):
     group: str | int | None = quantity(None, unit="name or number (from 0) of the file's group", source=MAP)
     time: TimeBase = quantity(unit="-", source=MAP)
     time_offset: float = quantity(0.0, unit="s, added to the times", source=MAP)
+    tie: Tie | None = quantity(None, unit="how its clock is tied to that of a table before it", source=MAP)
     rate: float | None = quantity(None, unit="Hz; else from the times", source=MAP, gt=0, le=1e6)
     rows: Selection = quantity(Selection(), unit="all, filled, changed, or keys of Selection", source=MAP)
     repair: tuple[Repair, ...] = quantity((), unit="-", source=MAP)

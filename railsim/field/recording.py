@@ -23,6 +23,7 @@ from railsim.field.selection import selected
 from railsim.field.sheets import data_sheets
 from railsim.field.tables import Notes, Table
 from railsim.field.time_bases import Iso, Seconds
+from railsim.field.tying import tied
 from railsim.field.units import parse_unit
 from railsim.measurements import TIME
 from railsim.recording import write_recording
@@ -96,6 +97,7 @@ def _series(
         for label, one, table in zip(labels, mapped.tables, tables, strict=True)
     ]
     clocks = [_mended(clock, how) for clock, how in zip(clocks, hows, strict=True)]
+    clocks = tied(mapped.tables, tables, clocks, notes)
     known = [clock.start is not None for clock in clocks]
     if any(known) and not all(known):
         raise InputError(_undated(mapped, clocks))
@@ -103,7 +105,7 @@ def _series(
     if start is not None:
         notes.assume(f"time 0 is {start.isoformat()}, the first row of all tables")
     if file_count(mapped) > 1:
-        _tie(clocks, start, notes)
+        _tie(clocks, start, notes, sum(table.tie is None for table in mapped.tables) > 1)
     series = []
     for mapped_table, clock, how in zip(mapped.tables, clocks, hows, strict=True):
         shift = (clock.start - start).total_seconds() if clock.start and start else 0.0
@@ -120,8 +122,8 @@ def _mended(clock: Clock, how: How) -> Clock:
     return Clock(continued(seconds, how) if "continue" in how.repairs else seconds, clock.start)
 
 
-def _tie(clocks: list[Clock], start: datetime | None, notes: Notes) -> None:
-    """Say how the clocks of several files are one.
+def _tie(clocks: list[Clock], start: datetime | None, notes: Notes, untied: bool) -> None:
+    """Say how the clocks of several files are one; `untied`: several are not tied by what they have seen.
 
     Raises
     ------
@@ -140,8 +142,10 @@ def _tie(clocks: list[Clock], start: datetime | None, notes: Notes) -> None:
             + f" s and end at {', '.join(f'{last:.6g}' for _, last in spans)} s; add 'time_offset' to a table where "
             "its clock is off, or import them apart"
         )
+    if not untied:
+        return
     how = "by their dates" if start is not None else "as their times count from the same zero"
-    notes.assume(f"clocks of the files are one, {how}; 'time_offset' of a table would move it")
+    notes.assume(f"clocks of the files are one, {how}; 'time_offset' of a table would move it, 'tie' find its offset")
 
 
 def _undated(mapped: RecordingMap, clocks: list[Clock]) -> str:
