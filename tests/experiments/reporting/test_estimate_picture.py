@@ -8,6 +8,7 @@ import pytest
 
 from estimators.interface import Estimate
 from experiments.cli import main
+from experiments.reporting import estimate_picture as estimate_picture_module
 from experiments.reporting.estimate_picture import MOST, PICTURE, estimate_picture, panels_of
 
 S = np.linspace(0.0, 1000.0, 400)
@@ -59,3 +60,18 @@ def test_estimate_draws_what_was_asked(tmp_path: Path, capsys: pytest.CaptureFix
     assert main(["estimate", "dipped_joints", str(tmp_path / "r"), "--out", str(tmp_path / "e")]) == 0
     assert PICTURE in capsys.readouterr().out
     assert (tmp_path / "e" / PICTURE).read_bytes().startswith(b"\x89PNG")
+
+
+def test_many_rows_are_drawn_by_their_outline(monkeypatch: pytest.MonkeyPatch) -> None:
+    wave, valid = 2e-3 * np.sin(S / 10.0), np.ones(400)
+    wave[333], valid[150] = 9e-3, 0.0
+    long = estimate({"a [m]": wave, "a_std [m]": np.full(400, 1e-4), "valid [-]": valid}, events=[{"s [m]": 7.0}] * 30)
+    whole = estimate_picture(long).axes[0]
+    monkeypatch.setattr(estimate_picture_module, "MANY_ROWS", 40)
+    monkeypatch.setattr(estimate_picture_module, "MANY_EVENTS", 20)
+    thinned = estimate_picture(long).axes[0]
+    outlines = [np.asarray(axes.collections[0].get_paths()[0].vertices) for axes in (whole, thinned)]
+    assert len(outlines[1]) < 0.3 * len(outlines[0])
+    assert outlines[1][:, 1].max() == outlines[0][:, 1].max() == pytest.approx(9.2)
+    assert len(thinned.collections[1].get_paths()) == 1  # the row that is not valid is still there
+    assert len(whole.lines) == 31 and len(thinned.lines) == 1 and len(thinned.collections) == 3
