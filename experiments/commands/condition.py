@@ -25,8 +25,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--line-speed",
         metavar="KMH|FILE",
-        help="km/h, or a CSV file with 'from [m]' and 'line speed [km/h]' (default: the speed travelled)",
+        help="km/h, or a CSV file with 'from [m]' or 'from [km]', and 'line speed [km/h]' (else the speed travelled)",
     )
+    parser.add_argument("--kilometre", type=float, metavar="KM", help="kilometre of the line where s is 0")
+    parser.add_argument("--falling", action="store_true", help="the vehicle ran against the kilometrage")
     parser.add_argument(
         "--before",
         metavar="ESTIMATE",
@@ -42,6 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write tables, GeoJSON and page; say the worst."""
+    from experiments.maintenance.kilometre import Kilometre
     from experiments.maintenance.limits import read_limits, shipped
     from experiments.maintenance.line_speed import line_speed
     from experiments.maintenance.report import report
@@ -54,7 +57,10 @@ def execute(given: argparse.Namespace) -> Outcome:
     runs = _runs(given.estimates, [folder for run in given.before for folder in run])
     limits = read_limits(Path(given.limits)) if given.limits else shipped()
     origin, start, positions, note = _recording(given)
-    made = report(origin, runs, limits, line_speed(given.line_speed), positions, start)
+    if given.falling and given.kilometre is None:
+        raise InputError("--falling says how the kilometrage runs; add --kilometre KM, that where s is 0")
+    along = Kilometre(given.kilometre, given.falling)
+    made = report(origin, runs, limits, line_speed(given.line_speed, along), positions, start, along)
     with write_folder_atomically(out) as aside:
         for name, write in made.writers().items():
             write(aside / name)
@@ -62,7 +68,14 @@ def execute(given: argparse.Namespace) -> Outcome:
     worst = made.tables["defects.csv"].head(_WORST)
     lines = [f"{out}: {', '.join(made.writers())}", *(f"note: {one}" for one in notes)]
     lines.append(", ".join(f"{name}: {count}" for name, count in made.counts.items()))
-    shown = ["quantity", "level", "s [m]", "size [mm or mm/m]", "limit [mm or mm/m]", "speed [km/h]"]
+    shown = [
+        "quantity",
+        "level",
+        "kilometre" if along.known else "s [m]",
+        "size [mm or mm/m]",
+        "limit [mm or mm/m]",
+        "speed [km/h]",
+    ]
     lines += [table(shown, worst[shown].to_numpy().tolist(), decimals=1)] if len(worst) else ["no defects"]
     result = {"condition": str(out), "files": list(made.writers()), "counts": made.counts, "notes": notes}
     return Outcome(result, "\n".join(lines))

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from experiments.maintenance.kilometre import Kilometre
+
 
 def page(
     title: str,
@@ -16,6 +18,7 @@ def page(
     lines: list[str],
     traces: Sequence[dict[str, Any]] = (),
     tables: Mapping[str, pd.DataFrame] | None = None,
+    along: Kilometre | None = None,
 ) -> str:
     """The page.
 
@@ -26,6 +29,7 @@ def page(
     lines : what stands below the heading, as text.
     traces : as `traces.traces` makes them; none: no chart is drawn.
     tables : by heading; a row that has "s [m]" leads to its place.
+    along : kilometrage of the line, by which traces are labelled; None: by distance.
     """
     folder = files("experiments.maintenance")
     drawn = {
@@ -33,6 +37,7 @@ def page(
         "ABOUT": "".join(f"<p>{escape(line)}</p>" for line in lines),
         "DATA": _json(collection),
         "TRACES": _json(list(traces)),
+        "ALONG": _json({"zero": (along or Kilometre()).zero or 0.0, "slope": (along or Kilometre()).slope}),
         "TABLES": _json([_plain(heading, table) for heading, table in (tables or {}).items()]),
         "CHART": "" if traces else "hidden",
         "SCRIPT": (folder / "traces.js").read_text(encoding="utf-8") if traces else "",

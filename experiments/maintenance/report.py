@@ -20,6 +20,7 @@ from experiments.maintenance.comparison import (
 )
 from experiments.maintenance.condition import defects, is_track
 from experiments.maintenance.condition_map import SECTION, features, together
+from experiments.maintenance.kilometre import Kilometre
 from experiments.maintenance.limits import CLASS_SECTION, LEVELS, Limits
 from experiments.maintenance.line_speed import LineSpeed
 from experiments.maintenance.map_page import page
@@ -71,6 +72,7 @@ def report(
     speed: LineSpeed,
     positions: Positions | None = None,
     start: str | None = None,
+    along: Kilometre | None = None,
 ) -> Report:
     """Tables, map and page.
 
@@ -82,6 +84,7 @@ def report(
     limits, speed : what the condition is held against.
     positions : of the recording; None: there is no map.
     start : instant of time 0 of the recording, ISO 8601; None where it is not known.
+    along : kilometrage of the line; None where it is not known.
 
     Raises
     ------
@@ -101,11 +104,13 @@ def report(
     changed = pd.concat([one.changes for one in parts], ignore_index=True)
     if compared:
         tables["changes.csv"] = changed
+    along = along or Kilometre()
+    tables = {name: along.added(table) for name, table in tables.items()}
     collection = together([one.features for one in parts])
     notes = [speed.source, f"limits: {limits.source}", *_about_earlier(parts)]
-    lists = {"Defects, the worst first": found.head(_SHOWN)}
-    lists |= {"Places that have changed": changed.head(_SHOWN)} if compared else {}
-    html = page(title, collection, notes, [one for part in parts for one in part.traces], lists)
+    lists = {"Defects, the worst first": tables["defects.csv"].head(_SHOWN)}
+    lists |= {"Places that have changed": tables["changes.csv"].head(_SHOWN)} if compared else {}
+    html = page(title, collection, notes, [one for part in parts for one in part.traces], lists, along)
     counts = {level: list(found["level"]).count(level) for level in LEVELS[1:]}
     counts |= {"places changed": len(changed)} if compared else {}
     return Report(tables, collection, html, counts, notes)

@@ -1,6 +1,7 @@
 "use strict";
 // Traces over distance: one canvas a quantity and band, all with the same stretch of track.
 const chart = JSON.parse(document.getElementById("traces").textContent);
+const along = JSON.parse(document.getElementById("along").textContent), kilometre = s => along.zero + along.slope * s;
 const charts = document.getElementById("charts"), readout = document.getElementById("readout"), which = document.getElementById("which");
 const HEIGHT = 150, LEFT = 52, RIGHT = 10, TOP = 16, BOTTOM = 20, GONE = -32768;
 const LIMIT_COLOURS = ["#e0a800", "#e8590c", "#c1121f"], LIMIT_NAMES = ["alert", "intervention", "immediate action"];
@@ -65,8 +66,8 @@ function stroke(pen, places) { pen.beginPath(); places.forEach((p, n) => n ? pen
 function axes(pen, one, width, x, y, top) {
   pen.fillStyle = "#333"; pen.strokeStyle = "#e4e6e8"; pen.lineWidth = 1;
   pen.textAlign = "center"; pen.textBaseline = "top";
-  const across = ticks(range.from / 1000, range.to / 1000, Math.max(2, width / 110));
-  for (const km of across.list) { stroke(pen, [[x(1000 * km), TOP], [x(1000 * km), HEIGHT - BOTTOM]]); pen.fillText(km.toFixed(across.digits), x(1000 * km), HEIGHT - BOTTOM + 4); }
+  const ends = [kilometre(range.from), kilometre(range.to)], across = ticks(Math.min(...ends), Math.max(...ends), Math.max(2, width / 110));
+  for (const km of across.list) { const at = x((km - along.zero) / along.slope); stroke(pen, [[at, TOP], [at, HEIGHT - BOTTOM]]); pen.fillText(km.toFixed(across.digits), at, HEIGHT - BOTTOM + 4); }
   pen.textAlign = "right"; pen.textBaseline = "middle";
   const up = ticks(-top, top, 6);
   for (const v of up.list) { stroke(pen, [[LEFT, y(v)], [width - RIGHT, y(v)]]); pen.fillText(v.toFixed(up.digits), LEFT - 5, y(v)); }
@@ -132,14 +133,14 @@ function reach(from, to) {
   const least = 5, whole = extent.to - extent.from, width = Math.min(Math.max(to - from, Math.min(least, whole)), whole);
   from = Math.min(Math.max(from, extent.from), extent.to - width);
   range = {from: from, to: from + width};
-  document.getElementById("stretch").textContent = "km " + (range.from / 1000).toFixed(3) + " to " + (range.to / 1000).toFixed(3);
+  document.getElementById("stretch").textContent = "km " + kilometre(range.from).toFixed(3) + " to " + kilometre(range.to).toFixed(3);
   drawAll();
 }
 function goTo(s, width) { chartMarks = [s]; reach(s - width / 2, s + width / 2); }
 
 function under(event) { return range.from + (event.offsetX - LEFT) / (event.target.clientWidth - LEFT - RIGHT) * (range.to - range.from); }
 function tellAt(s) {
-  const parts = ["km " + (s / 1000).toFixed(4)];
+  const parts = ["km " + kilometre(s).toFixed(4)];
   for (const one of chart) {
     if (one.canvas.hidden) continue;
     const cell = cellAt(one, s), value = one.numbers[cell];

@@ -109,6 +109,28 @@ def test_an_estimate_is_not_replaced_by_its_condition(tmp_path: Path, capsys: py
     assert "which would be lost" in capsys.readouterr().err and (tmp_path / "now" / "about.json").is_file()
 
 
+@pytest.mark.parametrize("falling", [False, True])
+def test_kilometres_of_the_line(falling: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    ride(seed=1, dip=14e-3).save(tmp_path / "now")
+    table = tmp_path / "line.csv"
+    edge = 12.4 + (-0.5 if falling else 0.5)
+    slow, fast = ("80", "160") if not falling else ("160", "80")
+    table.write_text(f"from [km],line speed [km/h]\n0,{slow}\n{edge},{fast}\n")
+    words = ["condition", str(tmp_path / "now"), "--line-speed", str(table), "--out", str(tmp_path / "out")]
+    assert main(words) == 2 and "add --kilometre KM" in capsys.readouterr().err
+    assert main([*words, "--kilometre", "12.4", *(["--falling"] if falling else [])]) == 0
+    found = pd.read_csv(tmp_path / "out" / "defects.csv")
+    assert found["kilometre"].iloc[0] == pytest.approx(12.4 + (-0.55 if falling else 0.55), abs=1e-3)
+    assert found["level"].iloc[0] == "intervention" and found["speed [km/h]"].iloc[0] == 160.0
+    rows = pd.read_csv(tmp_path / "out" / "condition_200m.csv")
+    assert rows["line speed [km/h]"].tolist() == [80.0, 80.0, 160.0, 160.0, 160.0, 160.0]
+    assert rows["from [km]"].tolist() == pytest.approx(
+        [12.4 + sign * 0.2 * n for n in range(6) for sign in [-1 if falling else 1]]
+    )
+    assert '"slope":-0.001' in (tmp_path / "out" / "condition.html").read_text() or not falling
+    assert main(["condition", str(tmp_path / "now"), "--falling", "--out", str(tmp_path / "out")]) == 2
+
+
 def test_traces_keep_peaks_gaps_and_errors():
     one = ride(seed=1, dip=14e-3)
     one.series.loc[100:199, "valid [-]"] = 0.0
