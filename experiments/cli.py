@@ -10,7 +10,6 @@ import signal
 import sys
 import threading
 import traceback
-import unicodedata
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
@@ -23,14 +22,13 @@ from threadpoolctl import threadpool_limits
 from experiments import commands
 from experiments.reporting.outcome import Outcome
 from railsim.distribution import check_packages
-from railsim.errors import InputError, Noticed
+from railsim.errors import InputError, Noticed, printable
 from railsim.plugins import more_plugins
 
 BAD_INPUT = 2
 UNFORESEEN = 3
 INTERRUPTED = 130
 LATER = 0.05  # s
-LONGEST = 1500  # characters of a message; its begin and its end, which holds the cure, are kept
 REPORT = "call it again with --debug and report what is printed, with the input if you can share it"
 
 
@@ -168,20 +166,6 @@ def unforeseen(error: Exception) -> str:
     """An error that nobody foresaw: its kind, what it says and where it came from."""
     frame = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {printable(str(error))[:200]} (in {Path(frame.filename).name}:{frame.lineno})"
-
-
-def printable(text: str) -> str:
-    """In one line of at most `LONGEST` characters; control and direction characters as their code points."""
-    seen = "".join(_escaped(letter) for letter in " ".join(text.split()))
-    if len(seen) <= LONGEST:
-        return seen
-    kept = (LONGEST - 5) // 2
-    return f"{seen[:kept]} ... {seen[-kept:]}"
-
-
-def _escaped(letter: str) -> str:
-    hidden = unicodedata.category(letter) in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp")
-    return f"<U+{ord(letter):04X}>" if hidden else letter
 
 
 def _complain(text: str, code: int = BAD_INPUT) -> int:

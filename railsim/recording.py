@@ -60,7 +60,7 @@ class Recording:
 
     @property
     def true_track(self) -> Path | None:
-        """The track file of the simulation; None without truth."""
+        """The track file of the simulation; None without truth; `InputError` where it is not as it was written."""
         return self._true("track.csv")
 
     @property
@@ -71,6 +71,7 @@ class Recording:
 
     def _true(self, name: str) -> Path | None:
         path = self.folder / "truth" / name
+        check_as_written(self.folder, f"truth/{name}")
         return path if path.is_file() else None
 
 

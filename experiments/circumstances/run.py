@@ -117,21 +117,6 @@ def perform(matrix: Matrix, name: str, estimators: list[str]) -> tuple[str, str]
     return name, ""
 
 
-def sliced(names: list[str], text: str | None) -> list[str]:
-    """Every N-th name from the I-th one on, for a text "I/N"; the first slices hold the first names.
-
-    Raises
-    ------
-    InputError : the text is not such a slice.
-    """
-    if text is None:
-        return names
-    first, stroke, count = text.partition("/")
-    if not (stroke and first.isdecimal() and count.isdecimal() and 1 <= int(first) <= int(count)):
-        raise InputError(f"--slice {text}: write I/N with I from 1 to N, for example 1/4")
-    return names[int(first) - 1 :: int(count)]
-
-
 def _performed(matrix: Matrix, left: dict[str, list[str]], jobs: int) -> Iterator[tuple[str, str]]:
     if jobs == 1 or len(left) < 2:
         for name, missing in left.items():

@@ -37,14 +37,15 @@ def execute(given: argparse.Namespace) -> Outcome:
     """
     from experiments.circumstances.cells import all_kept
     from experiments.circumstances.circumstance import chosen, read_circumstances
-    from experiments.circumstances.run import RECORDINGS, Matrix, run_matrix, sliced
+    from experiments.circumstances.run import RECORDINGS, Matrix, run_matrix
+    from experiments.reporting.slices import sliced
     from railsim.registry import pick
 
     if given.jobs < 1:
         raise InputError(f"--jobs {given.jobs}: give a number from 1")
     every = read_circumstances(given.file)
     wanted = chosen(every, given.only)
-    names = sliced(list(wanted), given.slice)
+    names = list(sliced(list(wanted), given.slice))
     known = _estimators()
     for name in given.estimators:
         pick(dict.fromkeys(known), name, "estimator")

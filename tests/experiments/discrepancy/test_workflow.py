@@ -17,6 +17,7 @@ from estimators.interface import Estimate
 from experiments.cli import main
 from experiments.discrepancy.baseline.estimated_track import given_track
 from railsim import load_scenario, measure, simulate
+from railsim.digests import write_marker
 from railsim.errors import InputError
 from railsim.parquet import write_frame
 
@@ -62,6 +63,7 @@ def _edit(recording: Path, change: Callable[[pd.DataFrame], pd.DataFrame]) -> No
         write_frame(path, table)
         about["measured"][path.name]["rows"] = len(table)
     (recording / "about.json").write_text(json.dumps(about))
+    write_marker(recording)
 
 
 def _dead(table: pd.DataFrame, dropped: float | None) -> pd.DataFrame:
