@@ -11,6 +11,7 @@ from experiments.reporting.outcome import Outcome
 from railsim.errors import InputError
 
 if TYPE_CHECKING:
+    from estimators.interface import Estimator
     from railsim.measurements import Measurements
 
 _VEHICLE = "vehicle."
@@ -39,7 +40,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     from estimators.interface import ESTIMATORS
     from experiments.maintenance.condition import tables
     from experiments.reporting.estimate_picture import PICTURE, writer
-    from experiments.runs.long_record import estimate_sections, in_sections, joined
+    from experiments.runs.long_record import in_sections, joined
     from railsim.recording import Recording
 
     settings, vehicle = _changes(given.set)
@@ -54,7 +55,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     parts = Path(f"{given.out}.sections")
     if in_sections(estimator, measurements):
         estimator.need(measurements)
-        places = estimate_sections(estimator, measurements, parts, Path(given.recording), _tell)
+        places = _kept_sections(estimator, measurements, parts, Path(given.recording))
         del measurements  # of a long record, memory is wanted for what follows
         estimate = joined(places)
     else:
@@ -67,6 +68,18 @@ def execute(given: argparse.Namespace) -> Outcome:
     result |= {"tables": list(more), "picture": f"{given.out}/{PICTURE}"}
     line = f"{given.out}: {len(estimate.series)} rows of {', '.join([*columns, *more])}; {PICTURE}"
     return Outcome(result, line if said is None else f"{said}\n{line}")
+
+
+def _kept_sections(estimator: "Estimator", measurements: "Measurements", parts: Path, recording: Path) -> list[Path]:
+    """All sections; one who interrupts is told what was kept."""
+    from experiments.runs.long_record import estimate_sections
+
+    try:
+        return estimate_sections(estimator, measurements, parts, recording, _tell)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"interrupted; sections that are done stand in '{parts}': the same command goes on from there"
+        ) from None
 
 
 def _tell(line: str) -> None:

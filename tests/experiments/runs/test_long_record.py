@@ -157,7 +157,8 @@ def test_a_command_that_was_ended_goes_on(how: signal.Signals, recording: Path, 
     while not first.is_file() and time.monotonic() < deadline:
         time.sleep(0.001)
     os.kill(stopped.pid, how)
-    stopped.communicate(timeout=60)
+    said = stopped.communicate(timeout=60)[1]
+    assert how == signal.SIGKILL or "the same command goes on from there" in said
     assert stopped.returncode != 0 and not (tmp_path / "stopped").exists()
     again = run("stopped")
     assert "section 1 of 3: done before" in again.communicate(timeout=120)[1] and again.returncode == 0
