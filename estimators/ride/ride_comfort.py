@@ -1,18 +1,17 @@
 """Ride comfort on the floor of the body: EN 12299's continuous and mean comfort, and Sperling's index."""
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
-from scipy.signal import welch
 
 from estimators.interface import Estimate, Estimator
-from estimators.ride.samples import on_grid
 from estimators.ride.weighting import HORIZONTAL, VERTICAL, sperling, sperling_index
 from estimators.signals.frequency_response import filter_time
+from estimators.signals.noise import noise_floor
+from estimators.speed.samples import on_grid
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
@@ -162,15 +161,6 @@ class RideComfort(Estimator, frozen=True):
             warnings.append(f"no mean comfort: it needs {self.period:g} s of record")
         place = {"body": str(sheet.stated.get("body", "body")), "position [m]": list(sheet.position)}
         return {"settings": self.model_dump(mode="json"), **place, "warnings": warnings}
-
-
-def noise_floor(values: np.ndarray, rate: float) -> float:
-    """Density of the quietest tenth-octave of a spectrum above an eighth of the rate, unit^2/Hz: noise has no more."""
-    frequency, density = welch(values - np.mean(values), rate, nperseg=min(len(values), round(2.0 * rate)))
-    edges = np.geomspace(rate / 8.0, 0.45 * rate, 19)
-    inside = [(frequency >= low) & (frequency < high) for low, high in pairwise(edges)]
-    means = [float(np.mean(density[one])) for one in inside if one.any()]
-    return min(means, default=0.0)
 
 
 def _resampled(values: np.ndarray, count: int) -> np.ndarray:

@@ -9,9 +9,9 @@ import pandas as pd
 from scipy.signal import welch
 
 from estimators.interface import Estimate, Estimator, Missing
-from estimators.ride.samples import on_grid
 from estimators.signals.frequency_response import filter_time
 from estimators.speed.odometry import SpeedSource, integrate_speed, missing_speed
+from estimators.speed.samples import on_grid
 from railsim.data_sheet import data_sheet
 from railsim.measurements import Measurements
 from railsim.spec import quantity
