@@ -2,6 +2,8 @@
 
 import importlib
 import pkgutil
+import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,10 +16,11 @@ from railsim import engines
 from railsim.cache import cached
 from railsim.dynamics.channels import channel_names
 from railsim.engines.interface import Engine, Run
-from railsim.errors import InputError
+from railsim.errors import InputError, Noticed
 from railsim.measurements import Measurements
 from railsim.recording import Recording, software_versions, write_recording
 from railsim.registry import pick, source_digest
+from railsim.room import BYTES, check_disk, check_memory
 from railsim.scenario import Scenario, digest_of
 from railsim.scratch import scratch_folder
 from railsim.sensors.suite import data_sheets, measure_all
@@ -28,6 +31,11 @@ from railsim.track.survey import survey
 from railsim.truth import TIME, Truth, TruthWriter
 
 REFERENCE = "exudyn"
+LESS = "shorten duration, or lower output_rate and the sensors' rates"
+_FIRST = 2.0  # s of work by which the time of a run is told
+_LONG = 300.0  # s; a longer run is announced
+_COPIES = 2  # of the measured samples: as they are made, and in the recording
+_COLUMNS = 8  # of the truth that a sensor reads at a time
 _TRACK_STREAM = 0x747261636B  # "track": keeps the survey's random numbers apart from the sensors'
 _SHAPING = (
     *("dynamics", "engines", "contact", "track", "vehicles", "effects"),
@@ -174,11 +182,45 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
         "step [s]": run.step,
         "software": software_versions(),
     }
+    what = f"the run ({run.duration:g} s at {run.rate:g} Hz, {len(names)} channels)"
+    check_disk(float(BYTES) * run.rows * len(names), target, what, LESS)
     bar = tqdm(total=run.rows, desc=engine, unit=" rows", delay=2.0, leave=False, disable=None if progress else True)
+    ahead = _Ahead(run.rows)
     with TruthWriter(target, names, run.rate, about) as writer, bar:
         for rows in _on_track(load_engine(engine)(run), scenario):
             writer.append(rows)
             bar.update(len(rows))
+            ahead.update(len(rows))
+
+
+class _Ahead:
+    """Says once how long a run will take, where that is long: by what its first seconds made."""
+
+    def __init__(self, rows: int) -> None:
+        self._left, self._done, self._began = rows, 0, time.monotonic()
+        self._said = False
+
+    def update(self, rows: int) -> None:
+        """Take note of rows that were made."""
+        self._done += rows
+        past = time.monotonic() - self._began
+        if self._said or past < _FIRST:
+            return
+        self._said = True
+        ahead = past * (self._left / self._done - 1.0)
+        if ahead > _LONG:
+            how = f"{ahead / 3600.0:.1f} hours" if ahead > 7200.0 else f"{ahead / 60.0:.0f} minutes"
+            warnings.warn(f"this run will take about {how}; to stop it, press Ctrl-C", Noticed, stacklevel=2)
+
+
+def check_measured(scenario: Scenario) -> None:
+    """Raise `InputError` where what the sensors give does not fit into memory, before anything is simulated."""
+    by_rate: dict[float, int] = {}
+    for sensor in scenario.sensors:
+        by_rate[sensor.rate] = by_rate.get(sensor.rate, 1) + len(sensor.channels())
+    numbers = sum(rate * scenario.duration * columns for rate, columns in by_rate.items())
+    reading = (_COLUMNS if by_rate else 0) * scenario.output_rate * scenario.duration  # of the truth, one sensor after the other
+    check_memory(BYTES * (_COPIES * numbers + reading), "what the sensors give", LESS)
 
 
 def _on_track(chunks: Iterator[np.ndarray], scenario: Scenario) -> Iterator[np.ndarray]:

@@ -16,9 +16,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(given: argparse.Namespace) -> Outcome:
     """Write the recording."""
     from railsim.files import write_folder_atomically
-    from railsim.simulation import measure, simulate
+    from railsim.simulation import check_measured, measure, simulate
 
     scenario = scenario_of(given)
+    check_measured(scenario)
     with write_folder_atomically(given.out) as aside:  # says before the simulation that the place cannot be written
         truth = simulate(scenario, given.engine, progress=True)
         measured = measure(truth, scenario, folder=aside).measurements

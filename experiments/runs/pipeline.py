@@ -22,7 +22,7 @@ from railsim.files import write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.recording import software_versions
 from railsim.scenario import Scenario
-from railsim.simulation import measure, simulate
+from railsim.simulation import check_measured, measure, simulate
 from railsim.truth import SPEED, Truth
 
 INSTANTS = 12  # rows of the table of speeds
@@ -39,6 +39,7 @@ def run_pipeline(scenario: Scenario, engine: str, out: Path) -> Outcome:
     ------
     InputError : the scenario cannot be run, or the folder not be written.
     """
+    check_measured(scenario)
     with write_folder_atomically(out) as aside:
         truth = simulate(scenario, engine, progress=True)
         measured = measure(truth, scenario, folder=aside / "recording").measurements
