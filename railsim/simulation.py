@@ -219,7 +219,9 @@ def check_measured(scenario: Scenario) -> None:
     for sensor in scenario.sensors:
         by_rate[sensor.rate] = by_rate.get(sensor.rate, 1) + len(sensor.channels())
     numbers = sum(rate * scenario.duration * columns for rate, columns in by_rate.items())
-    reading = (_COLUMNS if by_rate else 0) * scenario.output_rate * scenario.duration  # of the truth, one sensor after the other
+    reading = (
+        (_COLUMNS if by_rate else 0) * scenario.output_rate * scenario.duration
+    )  # of the truth, one sensor after the other
     check_memory(BYTES * (_COPIES * numbers + reading), "what the sensors give", LESS)
 
 

@@ -110,6 +110,7 @@ def _perform(attempt: Attempt) -> None:
         out = os.open(attempt.said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         os.dup2(out, 1)
         os.dup2(out, 2)
+        sys.stdout, sys.stderr = (os.fdopen(number, "w", buffering=1) for number in (1, 2))
         os.environ |= attempt.environment
         if attempt.largest is not None:
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -13,8 +13,9 @@ import numpy as np
 
 from experiments.fault_injection.robustness.attempt import Attempt, Ending, ended
 from experiments.fault_injection.robustness.mutations import flipped
+from experiments.fault_injection.robustness.surroundings import compared, names
 from experiments.fault_injection.robustness.targets import targets
-from experiments.fault_injection.robustness.workshop import call, contents, copy_of
+from experiments.fault_injection.robustness.workshop import FAST, call, contents, copy_of, make_wide
 from railsim.digests import MARKER, is_whole
 from railsim.scratch import PARTIAL
 
@@ -50,9 +51,9 @@ def writers() -> list[Writer]:
     return [
         Writer(
             "simulate", ("short.yaml",),
-            lambda at: call("simulate", at / "short.yaml", *_FAST, "--out", at / "out"),
+            lambda at: call("simulate", at / "short.yaml", *FAST, "--out", at / "out"),
         ),
-        Writer("run", ("short.yaml",), lambda at: call("run", at / "short.yaml", *_FAST, "--out", at / "out")),
+        Writer("run", ("short.yaml",), lambda at: call("run", at / "short.yaml", *FAST, "--out", at / "out")),
         Writer(
             "estimate", ("recording",),
             lambda at: call("estimate", "speed_plain", at / "recording", "--out", at / "out"),
@@ -78,9 +79,6 @@ def writers() -> list[Writer]:
             lambda at: call("sweep", at / "sweep.yaml", "--jobs", "1", "--out", at / "out"),
         ),
     ]  # fmt: skip
-
-
-_FAST = ("--engine", "compiled")
 
 
 def damaged_input(number: int, workshop: Path, place: Path) -> Result:
@@ -191,10 +189,16 @@ def foreign_home(number: int, workshop: Path, place: Path) -> Result:
     return _result(f"{writer.name}{', another user' if user else ''}", ending, faults)
 
 
+def surroundings(number: int, workshop: Path, place: Path) -> Result:
+    """An estimator with other orders of sets, other threads and a cold cache: the same bytes."""
+    name = names()[number]
+    ending, faults, seconds, memory = compared(name, make_wide(workshop), place)
+    return Result(name, ending, tuple(faults), seconds, memory, "")
+
+
 def _undisturbed(writer: Writer, workshop: Path, scratch: Path) -> tuple[dict[str, str], float]:
     """Digests of what a command makes without a stop, without files that differ by the clock; and its time, s."""
-    key = (writer.name, scratch)
-    if key not in _known:
+    if writer.name not in _known:
         results, seconds = [], 0.0
         for which in ("one", "other"):
             place = scratch / f"undisturbed-{which}"
@@ -204,8 +208,8 @@ def _undisturbed(writer: Writer, workshop: Path, scratch: Path) -> tuple[dict[st
             results.append(_of(place / writer.made))
             shutil.rmtree(place)
         same = {name: digest for name, digest in results[0].items() if results[1].get(name) == digest}
-        _known[key] = same, seconds
-    return _known[key]
+        _known[writer.name] = same, seconds
+    return _known[writer.name]
 
 
 def _of(result: Path) -> dict[str, str]:
@@ -215,7 +219,7 @@ def _of(result: Path) -> dict[str, str]:
     return {name: digest for name, digest in contents(result.parent).items() if name == result.name}
 
 
-_known: dict[tuple[str, Path], tuple[dict[str, str], float]] = {}
+_known: dict[str, tuple[dict[str, str], float]] = {}
 _LIVE = ("cache", "temporary")
 
 
@@ -242,5 +246,6 @@ KINDS: dict[str, tuple[Callable[[int, Path, Path], Result], int]] = {
     "flipped bit": (flipped_bit, 200),
     "full disk": (full_disk, 20),
     "foreign home": (foreign_home, 14),
+    "surroundings": (surroundings, len(names())),
 }
 """By name: a case by its number, and how many the study has."""

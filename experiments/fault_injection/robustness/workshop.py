@@ -31,6 +31,9 @@ estimators: [speed_plain]
 seeds: [1]
 """
 LAWS = "- {name: conicity_change, change: 0.05}\n"
+WIDE = ("default", "suspension", "whole_coach", "curve_s1002", "wheelset_worn")
+"""Scenarios of which one or another suits every estimator that needs no more than a scenario can give."""
+FAST = ("--engine", "compiled")
 EXPORTS = ("csv", "parquet", "mat", "mf4")
 
 
@@ -52,13 +55,21 @@ def make_workshop(folder: Path) -> Path:
         for name, text in (("short.yaml", SCENARIO), ("sweep.yaml", SWEEP), ("laws.yaml", LAWS)):
             (aside / name).write_text(text)
         recording = aside / "recording"
-        _made("simulate", aside / "short.yaml", "--engine", "compiled", "--out", recording)
+        _made("simulate", aside / "short.yaml", *FAST, "--out", recording)
         _made("estimate", "speed_plain", recording, "--out", aside / "estimate")
         for ending in EXPORTS:
             place = aside / ending
             place.mkdir()
             _made("export", recording, "--to", place / f"data.{ending}", "--map", place / "map.yaml")
         shutil.copyfile(recording / "truth" / "track.csv", aside / "track.csv")
+    return folder
+
+
+def make_wide(folder: Path) -> Path:
+    """The workshop with recordings of 20 s of the scenarios `WIDE`, made where they are not there yet."""
+    for name in WIDE:
+        if not (folder / f"wide_{name}").is_dir():
+            _made("simulate", name, *FAST, "--set", "duration=20", "--out", folder / f"wide_{name}")
     return folder
 
 
