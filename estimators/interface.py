@@ -14,7 +14,7 @@ from railsim.digests import check_as_written
 from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.measurements import Measurements
-from railsim.parquet import read_column, read_names, write_frame
+from railsim.parquet import read_columns, read_names, write_frame
 from railsim.registry import Kind
 from railsim.spec import Spec
 
@@ -84,7 +84,7 @@ class Estimate:
             raise InputError(f'\'{folder}\' is not an estimate: its about.json has no "name" or "about"')
         table = folder / "estimate.parquet"
         names, _ = read_names(table)
-        series = pd.DataFrame({name: read_column(table, name) for name in names}, copy=False)
+        series = pd.DataFrame(read_columns(table, names), copy=False)
         return cls(head["name"], series, head["about"])
 
 

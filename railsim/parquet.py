@@ -1,5 +1,6 @@
 """Tables of float64 columns as Parquet files whose bytes depend on nothing but the numbers."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,10 +53,15 @@ def read_names(path: Path) -> tuple[list[str], int]:
     InputError : missing, cut short or not a table of numbers.
     """
     with _open(path) as file:
-        for field in file.schema_arrow:
-            if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
-                raise InputError(f"'{path}': column '{field.name}' holds {field.type}; every column must hold numbers")
-        return list(file.schema_arrow.names), int(file.metadata.num_rows)
+        try:
+            fields = {field.name: field.type for field in file.schema_arrow}
+            names, rows = list(file.schema_arrow.names), int(file.metadata.num_rows)
+        except (UnicodeDecodeError, pa.ArrowException):
+            raise InputError(f"'{path}' is damaged in its columns' names; make or copy it again") from None
+    for name, kind in fields.items():
+        if not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):
+            raise InputError(f"'{path}': column '{name}' holds {kind}; every column must hold numbers")
+    return names, rows
 
 
 def read_column(path: Path, name: str) -> np.ndarray:
@@ -65,12 +71,26 @@ def read_column(path: Path, name: str) -> np.ndarray:
     ------
     InputError : missing, cut short or damaged file.
     """
+    return read_columns(path, [name])[name]
+
+
+def read_columns(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Columns as float64 by name, each of shape (rows,), one after the other from a file that is opened once.
+
+    Raises
+    ------
+    InputError : missing, cut short or damaged file.
+    """
     with _open(path) as file:
-        try:
-            column = file.read(columns=[name]).column(name)
-            return np.asarray(column.to_numpy(), dtype=np.float64)
-        except (OSError, pa.ArrowException):
-            raise InputError(f"'{path}' is damaged at column '{name}'; make or copy it again") from None
+        return {name: _column(file, path, name) for name in names}
+
+
+def _column(file: Any, path: Path, name: str) -> np.ndarray:
+    try:
+        column = file.read(columns=[name]).column(name)
+        return np.asarray(column.to_numpy(), dtype=np.float64)
+    except (OSError, pa.ArrowException):
+        raise InputError(f"'{path}' is damaged at column '{name}'; make or copy it again") from None
 
 
 def _open(path: Path) -> Any:
@@ -81,7 +101,7 @@ def _open(path: Path) -> Any:
             return file
     except FileNotFoundError:
         raise InputError(f"'{path}' is missing; make or copy its folder again") from None
-    except (OSError, pa.ArrowException):
+    except (OSError, UnicodeDecodeError, pa.ArrowException):
         raise InputError(f"'{path}' is not a whole Parquet file (cut short?); make or copy it again") from None
     file.close()
     raise InputError(

@@ -18,7 +18,7 @@ from railsim.digests import as_written, check_as_written
 from railsim.errors import InputError, Noticed
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.measurements import Measurements
-from railsim.parquet import read_column, read_names, write_frame
+from railsim.parquet import read_columns, read_names, write_frame
 from railsim.truth import Truth
 
 __all__ = ["Measurements", "Recording", "software_versions", "write_recording"]
@@ -198,7 +198,7 @@ def _read_table(path: Path, stated: Any) -> tuple[float, dict[str, np.ndarray]]:
         raise InputError(f"'{path}' has {rows} rows where about.json states {due}; make or copy it again")
     if len(set(names)) != len(names):
         raise InputError(f"'{path}': a column stands twice; rename one")
-    return float(rate[1]), {name: read_column(path, name) for name in names}
+    return float(rate[1]), read_columns(path, names)
 
 
 def _read_track(path: Path) -> pd.DataFrame | None:

@@ -1,11 +1,15 @@
-"""Whether what is asked for fits on the disk and into memory, looked at before the work begins."""
+"""Whether what is asked for fits on the disk and into memory, looked at before the work begins; how long it takes."""
 
 import shutil
+import time
+import warnings
 from pathlib import Path
 
-from railsim.errors import InputError
+from railsim.errors import InputError, Noticed
 
 BYTES = 8  # of a number
+_FIRST = 2.0  # s of work by which the time of a run is told
+_LONG = 300.0  # s; a longer run is announced
 _MEMORY = Path("/proc/meminfo")
 
 
@@ -37,6 +41,26 @@ def available_memory() -> float | None:
         return None
     found = [float(line.split()[1]) * 1024.0 for line in lines if line.startswith("MemAvailable:")]
     return found[0] if found else None
+
+
+class Forecast:
+    """Says once how long a run will take, where that is long: by what its first seconds made."""
+
+    def __init__(self, rows: int) -> None:
+        self._left, self._done, self._began = rows, 0, time.monotonic()
+        self._said = False
+
+    def update(self, rows: int) -> None:
+        """Take note of rows that were made."""
+        self._done += rows
+        past = time.monotonic() - self._began
+        if self._said or past < _FIRST:
+            return
+        self._said = True
+        ahead = past * (self._left / self._done - 1.0)
+        if ahead > _LONG:
+            how = f"{ahead / 3600.0:.1f} hours" if ahead > 7200.0 else f"{ahead / 60.0:.0f} minutes"
+            warnings.warn(f"this run will take about {how}; to stop it, press Ctrl-C", Noticed, stacklevel=2)
 
 
 def _size(count: float) -> str:

@@ -2,8 +2,6 @@
 
 import importlib
 import pkgutil
-import time
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,11 +14,11 @@ from railsim import engines
 from railsim.cache import cached
 from railsim.dynamics.channels import channel_names
 from railsim.engines.interface import Engine, Run
-from railsim.errors import InputError, Noticed
+from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.recording import Recording, software_versions, write_recording
 from railsim.registry import pick, source_digest
-from railsim.room import BYTES, check_disk, check_memory
+from railsim.room import BYTES, Forecast, check_disk, check_memory
 from railsim.scenario import Scenario, digest_of
 from railsim.scratch import scratch_folder
 from railsim.sensors.suite import data_sheets, measure_all
@@ -32,8 +30,6 @@ from railsim.truth import TIME, Truth, TruthWriter
 
 REFERENCE = "exudyn"
 LESS = "shorten duration, or lower output_rate and the sensors' rates"
-_FIRST = 2.0  # s of work by which the time of a run is told
-_LONG = 300.0  # s; a longer run is announced
 _COPIES = 2  # of the measured samples: as they are made, and in the recording
 _COLUMNS = 8  # of the truth that a sensor reads at a time
 _TRACK_STREAM = 0x747261636B  # "track": keeps the survey's random numbers apart from the sensors'
@@ -185,32 +181,12 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
     what = f"the run ({run.duration:g} s at {run.rate:g} Hz, {len(names)} channels)"
     check_disk(float(BYTES) * run.rows * len(names), target, what, LESS)
     bar = tqdm(total=run.rows, desc=engine, unit=" rows", delay=2.0, leave=False, disable=None if progress else True)
-    ahead = _Ahead(run.rows)
+    forecast = Forecast(run.rows)
     with TruthWriter(target, names, run.rate, about) as writer, bar:
         for rows in _on_track(load_engine(engine)(run), scenario):
             writer.append(rows)
             bar.update(len(rows))
-            ahead.update(len(rows))
-
-
-class _Ahead:
-    """Says once how long a run will take, where that is long: by what its first seconds made."""
-
-    def __init__(self, rows: int) -> None:
-        self._left, self._done, self._began = rows, 0, time.monotonic()
-        self._said = False
-
-    def update(self, rows: int) -> None:
-        """Take note of rows that were made."""
-        self._done += rows
-        past = time.monotonic() - self._began
-        if self._said or past < _FIRST:
-            return
-        self._said = True
-        ahead = past * (self._left / self._done - 1.0)
-        if ahead > _LONG:
-            how = f"{ahead / 3600.0:.1f} hours" if ahead > 7200.0 else f"{ahead / 60.0:.0f} minutes"
-            warnings.warn(f"this run will take about {how}; to stop it, press Ctrl-C", Noticed, stacklevel=2)
+            forecast.update(len(rows))
 
 
 def check_measured(scenario: Scenario) -> None:

@@ -46,8 +46,8 @@ def test_endless_runs_are_refused_at_once(changes: dict[str, object], line: str,
 
 def test_a_long_run_is_announced_by_what_its_first_seconds_made(monkeypatch: pytest.MonkeyPatch):
     now = iter([0.0, 1.0, 3.0, 4.0])
-    monkeypatch.setattr(simulation.time, "monotonic", lambda: next(now))
-    ahead = simulation._Ahead(10_000)
+    monkeypatch.setattr(room.time, "monotonic", lambda: next(now))
+    ahead = room.Forecast(10_000)
     ahead.update(1)
     with pytest.warns(Noticed, match="about 8.3 hours"):
         ahead.update(0)

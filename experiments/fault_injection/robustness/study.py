@@ -137,7 +137,7 @@ def flipped_bit(number: int, workshop: Path, place: Path) -> Result:
     file.write_bytes(flipped(file.read_bytes(), rng))
     ending = _call_json(place)
     name = str(file.relative_to(place))
-    noticed = ending.code == 2 or str(file) in ending.text
+    noticed = ending.code == 2 or "is not as railsim wrote it" in ending.text
     outcome = "noticed" if noticed else "harmless" if ending.text == due else "silent"
     faults = ["silent change"] if outcome == "silent" else []
     return Result(name, outcome, (*ending.faults, *faults), ending.seconds, ending.memory, ending.text[-400:])
