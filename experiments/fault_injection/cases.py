@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
-from experiments.fault_injection.faults import FAULTS, Fault, Spoiler
+from experiments.fault_injection.faults import Fault, Spoiler
+from experiments.fault_injection.kinds import FAULTS
 from experiments.fault_injection.runs import RUNS, scenario, truth_of
 from experiments.runs.estimation import estimate_all
 from experiments.scoring.score import score
@@ -26,32 +27,61 @@ _FLOOR = {"km/h": 0.02, "mm": 0.05}
 """Errors below which a share of an error says nothing, by unit; illustrative."""
 
 
-def cases(count: int, seed: int, shift: float, fast: bool, every: int) -> Iterator[dict[str, Any]]:
-    """Spoilt recordings, each kind of fault in turn, then as many clean ones: a row each.
+class Study:
+    """Cases by number: the same number, seed and code give the same row, in whatever order they are computed.
 
     Parameters
     ----------
-    count : of each.
     seed : of runs, noise and faults.
     shift : m by which the runs begin further on.
     fast : the compiled engine.
-    every : of every so-many-th spoilt recording the estimators' scores are compared.
+    every : of every so-many-th round of all kinds the estimators' scores are compared; 0 for none.
+    estimators : that are scored; None for all.
     """
-    truth = lru_cache(len(RUNS))(lambda name: truth_of(name, fast, shift))
-    kinds = list(FAULTS)
-    for number in range(count):
-        rng = np.random.default_rng([seed, number])
+
+    def __init__(
+        self, seed: int, shift: float, fast: bool, every: int, estimators: frozenset[str] | None = None
+    ) -> None:
+        self.seed, self.every, self.estimators = seed, every, estimators
+        self.shift = shift
+        self.truth = lru_cache(len(RUNS))(lambda name: truth_of(name, fast, shift))
+
+    def spoilt(self, number: int) -> dict[str, Any]:
+        """A recording with a fault; each kind has its turn."""
+        kinds = list(FAULTS)
+        rng = np.random.default_rng([self.seed, number])
         run, grade = str(rng.choice(list(RUNS))), str(rng.choice(GRADES))
-        measured = measure(truth(run), scenario(run, grade, shift), seed=seed + number).measurements
-        fault, spoilt = spoil(measured, kinds[number % len(kinds)], rng)
-        row = {"case": number, "run": run, "grade": grade, **judge(fault, spoilt)}
-        scored = number // len(kinds) % every == 0
-        yield row | (restored(measured, spoilt, truth(run)) if scored else {})
-    names = list(RUNS)
-    for number in range(count, 2 * count):
+        measured = self._measured(run, grade, number)
+        kind = kinds[number % len(kinds)]
+        fault, faulty = spoil(measured, kind, rng)
+        row = {"case": number, "run": run, "grade": grade, **judge(fault, faulty), "fault": kind}
+        if not self.every or number // len(kinds) % self.every:
+            return row
+        return row | restored(measured, faulty, self.truth(run), self.estimators)
+
+    def clean(self, number: int) -> dict[str, Any]:
+        """A recording without one; each run has its turn."""
+        names = list(RUNS)
         run, grade = names[number % len(names)], GRADES[number // len(names) % 2]
-        measured = measure(truth(run), scenario(run, grade, shift), seed=seed + number).measurements
-        yield {"case": number, "run": run, "grade": grade, **judge(None, measured)}
+        measured = self._measured(run, grade, number)
+        return {"case": number, "run": run, "grade": grade, **judge(None, measured)}
+
+    def _measured(self, run: str, grade: str, number: int) -> Measurements:
+        return measure(self.truth(run), scenario(run, grade, self.shift), seed=self.seed + number).measurements
+
+
+def cases(
+    count: int, seed: int, shift: float, fast: bool, every: int, clean: int | None = None
+) -> Iterator[dict[str, Any]]:
+    """`count` spoilt recordings, each kind of fault in turn, then `clean` (None: as many) clean ones: a row each.
+
+    The other parameters are those of `Study`.
+    """
+    study = Study(seed, shift, fast, every)
+    for number in range(count):
+        yield study.spoilt(number)
+    for number in range(count, count + (count if clean is None else clean)):
+        yield study.clean(number)
 
 
 def spoil(measured: Measurements, kind: str, rng: np.random.Generator) -> tuple[Fault, Measurements]:
@@ -90,12 +120,15 @@ def _placed(finding: Finding, fault: Fault) -> bool:
     return abs(finding.start - fault.start) <= NEAR and abs(finding.end - fault.end) <= NEAR
 
 
-def restored(clean: Measurements, spoilt: Measurements, truth: Truth) -> dict[str, Any]:
+def restored(
+    clean: Measurements, spoilt: Measurements, truth: Truth, estimators: frozenset[str] | None = None
+) -> dict[str, Any]:
     """Largest rms error of any estimator after the repair, and without it, over that from the clean recording, and
     over that from the clean recording without the samples that the fault touched; how many scores each has lost.
     """
-    before, after = _errors(clean, truth), _errors(inspect(spoilt).cleaned, truth)
-    without, gap = _errors(spoilt, truth), _errors(gapped(clean, spoilt), truth)
+    before, after, without, gap = (
+        _errors(one, truth, estimators) for one in (clean, inspect(spoilt).cleaned, spoilt, gapped(clean, spoilt))
+    )
     worst = {key: after[key] / value for key, value in before.items() if key in after}
     name = max(worst, key=lambda key: worst[key]) if worst else ""
     return {
@@ -128,10 +161,10 @@ def _worst(errors: dict[str, float], reference: dict[str, float]) -> float:
     return max((errors[key] / value for key, value in reference.items() if key in errors), default=np.nan)
 
 
-def _errors(measured: Measurements, truth: Truth) -> dict[str, float]:
+def _errors(measured: Measurements, truth: Truth, estimators: frozenset[str] | None) -> dict[str, float]:
     """Root-mean-square errors of all estimators, not below a floor, by "estimator: score"."""
     errors: dict[str, float] = {}
-    estimates = estimate_all(measured)
+    estimates = estimate_all(measured, estimators)
     if estimates.failed:
         return {}
     for name, estimate in estimates.given.items():
@@ -149,6 +182,6 @@ def _scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
         return {}
 
 
-def table(count: int, seed: int, shift: float, fast: bool, every: int) -> pd.DataFrame:
+def table(count: int, seed: int, shift: float, fast: bool, every: int, clean: int | None = None) -> pd.DataFrame:
     """All cases."""
-    return pd.DataFrame(list(cases(count, seed, shift, fast, every)))
+    return pd.DataFrame(list(cases(count, seed, shift, fast, every, clean)))

@@ -1,4 +1,4 @@
-"""Fourteen kinds of fault, put into a recording at random; each says what it did, where and how large it is."""
+"""Kinds of fault, put into a recording at random; each says what it did, where and how large it is."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,21 +10,21 @@ from railsim.data_sheet import data_sheet
 from railsim.measurements import TIME, Measurements
 from railsim.quality.draft import tables_of
 
-_ACCELEROMETERS = [f"{place}.acceleration_{axis} [m/s2]" for place in ("bogie", "bogie_lead") for axis in "xyz"]
-_GYROS = [f"bogie.rate_{axis} [rad/s]" for axis in ("roll", "pitch", "yaw")]
-_TRANSDUCERS = [f"primary1_{side}.displacement [m]" for side in ("left", "right")]
-_BOXES = [f"axlebox{box}.acceleration_{axis} [m/s2]" for box in ("1_left", "1_right", "2_left") for axis in "yz"]
-_TACHOMETERS = ["wheelset1", "wheelset2"]
-CHANNELS = [*_ACCELEROMETERS, *_GYROS, *_TRANSDUCERS, *_BOXES]
+ACCELEROMETERS = [f"{place}.acceleration_{axis} [m/s2]" for place in ("bogie", "bogie_lead") for axis in "xyz"]
+GYROS = [f"bogie.rate_{axis} [rad/s]" for axis in ("roll", "pitch", "yaw")]
+TRANSDUCERS = [f"primary1_{side}.displacement [m]" for side in ("left", "right")]
+BOXES = [f"axlebox{box}.acceleration_{axis} [m/s2]" for box in ("1_left", "1_right", "2_left") for axis in "yz"]
+TACHOMETERS = ["wheelset1", "wheelset2"]
+CHANNELS = [*ACCELEROMETERS, *GYROS, *TRANSDUCERS, *BOXES]
 SWAPS = [
     *(
-        (_ACCELEROMETERS[i], _ACCELEROMETERS[j])
+        (ACCELEROMETERS[i], ACCELEROMETERS[j])
         for i, j in ((0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5), (2, 5), (1, 4))
     ),
-    *((_GYROS[i], _GYROS[j]) for i, j in ((0, 1), (0, 2), (1, 2))),
-    (_TRANSDUCERS[0], _TRANSDUCERS[1]),
-    (_BOXES[1], _BOXES[3]),
-    (_BOXES[0], _BOXES[1]),
+    *((GYROS[i], GYROS[j]) for i, j in ((0, 1), (0, 2), (1, 2))),
+    (TRANSDUCERS[0], TRANSDUCERS[1]),
+    (BOXES[1], BOXES[3]),
+    (BOXES[0], BOXES[1]),
 ]
 """Exchanges that are made: two axes of a sensor, or two sensors."""
 
@@ -79,15 +79,15 @@ class Spoiler:
 def _zero(spoiler: Spoiler, name: str) -> float:
     """An offset: 12 to 25 standard deviations of the data sheet (bias and gravity by misalignment), 10 to 20 mm."""
     size = spoiler.rng.uniform(12.0, 25.0) * float(spoiler.rng.choice([-1.0, 1.0]))
-    if name in _TRANSDUCERS:
+    if name in TRANSDUCERS:
         return size * 8e-4
-    tilt = spoiler.errors(name, "misalignment_std") * GRAVITY if name not in _GYROS else 0.0
+    tilt = spoiler.errors(name, "misalignment_std") * GRAVITY if name not in GYROS else 0.0
     return size * float(np.hypot(spoiler.errors(name, "bias_std"), tilt))
 
 
 def offset(spoiler: Spoiler) -> Fault:
     """The zero is off throughout."""
-    name, values, _ = spoiler.choose([*_ACCELEROMETERS, *_GYROS, *_TRANSDUCERS])
+    name, values, _ = spoiler.choose([*ACCELEROMETERS, *GYROS, *TRANSDUCERS])
     size = _zero(spoiler, name)
     values += size
     return spoiler.done("offset", (name,), slice(None), f"{size:+.3g}")
@@ -95,7 +95,7 @@ def offset(spoiler: Spoiler) -> Fault:
 
 def offset_step(spoiler: Spoiler) -> Fault:
     """The zero is off from somewhere to somewhere, or to the end."""
-    name, values, rate = spoiler.choose([*_ACCELEROMETERS, *_GYROS, *_TRANSDUCERS])
+    name, values, rate = spoiler.choose([*ACCELEROMETERS, *GYROS, *TRANSDUCERS])
     part = spoiler.stretch(rate, 3.5, 15.0)
     if spoiler.rng.uniform() < 0.5:
         part = slice(part.start, values.size)
@@ -106,7 +106,7 @@ def offset_step(spoiler: Spoiler) -> Fault:
 
 def gain_change(spoiler: Spoiler) -> Fault:
     """Half to 0.8 or 1.25 to 2 times the true value, from somewhere to somewhere, or to the end."""
-    name, values, rate = spoiler.choose([*_ACCELEROMETERS, *_GYROS, *_TRANSDUCERS, _BOXES[1], _BOXES[3]])
+    name, values, rate = spoiler.choose([*ACCELEROMETERS, *GYROS, *TRANSDUCERS, BOXES[1], BOXES[3]])
     part = spoiler.stretch(rate, 3.5, 15.0)
     if spoiler.rng.uniform() < 0.5:
         part = slice(part.start, values.size)
@@ -202,7 +202,7 @@ def clock(spoiler: Spoiler) -> Fault:
 
 def clock_shift(spoiler: Spoiler) -> Fault:
     """The axleboxes' logger begins 20 to 300 ms late and stamps from zero on, so that all of it comes too early."""
-    rate = spoiler.measured.rate(_BOXES[0])
+    rate = spoiler.measured.rate(BOXES[0])
     table = spoiler.tables[rate]
     count = round(spoiler.rng.uniform(0.02, 0.3) * rate)
     for column in list(table):
@@ -225,14 +225,14 @@ def inverted(spoiler: Spoiler) -> Fault:
     """
     speed = spoiler.measured["gnss.speed [m/s]"]
     driven = float(np.ptp(speed)) > 3.0
-    name, values, _ = spoiler.choose([one for one in CHANNELS if driven or one != _ACCELEROMETERS[0]])
+    name, values, _ = spoiler.choose([one for one in CHANNELS if driven or one != ACCELEROMETERS[0]])
     values *= -1.0
     return spoiler.done("inverted", (name,), slice(None), "-")
 
 
 def tachometer(spoiler: Spoiler) -> Fault:
     """Wrong diameter, 9 to 25 % off throughout; or 20 to 60 % of the pulses missing for a while."""
-    sensor = str(spoiler.rng.choice(_TACHOMETERS))
+    sensor = str(spoiler.rng.choice(TACHOMETERS))
     name = f"{sensor}.speed [m/s]"
     table = spoiler.tables[spoiler.measured.rate(name)]
     part, factor = slice(None), 1 + spoiler.rng.uniform(0.09, 0.25) * float(spoiler.rng.choice([-1.0, 1.0]))

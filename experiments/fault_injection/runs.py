@@ -54,6 +54,23 @@ RUNS: dict[str, dict[str, Any]] = {
 """By name: what a scenario of that run states."""
 
 
+_SPEEDS = (12.0, 20.0, 30.0, 16.0, 24.0, 36.0)
+_VEHICLES = ("class175", "manchester", "class175_whole", "manchester_whole")
+_TRACKS = ("straight_erri_low", "straight_erri_high", "curve_r400", "jointed_60ft", "crossover_1in13")
+_TRACKS += ("paddington_bristol_like",)
+_SLOWER = {"curve_r400": 18.0, "crossover_1in13": 6.0, "jointed_60ft": 17.0}
+"""m/s that the track allows: the radius of the curve, the crossover, the length of the jointed track."""
+PLACES: dict[str, dict[str, Any]] = {
+    f"{vehicle} on {track}": {"track": track, "vehicle": vehicle}
+    | {"speed": min(_SPEEDS[(number + place) % len(_SPEEDS)], _SLOWER.get(track, 40.0))}
+    | ({"start": 60.0} if track == "curve_r400" else {})
+    for number, vehicle in enumerate(_VEHICLES)
+    for place, track in enumerate(_TRACKS)
+}
+"""Four vehicles on six tracks, each at another speed."""
+RUNS |= PLACES
+
+
 def scenario(name: str, grade: str, shift: float = 0.0) -> Scenario:
     """The run of that name with sensors of a grade ("industrial", "mems"), `shift` metres further on."""
     values = dict(RUNS[name])

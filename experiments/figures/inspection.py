@@ -1,11 +1,11 @@
-"""Verification of recordings: fourteen kinds of fault put in at random, and what `railsim inspect` says of them."""
+"""Verification of recordings: 21 kinds of fault put in at random, and what `railsim inspect` says of them."""
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from experiments.fault_injection.cases import table as cases
-from experiments.fault_injection.faults import FAULTS
+from experiments.fault_injection.kinds import FAULTS
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, Target, at_least, at_most, exactly

@@ -17,10 +17,12 @@ class Estimates:
     failed: dict[str, PluginError]
 
 
-def estimate_all(measured: Measurements) -> Estimates:
-    """Every estimator whose channels the recording has."""
+def estimate_all(measured: Measurements, only: frozenset[str] | None = None) -> Estimates:
+    """Every estimator whose channels the recording has, or those of them that are named."""
     estimates = Estimates({}, {}, {})
     for name, kind in ESTIMATORS.classes().items():
+        if only is not None and name not in only:
+            continue
         try:
             estimator = kind.build({})
             with plugin_code(name, estimator):

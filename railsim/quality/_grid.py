@@ -69,6 +69,26 @@ def shifted(table: Columns, amount: float, latest: float) -> Columns:
     return new
 
 
+def stretched(table: Columns, scale: float, first: float, latest: float) -> Columns:
+    """Values whose true times are `first` s and (1 + `scale`) times their stamps after the first one, brought to even
+    stamps by cubic splines; as many rows as they reach until `latest`, s. Neighbours of lost samples are empty.
+    """
+    time = table[TIME]
+    step = float(np.median(np.diff(time)))
+    true = time[0] + first + (time - time[0]) * (1.0 + scale)
+    count = max(2, math.floor((min(latest, float(true[-1])) - float(time[0])) / step + 1e-6) + 1)
+    even = time[0] + step * np.arange(count)
+    inside = (even >= true[0] - step) & (even <= true[-1] + 1e-9)
+    near = np.clip(np.searchsorted(true, even), 1, true.size - 1)
+    new: Columns = {TIME: even}
+    for name in list(table)[1:]:
+        values = table[name]
+        lost = np.isnan(values)
+        known = inside & ~lost[near] & ~lost[near - 1]
+        new[name] = np.where(known, CubicSpline(true, filled(values))(np.clip(even, true[0], true[-1])), math.nan)
+    return new
+
+
 def regridded(table: Columns, rate: float) -> Columns:
     """Rows on the even grid, those that are missing empty."""
     rows = numbers(table[TIME], rate).astype(int)

@@ -13,6 +13,7 @@ CANT_ROLL = 0.12  # rad: 180 mm of cant, the most that EN 13803 allows, over 1.5
 GRADIENT = 0.025  # -: 1 in 40
 PITCH = 0.03  # rad: change of gradient within a record
 LOAD = 0.005  # m: primary suspension under curving, braking and payload, illustrative
+_LEAN_BLOCK, _LEAN_FEWEST = 2.0, 5  # s of a mean, and means
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,43 @@ def heading_rate(measured: Measurements) -> tuple[float, float] | None:
     length = float(measured.time(east)[-1] - measured.time(east)[0]) - part / rate
     turn = (ends[1] - ends[0] + math.pi) % (2 * math.pi) - math.pi
     return turn / length, math.hypot(*errors) / length
+
+
+def lean_rate(measured: Measurements, roll: str) -> tuple[float, float] | None:
+    """Mean rate by which a roll gyro runs away from the roll that gravity shows, and its standard deviation, rad/s.
+
+    Lateral specific force is speed times yaw rate and gravity times roll; the slope of what the summed roll rate leaves
+    of it is the gyro's zero. None without speed, yaw gyro and lateral accelerometer on the gyro's body.
+    """
+    body, speed = sheet(measured, roll).get("body"), speed_channel(measured)
+    beside = [name for name in measured if sheet(measured, name).get("body") == body]
+    yaw = next((n for n in beside if kind_of(measured, n) == "gyro" and axis_of(n) == "yaw"), None)
+    across = next((n for n in beside if kind_of(measured, n) == "accelerometer" and axis_of(n) == "y"), None)
+    if yaw is None or across is None or speed is None:
+        return None
+    time = measured.time(roll)
+    edges = np.arange(time[0], time[-1], _LEAN_BLOCK)
+    if edges.size < 2 * _LEAN_FEWEST:
+        return None
+
+    def means(at: np.ndarray, values: np.ndarray) -> np.ndarray:
+        known = np.isfinite(values)
+        total = np.concatenate([[0.0], np.cumsum(np.where(known, values, 0.0))])
+        count = np.concatenate([[0], np.cumsum(known)])
+        rows = np.searchsorted(at, edges)
+        return np.diff(total[rows]) / np.where(np.diff(count[rows]) > 0, np.diff(count[rows]), np.nan)
+
+    summed = np.nancumsum(measured[roll]) / measured.rate(roll)
+    running = means(measured.time(speed), measured[speed])
+    lean = means(measured.time(across), measured[across]) - running * means(measured.time(yaw), measured[yaw])
+    rest, middle = means(time, summed) - lean / GRAVITY, 0.5 * (edges[1:] + edges[:-1])
+    good = np.isfinite(rest)
+    if good.sum() < _LEAN_FEWEST:
+        return None
+    rest, middle = rest[good], middle[good] - middle[good].mean()
+    slope = float(rest @ middle / (middle @ middle))
+    left = rest - rest.mean() - slope * middle
+    return slope, math.sqrt(float(left @ left) / (rest.size - 2) / float(middle @ middle))
 
 
 def _aside(measured: Measurements, channel: str, length: float, count: int) -> float:

@@ -46,7 +46,7 @@ class ClockShift(Check, frozen=True):
         rates = sorted({measurements.rate(name) for name in spectra}, reverse=True)
         findings = []
         for moved, fixed in combinations(rates, 2):
-            both = _between(measurements, related, (moved, fixed))
+            both = between(measurements, related, (moved, fixed))
             if both:
                 findings += self._pair(measurements, (moved, fixed), both, frequency, spectra)
         return findings
@@ -61,12 +61,12 @@ class ClockShift(Check, frozen=True):
     ) -> list[Finding]:
         shifts = np.arange(-self.largest, self.largest + _STEP / 2, _STEP)
         shifts[np.argmin(np.abs(shifts))] = 0.0
-        total, count = _costs(measured, rates[0], related, frequency, spectra, shifts)
+        total, count = costs(measured, rates[0], related, frequency, spectra, shifts)
         best = int(np.argmin(total))
         gained = float(total[shifts == 0.0][0] - total[best])
         if gained < self.gain + self.density * count or abs(shifts[best]) < self.smallest:
             return []
-        if gained < _best_reading(measured, related, spectra):
+        if gained < best_reading(measured, related, spectra):
             return []
         early = float(shifts[best])
         time = times(measured)[rates[0]]
@@ -85,12 +85,12 @@ class ClockShift(Check, frozen=True):
         return [replace(finding, repair=Shift(-early - _residual_shift(repaired(measured, [finding]), rates)))]
 
 
-def _between(measured: Measurements, related: list[Relation], rates: tuple[float, float]) -> list[Relation]:
+def between(measured: Measurements, related: list[Relation], rates: tuple[float, float]) -> list[Relation]:
     """The relations over tables of these two rates."""
     return [one for one in related if {measured.rate(name) for name in one.weights} == set(rates)]
 
 
-def _costs(
+def costs(
     measured: Measurements,
     moved: float,
     related: list[Relation],
@@ -117,12 +117,12 @@ def _costs(
 def _residual_shift(measured: Measurements, rates: tuple[float, float]) -> float:
     """Shift [s] that the moved table still has: the windows of both now lie over the same samples."""
     frequency, spectra = spectra_of(measured, _TAPER)
-    both = _between(measured, relations(measured, frequency, spectra), rates)
+    both = between(measured, relations(measured, frequency, spectra), rates)
     shifts = np.arange(-_CLOSE, _CLOSE, _FINE)
-    return float(shifts[np.argmin(_costs(measured, rates[0], both, frequency, spectra, shifts)[0])])
+    return float(shifts[np.argmin(costs(measured, rates[0], both, frequency, spectra, shifts)[0])])
 
 
-def _best_reading(measured: Measurements, related: list[Relation], spectra: Mapping[str, np.ndarray]) -> float:
+def best_reading(measured: Measurements, related: list[Relation], spectra: Mapping[str, np.ndarray]) -> float:
     """Largest gain in cost that a single exchange or change of sign makes of the same sums."""
     means = dict.fromkeys(spectra, 0.0)
 

@@ -11,6 +11,7 @@ from railsim.measurements import Measurements
 from railsim.quality._axes import AXES, Axes, angles, mounting, sensors_of
 from railsim.quality._offsets import expected, tolerance
 from railsim.quality._rigid import relations, spectra_of
+from railsim.quality._signals import limit
 from railsim.quality.interface import Check, Finding
 from railsim.quality.repairs import Repair, Rotate, Scale
 from railsim.spec import quantity
@@ -20,6 +21,7 @@ _UNITS = (
     ("m/s2, which the map takes for g", 1.0 / 9.80665),
 )  # fmt: skip
 """Units that values in m/s2 may be in by mistake, and m/s2 of each."""
+_HALFWAY = 0.5  # of gravity, at most: the nearest unit is 3.3 times another
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class Mounting(Check, frozen=True):
     def verdicts(self, measured: Measurements) -> list[Verdict]:
         """Of all sensors with which something is wrong."""
         sensors = sensors_of(measured)
-        found = [verdict for axes in sensors if (verdict := self._size(axes)) is not None]
+        found = [verdict for axes in sensors if (verdict := self._size(measured, axes)) is not None]
         judged = {id(verdict.axes) for verdict in found}
         leaning = [a for a in sensors if id(a) not in judged and self._leans(measured, a)]
         if leaning:
@@ -69,10 +71,12 @@ class Mounting(Check, frozen=True):
             found += [self._direction(measured, axes) for axes in alone]
         return found
 
-    def _size(self, axes: Axes) -> Verdict | None:
-        """Another unit, or no gravity."""
+    def _size(self, measured: Measurements, axes: Axes) -> Verdict | None:
+        """Another unit, or no gravity; a zero that the data sheet lets be off is off by as much in any unit."""
+        zero = self.width * limit(measured, axes.accelerations["z"], "bias_std") / GRAVITY
+        near = max(self.near, min(zero, _HALFWAY))
         for unit, factor in _UNITS:
-            if abs(axes.size * factor / GRAVITY - 1.0) < self.near:
+            if abs(axes.size * factor / GRAVITY - 1.0) < near:
                 extent = f"gravity is read as {axes.size:.4g} m/s2: the values are in {unit}"
                 advice = f"state 'unit: {unit.split(',')[0]}' in the map; the values are brought to m/s2"
                 return Verdict("unit", axes, extent, advice, Scale(1.0 / factor))

@@ -7,7 +7,7 @@ import numpy as np
 
 from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
-from railsim.quality._offsets import axis_of, expected, heading_rate, still_mean, tolerance
+from railsim.quality._offsets import axis_of, expected, heading_rate, lean_rate, still_mean, tolerance
 from railsim.quality._signals import kind_of, limit, sheet
 from railsim.quality.interface import Check, Finding
 from railsim.quality.mounting import doubtful
@@ -54,6 +54,8 @@ class Offset(Check, frozen=True):
                 off, running = rest, 0.0
             elif heading is not None:
                 off, running = off - heading[0], self.width * heading[1]
+            elif axis_of(name) == "roll" and (lean := lean_rate(measured, name)) is not None:
+                off, running = lean[0], min(running, self.width * lean[1])
         return off if allowed.deviation and abs(off) > self.width * allowed.deviation + running else None
 
     def _pair(self, measured: Measurements, first: str, second: str) -> dict[str, float]:

@@ -12,6 +12,7 @@ from railsim.measurements import Measurements
 from railsim.quality._offsets import axis_of, speed_channel
 from railsim.quality._rigid import Relation, relations, spectra_of
 from railsim.quality._signals import filled, kind_of
+from railsim.quality._turned import by_reading, turns
 from railsim.quality.interface import Check, Finding
 from railsim.quality.mounting import doubtful
 from railsim.quality.repairs import Negate, Swap
@@ -51,6 +52,9 @@ class Orientation(Check, frozen=True):
             means.pop(name, None)
         along = {name: one for name, one in _along(measurements, spectra).items() if name in means}
         choices = alternatives(measurements, related, means)
+        seen = {name for relation in related for name in relation.weights}
+        turned = by_reading([one for one in turns(measurements, set(means)) if seen & set(one.reading())])
+        choices += [reading for _, reading in turned]
         read: dict[str, tuple[str, float]] = {}
         findings: list[Finding] = []
         cost = self._cost(measurements, related, spectra, means, read, along)
@@ -60,7 +64,11 @@ class Orientation(Check, frozen=True):
             if cost - costs[best] < self.gain + self.share * _weight(related, choices[best]):
                 break
             read |= dict(choices[best])
-            findings.append(_finding(measurements, choices[best], cost - costs[best]))
+            turn = next((one for one, reading in turned if reading is choices[best]), None)
+            gained = cost - costs[best]
+            findings.append(
+                turn.finding(measurements, gained) if turn else _finding(measurements, choices[best], gained)
+            )
             cost = costs[best]
             touched = set(choices[best])
             choices = [one for one in choices if not touched & set(one)]

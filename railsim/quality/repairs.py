@@ -10,11 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from railsim.measurements import TIME
 from railsim.quality._axes import AXES, TURNS, Axes
-from railsim.quality._grid import regridded, shifted
+from railsim.quality._grid import regridded, shifted, stretched
 from railsim.quality._restore import restored
 from railsim.quality._signals import filled
 from railsim.quality.companions import predicted
 from railsim.quality.draft import Columns, Draft
+from railsim.sensors.logger import reversed_bytes
 
 if TYPE_CHECKING:
     from railsim.quality.interface import Finding
@@ -175,6 +176,49 @@ class Restore(Repair):
 
 
 @dataclass(frozen=True)
+class Reread(SampleRepair):
+    """Whole numbers of `step` (unit of the channel) in words of `amount` bits are read in the other byte order."""
+
+    step: float = 1.0
+
+    name: ClassVar[str] = "reread"
+    log: ClassVar[str] = "bytes of {amount:.0f}-bit words reversed"
+
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Reverse the bytes of all samples."""
+        del at
+        values[:] = reversed_bytes(values, self.step, round(self.amount))
+
+
+@dataclass(frozen=True)
+class Close(SampleRepair):
+    """Rows that were put in are taken out, those after them move up, and as many at the end are lost."""
+
+    name: ClassVar[str] = "close"
+    log: ClassVar[str] = "rows taken out, later ones moved up"
+
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Take them out."""
+        kept = np.delete(values, at)
+        values[: kept.size] = kept
+        values[kept.size :] = math.nan
+
+
+@dataclass(frozen=True)
+class Reorder(SampleRepair):
+    """The samples are taken from the rows `order`, one a sample that is concerned."""
+
+    order: np.ndarray = field(compare=False, repr=False, kw_only=True)
+
+    name: ClassVar[str] = "reorder"
+    log: ClassVar[str] = "put back in their order"
+
+    def change(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Put them back."""
+        values[at] = values[self.order]
+
+
+@dataclass(frozen=True)
 class Swap(Repair):
     """The channel and the finding's other one are exchanged."""
 
@@ -222,6 +266,22 @@ class Shift(Repair):
         """Move them; the table reaches no further than the longest one."""
         latest = max(float(table[TIME][-1]) + 1.0 / rate for rate, table in draft.tables.items())
         draft.tables[draft.rate(finding)] = shifted(draft.table(finding), self.amount, latest)
+
+
+@dataclass(frozen=True)
+class Stretch(Repair):
+    """The table's samples were taken at (1 + `amount`) times their stamps and `first` s later; they are resampled."""
+
+    first: float = 0.0
+
+    name: ClassVar[str] = "stretch"
+    log: ClassVar[str] = "stamps stretched by {amount:+.6g}, resampled"
+    stage: ClassVar[int] = 1
+
+    def apply(self, draft: Draft, finding: "Finding") -> None:
+        """Resample it; the table reaches no further than the longest one."""
+        latest = max(float(table[TIME][-1]) + 1.0 / rate for rate, table in draft.tables.items())
+        draft.tables[draft.rate(finding)] = stretched(draft.table(finding), self.amount, self.first, latest)
 
 
 @dataclass(frozen=True)

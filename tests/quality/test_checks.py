@@ -301,7 +301,7 @@ def test_a_table_that_is_moved_loses_nothing_at_its_end():
 
 
 def test_every_finding_says_what_to_do():
-    assert len(checks()) == 13
+    assert len(checks()) == 17
     for kind in CASES:
         for one in inspect(_spoilt(kind)).findings:
             assert one.advice
