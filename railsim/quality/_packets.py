@@ -12,6 +12,7 @@ from railsim.quality._signals import chance, filled, kind_of, runs, sheet, white
 _MIX = np.uint64(0x9E3779B97F4A7C15)  # odd number of Fibonacci hashing (Knuth, volume 3, section 6.4)
 _LONGEST = 256  # rows, from which on a window is not looked for
 _SHORTEST = 6  # rows
+_FREEDOM = 4.0  # of Student's t, illustrative: the least with a finite kurtosis beyond it
 _PROBABILITY = 1e-6  # of a false alarm a sensor
 
 
@@ -49,7 +50,8 @@ def copies(rows: np.ndarray) -> list[tuple[int, int, int]]:
     found = []
     for first, last in runs(lag > 0):
         for part in np.split(np.arange(first, last), np.flatnonzero(np.diff(lag[first:last])) + 1):
-            begin, end, back = int(part[0]), int(part[-1]) + width, int(lag[part[0]])
+            begin, back = int(part[0]), int(lag[part[0]])
+            end = min(int(part[-1]) + width, begin + back)  # more than a packet is chance, or a third copy
             if end - begin >= _window(rows[:, begin:end], count):
                 found.append((begin, end, begin - back))
     return found
@@ -94,7 +96,7 @@ class Joins:
     ----------
     filters : prediction-error filter by channel. scales : standard deviation of its innovations, shape (n,).
     rows : the channels, lost samples interpolated and means taken off, shape (n,).
-    surprise : sum over all channels of the squared innovations in each row, as they are, shape (n,).
+    surprise : sum over all channels of `unlikely` innovations in each row, as they are, shape (n,).
     """
 
     filters: Mapping[str, np.ndarray]
@@ -103,29 +105,30 @@ class Joins:
     surprise: np.ndarray
 
     def now(self, after: int) -> np.ndarray:
-        """Half the sum of squared innovations in `after` rows from each row on, rows as they are, shape (n,)."""
+        """Sum of `surprise` in `after` rows from each row on, shape (n,)."""
         total = np.concatenate([[0.0], np.cumsum(self.surprise)])
         last = np.minimum(np.arange(self.surprise.size) + after, self.surprise.size)
-        return 0.5 * (total[last] - total[:-1])
+        return total[last] - total[:-1]
 
     def near(self, first: int, last: int) -> np.ndarray:
-        """Numbers of the rows between two places, of those before that the models look back to, and of as many after."""
+        """Numbers of the rows between two places, and of as many before and after as the models look back to."""
         reach = max(taps.size for taps in self.filters.values())
         return np.arange(max(0, first - reach), min(last + reach, self.surprise.size))
 
     def cost(self, order: np.ndarray, places: np.ndarray, after: int) -> float:
-        """Half the sum of squared innovations in `after` rows from each place on, rows taken in `order`.
+        """Sum of `costs` over all channels."""
+        return float(self.costs(order, places, after).sum())
 
-        Minus the logarithm of the likelihood, up to a constant.
-        """
-        total = 0.0
-        for name, values in self.rows.items():
+    def costs(self, order: np.ndarray, places: np.ndarray, after: int) -> np.ndarray:
+        """Sum of `unlikely` innovations in `after` rows from each place on, rows taken in `order`, by channel, (c,)."""
+        total = np.zeros(len(self.rows))
+        for number, (name, values) in enumerate(self.rows.items()):
             taps = self.filters[name]
             for place in places:
                 at = np.arange(place, min(place + after, order.size))
                 back = at[:, None] - np.arange(taps.size)[None, :]
                 past = values[order[np.maximum(back, 0)]]
-                total += 0.5 * float(np.sum((past @ taps / self.scales[name][order[at]]) ** 2))
+                total[number] += float(np.sum(unlikely(past @ taps / self.scales[name][order[at]])))
         return total
 
 
@@ -138,10 +141,18 @@ def joins(measured: Measurements, names: list[str]) -> Joins | None:
         white = whitened(values, measured.rate(name))
         if white is not None:
             filters[name], scales[name] = white.filter, white.scale
-            surprise += white.innovations**2
+            surprise += unlikely(white.innovations)
             known = filled(values)
             rows[name] = known - np.median(known)
     return Joins(filters, scales, rows, surprise) if rows else None
+
+
+def unlikely(innovations: np.ndarray) -> np.ndarray:
+    """Minus the logarithm of the likelihood of innovations, up to a constant: Student's t, for shocks have heavy tails.
+
+    With normal ones, a few hundredths of a shock's energy would outweigh what a join shows.
+    """
+    return 0.5 * (_FREEDOM + 1.0) * np.log1p(np.square(innovations) / _FREEDOM)
 
 
 def odds(count: int) -> float:

@@ -23,7 +23,8 @@ class Finding:
     Attributes
     ----------
     kind : "offset", "offset step", "gain change", "noise", "stuck", "null", "drop-out", "spikes", "saturation",
-        "clock", "clock shift", "swapped", "inverted", "tachometer", "unit", "no gravity", "upside down",
+        "clock", "clock shift", "clock rate", "repeated", "reordered", "byte order",
+        "swapped", "inverted", "tachometer", "unit", "no gravity", "upside down",
         "tilted", "turned", "held", "rounded" or "too short".
     channel : name of the channel; "time [s] at 256 Hz" for a table's times.
     start, end : s, first and last sample that is concerned.

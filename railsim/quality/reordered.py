@@ -4,19 +4,22 @@ from itertools import combinations
 from typing import ClassVar
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
+from scipy.signal import lfilter
 
 from railsim.measurements import Measurements
-from railsim.quality._packets import Joins, joins, odds, sensors
+from railsim.quality._packets import Joins, joins, odds, sensors, unlikely
 from railsim.quality.interface import Check, Finding
 from railsim.quality.repairs import Reorder
 from railsim.spec import quantity
 
-_MOST = 400  # rows of the largest surprise that are looked at, a sensor
+_A_SECOND = 8  # rows of the largest surprise that are looked at
+_FADING = 0.7  # a row, by which the surprises after a row count for it
 _BESIDE = 2  # rows beside a join that are taken for the same
 
 
 class Reordered(Check, frozen=True):
-    """Two neighbouring stretches of rows that, exchanged, go on from each other, where as they are they do not.
+    """Two neighbouring stretches of as many rows that, exchanged, go on from each other, where as they are they do not.
 
     Three places where rows do not go on from those before bound the two stretches. The likelihood is that of the
     innovations after these places under the channels' autoregressive models, of all channels of the sensor together.
@@ -72,35 +75,38 @@ class Reordered(Check, frozen=True):
         """First row, first of the second stretch, and one past the last, of each exchange."""
         count, now = model.surprise.size, model.now(self.after)
         reach = round(self.longest * rate)
-        places = _peaks(model.surprise - len(model.rows), 0.5 * odds(count))
+        usual = float(np.median(model.surprise))
+        places = _peaks(model.surprise - usual, round(_A_SECOND * count / rate), self.after)
         need = odds(count * reach)
         found = []
         for number, first in enumerate(places):
             near = [one for one in places[number + 1 :] if one - first <= reach]
-            for middle, last in combinations(near, 2):
+            alike = [pair for pair in combinations(near, 2) if abs(first + pair[1] - 2 * pair[0]) <= _BESIDE]
+            for middle, last in alike:
                 before = now[first] + now[middle] + now[last]
-                if before < need or min(middle - first, last - middle) < self.after:
+                if before - 3 * self.after * usual < need or middle - first < self.after:
                     continue
                 left = self._at_joins(model, first, middle, last)
-                if before - left > need and left < self._most(model):
+                if before - left > need:
                     gain = self._gain(model, first, middle, last)
                     found += [(gain, (first, middle, last))] if gain > need else []
-        sharp = [self._sharpened(model, *one) for one in _apart(found)]
+        sharp = [self._sharpened(model, one[0], one[2]) for one in _apart(found)]
         return _apart([*sharp, *self._alike(model, [one for _, one in sharp])])
 
-    def _most(self, model: Joins) -> float:
-        """Cost of three joins that are smooth: shocks stay rough wherever they are put."""
-        return 0.5 * self.smooth * 3 * self.after * len(model.rows)
-
     def _at_joins(self, model: Joins, first: int, middle: int, last: int) -> float:
-        """Cost after the three joins with the stretches exchanged."""
+        """Cost after the three joins with the stretches exchanged; infinite where a channel does not go on there.
+
+        A shock stays rough wherever it is put.
+        """
         order, at = self._exchanged(model, first, middle, last)
-        return model.cost(order, np.array([0, last - middle, last - first]) + at, self.after)
+        each = model.costs(order, np.array([0, last - middle, last - first]) + at, self.after)
+        smooth = float(unlikely(np.sqrt([self.smooth]))[0]) * 3 * self.after
+        return float(each.sum()) if float(each.max()) < smooth else float("inf")
 
     def _gain(self, model: Joins, first: int, middle: int, last: int) -> float:
         """Gain of likelihood over all rows that the exchange touches, those after it included that look back to it."""
         order, at = self._exchanged(model, first, middle, last)
-        now = 0.5 * float(model.surprise[first : int(order[-1]) + 1].sum())
+        now = float(model.surprise[first : int(order[-1]) + 1].sum())
         return now - model.cost(order, np.array([at]), order.size)
 
     def _exchanged(self, model: Joins, first: int, middle: int, last: int) -> tuple[np.ndarray, int]:
@@ -110,10 +116,11 @@ class Reordered(Check, frozen=True):
         order[at : at + last - first] = np.r_[middle:last, first:middle]
         return order, at
 
-    def _sharpened(self, model: Joins, first: int, middle: int, last: int) -> tuple[float, tuple[int, int, int]]:
+    def _sharpened(self, model: Joins, first: int, last: int) -> tuple[float, tuple[int, int, int]]:
         """The best places within some rows."""
         beside = range(-_BESIDE, _BESIDE + 1)
-        tried = [(first + a, middle + b, last + c) for a in beside for b in beside for c in beside]
+        size = (last - first) // 2
+        tried = [(first + a, first + a + size + b, first + a + 2 * (size + b)) for a in beside for b in beside]
         count = next(iter(model.rows.values())).size
         inside = [one for one in tried if 0 < one[0] < one[1] < one[2] < count]
         return max((self._gain(model, *one), one) for one in inside)
@@ -127,7 +134,7 @@ class Reordered(Check, frozen=True):
         start = next(first for (first, middle, _) in known if middle - first == size) % size
         count = next(iter(model.rows.values())).size
         tried = [(one, one + size, one + 2 * size) for one in range(start or size, count - 2 * size, size)]
-        smooth = [one for one in tried if self._at_joins(model, *one) < self._most(model)]
+        smooth = [one for one in tried if np.isfinite(self._at_joins(model, *one))]
         gains = [(self._gain(model, *one), one) for one in smooth]
         bounds = {edge for first, _, last in known for edge in (first, last)}
         return [(gain, one) for gain, one in gains if gain > odds(len(tried)) and not {one[0], one[2]} & bounds]
@@ -142,10 +149,9 @@ def _apart(found: list[tuple[float, tuple[int, int, int]]]) -> list[tuple[int, i
     return sorted(chosen)
 
 
-def _peaks(surprise: np.ndarray, least: float) -> list[int]:
-    """Rows in which a surprise begins, the largest `_MOST` in order."""
-    high = np.flatnonzero(surprise > least)
-    if high.size > _MOST:
-        high = np.sort(high[np.argsort(surprise[high])[-_MOST:]])
-    starts = high[np.diff(high, prepend=-_BESIDE - 2) > _BESIDE]
-    return [int(one) for one in starts]
+def _peaks(surprise: np.ndarray, most: int, after: int) -> list[int]:
+    """The `most` rows in which the largest surprises begin, each the largest within `after` rows, in order."""
+    fading = np.asarray(lfilter([1.0], [1.0, -_FADING], surprise[::-1]))[::-1]
+    places = np.flatnonzero((fading == maximum_filter1d(fading, after + 1)) & (fading > 0.0))
+    largest = places[np.argsort(fading[places])[-most:]]
+    return [int(one) for one in np.sort(largest)]

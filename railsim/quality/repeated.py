@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from railsim.measurements import Measurements
-from railsim.quality._packets import Joins, copies, joins, sensors
+from railsim.quality._packets import Joins, copies, joins, sensors, unlikely
 from railsim.quality.interface import Check, Finding
 from railsim.quality.repairs import Blank, Close, Repair
 from railsim.spec import quantity
@@ -61,5 +61,5 @@ class Repeated(Check, frozen=True):
         places = np.array([last for _, last, _ in found if last + self.after <= count])
         if not places.size:
             return False
-        cost = 2.0 * model.cost(np.arange(count), places, self.after)
-        return cost / (places.size * self.after * len(model.rows)) < self.smooth
+        cost = model.cost(np.arange(count), places, self.after)
+        return cost / (places.size * self.after * len(model.rows)) < float(unlikely(np.sqrt([self.smooth]))[0])
