@@ -8,8 +8,8 @@ from scipy.ndimage import maximum_filter1d
 from scipy.signal import lfilter
 
 from railsim.measurements import Measurements
-from railsim.quality._packets import Joins, joins, odds, sensors, unlikely
 from railsim.quality.interface import Check, Finding
+from railsim.quality.packets import Joins, joins, odds, sensors, unlikely
 from railsim.quality.repairs import Reorder
 from railsim.spec import quantity
 

@@ -5,8 +5,8 @@ from typing import ClassVar
 import numpy as np
 
 from railsim.measurements import Measurements
-from railsim.quality._packets import Joins, copies, joins, sensors, unlikely
 from railsim.quality.interface import Check, Finding
+from railsim.quality.packets import Joins, copies, joins, sensors, unlikely
 from railsim.quality.repairs import Blank, Close, Repair
 from railsim.spec import quantity
 

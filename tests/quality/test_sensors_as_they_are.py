@@ -9,10 +9,10 @@ from scipy.interpolate import CubicSpline
 from experiments.fault_injection.runs import scenario, truth_of
 from railsim import measure
 from railsim.measurements import TIME, Measurements
-from railsim.quality._packets import copies
 from railsim.quality.draft import tables_of
 from railsim.quality.inspection import inspect
 from railsim.quality.interface import Finding
+from railsim.quality.packets import copies
 
 AXES = [f"bogie.acceleration_{axis} [m/s2]" for axis in "xyz"]
 RATES = [f"bogie.rate_{axis} [rad/s]" for axis in ("roll", "pitch", "yaw")]
