@@ -148,8 +148,8 @@ def _outcome(target: Target, out: Path, watch: Watch, reading: Guard) -> str:
 
 
 def _harmless(touched: str) -> bool:
-    """Python's own caches, the folder of the reading process (started again after it was ended), locks that go."""
-    return "__pycache__" in touched or "railsim-reading." in touched or touched in (os.devnull, LOCK)
+    """Python's own caches, the reading process's folder (started again after it was ended), scratch folders that go."""
+    return "__pycache__" in touched or "railsim-reading." in touched or touched in (os.devnull, LOCK, "content")
 
 
 def _check_written(out: Path, kind: str) -> None:
