@@ -87,8 +87,10 @@ def weighed(measured: Measurements) -> tuple[str, int, int, float] | None:
         values, rate = _known(measured[name]), measured.rate(name)
         parts = [(first, last, *_means(values, first, last)) for first, last in _stretches(values, rate)]
         first, last, inside, outside = min(parts, key=lambda part: abs(part[3] - GRAVITY))
+        if abs(inside - outside) < JUMP or abs(outside - GRAVITY) > _USUAL * GRAVITY:
+            continue
         gain = inside / outside
-        if abs(inside - outside) < JUMP or abs(outside - GRAVITY) > _USUAL * GRAVITY or gain < 0.1:
+        if gain < 0.1:
             continue
         bounds = [float(measured.time(name)[one]) if one < values.size else np.inf for one in (first, last)]
         changes = {one: _rustle(level, one, bounds) for one in names}
