@@ -296,3 +296,37 @@ def test_interrupt_leaves_nothing_behind(tmp_path: Path, cache: Path):
     assert complaint == "railsim: interrupted; nothing was written\n"
     assert not list(tmp_path.glob("out*"))
     assert not list(tmp_path.glob("cache/*.partial-*"))
+
+
+def test_an_error_that_nobody_foresaw_is_one_line_with_a_code_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    def fail(given: argparse.Namespace) -> None:
+        raise KeyError("nobody\nforesaw\x1b[31m")
+
+    monkeypatch.setattr("experiments.commands.list.execute", fail)
+    assert main(["list"]) == 3
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1
+    assert line.startswith("railsim: KeyError: 'nobody")
+    assert "(in test_cli.py:" in line
+    assert "--debug" in line
+    assert line.strip().isprintable()
+    with pytest.raises(KeyError):
+        main(["list", "--debug"])
+
+
+def test_linear_algebra_runs_in_one_thread_whatever_is_asked_for():
+    program = """
+import sys
+import experiments.commands.list as command
+from threadpoolctl import threadpool_info
+from railsim.__main__ import main
+def say(given):
+    import scipy.linalg
+    raise SystemExit(max(one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"))
+command.execute = say
+main(["list"])
+"""
+    asked = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
+    assert subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=asked, check=False).returncode == 1

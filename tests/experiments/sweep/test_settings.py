@@ -8,6 +8,7 @@ from estimators.interface import ESTIMATORS
 from experiments.sweep.plan import make_plan
 from experiments.sweep.settings import read_sweep, studies
 from railsim.errors import InputError
+from tests.experiments.conftest import ROOT
 from tests.experiments.sweep.conftest import POINTS, RUNS, SWEEP
 
 
@@ -96,3 +97,30 @@ def test_shipped_study_can_be_planned(name: str):
     if name == "sensor_sets":
         assert plan.unserved == {}, "an estimator has no row: give `sensor_sets` the sensors or the place that it needs"
         assert {variant.name for variant in plan.sweep.variants} == set(ESTIMATORS.classes())
+
+
+def test_the_example_of_the_docs_is_a_sweep(tmp_path: Path):
+    """Its numbers are numbers: 14e+3 is one as people write it."""
+    page = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    (tmp_path / "example.yaml").write_text(page.partition("```yaml\n")[2].partition("```")[0])
+    sweep = read_sweep(tmp_path / "example.yaml")
+    mass = next(factor for factor in sweep.design.factors if factor.name == "vehicle.body_mass")
+    assert [values["vehicle.body_mass"] for _, values in mass.levels()] == [14e3, 16e3, 18e3]
+    assert len(sweep.design.rows()) == 3 * 3 * 2 * 2
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("scenario: a\nscenario: b\n", "key 'scenario' stands twice"),
+        ("[" * 5000, "nests deeper than 50 levels"),
+        (
+            "a0: &a0 [x,x]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for i in range(1, 30)),
+            "once its aliases",
+        ),
+    ],
+)
+def test_a_hostile_sweep_is_refused_in_one_line(text: str, line: str, tmp_path: Path):
+    (tmp_path / "hostile.yaml").write_text(text)
+    with pytest.raises(InputError, match=line):
+        read_sweep(tmp_path / "hostile.yaml")
