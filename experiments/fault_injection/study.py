@@ -41,7 +41,7 @@ def computed(folder: Path, options: argparse.Namespace) -> pd.DataFrame:
     study = Study(options.seed, options.shift, True, options.every, HANDFUL)
     until = time.monotonic() + options.seconds
     with journal.open("a") as out:
-        for number in _in_turn(options.spoilt, options.clean):
+        for number in in_turn(options.spoilt, options.clean):
             if number in done:
                 continue
             if time.monotonic() > until:
@@ -53,7 +53,7 @@ def computed(folder: Path, options: argparse.Namespace) -> pd.DataFrame:
     return pd.DataFrame(known).sort_values("case")
 
 
-def _in_turn(spoilt: int, clean: int) -> list[int]:
+def in_turn(spoilt: int, clean: int) -> list[int]:
     """Numbers of the cases, spoilt and clean ones mixed, so that a part of the study is about both."""
     place = {number: (number + 0.5) / spoilt for number in range(spoilt)}
     place |= {spoilt + number: (number + 0.5) / clean for number in range(clean)}

@@ -17,6 +17,7 @@ from railsim.spec import quantity
 
 _Step = tuple[int, float]
 """Sample and size."""
+_SURE = 0.25  # of a step, by which the means before and after may be uncertain: a shock at an end is no level
 _CHANGE = 0.15  # m/s2: change of the train's acceleration that passengers do not notice, illustrative
 
 
@@ -55,7 +56,7 @@ class OffsetStep(Check, frozen=True):
     def _channel(self, measured: Measurements, name: str, looks: Mapping[str, "_Look"]) -> list[Finding]:
         every = self._steps(measured, name, looks[name], strict=False)
         steps = [one for one in self._steps(measured, name, looks[name]) if self._single(measured, name, one[0], looks)]
-        steps = _lasting(measured, name, steps, self.stays)
+        steps = lasting(measured, name, steps, self.stays)
         last = measured[name].size
         stretches: list[tuple[int, int, float]] = []
         while steps:
@@ -65,9 +66,7 @@ class OffsetStep(Check, frozen=True):
                 steps.remove(back)
             else:
                 weak = [one for one in every if self._undoes(one[1], size)]
-                weak = [
-                    one for one in weak if len(_lasting(measured, name, sorted([one, (at, size)]), self.stays)) == 2
-                ]
+                weak = [one for one in weak if len(lasting(measured, name, sorted([one, (at, size)]), self.stays)) == 2]
                 back = min(weak, key=lambda one: abs(one[1] + size), default=None)
             if back is not None:
                 first, second = sorted([(at, size), back])
@@ -132,7 +131,7 @@ class OffsetStep(Check, frozen=True):
         )
 
 
-def _lasting(measured: Measurements, name: str, steps: list[_Step], length: float) -> list[_Step]:
+def lasting(measured: Measurements, name: str, steps: list[_Step], length: float) -> list[_Step]:
     """The steps after which the mean has moved by about their size."""
     values, reach = measured[name], round(length * measured.rate(name))
     edges = [0, *(at for at, _ in steps), values.size]
@@ -143,7 +142,8 @@ def _lasting(measured: Measurements, name: str, steps: list[_Step], length: floa
         if np.isfinite(before).sum() < 16 or np.isfinite(after).sum() < 16:
             continue
         moved = float(np.nanmean(after) - np.nanmean(before))
-        if 0.5 < moved / size < 1.6:
+        unsure = float(np.hypot(*(np.nanstd(one) / np.sqrt(np.isfinite(one).sum()) for one in (before, after))))
+        if 0.5 < moved / size < 1.6 and unsure < _SURE * abs(size):
             lasting.append((at, size))
     return lasting
 

@@ -12,6 +12,7 @@ from railsim.measurements import TIME, Measurements
 from railsim.quality.draft import tables_of
 from railsim.quality.inspection import inspect
 from railsim.quality.interface import Finding
+from railsim.quality.offset_step import lasting
 from railsim.quality.packets import copies
 
 AXES = [f"bogie.acceleration_{axis} [m/s2]" for axis in "xyz"]
@@ -138,3 +139,16 @@ def test_a_roll_gyro_that_nobody_calibrated_is_found_by_the_roll_that_gravity_sh
     faults, cleaned = inspected(clean, tables)
     assert [(one.kind, one.channel) for one in faults] == [("offset", RATES[0])]
     assert np.mean(cleaned[RATES[0]]) == pytest.approx(0.0, abs=3e-3)
+
+
+def test_a_shock_at_the_start_of_a_record_is_no_step(clean: Measurements):
+    """16 rows are no level: what they hold beside the rest is the shock, not another zero."""
+    values = np.random.default_rng(2).normal(9.81, 1.0, 20_000)
+    values[:16] += 14.0 * np.exp(-np.arange(16) / 4.0)
+    name = "axlebox2_left.acceleration_z [m/s2]"
+    shaken = Measurements(clean.about, {1024.0: {TIME: np.arange(20_000) / 1024.0, name: values}})
+    at_start = [(16, -3.5)]
+    assert lasting(shaken, name, at_start, 3.0) == []
+    values[:4096] += 4.0
+    stepped = Measurements(clean.about, {1024.0: {TIME: np.arange(20_000) / 1024.0, name: values}})
+    assert lasting(stepped, name, [(4096, -4.0)], 3.0) == [(4096, -4.0)]
