@@ -147,8 +147,8 @@ class WheelRoundness(Estimator, frozen=True):
                     row[f"{name}_order_{m + 1}_std [m]"] = float(orders.std[side, m])
             rows.append(row | {"valid [-]": float(good[part].sum() >= FEWEST)})
         names = ["s [m]", "time [s]"]
-        for name in SIDES:
-            names += [f"{name}_order_{m + 1}{what} [m]" for m in range(self.orders) for what in ("", "_std")]
+        for m in range(self.orders):
+            names += [f"{name}_order_{m + 1}{what} [m]" for name in SIDES for what in ("", "_std")]
         return pd.DataFrame(rows, columns=[*names, "valid [-]"])
 
     def _orders(
