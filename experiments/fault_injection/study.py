@@ -17,8 +17,10 @@ from experiments.fault_injection.cases import Study
 from experiments.fault_injection.kinds import FAULTS
 from experiments.reporting import intervals
 
-SEED, SHIFT = 740_000, 35.0
-"""Of the reported cases. Checks were developed on seeds from 70 000 on, and runs that begin 20 m before these."""
+SEED, SHIFT = 760_000, 45.0
+"""Of the reported cases. Checks were developed on seeds from 70 000 on, with runs that begin 30 m before these; a false
+alarm of the seed 740 000 (35 m) was mended since.
+"""
 SPOILT, CLEAN = 200, 300
 HANDFUL = frozenset(
     {"alignment_vertical", "alignment_lateral", "alignment_displacement", "cross_level", "speed_plain", "speed_refined"}
