@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -19,6 +20,8 @@ LINES = 4
 """Lines in a panel of quantities that have no deviation."""
 MANY_ROWS, MANY_EVENTS = 100_000, 200
 """Beyond these, rows are drawn by their outline and events in one piece."""
+FEW_ROWS = 40
+"""Below this many rows, each is marked and bears its deviation."""
 NAMED = 5
 """Columns that are named where they are not drawn."""
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
@@ -48,10 +51,11 @@ class Panel(NamedTuple):
 def estimate_picture(estimate: Estimate) -> Figure:
     """Panels over distance or time, those with a stated deviation first.
 
-    Quantities of one unit without a deviation share a panel. What the estimate warns of stands below its name.
+    Quantities of one unit without a deviation share a panel; one that is withheld throughout has none. What the
+    estimate warns of stands below its name.
     """
     series = estimate.series
-    panels = panels_of([str(name) for name in series.columns if series[name].dtype.kind in "fiub"])
+    panels = panels_of([str(name) for name in series.columns if _is_drawn(series, str(name))])
     shown, left_out = panels[:MOST], [name for panel in panels[MOST:] for name in panel.columns]
     figure, axes = frame((1.5,) * max(1, len(shown)), _title(estimate, left_out))
     x, label = _along(estimate)
@@ -79,6 +83,11 @@ def panels_of(columns: list[str]) -> list[Panel]:
     return panels
 
 
+def _is_drawn(series: pd.DataFrame, name: str) -> bool:
+    """Whether a column holds numbers, and any at all."""
+    return series[name].dtype.kind in "fiub" and not np.isnan(series[name].to_numpy(dtype=float)).all()
+
+
 def _draw(axes: Axes, estimate: Estimate, panel: Panel, x: np.ndarray) -> None:
     series, ranges = estimate.series, list[np.ndarray]()
     for name, colour in zip(panel.columns, cycle(COLOURS), strict=False):
@@ -88,7 +97,10 @@ def _draw(axes: Axes, estimate: Estimate, panel: Panel, x: np.ndarray) -> None:
             around = 2.0 * factor * series[_deviation(name)].to_numpy(dtype=float)
             places, low, high = _outline(x, values - around, values + around)
             axes.fill_between(places, low, high, color=colour, alpha=0.25, lw=0, label="2 deviations")
-        style: dict[str, Any] = {"marker": "."} if len(x) < 40 else {}
+            if len(x) < FEW_ROWS:  # a band has no width at a value that stands alone
+                axes.errorbar(x, values, around, fmt="none", color=colour, lw=0.8, capsize=2)
+                ranges += [values - around, values + around]
+        style: dict[str, Any] = {"marker": "."} if len(x) < FEW_ROWS else {}
         axes.plot(*thin(x, values), color=colour, lw=1.0, label=name.partition(" [")[0], **style)
         ranges.append(values)
     _keep_to(axes, np.concatenate(ranges))

@@ -75,3 +75,18 @@ def test_many_rows_are_drawn_by_their_outline(monkeypatch: pytest.MonkeyPatch) -
     assert outlines[1][:, 1].max() == outlines[0][:, 1].max() == pytest.approx(9.2)
     assert len(thinned.collections[1].get_paths()) == 1  # the row that is not valid is still there
     assert len(whole.lines) == 31 and len(thinned.lines) == 1 and len(thinned.collections) == 3
+
+
+def test_a_value_that_stands_alone_bears_its_deviation() -> None:
+    one = pd.DataFrame({"s [m]": [10.0], "depth [m]": [1e-3], "depth_std [m]": [2e-4]})
+    axes = estimate_picture(Estimate("thing", one, {})).axes[0]
+    bar = next(
+        each for each in axes.collections if len(each.get_paths()) == 1 and len(each.get_paths()[0].vertices) == 2
+    )
+    assert np.asarray(bar.get_paths()[0].vertices)[:, 1] == pytest.approx([0.6, 1.4])
+    assert axes.get_ylim()[0] < 0.6 < 1.4 < axes.get_ylim()[1]
+
+
+def test_what_is_withheld_throughout_has_no_panel() -> None:
+    columns = {"a [m]": S, "a_std [m]": S, "b [m]": np.full(400, np.nan), "b_std [m]": np.full(400, np.nan)}
+    assert [axes.get_ylabel() for axes in estimate_picture(estimate(columns)).axes] == ["a\n[mm]"]
