@@ -30,7 +30,7 @@ design: {kind: grid, keys: {speed.speed: [25.0, 30.0]}}
 estimators: [speed_plain]
 seeds: [1]
 """
-LAWS = "- {name: conicity_change, change: 0.05}\n"
+LAWS = "- {kind: conicity_change, factor: 1.5}\n"
 WIDE = ("default", "suspension", "whole_coach", "curve_s1002", "wheelset_worn")
 """Scenarios of which one or another suits every estimator that needs no more than a scenario can give."""
 FAST = ("--engine", "compiled")

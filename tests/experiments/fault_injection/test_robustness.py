@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -79,6 +80,17 @@ def test_a_damaged_file_of_every_kind(number: int, workshop: Path, tmp_path: Pat
     place.mkdir()
     result = study.damaged_input(number, workshop, place)
     assert result.faults == (), result.text
+
+
+@pytest.mark.parametrize("name", ["scenario", "sweep", "laws of a benchmark", "track", "map"])
+def test_what_is_whole_is_used(name: str, workshop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Else the study would damage what is refused anyway."""
+    target = next(one for one in targets() if one.name == name)
+    monkeypatch.setattr(study, "targets", lambda: [replace(target, damage=lambda content, _: content)])
+    place = tmp_path / "place"
+    place.mkdir()
+    result = study.damaged_input(0, workshop, place)
+    assert (result.ending, result.faults) == ("used", ()), result.text
 
 
 @pytest.mark.parametrize(
