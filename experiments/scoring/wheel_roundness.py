@@ -10,9 +10,13 @@ from estimators.wheel_rail.wheel_roundness import SIDES
 from experiments.reporting.units import MM
 from experiments.scoring.interface import Check, Scorer
 from railsim.analysis.statistics import root_mean_square
+from railsim.effects.interface import EFFECTS
 from railsim.truth import Truth
 
 ALLOWED = 0.05  # mm
+WAVE = frozenset({"amplitude", "order", "phase", "wheelset", "side"})
+FLAT = frozenset({"length", "angle", "wheelset", "side"})
+"""Fields of an effect by which the radius has a wave around the turn, and a flat."""
 
 
 class WheelRoundnessScorer(Scorer):
@@ -53,7 +57,7 @@ class WheelRoundnessScorer(Scorer):
     def _flats(self, estimate: Estimate, truth: Truth, axle: int) -> dict[str, float]:
         there = {
             side: float(one["length"])
-            for one in _effects(truth, "wheel_flat", axle)
+            for one in _effects(truth, FLAT, axle)
             for side in SIDES
             if one["side"] in (side, "both") and one["length"] > 0.0
         }
@@ -77,15 +81,21 @@ def true_orders(truth: Truth, axle: int, orders: int) -> np.ndarray:
     radius = float(truth.about["vehicle"]["wheel_radius [m]"])
     found = np.zeros((len(SIDES), orders), dtype=complex)
     for row, side in enumerate(SIDES):
-        for one in _effects(truth, "out_of_round", axle):
+        for one in _effects(truth, WAVE, axle):
             if one["side"] in (side, "both") and one["order"] <= orders:
                 found[row, one["order"] - 1] += one["amplitude"] * np.exp(1j * one["order"] * one["phase"])
-        for one in _effects(truth, "wheel_flat", axle):
+        for one in _effects(truth, FLAT, axle):
             if one["side"] in (side, "both") and one["length"] > 0.0:
                 turned = np.exp(1j * np.arange(1, orders + 1) * one["angle"])
                 found[row] += flat_orders(one["length"], radius, orders) * turned
     return found
 
 
-def _effects(truth: Truth, kind: str, axle: int) -> list[dict[str, Any]]:
-    return [one for one in truth.about.get("effects", []) if one.get("kind") == kind and one.get("wheelset", 1) == axle]
+def _effects(truth: Truth, fields: frozenset[str], axle: int) -> list[dict[str, Any]]:
+    """The run's effects on the wheels of an axle that have these fields."""
+    kinds = EFFECTS.classes()
+    return [
+        one
+        for one in truth.about.get("effects", [])
+        if fields <= one.keys() and kinds[one["kind"]].acts_on == "wheel" and one["wheelset"] == axle
+    ]

@@ -10,7 +10,7 @@ import threading
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
@@ -276,6 +276,14 @@ def wait_for(condition, seconds: float = 120.0) -> None:
         time.sleep(0.05)
 
 
+def listens(address: str) -> bool:
+    """Whether somebody takes connections there."""
+    host, _, port = address.rpartition(":")
+    with suppress(OSError), socket.create_connection((host, int(port)), 1.0):
+        return True
+    return False
+
+
 @contextmanager
 def cluster() -> Iterator[tuple[str, list[subprocess.Popen[str]]]]:
     """A Dask scheduler with two worker processes on loopback: address and workers."""
@@ -288,6 +296,7 @@ def cluster() -> Iterator[tuple[str, list[subprocess.Popen[str]]]]:
     worker = [sys.executable, "-m", "distributed.cli.dask_worker", f"tcp://{address}", "--nthreads", "1", "--no-nanny"]
     started = [subprocess.Popen([*scheduler, "--port", address.rpartition(":")[2]], **common)]
     try:
+        wait_for(lambda: listens(address))
         started += [subprocess.Popen([*worker, "--no-dashboard"], **common) for _ in range(2)]
         yield address, started[1:]
     finally:
