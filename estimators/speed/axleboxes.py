@@ -1,19 +1,27 @@
 """Both axleboxes of one axle: how the centres of its wheels move up and down, over time and over distance."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.signal import resample_poly
 
+from estimators.interface import Estimator, Missing
 from estimators.signals.bands import settled
 from estimators.signals.channel_health import judge
 from estimators.signals.frequency_response import filter_time
-from estimators.speed.odometry import Odometry
+from estimators.speed.odometry import Odometry, SpeedSource, missing_speed
 from estimators.speed.samples import on_grid
+from estimators.vehicle.wheel_on_track import NEEDED
 from railsim.data_sheet import DataSheet, data_sheet
 from railsim.errors import InputError
 from railsim.measurements import Measurements
+from railsim.spec import quantity
 
+SIDES = ("left", "right")
+SETTLES = 3.0
+"""m around what is lost that is not used either."""
 REACH = 2.56
 """Samples of a period up to which a spectrum is used, as analysers do: the rest is the anti-aliasing filter's skirt."""
 FINER = 8
@@ -24,7 +32,32 @@ SKIRT = 0.5
 
 def channels(axle: int) -> tuple[str, str]:
     """Channels of the vertical accelerations of an axle, left and right."""
-    return tuple(f"axlebox{axle}_{side}.acceleration_z [m/s2]" for side in ("left", "right"))  # type: ignore[return-value]
+    return tuple(f"axlebox{axle}_{side}.acceleration_z [m/s2]" for side in SIDES)  # type: ignore[return-value]
+
+
+class AxleEstimator(Estimator, frozen=True):
+    """Base of estimators from both axleboxes of an axle: what they need, and what is assumed of the track."""
+
+    speed_source: SpeedSource = quantity("tachometer", unit="-", source="Ward et al. 2011, section 3.1")
+    axle: int = quantity(1, unit="number of the axle with the axleboxes", source="scenario", ge=1, le=4)
+    track_compliance: float = quantity(
+        1e-8, unit="m/N of each rail under a wheel", source="50 MN/m and more in service", ge=0.0, le=1e-7
+    )
+    track_spread: float = quantity(1.0, unit="share of the compliance", source="rigid to twice as soft", ge=0.0, le=1.0)
+
+    requires: ClassVar[tuple[str, ...]] = channels(1)
+
+    def needed(self) -> tuple[str, ...]:
+        """Both axleboxes of the axle."""
+        return channels(self.axle)
+
+    def parameters(self, measurements: Measurements) -> Iterable[str]:
+        """What the wheel on its contact needs."""
+        return NEEDED
+
+    def missing(self, measurements: Measurements) -> Missing:
+        """What is needed and not there, a speed among it."""
+        return super().missing(measurements) + missing_speed(measurements, self.speed_source)
 
 
 @dataclass(frozen=True)

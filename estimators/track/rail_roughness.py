@@ -1,31 +1,27 @@
 """Roughness and corrugation of both rails from the accelerometers on both axleboxes of an axle."""
 
-from collections.abc import Iterable
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from estimators.interface import Estimate, Estimator, Missing
+from estimators.interface import Estimate
 from estimators.signals.noise import noise_floor
-from estimators.speed.axleboxes import Axle, Line, channels
-from estimators.speed.odometry import SpeedSource, integrate_speed, missing_speed
+from estimators.speed.axleboxes import SETTLES, SIDES, Axle, AxleEstimator, Line
+from estimators.speed.odometry import integrate_speed
 from estimators.track.roughness_bands import CORRUGATION, THIRD_OCTAVES, level, limit, spectra, third_octave
 from estimators.track.roughness_inverse import Banded, Inverse
-from estimators.vehicle.wheel_on_track import NEEDED, contact_length, drawn_wheels, nominal_wheel
+from estimators.vehicle.wheel_on_track import contact_length, drawn_wheels, nominal_wheel
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
-SIDES = ("left", "right")
 LONGEST = 1.0
 """m; of the waves that count."""
-SETTLES = 3.0
-"""m around what is lost that is not used either."""
 FINEST = 0.0025
 """m; of the grid of distance."""
 
 
-class RailRoughness(Estimator, frozen=True):
+class RailRoughness(AxleEstimator, frozen=True):
     """Axlebox accelerations twice integrated and taken back through the wheel on its contact and its rail.
 
     Rms roughness by place in the bands of EN 13231 (10 to 30, 30 to 100, 100 to 300, 300 to 1000 mm), and the spectrum
@@ -33,30 +29,10 @@ class RailRoughness(Estimator, frozen=True):
     evenly between rigid and twice `track_compliance`, and what that changes is the deviation.
     """
 
-    speed_source: SpeedSource = quantity("tachometer", unit="-", source="Ward et al. 2011, section 3.1")
-    axle: int = quantity(1, unit="number of the axle with the axleboxes", source="scenario", ge=1, le=4)
     slowest: float = quantity(3.0, unit="m/s", source="illustrative: slower is marked as invalid", gt=0.5)
     length: float = quantity(20.0, unit="m, of the windows", source="illustrative", ge=5.0, le=200.0)
-    track_compliance: float = quantity(
-        1e-8, unit="m/N of each rail under a wheel", source="50 MN/m and more in service", ge=0.0, le=1e-7
-    )
-    track_spread: float = quantity(1.0, unit="share of the compliance", source="rigid to twice as soft", ge=0.0, le=1.0)
     contact_filter: bool = quantity(True, unit="whether it is undone", source="Remington (1976)")
     widest: float = quantity(0.5, unit="deviation over value that is still given", source="illustrative", gt=0.0)
-
-    requires: ClassVar[tuple[str, ...]] = channels(1)
-
-    def needed(self) -> tuple[str, ...]:
-        """Both axleboxes of the axle."""
-        return channels(self.axle)
-
-    def parameters(self, measurements: Measurements) -> Iterable[str]:
-        """What the wheel on its contact needs."""
-        return NEEDED
-
-    def missing(self, measurements: Measurements) -> Missing:
-        """What is needed and not there, a speed among it."""
-        return super().missing(measurements) + missing_speed(measurements, self.speed_source)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """A row each `length` of line.

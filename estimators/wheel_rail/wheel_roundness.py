@@ -1,23 +1,19 @@
 """Out-of-roundness and flats of both wheels of an axle, from the accelerometers on its axleboxes."""
 
-from collections.abc import Iterable
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from estimators.interface import Estimate, Estimator, Missing
-from estimators.speed.axleboxes import Axle, Line, channels
-from estimators.speed.odometry import SpeedSource, integrate_speed, missing_speed
-from estimators.vehicle.wheel_on_track import NEEDED, WheelOnTrack, drawn_wheels, nominal_wheel
+from estimators.interface import Estimate
+from estimators.speed.axleboxes import SETTLES, SIDES, Axle, AxleEstimator, Line
+from estimators.speed.odometry import integrate_speed
+from estimators.vehicle.wheel_on_track import WheelOnTrack, drawn_wheels, nominal_wheel
 from estimators.wheel_rail.flats import find_flat, follows_up_to
 from estimators.wheel_rail.turns import Orders, mean_and_scatter, order_amplitudes, refined_turn
 from railsim.measurements import Measurements
 from railsim.spec import quantity
 
-SIDES = ("left", "right")
-SETTLES = 3.0
-"""m around what is lost that is not used either."""
 FEWEST = 3
 """Windows from which a scatter is known."""
 ACROSS = 0.1
@@ -43,38 +39,18 @@ class Found(NamedTuple):
         return np.sqrt(np.maximum(np.abs(self.mean) ** 2 - 2.0 * self.scatter**2, 0.0))
 
 
-class WheelRoundness(Estimator, frozen=True):
+class WheelRoundness(AxleEstimator, frozen=True):
     """Orders of the wheels' radii by averaging over turns, and flats, with what the rail and the track leave unknown.
 
     The path of each wheel's centre over whole turns is taken back through the wheel on its contact and rail. What the
     orders scatter by from window to window, the rail's share of it above all, is their deviation.
     """
 
-    speed_source: SpeedSource = quantity("tachometer", unit="-", source="Ward et al. 2011, section 3.1")
-    axle: int = quantity(1, unit="number of the axle with the axleboxes", source="scenario", ge=1, le=4)
     slowest: float = quantity(2.0, unit="m/s", source="illustrative: slower is marked as invalid", gt=0.5)
     orders: int = quantity(10, unit="waves a turn, the highest that is given", source="illustrative", ge=1, le=40)
     section: int = quantity(100, unit="turns of a row", source="illustrative", ge=24, le=5000)
     turns: int = quantity(4, unit="turns, half a window", source="illustrative", ge=2, le=50)
     radius_range: float = quantity(0.03, unit="share of the radius", source="wear and odometry, illustrative", gt=0.0)
-    track_compliance: float = quantity(
-        1e-8, unit="m/N of each rail under a wheel", source="50 MN/m and more in service", ge=0.0, le=1e-7
-    )
-    track_spread: float = quantity(1.0, unit="share of the compliance", source="rigid to twice as soft", ge=0.0, le=1.0)
-
-    requires: ClassVar[tuple[str, ...]] = channels(1)
-
-    def needed(self) -> tuple[str, ...]:
-        """Both axleboxes of the axle."""
-        return channels(self.axle)
-
-    def parameters(self, measurements: Measurements) -> Iterable[str]:
-        """What the wheel on its contact needs."""
-        return NEEDED
-
-    def missing(self, measurements: Measurements) -> Missing:
-        """What is needed and not there, a speed among it."""
-        return super().missing(measurements) + missing_speed(measurements, self.speed_source)
 
     def estimate(self, measurements: Measurements) -> Estimate:
         """A row each `section` turns; flats of the whole record.
