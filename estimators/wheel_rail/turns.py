@@ -6,10 +6,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 CLEARLY = 9.0
-"""By so much the logarithm of the likelihood must grow before another turn than the nominal one is believed; not derived.
-
-It was 12 and was lowered when a run of docs/roughness.md was missed: that run is no proof of it.
-"""
+"""Growth of the logarithm of the likelihood from which another turn than the nominal one is believed; not derived."""
 PADDED = 8
 """Times longer than the record its spectrum is taken, so that lines lie close."""
 FINE = 4
