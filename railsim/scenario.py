@@ -31,7 +31,7 @@ from railsim.vehicles.lookup import build_vehicle
 
 CHOSEN = "scenario"
 UNSTABLE = 2.7  # product of step and creep rate; the Runge-Kutta limit on the negative axis is 2.78
-LONGEST_STABLE_STEP = 2.0 * LONGEST_STEP  # s; beyond it the wheelset's bounce on its contacts grows without bound
+LONGEST_STABLE_STEP = 4.0 * LONGEST_STEP  # s; beyond it the wheelset's bounce on its contacts grows without bound
 
 
 class Scenario(Spec, frozen=True):

@@ -24,7 +24,7 @@ from railsim.errors import InputError
 from railsim.force_laws import BlowOff, BumpStop, DryFriction, ForceLaw, Maxwell, Scheduled
 from railsim.model import AXES, LinearElement, Model, NonlinearElement
 
-STABLE = 1.2  # largest product of step and decay rate of an element's own state
+STABLE = 0.6  # largest product of step and decay rate of an element's own state; velocity Verlet's limit is 1
 PAIR = 2  # dampers of a bogie, one a side
 
 Lost = Mapping[str, tuple[np.ndarray, np.ndarray]]

@@ -53,14 +53,16 @@ def test_feels_every_effect(name: str) -> None:
         assert ratio(quick[channel], fast[channel]) < 5e-4, channel
 
 
-def test_accelerations_are_as_near_to_the_converged_ones_as_those_of_runge_kutta() -> None:
-    """Of the whole of what an axle box feels; Runge-Kutta damps the wheelset's bounce on the rail."""
+def test_accelerations_are_near_to_the_converged_ones() -> None:
+    """Of the whole of what an axle box feels; Runge-Kutta's at twice its step are too large by 4 %, in every band."""
     run = build_run(scenario([]))
     converged = go("compiled", replace(run, substeps=FINE * run.substeps))
-    fast, quick = go("compiled", run), go("verlet", run)
-    worst = {name: max(ratio(rows[c], converged[c]) for c in FORCES) for name, rows in (("r", fast), ("v", quick))}
-    assert worst["v"] < 0.02
-    assert worst["v"] < worst["r"]
+    runs = {"fast": go("compiled", run), "quick": go("verlet", run)}
+    runs["coarse"] = go("compiled", replace(run, substeps=1))
+    worst = {name: max(ratio(rows[c], converged[c]) for c in FORCES) for name, rows in runs.items()}
+    assert worst["fast"] < 0.005
+    assert worst["quick"] < 0.02
+    assert worst["coarse"] > 0.04
 
 
 def test_error_falls_with_the_square_of_the_step() -> None:
