@@ -1,5 +1,6 @@
 """Stored: named arrays in one file, each read from the disk when it is used."""
 
+import hashlib
 import math
 import os
 from collections.abc import Mapping
@@ -11,6 +12,8 @@ import numpy as np
 
 from railsim.files import new_file
 
+DIGEST = hashlib.sha256
+PART = 2**24  # bytes that are read at a time
 ALIGNED = 64  # bytes; each array begins at a whole number of them
 
 
@@ -40,19 +43,30 @@ class Stored:
 
 
 def stored_arrays(path: Path) -> dict[str, Stored]:
-    """What `write_arrays` put there; nothing where there is no such file or it is damaged."""
+    """What `write_arrays` put there; nothing where there is no such file or a bit of it has changed."""
     try:
         file = path.open("rb")
     except OSError:
         return {}
     try:
-        found = {name: _next(file) for name in np.lib.format.read_array(file).tolist()}
+        if _sound(file):
+            return {name: _next(file) for name in np.lib.format.read_array(file).tolist()}
     except (OSError, ValueError):
-        found = {}
-    if not found or max(one.end for one in found.values()) > os.fstat(file.fileno()).st_size:
-        file.close()
-        return {}
-    return found
+        pass
+    file.close()
+    return {}
+
+
+def _sound(file: BinaryIO) -> bool:
+    """Whether the file ends with the digest of all before; it is at its beginning afterwards."""
+    left, digest = os.fstat(file.fileno()).st_size - DIGEST().digest_size, DIGEST()
+    while left > 0:
+        part = file.read(min(left, PART))
+        digest.update(part)
+        left -= len(part)
+    sound = file.read() == digest.digest()
+    file.seek(0)
+    return sound
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:
@@ -75,7 +89,7 @@ def _next(file: BinaryIO) -> Stored:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
-    """Names, then arrays, in NumPy's format; whole or not at all.
+    """Names, then arrays, in NumPy's format, then the digest of all that; whole or not at all.
 
     Raises
     ------
@@ -85,3 +99,7 @@ def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
         for one in (np.array(list(arrays)), *arrays.values()):
             file.write(b"\0" * (-file.tell() % ALIGNED))
             np.lib.format.write_array(file, np.require(one, requirements="C"), version=(1, 0), allow_pickle=False)
+        file.flush()
+        with aside.open("rb") as written:
+            digest = hashlib.file_digest(written, DIGEST).digest()
+        file.write(digest)

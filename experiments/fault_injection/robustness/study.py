@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -173,8 +174,14 @@ def foreign_home(number: int, workshop: Path, place: Path) -> Result:
     writer = every[number % len(every)]
     copy_of(workshop, writer.needs, place)
     user = NOBODY if number // len(every) % 2 and os.geteuid() == 0 else None
+    if user is not None and not _public(Path(sys.executable).resolve()):
+        text = "the interpreter stands in a folder of its user alone"
+        return Result(f"{writer.name}, another user", "not tried", (), 0.0, 0, text)
     for path in (place, *place.rglob("*")):
         path.chmod(0o777)
+    for folder in place.parents:  # scratch folders are for their own user alone
+        if tempfile.gettempdir() in map(str, folder.parents):
+            folder.chmod(0o755)
     home = {"HOME": os.devnull, "XDG_CACHE_HOME": "", "RAILSIM_CACHE": "", "NUMBA_CACHE_DIR": "", "TMPDIR": str(place)}
     program = "import sys; from pathlib import Path\nfrom experiments.fault_injection.robustness.study import writers\n"
     program += "sys.exit(next(w for w in writers() if w.name == sys.argv[1]).work(Path(sys.argv[2])))"
@@ -187,6 +194,11 @@ def foreign_home(number: int, workshop: Path, place: Path) -> Result:
     ending = ended(Attempt(work, place / "said", environment=environment, user=user, longest=COMPILED))
     faults = ["does not work"] if ending.code not in (0, 1) else []
     return _result(f"{writer.name}{', another user' if user else ''}", ending, faults)
+
+
+def _public(path: Path) -> bool:
+    """Whether every user may open a file or folder."""
+    return all(one.stat().st_mode & 0o001 for one in (path, *path.parents))
 
 
 def surroundings(number: int, workshop: Path, place: Path) -> Result:

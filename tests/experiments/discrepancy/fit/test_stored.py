@@ -42,3 +42,13 @@ def test_what_is_torn_is_nothing(tmp_path: Path, kept: int):
     (tmp_path / "a").write_bytes(whole[:kept])
     assert read_arrays(tmp_path / "a") == {}
     assert read_arrays(tmp_path / "b") == {}
+
+
+def test_a_changed_bit_is_seen(tmp_path: Path):
+    write_arrays(tmp_path / "a", ARRAYS)
+    whole = bytearray((tmp_path / "a").read_bytes())
+    for place in RNG.integers(len(whole), size=40):
+        spoilt = whole.copy()
+        spoilt[place] ^= 1 << int(RNG.integers(8))
+        (tmp_path / "a").write_bytes(spoilt)
+        assert read_arrays(tmp_path / "a") == {}
