@@ -6,11 +6,12 @@ from railsim.compiled import kernel
 from railsim.constants import GRAVITY
 from railsim.dynamics.elements import body_coordinates, cross, turned_arm
 from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.extras import doubled
 from railsim.dynamics.integrate import rk4_step
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.laws import BUMP_STOP, bump_stop_energy
 from railsim.dynamics.plant import Plant, build_plant
-from railsim.dynamics.wheels import forces_of_wheel, wheelset_local
+from railsim.dynamics.wheels import forces_of_wheel, second_of_wheel, wheelset_local
 from railsim.dynamics.workspace import ELEMENT, LOCAL, NO_WHEELS, POSE, workspace
 from railsim.engines.interface import Run
 
@@ -56,6 +57,9 @@ def energies(plant, x, scratch, out):
         for side in range(2):
             normal = forces_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], local).normal
             out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side]) ** (2.0 / 3.0)
+            if doubled(plant):
+                normal = second_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], local).normal
+                out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side + 2]) ** (2.0 / 3.0)
 
 
 @kernel

@@ -24,6 +24,8 @@ class ContactFunctions:
     tan(contact angle).
     radius : rolling radius [m]. half_distance : lateral distance of the contact from the track's centre line [m].
     curvature : sum of the lateral curvatures of wheel and rail at the contact [1/m].
+    hertz : stiffness of the contact [N/m^1.5]; None = that of the middle.
+    second : contact functions, over the same `shift`, of another place at which the wheel may touch at the same time.
     """
 
     shift: np.ndarray
@@ -31,19 +33,23 @@ class ContactFunctions:
     radius: np.ndarray
     half_distance: np.ndarray
     curvature: np.ndarray
+    hertz: float | None = None
+    second: "ContactFunctions | None" = None
 
     def contact_angle(self) -> np.ndarray:
         """Angle of the contact plane over `shift` [rad]."""
         return np.arctan(CubicSpline(self.shift, self.lift)(self.shift, 1))
 
     def stiffness(self) -> float:
-        """Hertz stiffness C of N = C p^1.5 at u = 0 [N/m^1.5]; one value serves all shifts, so that the contact has
-        a potential.
+        """Hertz stiffness C of N = C p^1.5, that at u = 0 unless given [N/m^1.5]; one value serves all shifts, so that
+        the contact has a potential.
         """
         return self._stiffness
 
     @cached_property
     def _stiffness(self) -> float:
+        if self.hertz is not None:
+            return self.hertz
         middle = len(self.shift) // 2
         return hertz_ellipse(1.0 / self.radius[middle], self.curvature[middle]).stiffness
 
@@ -62,15 +68,20 @@ class ContactTable:
 
     Attributes
     ----------
-    start, spacing : grid of u [m]. coefficients : (2, cells, CHANNELS, 4), side 0 = left, powers ascending in the
-    cell's fraction.
-    stiffness : (2,) Hertz stiffness [N/m^1.5].
+    start, spacing : grid of u [m]. coefficients : (2 or 4, cells, CHANNELS, 4), side 0 = left, powers ascending in the
+    cell's fraction; rows 2 and 3 are the second contacts of the left and right wheels, where they have one.
+    stiffness : (2 or 4,) Hertz stiffness [N/m^1.5].
     """
 
     start: float
     spacing: float
     coefficients: np.ndarray
     stiffness: np.ndarray
+
+    @property
+    def contacts(self) -> int:
+        """Contacts that a wheel may have at once."""
+        return len(self.stiffness) // 2
 
     @classmethod
     def build(cls, left: ContactFunctions, right: ContactFunctions | None = None) -> "ContactTable":
@@ -86,10 +97,16 @@ def _table(left: ContactFunctions, right: ContactFunctions | None) -> ContactTab
     if not np.allclose(left.shift, -left.shift[::-1], atol=1e-12) or not np.allclose(np.diff(left.shift), spacing):
         raise ValueError("contact functions need a uniform grid that is symmetric about u = 0")
     other = left if right is None else right
-    cells = _cells(left.shift, left.channels())
-    mirrored = (cells if other is left else _cells(other.shift, other.channels()))[::-1]
-    tables = np.stack((cells, _reversed_argument(mirrored)))
-    return ContactTable(start, spacing, np.ascontiguousarray(tables), np.array([left.stiffness(), other.stiffness()]))
+    tables, stiffness = [], []
+    while left is not None and other is not None:
+        cells = _cells(left.shift, left.channels())
+        mirrored = (cells if other is left else _cells(other.shift, other.channels()))[::-1]
+        tables += [cells, _reversed_argument(mirrored)]
+        stiffness += [left.stiffness(), other.stiffness()]
+        left, other = left.second, other.second
+    if left is not other:
+        raise ValueError("both sides need the same number of contacts")
+    return ContactTable(start, spacing, np.ascontiguousarray(np.stack(tables)), np.array(stiffness))
 
 
 def _cells(shift: np.ndarray, channels: np.ndarray) -> np.ndarray:

@@ -113,6 +113,7 @@ class WheelForces(NamedTuple):
     radius: float
     shift: float
     friction: float
+    beside: float  # vertical part of the normal force of a second contact, which is in the resultant [N]
 
 
 @inlined
@@ -305,7 +306,12 @@ def resultant(point: ContactPoint, contact: NormalContact, radius, yaw, force_x,
 @inlined
 def wheel_forces(wheel: WheelOnRail, law, state: WheelState):
     """Forces of one wheel; `law` is `ContactLaw` as an array, of which the rail's own friction replaces mu0."""
-    point = nearest(wheel, state, state.rail_z)
+    return forces_at(wheel, law, state, nearest(wheel, state, state.rail_z))
+
+
+@inlined
+def forces_at(wheel: WheelOnRail, law, state: WheelState, point: ContactPoint):
+    """Forces of one wheel with its contact at `point`."""
     radius = rolling_radius(wheel.cells, point)
     contact = normal_contact(point, radius, wheel.stiffness, law[DAMPING], wheel.radius, state)
     creep_x, creep_y, creep_spin = creepages(contact)
@@ -321,5 +327,41 @@ def wheel_forces(wheel: WheelOnRail, law, state: WheelState):
     forces = resultant(point, contact, radius, state.yaw, force_x, force_y)
     return WheelForces(
         forces[0], forces[1], forces[2], forces[3], forces[4], forces[5], contact.normal, force_x, force_y,
-        creep_x, creep_y, creep_spin, point.across, radius, point.shift, friction,
+        creep_x, creep_y, creep_spin, point.across, radius, point.shift, friction, 0.0,
+    )  # fmt: skip
+
+
+@inlined
+def upward(forces: WheelForces):
+    """Vertical part of the normal forces [N]."""
+    return forces.normal / math.sqrt(1.0 + forces.tangent * forces.tangent) + forces.beside
+
+
+@inlined
+def second_forces(wheel: WheelOnRail, law, state: WheelState):
+    """`wheel_forces` of a second contact, which mostly is not there; in place of the shift the contact's lateral place
+    in the track frame [m].
+    """
+    point = nearest(wheel, state, state.rail_z)
+    place = state.y + point.arm + point.aside
+    if point.depth <= 0.0:
+        radius = rolling_radius(wheel.cells, point)
+        return WheelForces(
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, point.across, radius, place, state.friction, 0.0
+        )
+    f = forces_at(wheel, law, state, point)
+    return WheelForces(
+        f.force_x, f.force_y, f.force_z, f.moment_x, f.moment_spin, f.moment_z, f.normal, f.creep_force_x,
+        f.creep_force_y, f.creepage_x, f.creepage_y, f.spin_creepage, f.tangent, f.radius, place, f.friction, 0.0,
+    )  # fmt: skip
+
+
+@inlined
+def both(first: WheelForces, second: WheelForces):
+    """The resultant of two contacts of one wheel; all else is that of the first one."""
+    return WheelForces(
+        first.force_x + second.force_x, first.force_y + second.force_y, first.force_z + second.force_z,
+        first.moment_x + second.moment_x, first.moment_spin + second.moment_spin, first.moment_z + second.moment_z,
+        first.normal, first.creep_force_x, first.creep_force_y, first.creepage_x, first.creepage_y,
+        first.spin_creepage, first.tangent, first.radius, first.shift, first.friction, upward(second),
     )  # fmt: skip

@@ -13,12 +13,13 @@ critically damped springs.
 
 from railsim.compiled import kernel
 from railsim.constants import GRAVITY
+from railsim.contact.wheel import upward
 from railsim.dynamics.absolute_elements import elements
 from railsim.dynamics.absolute_frames import add_moment, add_wrench, angular_velocity, locate_body
 from railsim.dynamics.extras import load_value, wheel_extras
 from railsim.dynamics.kernel import drag, path_moment, prescribed_speed, wheelset_torque
 from railsim.dynamics.moving_frame import pose
-from railsim.dynamics.wheels import forces_of_wheel, upward
+from railsim.dynamics.wheels import forces_of_wheel
 from railsim.dynamics.workspace import (
     BODY_FRAME,
     BODY_MOTION,

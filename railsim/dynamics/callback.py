@@ -42,7 +42,7 @@ def bind_forces(
     sizes = np.array(
         [
             *(len(plant.track), plant.contact.shape[1], *plant.pose.shape[:2], *plant.knots.shape, len(q)),
-            *(*work.shape, len(plant.tables)),
+            *(*work.shape, len(plant.tables), len(plant.contact)),
         ],
         dtype=np.int64,
     )
@@ -64,12 +64,12 @@ def _compiled(core: Any) -> Callable[[int, int, float, float], None]:
     @allocating
     def run(table: int, shape: int, start: float, t: float) -> None:
         at = carray(_pointer(table), 11, np.int64)
-        n = carray(_pointer(shape), 10, np.int64)
+        n = carray(_pointer(shape), 11, np.int64)
         bodies = n[7] - 1
         plant = Plant(
             carray(_pointer(at[CORE]), 1, core)[0],
             carray(_pointer(at[TRACK]), (n[0], channels, 4), np.float64),
-            carray(_pointer(at[CONTACT]), (2, n[1], contact_channels, 4), np.float64),
+            carray(_pointer(at[CONTACT]), (n[10], n[1], contact_channels, 4), np.float64),
             carray(_pointer(at[POSE]), (n[2], n[3], axes, 4), np.float64),
             carray(_pointer(at[KNOTS]), (n[4], n[5]), np.float64),
             carray(_pointer(at[TABLES]), n[9], np.float64),

@@ -24,6 +24,12 @@ WHEEL = (
     "normal_force [N]", "creep_force_x [N]", "creep_force_y [N]", "creepage_x [-]", "creepage_y [-]",
     "spin_creepage [1/m]", "contact_angle [rad]", "rolling_radius [m]", "lateral_shift [m]", "friction [-]",
 )  # fmt: skip
+SECOND = (
+    "second_normal_force [N]", "second_creep_force_x [N]", "second_creep_force_y [N]", "second_creepage_x [-]",
+    "second_creepage_y [-]", "second_spin_creepage [1/m]", "second_contact_angle [rad]", "second_rolling_radius [m]",
+    "second_contact_y [m]", "second_friction [-]",
+)  # fmt: skip
+"""Of the second contact of a wheel, where it may have one; `second_contact_y`: its lateral place in the track frame."""
 
 
 def channel_names(model: Model) -> list[str]:
@@ -37,7 +43,8 @@ def channel_names(model: Model) -> list[str]:
         names += [f"{wheelset.body}.{quantity}" for quantity in SPIN]
         names += [f"track{number}.{quantity}" for quantity in TRACK]
         for side in SIDES:
-            names += [f"wheel{number}_{side}.{quantity}" for quantity in WHEEL]
+            kept = WHEEL + SECOND if model.contact.contacts > 1 else WHEEL
+            names += [f"wheel{number}_{side}.{quantity}" for quantity in kept]
     for number, wheelset in enumerate(model.wheelsets, 1):
         if wheelset.frame is not None:
             names += [f"primary{number}_{side}.displacement [m]" for side in SIDES]

@@ -26,7 +26,7 @@ def rows_of(run: Run, plant: Plant, loop: Callable[..., int], stages: int, steps
     names = channel_names(run.model)
     x = initial_state(plant, run)
     check_start(plant, run, x, 1.0 / (run.rate * steps))
-    wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL)))
+    wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL) * run.model.contact.contacts))
     scratch = np.zeros((stages, len(x))), np.empty(len(x)), wheels, workspace(int(plant.core.joints))
     for first in range(0, run.rows, CHUNK):
         rows = np.zeros((min(CHUNK, run.rows - first), len(names)))

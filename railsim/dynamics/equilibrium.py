@@ -67,7 +67,7 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     vertical = plant.core.coordinate[:, 2]
     weight = float((plant.core.body_mass * (vertical >= 0)).sum()) * GRAVITY + float(plant.core.vertical_load.sum())
     load = weight / (2 * w)
-    sunk = (load / plant.core.contact_stiffness.mean()) ** (2.0 / 3.0)
+    sunk = (load / plant.core.contact_stiffness[:2].mean()) ** (2.0 / 3.0)
     scale = np.full(n + w, LENGTH)
     for axes in plant.core.coordinate:
         scale[axes[3:][axes[3:] >= 0]] = ANGLE

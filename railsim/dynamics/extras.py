@@ -65,6 +65,52 @@ def wheel_on_rail(plant, i, side):
     )  # fmt: skip
 
 
+@inlined
+def doubled(plant):
+    """Whether a wheel may touch its rail in two places at once; a constant of the compiled kernel."""
+    return plant.core.contact_stiffness.shape[0] > 2
+
+
+@inlined
+def second_on_rail(plant, i, side):
+    """Constants of the second contact of the wheel on one side (0 left, 1 right) of wheelset i, where there is one."""
+    return WheelOnRail(
+        plant.core.contact_start, plant.core.contact_spacing, plant.contact[side + 2],
+        plant.core.contact_stiffness[side + 2], 1.0 - 2.0 * side, plant.core.radius[i],
+    )  # fmt: skip
+
+
+@inlined
+def _pressed(wheel: WheelOnRail, damping, state: WheelState, rail_z):
+    """Vertical part of a contact's normal force on a rail at height `rail_z`, and what it grows by with it [N, N/m]."""
+    point = nearest(wheel, state, rail_z)
+    normal, cosine, _, _ = approach(point, wheel.stiffness, damping, wheel.radius, state)
+    depth = math.sqrt(point.depth * point.depth + point.aside * point.aside)
+    return normal * cosine, 1.5 * normal * cosine * cosine / depth if normal > 0.0 else 0.0
+
+
+@kernel
+def rail_deflection_of_two(plant, i, side, s, state: WheelState):
+    """`rail_deflection` under a wheel that may touch in two places: Newton's method on the sum of both forces."""
+    c = plant.track
+    cell, x = locate(plant.core.s0, plant.core.ds, plant.core.cells, s)
+    support = 1.0 / value(c, cell, COMPLIANCE, x)
+    first, second, damping = wheel_on_rail(plant, i, side), second_on_rail(plant, i, side), plant.core.law[DAMPING]
+    closing = state.rail_z_rate - state.z_rate - plant.core.unbalance[i, side, 2] * state.roll_rate
+    d = 0.0
+    for _ in range(2 * SETTLING_STEPS):
+        rail_z = state.rail_z - d + plant.core.static_deflection
+        force, slope = _pressed(first, damping, state, rail_z)
+        force_2, slope_2 = _pressed(second, damping, state, rail_z)
+        softness = 1.0 / (slope + slope_2 + support)
+        lost = TRACK_LOSS * support * closing * (slope + slope_2) * softness
+        step = (force + force_2 - support * d - lost) * softness
+        d += step
+        if abs(step) < SETTLED:
+            break
+    return d - plant.core.static_deflection
+
+
 @kernel
 def rail_deflection(plant, i, side, s, state: WheelState):
     """How far the rail under a wheel is pressed down below its place under the static load [m].
@@ -116,7 +162,10 @@ def uneven(plant, i, side, s, angle, state: WheelState):
         bump, rise = roundness(plant, i, side, angle)
         height, rate = height + bump, rate + rise * state.spin
     if plant.core.compliant:
-        height -= rail_deflection(plant, i, side, s, raised(state, height, rate))
+        if doubled(plant):
+            height -= rail_deflection_of_two(plant, i, side, s, raised(state, height, rate))
+        else:
+            height -= rail_deflection(plant, i, side, s, raised(state, height, rate))
     return height, rate
 
 

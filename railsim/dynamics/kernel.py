@@ -17,12 +17,14 @@ import math
 
 from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
+from railsim.contact.wheel import upward
 from railsim.dynamics.elements import finite_element
-from railsim.dynamics.extras import load_value, wheel_extras
+from railsim.dynamics.extras import doubled, load_value, wheel_extras
 from railsim.dynamics.joints import close_joints, element_of_joint, law_of_joint, open_joints
 from railsim.dynamics.laws import BUMP_STOP, bump_stop, element_force
 from railsim.dynamics.moving_frame import frame_forces, frame_motion, frames_forces, general, pose
-from railsim.dynamics.wheels import evaluate, forces_in_lane, put, upward, wheel_row, wheelset_local
+from railsim.dynamics.observe import WHEEL_COUNT
+from railsim.dynamics.wheels import evaluate, put, resultant_in_lane, second_in_lane, wheel_row, wheelset_local
 from railsim.dynamics.workspace import ELEMENT, EXTRA, FRAME, JOINTS, LANES, LOCAL, POSE, POSES
 from railsim.track.kernel import GRADIENT, locate, value
 
@@ -73,8 +75,9 @@ def wheelset_torque(plant, i, t, spin, velocity):
 
 @kernel
 def derivatives(plant, t, x, out, scratch, wheels):
-    """Fill out = dx/dt, and wheels (2 w, 10) with what is kept of each wheel's contact, by wheelset, left before right;
-    with `workspace.NO_WHEELS` nothing is kept. scratch: of `workspace.workspace`.
+    """Fill out = dx/dt, and wheels (2 w, 10) with what is kept of each wheel's contact, by wheelset, left before right
+    (two contacts: (2 w, 20), the first one's before the second's); with `workspace.NO_WHEELS` nothing is kept.
+    scratch: of `workspace.workspace`.
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     q, rate = x[:n], x[n : 2 * n]
@@ -173,10 +176,14 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels):
         for i in range(first, last):
             here, index = poses[i - first], plant.core.coordinate[plant.core.wheelset_body[i]]
             angle, spin = x[2 * n + i], x[2 * n + w + i]
-            left, right = forces_in_lane(lanes, 2 * (i - first)), forces_in_lane(lanes, 2 * (i - first) + 1)
+            lane = 2 * (i - first)
+            left, right = resultant_in_lane(plant, lanes, lane), resultant_in_lane(plant, lanes, lane + 1)
             if wheels.shape[0] > 0:
                 wheel_row(left, wheels[2 * i])
                 wheel_row(right, wheels[2 * i + 1])
+                if doubled(plant):
+                    wheel_row(second_in_lane(lanes, lane), wheels[2 * i, WHEEL_COUNT:])
+                    wheel_row(second_in_lane(lanes, lane + 1), wheels[2 * i + 1, WHEEL_COUNT:])
             f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z
             m_x, m_z = left.moment_x + right.moment_x, left.moment_z + right.moment_z
             added = 0.0

@@ -5,6 +5,7 @@ import math
 from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
 from railsim.dynamics.channels import BODY, RUN, SPIN, TRACK, WHEEL
+from railsim.dynamics.extras import doubled
 from railsim.dynamics.moving_frame import frame_motion, general, pose
 from railsim.dynamics.wheels import wheelset_local
 from railsim.dynamics.workspace import FRAME, LOCAL, POSE
@@ -83,9 +84,10 @@ def observe(plant, t, x, x_dot, wheels, scratch, row):
         track_row(plant, distance, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
         at += SPIN_COUNT + TRACK_COUNT
         for side in range(2):
-            for k in range(WHEEL_COUNT):
+            kept = 2 * WHEEL_COUNT if doubled(plant) else WHEEL_COUNT
+            for k in range(kept):
                 row[at + k] = wheels[2 * i + side, k]
-            at += WHEEL_COUNT
+            at += kept
     displacements(plant, q, row[at:])
 
 

@@ -6,6 +6,7 @@ from railsim.compiled import kernel
 from railsim.constants import GRAVITY
 from railsim.dynamics.absolute import wheelset_motion
 from railsim.dynamics.absolute_frames import angular_velocity, locate_body, origin_frames, vehicle_coordinates
+from railsim.dynamics.extras import doubled
 from railsim.dynamics.observe import (
     BODY_COUNT,
     RUN_COUNT,
@@ -16,7 +17,7 @@ from railsim.dynamics.observe import (
     run_row,
     track_row,
 )
-from railsim.dynamics.wheels import forces_of_wheel, wheel_row
+from railsim.dynamics.wheels import forces_of_wheel, second_of_wheel, wheel_row
 from railsim.dynamics.workspace import (
     BODY_FRAME,
     BODY_MOTION,
@@ -57,6 +58,10 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
             forces = forces_of_wheel(plant, i, side, s, speed, v[6 * bodies + i], q[6 * bodies + i], local)
             wheel_row(forces, row[at : at + WHEEL_COUNT])
             at += WHEEL_COUNT
+            if doubled(plant):
+                forces = second_of_wheel(plant, i, side, s, speed, v[6 * bodies + i], q[6 * bodies + i], local)
+                wheel_row(forces, row[at : at + WHEEL_COUNT])
+                at += WHEEL_COUNT
     if at < row.shape[0]:
         n = plant.core.mass.shape[0]
         spare = work[bodies]

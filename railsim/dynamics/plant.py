@@ -41,7 +41,7 @@ class Plant(NamedTuple):
 
     core: Any  # numpy record; see `_core_type`
     track: np.ndarray  # (cells, channels, 4) of `TrackTables`
-    contact: np.ndarray  # (2, cells, channels, 4) of `ContactTable`
+    contact: np.ndarray  # (2 or 4, cells, channels, 4) of `ContactTable`
     pose: np.ndarray  # (1 + w + joints, cells, 6, 4): the chord's direction, each wheelset's place, each joint's frames
     knots: np.ndarray  # (k, 2 + 3 w) time, speed, torques, slips, brakes of `SpeedTables`
     tables: np.ndarray  # numbers of loads, tabulated laws and wheels that are not round, one after the other
@@ -126,7 +126,7 @@ def _core_type(model: Model) -> np.dtype:
         ("finite_preload", "f8", (finite, 3)),
         ("contact_start", "f8"),
         ("contact_spacing", "f8"),
-        ("contact_stiffness", "f8", 2),
+        ("contact_stiffness", "f8", 2 * model.contact.contacts),  # more than two: `extras.doubled`
         ("law", "f8", len(ContactLaw._fields)),
         ("compliant", "i8"),  # rails give way
         ("static_deflection", "f8"),  # under the wheels' mean static load on the mean compliance

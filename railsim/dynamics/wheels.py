@@ -22,6 +22,7 @@ from railsim.contact.wheel import (
     ContactPoint,
     WheelForces,
     WheelState,
+    both,
     creep_force,
     creepages,
     nearest,
@@ -29,10 +30,11 @@ from railsim.contact.wheel import (
     raised,
     resultant,
     rolling_radius,
+    second_forces,
     unit_patch,
     wheel_forces,
 )
-from railsim.dynamics.extras import uneven, wheel_on_rail
+from railsim.dynamics.extras import doubled, second_on_rail, uneven, wheel_on_rail
 from railsim.dynamics.moving_frame import general, pose
 from railsim.track.kernel import CURVATURE, LEFT_FRICTION, LEFT_LATERAL, LEFT_VERTICAL, locate, slope, value
 
@@ -44,7 +46,8 @@ LANES = 4  # wheels: so many numbers an instruction takes
     NORMAL, CREEPAGE_X, CREEPAGE_Y, SPIN_CREEPAGE, CREEP_X, CREEP_Y,
     FORCE_X, FORCE_Y, FORCE_Z, MOMENT_X, MOMENT_SPIN, MOMENT_Z,
 ) = range(0, 40 * LANES, LANES)  # fmt: skip
-WHEELS = 40 * LANES
+SECOND, SECOND_COUNT = 40 * LANES, len(WheelForces._fields)  # `WheelForces` of each lane's second contact
+WHEELS = SECOND + LANES * SECOND_COUNT
 """Numbers that the wheels need; zeros to begin with, so that lanes without a wheel hold no NaN."""
 
 
@@ -103,9 +106,19 @@ def wheel_state(plant, i, side, s, velocity, spin, angle, local):
 
 @inlined
 def forces_of_wheel(plant, i, side, s, velocity, spin, angle, local):
-    """Forces of one wheel: arguments of `wheel_state`."""
+    """Forces of one wheel, the resultant that of all its contacts: arguments of `wheel_state`."""
     state = wheel_state(plant, i, side, s, velocity, spin, angle, local)
-    return wheel_forces(wheel_on_rail(plant, i, side), plant.core.law, state)
+    first = wheel_forces(wheel_on_rail(plant, i, side), plant.core.law, state)
+    if doubled(plant):
+        return both(first, second_forces(second_on_rail(plant, i, side), plant.core.law, state))
+    return first
+
+
+@inlined
+def second_of_wheel(plant, i, side, s, velocity, spin, angle, local):
+    """Forces of the second contact of one wheel, where a plant has second contacts: arguments of `wheel_state`."""
+    state = wheel_state(plant, i, side, s, velocity, spin, angle, local)
+    return second_forces(second_on_rail(plant, i, side), plant.core.law, state)
 
 
 @inlined
@@ -114,12 +127,6 @@ def wheel_row(forces: WheelForces, row):
     row[0], row[1], row[2] = forces.normal, forces.creep_force_x, forces.creep_force_y
     row[3], row[4], row[5] = forces.creepage_x, forces.creepage_y, forces.spin_creepage
     row[6], row[7], row[8], row[9] = math.atan(forces.tangent), forces.radius, forces.shift, forces.friction
-
-
-@inlined
-def upward(forces: WheelForces):
-    """Vertical part of the normal force [N]."""
-    return forces.normal / math.sqrt(1.0 + forces.tangent * forces.tangent)
 
 
 @inlined
@@ -139,6 +146,35 @@ def put(plant, i, side, k, s, velocity, spin, angle, local, v):
     v[ARM + k], v[YAW_FACTOR + k], v[SHIFT + k] = point.arm, point.yaw_factor, point.shift
     v[RADIUS + k] = rolling_radius(wheel.cells, point)
     v[AXIS_A + k], v[AXIS_B + k], v[C11 + k], v[C22 + k], v[C23 + k] = unit_patch(wheel.cells, point)
+    if doubled(plant):
+        row = v[SECOND + k * SECOND_COUNT : SECOND + (k + 1) * SECOND_COUNT]
+        _store(second_forces(second_on_rail(plant, i, side), plant.core.law, state), row)
+
+
+@inlined
+def _store(forces: WheelForces, row):
+    (
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8],
+        row[9], row[10], row[11], row[12], row[13], row[14], row[15], row[16],
+    ) = forces  # fmt: skip
+
+
+@inlined
+def second_in_lane(v, k):
+    """`WheelForces` of the second contact in lane k, where a plant has second contacts."""
+    row = v[SECOND + k * SECOND_COUNT : SECOND + (k + 1) * SECOND_COUNT]
+    return WheelForces(
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8],
+        row[9], row[10], row[11], row[12], row[13], row[14], row[15], row[16],
+    )  # fmt: skip
+
+
+@inlined
+def resultant_in_lane(plant, v, k):
+    """`WheelForces` in lane k with the resultant of all contacts."""
+    if doubled(plant):
+        return both(forces_in_lane(v, k), second_in_lane(v, k))
+    return forces_in_lane(v, k)
 
 
 @inlined
@@ -214,9 +250,9 @@ def _one_by_one(law, v):
 
 @inlined
 def forces_in_lane(v, k):
-    """`WheelForces` in lane k."""
+    """`WheelForces` in lane k, of its first contact."""
     return WheelForces(
         v[FORCE_X + k], v[FORCE_Y + k], v[FORCE_Z + k], v[MOMENT_X + k], v[MOMENT_SPIN + k], v[MOMENT_Z + k],
         v[NORMAL + k], v[CREEP_X + k], v[CREEP_Y + k], v[CREEPAGE_X + k], v[CREEPAGE_Y + k], v[SPIN_CREEPAGE + k],
-        v[ACROSS + k], v[RADIUS + k], v[SHIFT + k], v[MU + k],
+        v[ACROSS + k], v[RADIUS + k], v[SHIFT + k], v[MU + k], 0.0,
     )  # fmt: skip

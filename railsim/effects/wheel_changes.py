@@ -111,10 +111,11 @@ def _radii(setup: Setup, change: Callable[[np.ndarray, int, np.ndarray], np.ndar
     def new(model: Model) -> Model:
         coefficients = model.contact.coefficients.copy()
         middle = coefficients.shape[1] // 2
-        for side in range(2):
-            cells = coefficients[side, :, RADIUS]
-            nominal = _constant(cells) * cells[middle, 0]
-            coefficients[side, :, RADIUS] = change(cells, side, nominal)
+        for row in range(len(coefficients)):  # of both sides, then of their second contacts
+            side = row % 2
+            cells = coefficients[row, :, RADIUS]
+            nominal = _constant(cells) * model.contact.coefficients[side, middle, RADIUS, 0]
+            coefficients[row, :, RADIUS] = change(cells, side, nominal)
         return replace(model, contact=replace(model.contact, coefficients=coefficients))
 
     return setup.modelled(new)

@@ -16,6 +16,7 @@ from railsim.profiles.orientation import GaugeSide
 from railsim.profiles.profile import Kind, Profile
 from railsim.profiles.tables import contact_functions
 from railsim.profiles.wear import worn
+from railsim.profiles.zones import two_contacts
 from railsim.spec import Spec, quantity
 
 SHIPPED = "shipped profile (s1002, uic60_40, ...) or the path of a file"
@@ -38,6 +39,10 @@ class ProfilePair(Spec, frozen=True):
     gauge: float = quantity(1.435, unit="m", source="standard gauge", gt=0.5, lt=2.0)
     flange_back: float = quantity(1.360, unit="m", source="EN 13260, S1002 wheelsets: 1360 mm", gt=0.5, lt=2.0)
     wheel_load: float = quantity(55e3, unit="N", source="nominal, for the quasi-elastic averaging", gt=0.0)
+
+    contacts: int = quantity(
+        1, unit="-", source="1 = one contact a wheel, moving over the profile; 2 = tread and flange at once", ge=1, le=2
+    )
 
     def assumptions(self) -> list[str]:
         """What was taken for granted about the files, each in a line; of files that cannot be read, nothing.
@@ -79,7 +84,8 @@ def _functions(pair: ProfilePair, wheel: str, rail: str, wheel_radius: float) ->
     if pair.smoothing > 0.0:
         profiles = [profile.smoothed(pair.smoothing) for profile in profiles]
     layout = Layout(gauge=pair.gauge, flange_back=pair.flange_back, wheel_radius=wheel_radius)
-    return contact_functions(worn(profiles[0], pair.wear), profiles[1], layout, load=pair.wheel_load)
+    made = contact_functions if pair.contacts == 1 else two_contacts
+    return made(worn(profiles[0], pair.wear), profiles[1], layout, load=pair.wheel_load)
 
 
 def _chosen(given: Any) -> Any:

@@ -33,6 +33,9 @@ POWER = 2.5
 TYPICAL_CURVATURE = 3.0
 """Sum of lateral curvatures for which Hertz's approach calibrates the interpenetration [1/m]."""
 
+WHOLE = (-np.inf, np.inf)
+"""Zone that holds all of a wheel's profile [m]."""
+
 _STEP = 2e-5  # m; spacing of the wheel's points
 
 
@@ -101,10 +104,10 @@ class Side:
         self.rail_origin = 0.5 * layout.gauge - rail.gauge_point(layout.gauge_depth)
         self._wheel, self._rail = wheel.surface(), rail.surface()
         self._rail_top = float(self._rail.height(self._rail.top()))
-        self._lateral = np.arange(self._wheel.start, self._wheel.end, _STEP)
-        self._depth = self._wheel.height(self._lateral)
-        self._slope = self._wheel.height(self._lateral, 1)
-        self._curvature = _normal_curvature(self._slope, self._wheel.height(self._lateral, 2))
+        self.lateral = np.arange(self._wheel.start, self._wheel.end, _STEP)
+        self._depth = self._wheel.height(self.lateral)
+        self._slope = self._wheel.height(self.lateral, 1)
+        self._curvature = _normal_curvature(self._slope, self._wheel.height(self.lateral, 2))
 
     def outline(self, roll: float = 0.0, yaw: float = 0.0) -> Outline:
         """Wheel seen along the rail for the side's own roll (field side up +) and yaw (turned to the field +) [rad]."""
@@ -113,7 +116,7 @@ class Side:
         down = -np.cross(ahead, axle)
         radius = self.layout.wheel_radius - self._depth
         if yaw == 0.0:
-            reach = self.layout.half_taping() + self._lateral
+            reach = self.layout.half_taping() + self.lateral
             slope = (self._slope * axle[1] + axle[2]) / (axle[1] - self._slope * axle[2])
             return Outline(
                 np.zeros_like(reach), axle[1] * reach + down[1] * radius, axle[2] * reach + down[2] * radius, slope
@@ -121,28 +124,43 @@ class Side:
         # normal = cos(t) down + sin(t) ahead - dr/dy axle; t from normal . x = 0
         angle = np.arcsin(-self._slope * axle[0] / np.hypot(ahead[0], down[0])) - np.arctan2(down[0], ahead[0])
         along, across, up = (
-            axle[i] * (self.layout.half_taping() + self._lateral)
+            axle[i] * (self.layout.half_taping() + self.lateral)
             + radius * (np.cos(angle) * down[i] + np.sin(angle) * ahead[i])
             for i in range(3)
         )
         return Outline(along, across, up, np.gradient(up, across))
 
-    def contact(self, outline: Outline, shift: float) -> ProfileContact:
+    def gap(
+        self, outline: Outline, shift: float, zone: tuple[float, float] = WHOLE
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points of the wheel in the `zone` of its profile that are over the rail, with the wheelset's centre at rail
+        level and at `shift` towards the field side [m]: places in `lateral`, gaps, places on the rail [m].
+        """
+        across = outline.lateral + shift - self.rail_origin
+        inside = (across > self._rail.start) & (across < self._rail.end)
+        if zone != WHOLE:
+            inside &= (self.lateral > zone[0]) & (self.lateral <= zone[1])
+        over = np.nonzero(inside)[0]
+        return over, outline.vertical[over] - self._rail.height(across[over]), across[over]
+
+    def height(self, gap: float) -> float:
+        """Height of the wheelset's centre above nominal at which a point with that `gap` [m] just touches [m]."""
+        return -gap - self.layout.wheel_radius - self._rail_top
+
+    def contact(self, outline: Outline, shift: float, zone: tuple[float, float] = WHOLE) -> ProfileContact:
         """Contact with the wheelset's centre at `shift` towards the field side [m].
 
         Raises
         ------
         ValueError : wheel and rail do not overlap there.
         """
-        across = outline.lateral + shift - self.rail_origin
-        over = np.nonzero((across > self._rail.start) & (across < self._rail.end))[0]
+        over, gap, across = self.gap(outline, shift, zone)
         if over.size == 0:
             raise ValueError(f"wheel and rail do not overlap at a shift of {1e3 * shift:.1f} mm")
-        gap = outline.vertical[over] - self._rail.height(across[over])
         nearest = int(np.argmin(gap))
         bottom = gap[nearest]
         near = gap - bottom < 20.0 * _deepest(self.content)
-        points, gap, across = over[near], gap[near] - bottom, across[over][near]
+        points, gap, across = over[near], gap[near] - bottom, across[near]
         step = np.gradient(across) if across.size > 1 else np.full(1, _STEP)
         depth = _depth_for(self.content, gap, step)
         inside = np.clip(depth - gap, 0.0, None)
@@ -152,7 +170,7 @@ class Side:
         slope = outline.slope[points]
         tilt = (1.0 + slope**2) ** -1.5
         relative = weight * POWER / np.where(inside > 0.0, inside, np.inf)
-        wheel_position = float(weight @ self._lateral[points])
+        wheel_position = float(weight @ self.lateral[points])
         rail_curvature = -_normal_curvature(rail_slope, self._rail.height(across, 2))
         level = self.layout.wheel_radius + self._rail_top
         return ProfileContact(
@@ -161,11 +179,11 @@ class Side:
             depth=float(depth),
             wheel_position=wheel_position,
             rail_position=float(weight @ across),
-            rigid_wheel_position=float(self._lateral[over][nearest]),
+            rigid_wheel_position=float(self.lateral[over][nearest]),
             position=(
                 float(weight @ outline.longitudinal[points]),
                 float(weight @ outline.lateral[points]),
-                float(np.interp(wheel_position, self._lateral, outline.vertical)),
+                float(np.interp(wheel_position, self.lateral, outline.vertical)),
             ),
             half_distance=float(weight @ across) + self.rail_origin,
             angle=float(np.arctan(weight @ slope)),

@@ -10,7 +10,8 @@ from railsim.profiles.search import Side
 LEAST_CURVATURE = 0.2
 """Smallest sum of lateral curvatures in a table [1/m]: a conformal pair is no Hertzian contact."""
 
-_SUBSTEPS = 2
+SUBSTEPS = 2
+"""Steps of the search within a cell of the table."""
 
 
 def contact_functions(
@@ -40,15 +41,12 @@ def contact_functions(
     """
     side = Side(wheel, rail, layout, load)
     shift = np.linspace(-reach, reach, points)
-    step = (shift[1] - shift[0]) / _SUBSTEPS
-    margin = int(np.ceil(blend / step))
-    fine = step * np.arange(-margin - (points - 1) // 2 * _SUBSTEPS, margin + (points - 1) // 2 * _SUBSTEPS + 1)
+    step, margin, weights = averaging_weights(blend, reach, points)
+    fine = step * np.arange(-margin - (points - 1) // 2 * SUBSTEPS, margin + (points - 1) // 2 * SUBSTEPS + 1)
     outline = side.outline()
     contacts = [side.contact(outline, float(u)) for u in fine]
     columns = np.array([(c.height, c.radius, c.half_distance, c.curvature) for c in contacts])
-    weights = np.clip(1.0 - (step * np.arange(-margin, margin + 1) / max(blend, step)) ** 2, 0.0, None) ** 3
-    weights /= weights.sum()
-    averaged = np.column_stack([np.convolve(column, weights, mode="valid") for column in columns.T])[::_SUBSTEPS]
+    averaged = np.column_stack([np.convolve(column, weights, mode="valid") for column in columns.T])[::SUBSTEPS]
     lift, radius, half_distance, curvature = averaged.T
     return ContactFunctions(
         shift=shift,
@@ -57,3 +55,12 @@ def contact_functions(
         half_distance=half_distance,
         curvature=np.maximum(curvature, LEAST_CURVATURE),
     )
+
+
+def averaging_weights(blend: float, reach: float, points: int) -> tuple[float, int, np.ndarray]:
+    """Step of a grid finer than the table's [m], steps that `blend` [m] is long, weights of the averaging over it."""
+    shift = np.linspace(-reach, reach, points)
+    step = (shift[1] - shift[0]) / SUBSTEPS
+    margin = int(np.ceil(blend / step))
+    weights = np.clip(1.0 - (step * np.arange(-margin, margin + 1) / max(blend, step)) ** 2, 0.0, None) ** 3
+    return step, margin, weights / weights.sum()
