@@ -96,17 +96,21 @@ def _table(left: ContactFunctions, right: ContactFunctions | None) -> ContactTab
     start, spacing = float(left.shift[0]), float(left.shift[1] - left.shift[0])
     if not np.allclose(left.shift, -left.shift[::-1], atol=1e-12) or not np.allclose(np.diff(left.shift), spacing):
         raise ValueError("contact functions need a uniform grid that is symmetric about u = 0")
-    other = left if right is None else right
-    tables, stiffness = [], []
-    while left is not None and other is not None:
-        cells = _cells(left.shift, left.channels())
-        mirrored = (cells if other is left else _cells(other.shift, other.channels()))[::-1]
-        tables += [cells, _reversed_argument(mirrored)]
-        stiffness += [left.stiffness(), other.stiffness()]
-        left, other = left.second, other.second
-    if left is not other:
+    lefts, others = _places(left), _places(left if right is None else right)
+    if len(lefts) != len(others):
         raise ValueError("both sides need the same number of contacts")
+    tables, stiffness = [], []
+    for own, other in zip(lefts, others, strict=True):
+        cells = _cells(own.shift, own.channels())
+        mirrored = (cells if other is own else _cells(other.shift, other.channels()))[::-1]
+        tables += [cells, _reversed_argument(mirrored)]
+        stiffness += [own.stiffness(), other.stiffness()]
     return ContactTable(start, spacing, np.ascontiguousarray(np.stack(tables)), np.array(stiffness))
+
+
+def _places(given: ContactFunctions) -> list[ContactFunctions]:
+    """All places at which a wheel may touch."""
+    return [given] if given.second is None else [given, *_places(given.second)]
 
 
 def _cells(shift: np.ndarray, channels: np.ndarray) -> np.ndarray:

@@ -8,11 +8,12 @@ A zone whose patch stays clear of the edge is a pair of its own: the quasi-elast
 restricted to the zone gives the height h(u) of the wheel under the nominal load. The lift is the curve that lies the
 Hertzian approach D above it, measured across the curve: so the kernels' depth there is D exactly.
 
-Where one patch reaches over the edge, both zones take part in it, and two whole springs would count it twice. There
-the depth comes from a foundation of strips across the wheel (Winkler's; the semi-Hertzian method of Ayasse and Chollet
-2005, Vehicle System Dynamics 43): a strip of width dY that overlaps by d carries K d dY, normal to the profiles. The
-strips of both zones together carry the nominal load; each zone's share n_k of it gives the depth (n_k / C_k)^(2/3)
-whose Hertzian force is that share. The sum is right at the nominal load, and the lifts remain functions of u alone.
+Where one patch reaches over the edge, both zones take part in it, and two whole springs would count it twice. There a
+zone's depth comes from a foundation of strips across the wheel (Winkler's; as in the semi-Hertzian method of Ayasse
+and Chollet 2005, Vehicle System Dynamics 43): a strip of width dY that overlaps by d carries K d dY, normal to the
+profiles. The strips of both zones together carry the nominal load; each zone's share n_k of it gives the depth
+(n_k / C_k)^(2/3) whose Hertzian force is that share. The sum is right at the nominal load, and the lifts remain
+functions of u alone.
 """
 
 from dataclasses import dataclass, replace
@@ -42,26 +43,25 @@ class Zone:
 
     Attributes
     ----------
-    hertz : stiffness C of its contact [N/m^1.5]. approach : depth of the quasi-elastic search under the nominal load,
-    normal to the profiles, where the zone carries it alone [m].
+    clear : share from 0 to 1 to which each contact stays clear of the edge.
+    hertz : stiffness C of the contact [N/m^1.5]. approach : depth p_n where the wheel stands at the height that the
+    zone's quasi-elastic search gives; with it half the nominal load is carried at the height at which Hertz has it in
+    the contact nearest to the jump that is clear of the edge [m].
     """
 
     contacts: list[ProfileContact | None]
+    clear: np.ndarray
     hertz: float
     approach: float
 
     @classmethod
-    def carried(cls, contacts: list[ProfileContact | None], row: int) -> "Zone":
-        """A zone that carries the load alone in that row.
-
-        Raises
-        ------
-        ValueError : it is not over the rail there.
-        """
-        alone = contacts[row]
-        if alone is None:
-            raise ValueError("the wheel's zone is not over the rail")
-        return cls(contacts, hertzian(alone), alone.depth * np.cos(alone.angle))
+    def made(
+        cls, contacts: list[ProfileContact | None], clear: np.ndarray, own: ProfileContact, hertz: float, load: float
+    ) -> "Zone":
+        """A zone of stiffness `hertz` under a nominal `load` [N]."""
+        true = hertzian(own)
+        approach = (0.5 * load / hertz) ** (2.0 / 3.0) - (0.5 * load / true) ** (2.0 / 3.0)
+        return cls(contacts, clear, hertz, approach + own.depth * np.cos(own.angle))
 
 
 def hertzian(contact: ProfileContact) -> float:
@@ -69,13 +69,15 @@ def hertzian(contact: ProfileContact) -> float:
     return hertz_ellipse(1.0 / contact.radius, max(contact.curvature, LEAST_CURVATURE)).stiffness
 
 
-def strip_stiffness(hertz: float, curvature: float) -> float:
+def strip_stiffness(contact: ProfileContact) -> float:
     """K [N/m^2] with which strips carry a parabolic gap as Hertz does: K (4/3) sqrt(2 / curvature) = C."""
-    return 0.75 * hertz * float(np.sqrt(0.5 * max(curvature, LEAST_CURVATURE)))
+    return 0.75 * hertzian(contact) * float(np.sqrt(0.5 * max(contact.curvature, LEAST_CURVATURE)))
 
 
-def zone_edge(side: Side, outline: Outline, reach: float) -> float | None:
-    """Place on the wheel between the two zones [m]; None where the rigid contact never jumps by `LEAST_TURN`."""
+def zone_edge(side: Side, outline: Outline, reach: float) -> tuple[float, float] | None:
+    """Place on the wheel between the two zones, and shift u of the jump [m]; None where the rigid contact never jumps
+    by `LEAST_TURN`.
+    """
     best, edge, before = LEAST_TURN, None, None
     for u in np.arange(-reach, reach, _SCAN):
         points, gap, _ = side.gap(outline, float(u))
@@ -86,7 +88,7 @@ def zone_edge(side: Side, outline: Outline, reach: float) -> float | None:
             between = np.nonzero((points > low) & (points < high))[0]
             if between.size > 0:
                 best = abs(here[1] - before[1])
-                edge = float(side.lateral[points[between[np.argmax(gap[between])]]])
+                edge = float(side.lateral[points[between[np.argmax(gap[between])]]]), float(u)
         before = here
     return edge
 
@@ -126,20 +128,25 @@ def two_contacts(
     """
     side = Side(wheel, rail, layout, load)
     outline = side.outline()
-    edge = zone_edge(side, outline, reach)
-    if edge is None:
+    found = zone_edge(side, outline, reach)
+    if found is None:
         first = contact_functions(wheel, rail, layout, load, blend, reach, points)
         return replace(first, second=replace(first, lift=first.lift - _ABSENT))
     step, margin, weights = averaging_weights(blend, reach, points)
     count = margin + points - 1
     fine = step * np.arange(-count, count + 1)
-    zones = ((edge, np.inf), (-np.inf, edge))
-    whole = [side.contact(outline, float(u)) for u in fine]
-    tread, flange = (
-        [_contact(side, outline, float(u), zone) for u in fine] for zone in ((edge, np.inf), (-np.inf, edge))
+    edge, jump = found
+    parts = [[_contact(side, outline, float(u), zone) for u in fine] for zone in ((edge, np.inf), (-np.inf, edge))]
+    clear = [_clear(side, outline, fine, edge, part) for part in parts]
+    row = int(np.searchsorted(fine, jump))
+    tread = _last_clear(parts[0][row::-1], clear[0][row::-1])
+    flange = _last_clear(parts[1][row:], clear[1][row:])
+    middle = hertzian(side.contact(outline, 0.0))
+    zones = (
+        Zone.made(parts[0], clear[0], tread, middle, load),
+        Zone.made(parts[1], clear[1], flange, hertzian(flange), load),
     )
-    zones = Zone.carried(tread, count), Zone.carried(flange, _alone(tread, flange))
-    lifts = _lifts(side, outline, fine, edge, zones, whole, load)
+    lifts = _lifts(side, outline, fine, edge, zones, load)
     first, second = (_tabled(fine, zone, lift, weights, reach, points) for zone, lift in zip(zones, lifts, strict=True))
     zero = first.lift[points // 2]
     return replace(first, lift=first.lift - zero, hertz=None, second=replace(second, lift=second.lift - zero))
@@ -167,64 +174,75 @@ def _contact(side: Side, outline: Outline, shift: float, zone: tuple[float, floa
     return side.contact(outline, shift, zone) if points.size > FEWEST else None
 
 
-def _alone(first: list[ProfileContact | None], second: list[ProfileContact | None]) -> int:
-    """First row in which the second zone carries the load alone.
+def _clear(
+    side: Side, outline: Outline, fine: np.ndarray, edge: float, contacts: list[ProfileContact | None]
+) -> np.ndarray:
+    """Share from 0 to 1 to which each contact stays clear of the edge: 1 where the edge does not touch."""
+    share = np.ones(len(fine))
+    for row, (u, contact) in enumerate(zip(fine, contacts, strict=True)):
+        if contact is not None:
+            points, gap, _ = side.gap(outline, float(u))
+            at_edge = side.height(float(np.interp(edge, side.lateral[points], gap)))
+            share[row] = np.clip((contact.rigid_height - at_edge) / contact.depth, 0.0, 1.0)
+    return share * share * (3.0 - 2.0 * share)
+
+
+def _last_clear(contacts: list[ProfileContact | None], clear: np.ndarray) -> ProfileContact:
+    """The first contact that stays wholly clear of the edge.
 
     Raises
     ------
     ValueError : there is none.
     """
-    for row, (tread, flange) in enumerate(zip(first, second, strict=True)):
-        if flange is not None and (tread is None or flange.height - tread.height > flange.depth):
-            return row
-    raise ValueError("no shift of the wheel brings its second zone to the rail alone; use one contact")
+    for contact, share in zip(contacts, clear, strict=True):
+        if contact is not None and share == 1.0:
+            return contact
+    raise ValueError("tread and flange never touch apart from each other; use one contact")
 
 
 def _lifts(
-    side: Side,
-    outline: Outline,
-    fine: np.ndarray,
-    edge: float,
-    zones: tuple[Zone, Zone],
-    whole: list[ProfileContact],
-    load: float,
+    side: Side, outline: Outline, fine: np.ndarray, edge: float, zones: tuple[Zone, Zone], load: float
 ) -> list[np.ndarray]:
     """Lift of each zone over `fine` [m]."""
     curves: list[list[tuple[float, float]]] = [[], []]
     for row, u in enumerate(fine):
-        points, gap, across = side.gap(outline, float(u))
-        at_edge = side.height(float(np.interp(edge, side.lateral[points], gap)))
-        common = strip_stiffness(hertzian(whole[row]), whole[row].curvature)
-        clear = [_clear(zone.contacts[row], at_edge) for zone in zones]
-        strips = [common, common]
-        for k, zone in enumerate(zones):
+        height, forces = 0.0, np.zeros(2)
+        if min(zone.clear[row] for zone in zones) < 1.0:
+            height, forces = _shared(side, outline, float(u), edge, zones, row, load)
+        for curve, zone, force in zip(curves, zones, forces, strict=True):
             contact = zone.contacts[row]
             if contact is not None:
-                strips[k] += clear[k] * (strip_stiffness(zone.hertz, contact.curvature) - common)
-        stiffness = np.where(side.lateral[points] > edge, *strips) * np.gradient(across)
-        height, forces = strip_forces(side, points, gap, edge, stiffness, load)
-        for k, zone in enumerate(zones):
-            contact = zone.contacts[row]
-            if contact is not None:
-                depth = _depth(zone, contact, clear[k], height, forces[k])
-                curves[k].append((u - depth * np.sin(contact.angle), height + depth * np.cos(contact.angle)))
+                curve.append(_on_lift(zone, contact, float(u), float(zone.clear[row]), height, float(force)))
     return [_continued(fine, *np.array(curve).T) for curve in curves]
 
 
-def _clear(contact: ProfileContact | None, at_edge: float) -> float:
-    """Share from 0 to 1 to which a zone's contact stays clear of the edge, which touches at the height `at_edge`."""
-    if contact is None:
-        return 1.0
-    share = float(np.clip((contact.rigid_height - at_edge) / contact.depth, 0.0, 1.0))
-    return share * share * (3.0 - 2.0 * share)
+def _shared(
+    side: Side, outline: Outline, shift: float, edge: float, zones: tuple[Zone, Zone], row: int, load: float
+) -> tuple[float, np.ndarray]:
+    """Height of the wheel's centre on strips [m], and what each zone carries of the load [N]."""
+    points, gap, across = side.gap(outline, shift)
+    common = strip_stiffness(side.contact(outline, shift))
+    strips = [common, common]
+    for k, zone in enumerate(zones):
+        contact = zone.contacts[row]
+        if contact is not None and zone.clear[row] > 0.0:
+            strips[k] += zone.clear[row] * (strip_stiffness(contact) - common)
+    stiffness = np.where(side.lateral[points] > edge, *strips) * np.gradient(across)
+    return strip_forces(side, points, gap, edge, stiffness, load)
 
 
-def _depth(zone: Zone, contact: ProfileContact, clear: float, height: float, force: float) -> float:
-    """Depth of a zone's contact with the wheel at `height` [m], at which its strips carry `force` [N]."""
-    cosine = float(np.cos(contact.angle))
-    own = zone.approach + (contact.height - height) * cosine
-    shared = (force / zone.hertz) ** (2.0 / 3.0) if force > 0.0 else (contact.rigid_height - height) * cosine
-    return clear * own + (1.0 - clear) * shared
+def _on_lift(
+    zone: Zone, contact: ProfileContact, shift: float, clear: float, height: float, force: float
+) -> tuple[float, float]:
+    """A point of a zone's lift: shift and height [m]. With the wheel at `height` its strips carry `force` [N]."""
+    across, up = np.sin(contact.angle), np.cos(contact.angle)
+    own = np.array([shift - zone.approach * across, contact.height + zone.approach * up])
+    shared = np.array([shift, contact.rigid_height])
+    if force > 0.0:
+        depth = (force / zone.hertz) ** (2.0 / 3.0)
+        shared = np.array([shift - depth * across, height + depth * up])
+    place = clear * own + (1.0 - clear) * shared
+    return float(place[0]), float(place[1])
 
 
 def _continued(fine: np.ndarray, shift: np.ndarray, values: np.ndarray) -> np.ndarray:
