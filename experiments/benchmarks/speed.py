@@ -34,6 +34,11 @@ VARIANTS: dict[str, dict[str, Any]] = {
 }
 """The compiled engine with other contacts than the analytic pair and Polach's law, as overrides of the scenario."""
 
+CURVE, IN_CURVE = "curve_s1002", {"start": 370.0, "duration": 19.0}
+"""Scenario with profiles, and the part of it in the curve, where the leading outer wheel touches tread and flange."""
+
+ONE, TWO = "engine compiled, profiles in a curve", "engine compiled, two contacts in a curve"
+
 JOINTED = {
     "estimator dipped_joints, dense joints at 15 m/s": 15.0,
     "estimator dipped_joints, dense joints at 45 m/s": 45.0,
@@ -60,7 +65,8 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     wheelset += estimator_rows(load_scenario(WHEELSET, shorter), repeats, RECURSIVE)
     plain = load_scenario(ADHESION, {"duration": 2.0 * FAST_DURATION} if fast else {})
     adhesion = estimator_rows(plain, repeats, ADHESION_ESTIMATORS)
-    known = [*engine_rows(scenario, repeats, variants), *estimator_rows(scenario, repeats), *dense, *wheelset]
+    engines = [*engine_rows(scenario, repeats, variants), *contact_rows(repeats, FAST_DURATION if fast else None)]
+    known = [*engines, *estimator_rows(scenario, repeats), *dense, *wheelset]
     return [*known, *adhesion, *suspension_rows(fast)]
 
 
@@ -89,6 +95,17 @@ def engine_rows(
     return [
         _row(name, rate, against.get(name), rate / speeds[against.get(name, name)]) for name, rate in speeds.items()
     ]
+
+
+def contact_rows(repeats: int = REPEATS, duration: float | None = None) -> list[dict[str, Any]]:
+    """The compiled engine in a curve with one contact a wheel and with two; `duration` in s."""
+    tasks: dict[str, tuple[Callable[[], object], float]] = {}
+    for name, contacts in ((ONE, 1), (TWO, 2)):
+        changes = {**IN_CURVE, "vehicle.pair.contacts": contacts}
+        run = build_run(load_scenario(CURVE, changes if duration is None else {**changes, "duration": duration}))
+        tasks[name] = (lambda run=run: deque(load_engine("compiled")(run), maxlen=0), run.duration)
+    speeds = rates(tasks, repeats)
+    return [_row(ONE, speeds[ONE], None, 1.0), _row(TWO, speeds[TWO], ONE, speeds[TWO] / speeds[ONE])]
 
 
 def estimator_rows(

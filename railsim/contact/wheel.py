@@ -113,7 +113,7 @@ class WheelForces(NamedTuple):
     radius: float
     shift: float
     friction: float
-    beside: float  # vertical part of the normal force of a second contact, which is in the resultant [N]
+    beside: float  # vertical part of a second contact's normal force, of which the resultant is the sum [N]
 
 
 @inlined
@@ -339,8 +339,8 @@ def upward(forces: WheelForces):
 
 @inlined
 def second_forces(wheel: WheelOnRail, law, state: WheelState):
-    """`wheel_forces` of a second contact, which mostly is not there; in place of the shift the contact's lateral place
-    in the track frame [m].
+    """`wheel_forces` of a second contact, which mostly is not there; `shift` is its lateral place in the track frame
+    [m], and what stands `beside` is its own.
     """
     point = nearest(wheel, state, state.rail_z)
     place = state.y + point.arm + point.aside
@@ -352,7 +352,7 @@ def second_forces(wheel: WheelOnRail, law, state: WheelState):
     f = forces_at(wheel, law, state, point)
     return WheelForces(
         f.force_x, f.force_y, f.force_z, f.moment_x, f.moment_spin, f.moment_z, f.normal, f.creep_force_x,
-        f.creep_force_y, f.creepage_x, f.creepage_y, f.spin_creepage, f.tangent, f.radius, place, f.friction, 0.0,
+        f.creep_force_y, f.creepage_x, f.creepage_y, f.spin_creepage, f.tangent, f.radius, place, f.friction, upward(f),
     )  # fmt: skip
 
 
@@ -363,5 +363,5 @@ def both(first: WheelForces, second: WheelForces):
         first.force_x + second.force_x, first.force_y + second.force_y, first.force_z + second.force_z,
         first.moment_x + second.moment_x, first.moment_spin + second.moment_spin, first.moment_z + second.moment_z,
         first.normal, first.creep_force_x, first.creep_force_y, first.creepage_x, first.creepage_y,
-        first.spin_creepage, first.tangent, first.radius, first.shift, first.friction, upward(second),
+        first.spin_creepage, first.tangent, first.radius, first.shift, first.friction, second.beside,
     )  # fmt: skip
