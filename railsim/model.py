@@ -16,6 +16,7 @@ from railsim.contact.functions import ContactTable
 from railsim.contact.wheel import ContactLaw
 from railsim.errors import InputError
 from railsim.force_laws import ForceLaw
+from railsim.track.flexible import CoRunning, Void
 
 TRACK = "track"  # in place of an element's lower body: it acts on the upper one alone
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -124,7 +125,8 @@ class Model:
 
     `reference`: body whose distance is s.
     `trailing_pivot`: distance from the reference back to the missing bogie [m]; a body listed in `chord_yaw` keeps
-    the direction of that chord. `path`: None = longitudinal forces pitch nothing.
+    the direction of that chord. `path`: None = longitudinal forces pitch nothing. `corunning`: the track under each
+    wheelset, None = rails stand still or are massless; `voids` below its sleepers.
     """
 
     bodies: tuple[Body, ...]
@@ -139,6 +141,8 @@ class Model:
     path: LongitudinalPath | None = None
     vertical_load: dict[str, float] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
+    corunning: CoRunning | None = None
+    voids: tuple[Void, ...] = ()
 
     def index(self, name: str) -> int:
         """Place of a body in `bodies`.

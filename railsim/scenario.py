@@ -24,6 +24,7 @@ from railsim.settings import dump_yaml, load_yaml
 from railsim.spec import Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction
 from railsim.track.files import TRACKS, read_track
+from railsim.track.flexible import FlexibleTrack, check_support
 from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
 from railsim.vehicles.interface import Vehicle
@@ -47,6 +48,7 @@ class Scenario(Spec, frozen=True):
     track_measured: bool = quantity(True, unit="whether the recording holds the track as measured", source=CHOSEN)
     track_errors: TrackErrors = quantity(TrackErrors(), unit="-", source=CHOSEN)
     vehicle: pydantic.SerializeAsAny[Vehicle] = quantity(unit="-", source=CHOSEN)
+    flexible_track: FlexibleTrack | None = quantity(None, unit="-, {} takes its defaults", source=CHOSEN)
     effects: tuple[pydantic.SerializeAsAny[Effect], ...] = quantity((), unit="-", source=CHOSEN)
     sensors: tuple[pydantic.SerializeAsAny[Sensor], ...] = quantity((), unit="-", source=CHOSEN)
     speed: Constant | Profile | Driven = quantity(unit="m/s", source=CHOSEN)
@@ -93,7 +95,15 @@ class Scenario(Spec, frozen=True):
         ------
         InputError : an effect does not fit the scenario; the line begins with its place in the list.
         """
-        setup = Setup(self.vehicle, self.geometry, self.sensors, self.speed, self.traction, self.duration)
+        setup = Setup(
+            self.vehicle,
+            self.geometry,
+            self.sensors,
+            self.speed,
+            self.traction,
+            self.duration,
+            flexible_track=self.flexible_track,
+        )
         for number, effect in enumerate(self.effects):
             try:
                 setup = effect.install(setup)
@@ -153,6 +163,7 @@ class Scenario(Spec, frozen=True):
         self._check_wheelsets()
         self._check_sensors()
         self._check_step()
+        self._check_support()
         self._check_track()
 
     def digest(self) -> str:
@@ -162,6 +173,8 @@ class Scenario(Spec, frozen=True):
     def values(self) -> dict[str, Any]:
         """All fields as plain values that `build` reads."""
         plain = self.model_dump(mode="json")
+        if self.flexible_track is None:
+            del plain["flexible_track"]
         plain["vehicle"] = self.vehicle.settings()
         plain["sensors"] = [sensor.settings() for sensor in self.sensors]
         plain["effects"] = [effect.settings() for effect in self.effects]
@@ -202,6 +215,10 @@ class Scenario(Spec, frozen=True):
                 f"substeps: a step of {1e3 * self.step:.3g} ms is unstable for this vehicle at {slowest:g} m/s; "
                 f"give at least {needed} or leave it out"
             )
+
+    def _check_support(self) -> None:
+        if self.model.corunning is not None:
+            check_support(self.model.corunning, self.setup.track.stiffness)
 
     def _check_track(self) -> None:
         track, (behind, ahead) = self.setup.track, self.overhang

@@ -4,6 +4,7 @@ import numpy as np
 
 from railsim.compiled import kernel
 from railsim.constants import GRAVITY
+from railsim.dynamics.corunning import moving_track, on_rail, track_energy, wheelset_distance
 from railsim.dynamics.elements import body_coordinates, cross, turned_arm
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.extras import doubled
@@ -12,7 +13,7 @@ from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.laws import BUMP_STOP, bump_stop_energy
 from railsim.dynamics.plant import Plant, build_plant
 from railsim.dynamics.wheels import forces_of_wheel, second_of_wheel, wheelset_local
-from railsim.dynamics.workspace import ELEMENT, LOCAL, NO_WHEELS, POSE, workspace
+from railsim.dynamics.workspace import ELEMENT, LOCAL, NO_WHEELS, ON_TRACK, POSE, workspace
 from railsim.engines.interface import Run
 
 KINETIC, SPRINGS, CONTACTS, GRAVITATION = range(4)
@@ -24,7 +25,8 @@ def energies(plant, x, scratch, out):
     """Fill out (4,) with kinetic energy (spin included), that of springs and bump stops, of contacts, of weight [J].
 
     Rates are those relative to the travelling frame; springs count from their state without load, so that preloads and
-    geometric stiffness are in it; a contact has 2/5 C p_n^2.5 = 2/5 N p_n, which holds without contact damping.
+    geometric stiffness are in it; a contact has 2/5 C p_n^2.5 = 2/5 N p_n, which holds without contact damping. A track
+    that runs with the wheelsets counts with its masses and springs.
     """
     n, w = plant.core.mass.shape[0], plant.core.radius.shape[0]
     q, rate = x[:n], x[n : 2 * n]
@@ -55,11 +57,18 @@ def energies(plant, x, scratch, out):
         wheelset_local(plant, i, s, velocity, q, rate, here, local)
         distance = s + plant.core.position[plant.core.wheelset_body[i], 0]
         for side in range(2):
-            normal = forces_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], local).normal
+            if moving_track(plant):
+                on_rail(plant, i, side, x, local, scratch[ON_TRACK])
+            placed = scratch[ON_TRACK] if moving_track(plant) else local
+            normal = forces_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], placed).normal
             out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side]) ** (2.0 / 3.0)
             if doubled(plant):
-                normal = second_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], local).normal
+                normal = second_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], placed).normal
                 out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side + 2]) ** (2.0 / 3.0)
+        if moving_track(plant):
+            moving, pressed = track_energy(plant, i, wheelset_distance(plant, i, s, q), x)
+            out[KINETIC] += moving
+            out[SPRINGS] += pressed
 
 
 @kernel

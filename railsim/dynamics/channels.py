@@ -31,10 +31,16 @@ SECOND = (
 )  # fmt: skip
 """Of the second contact of a wheel, where it may have one; `second_contact_y`: its lateral place in the track frame."""
 
+CORUNNING = (
+    "left_rail_z [m]", "left_rail_y [m]", "right_rail_z [m]", "right_rail_y [m]",
+    "sleeper_z [m]", "sleeper_y [m]", "sleeper_roll [rad]", "support_stiffness [N/m]", "void_gap [m]",
+)  # fmt: skip
+"""Of a track that runs with a wheelset: displacements from the track without load, stiffness below each rail."""
+
 
 def channel_names(model: Model) -> list[str]:
     """Columns of a truth record: time, run, bodies, then spin, track and wheels of each wheelset, then
-    displacements.
+    displacements, then the track below.
     """
     names = ["time [s]", *RUN]
     for body in model.bodies:
@@ -48,4 +54,6 @@ def channel_names(model: Model) -> list[str]:
     for number, wheelset in enumerate(model.wheelsets, 1):
         if wheelset.frame is not None:
             names += [f"primary{number}_{side}.displacement [m]" for side in SIDES]
+    if model.corunning is not None:
+        names += [f"track{n}.{quantity}" for n in range(1, len(model.wheelsets) + 1) for quantity in CORUNNING]
     return names

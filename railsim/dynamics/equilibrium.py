@@ -6,6 +6,19 @@ import numpy as np
 from scipy.optimize import root
 
 from railsim.constants import GRAVITY
+from railsim.dynamics.corunning import (
+    COORDINATES,
+    DEFLECTION,
+    LAGS,
+    LEFT_Z,
+    PAD_STIFFNESS_Z,
+    RIGHT_Z,
+    SLEEPER_Z,
+    support_stiffness,
+    track_place,
+    void_gap,
+)
+from railsim.dynamics.integrate import RUNGE_KUTTA
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import Plant
 from railsim.dynamics.workspace import NO_WHEELS, workspace
@@ -34,7 +47,13 @@ RESTLESS = 1e-4  # m/s2, rad/s2; more is no steady state
 
 def state_size(plant: Plant) -> int:
     """Length of the state vector."""
-    return 2 * len(plant.core.mass) + 2 * len(plant.core.radius) + 2 + int(plant.core.states)
+    own = track_coordinates(plant)
+    return track_place(plant) + 2 * own + LAGS * (own // COORDINATES)
+
+
+def track_coordinates(plant: Plant) -> int:
+    """Number of coordinates of the tracks that run with the wheelsets."""
+    return COORDINATES * len(plant.core.radius) if len(plant.core.corunning) > 1 else 0
 
 
 def initial_state(plant: Plant, run: Run) -> np.ndarray:
@@ -61,30 +80,35 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     ------
     InputError : no such state was found (the vehicle cannot stand in this place at this speed).
     """
-    n, w = len(plant.core.mass), len(plant.core.radius)
-    size = state_size(plant)
+    n, w, own = len(plant.core.mass), len(plant.core.radius), track_coordinates(plant)
+    size, track = state_size(plant), int(track_place(plant))
     speed, radius = plant.knots[0, 1], plant.core.radius.copy()
     vertical = plant.core.coordinate[:, 2]
     weight = float((plant.core.body_mass * (vertical >= 0)).sum()) * GRAVITY + float(plant.core.vertical_load.sum())
     load = weight / (2 * w)
-    sunk = (load / plant.core.contact_stiffness[:2].mean()) ** (2.0 / 3.0)
+    sunk = np.full(w, (load / plant.core.contact_stiffness[:2].mean()) ** (2.0 / 3.0))
+    below = np.zeros(0)
+    if own:
+        below = _track_below(plant, start, load)
+        sunk -= below.reshape(w, COORDINATES)[:, LEFT_Z] + plant.core.corunning[DEFLECTION]
     scale = np.full(n + w, LENGTH)
     for axes in plant.core.coordinate:
         scale[axes[3:][axes[3:] >= 0]] = ANGLE
-    guess = np.concatenate((_on_rails(plant, start, sunk) / scale[:n], np.zeros(w)))
+    guess = np.concatenate((_on_rails(plant, start, sunk) / scale[:n], np.zeros(w), below / LENGTH))
     scale[n:] = SPIN * speed / radius
     out, scratch = np.empty(size), workspace(int(plant.core.joints))
 
     def state(unknown: np.ndarray) -> np.ndarray:
         x = np.zeros(size)
         x[:n] = unknown[:n] * scale[:n]
-        x[2 * n + w : 2 * n + 2 * w] = speed / radius + unknown[n:] * scale[n:]
+        x[2 * n + w : 2 * n + 2 * w] = speed / radius + unknown[n : n + w] * scale[n:]
         x[2 * n + 2 * w : 2 * n + 2 * w + 2] = start, speed
+        x[track : track + own] = unknown[n + w :] * LENGTH
         return x
 
     def residual(unknown: np.ndarray) -> np.ndarray:
         derivatives(plant, 0.0, state(unknown), out, scratch, NO_WHEELS)
-        return np.concatenate((out[n : 2 * n], out[2 * n + w : 2 * n + 2 * w]))
+        return np.concatenate((out[n : 2 * n], out[2 * n + w : 2 * n + 2 * w], out[track + own : track + 2 * own]))
 
     def restlessness(unknown: np.ndarray) -> float:
         return float(np.nan_to_num(np.abs(residual(unknown)).max(), nan=np.inf))
@@ -97,8 +121,11 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
 
     def settled(unknown: np.ndarray) -> np.ndarray:
         """Where the vehicle comes to rest from there if the track stands still under it."""
+        plant.core.implicit[:] = RUNGE_KUTTA.implicit(SETTLING_STEP)
         x = _marched(frozen, state(unknown))
-        return np.concatenate((x[:n] / scale[:n], (x[2 * n + w : 2 * n + 2 * w] - speed / radius) / scale[n:]))
+        plant.core.implicit[:] = 0.0
+        spins = (x[2 * n + w : 2 * n + 2 * w] - speed / radius) / scale[n:]
+        return np.concatenate((x[:n] / scale[:n], spins, x[track : track + own] / LENGTH))
 
     sideways = [axes[1] for axes in plant.core.coordinate if axes[1] >= 0]
     best = guess
@@ -111,7 +138,7 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
 
     def starts() -> Iterator[np.ndarray]:
         yield from shifted(guess)
-        between = guess + np.concatenate((_between_rails(plant, start) / LENGTH, np.zeros(w)))
+        between = guess + np.concatenate((_between_rails(plant, start) / LENGTH, np.zeros(w + own)))
         yield from shifted(between)
         yield settled(between)
 
@@ -127,8 +154,24 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
     )
 
 
-def _on_rails(plant: Plant, start: float, sunk: float) -> np.ndarray:
-    """Free coordinates with every wheel `sunk` [m] into its rail, and the bodies above as the wheelsets stand."""
+def _track_below(plant: Plant, start: float, load: float) -> np.ndarray:
+    """Coordinates of the tracks below the wheelsets under their static loads [N]."""
+    placed = np.zeros((len(plant.core.radius), COORDINATES))
+    deflections = [_deflection(plant, start + x, load) for x in plant.core.position[plant.core.wheelset_body, 0]]
+    placed[:, LEFT_Z] = placed[:, RIGHT_Z] = np.negative(deflections)
+    placed[:, SLEEPER_Z] = load / plant.core.corunning[PAD_STIFFNESS_Z] - np.array(deflections)
+    return placed.ravel()
+
+
+def _deflection(plant: Plant, s: float, load: float) -> float:
+    """Of a rail at s below the track without load [m]."""
+    return load / support_stiffness(plant, s) + void_gap(plant, s)
+
+
+def _on_rails(plant: Plant, start: float, sunk: np.ndarray) -> np.ndarray:
+    """Free coordinates with the wheels of each wheelset `sunk` [m] below the surveyed rails, and the bodies above as
+    the wheelsets stand.
+    """
     core = plant.core
     track = TrackTables(core.s0, core.ds, core.cells, plant.track, False)
     x = core.position[core.wheelset_body, 0]

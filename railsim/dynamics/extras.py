@@ -49,6 +49,23 @@ def roundness(plant, i, side, angle):
 
 
 @kernel
+def roundness_second(plant, i, side, angle):
+    """Second derivative of `roundness` by the angle [m/rad2]."""
+    points = plant.core.round_points
+    position = angle / TURN
+    position = (position - math.floor(position)) * points
+    k = int(position)
+    x = position - k
+    k = k % points
+    after = (k + 1) % points
+    offset = plant.core.round_offset[i, side]
+    width = TURN / points
+    rise = plant.tables[offset + 2 * after] - plant.tables[offset + 2 * k]
+    a_1, b_1 = plant.tables[offset + 2 * k + 1] * width, plant.tables[offset + 2 * after + 1] * width
+    return (6.0 * rise - 4.0 * a_1 - 2.0 * b_1 + 6.0 * x * (a_1 + b_1 - 2.0 * rise)) / (width * width)
+
+
+@kernel
 def unbalance_force(plant, i, side, angle, spin):
     """Centrifugal force of a wheel's unbalance in the track frame: forward and upward [N]."""
     size = plant.core.unbalance[i, side, 0] * spin * spin

@@ -1,8 +1,12 @@
 """Fixed-step loops over the compiled right-hand side: classical Runge-Kutta, and velocity Verlet."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
 from railsim.compiled import kernel
+from railsim.dynamics.corunning import COORDINATES, moving_track, track_place
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.observe import observe
 
@@ -63,9 +67,14 @@ def verlet_step(plant, t, h, x, rates, trial, scratch, wheels):
         trial[i] = x[i] + h * (x[w + i] + half * rates[0, w + i])
     speed = x[s + 1] if plant.core.driven else rates[0, s]
     trial[s] = x[s] + h * (speed + half * rates[0, s + 1])
+    track = size
+    if moving_track(plant):
+        track, count = track_place(plant), COORDINATES * w
+        for i in range(track, track + count):
+            trial[i] = x[i] + h * (x[count + i] + half * rates[0, count + i])
     derivatives(plant, t + h, trial, rates[1], scratch, wheels)
     for i in range(size):
-        if i < n or 2 * n <= i < 2 * n + w or i == s:
+        if i < n or 2 * n <= i < 2 * n + w or i == s or track <= i < track + COORDINATES * w:
             x[i] = trial[i]
         else:
             x[i] += half * (rates[0, i] + rates[1, i])
@@ -91,3 +100,22 @@ def verlet_chunk(plant, x, first, rows, substeps, rate, out, rates, trial, wheel
         if not np.isfinite(np.sum(x)):
             return k
     return rows
+
+
+class Scheme(NamedTuple):
+    """A loop, how many derivatives it keeps, and the largest products of its step with frequency and decay rate that
+    contacts with a moving track shall have.
+    """
+
+    loop: Callable[..., int]
+    stages: int
+    oscillation: float
+    decay: float
+
+    def implicit(self, step: float) -> tuple[float, float]:
+        """Inertia per stiffness [s2] and per damping [s] that the contacts get at a step [s]."""
+        return (step / self.oscillation) ** 2, step / self.decay
+
+
+RUNGE_KUTTA = Scheme(run_chunk, 4, 1.4, 1.4)  # stable up to 2.83 and 2.78
+VERLET = Scheme(verlet_chunk, 2, 0.9, 0.5)  # stable up to 2 and 1

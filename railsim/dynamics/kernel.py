@@ -10,7 +10,8 @@ A model whose bodies refer to several track frames, or move along the track, is 
 forces of its own frame, and `joints` carries displacements and forces from one frame to the other. Which of both a
 model is, is known when the kernel is compiled; others pay nothing for it.
 
-State x = [q (n), q' (n), spin angle (w), spin (w), s, V, states of elements (m)].
+State x = [q (n), q' (n), spin angle (w), spin (w), s, V, states of elements (m)], and where a track runs with the
+wheelsets, its coordinates (7 w), their rates (7 w) and the lags of its contacts (2 w) behind.
 """
 
 import math
@@ -18,6 +19,16 @@ import math
 from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
 from railsim.contact.wheel import upward
+from railsim.dynamics.corunning import (
+    keep_contacts,
+    keep_yaw_rate,
+    moving_track,
+    on_rail,
+    settle_contacts,
+    track_rates,
+    track_velocities,
+    wheelset_distance,
+)
 from railsim.dynamics.elements import finite_element
 from railsim.dynamics.extras import doubled, load_value, wheel_extras
 from railsim.dynamics.joints import close_joints, element_of_joint, law_of_joint, open_joints
@@ -25,7 +36,7 @@ from railsim.dynamics.laws import BUMP_STOP, bump_stop, element_force
 from railsim.dynamics.moving_frame import frame_forces, frame_motion, frames_forces, general, pose
 from railsim.dynamics.observe import WHEEL_COUNT
 from railsim.dynamics.wheels import evaluate, put, resultant_in_lane, second_in_lane, wheel_row, wheelset_local
-from railsim.dynamics.workspace import ELEMENT, EXTRA, FRAME, JOINTS, LANES, LOCAL, POSE, POSES
+from railsim.dynamics.workspace import CONTACTS, ELEMENT, EXTRA, FRAME, JOINTS, LANES, LOCAL, ON_TRACK, POSE, POSES
 from railsim.track.kernel import GRADIENT, locate, value
 
 BRAKE_GRIP = 400.0  # 1/s; a brake's torque per spin inertia and spin, until it slips: it holds a wheelset that stands
@@ -136,6 +147,9 @@ def derivatives(plant, t, x, out, scratch, wheels):
         frames_forces(plant, s, velocity, acceleration, x, q, rate, force, frame)
     else:
         frame_forces(plant, velocity, x, q, rate, force, frame)
+    if moving_track(plant):
+        settle_contacts(plant, s, velocity, acceleration, x, force, out, scratch[CONTACTS])
+        track_velocities(plant, x, out)
     for i in range(n):
         force[i] /= plant.core.mass[i]
     out[2 * n + 2 * w] = velocity
@@ -162,7 +176,9 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels):
     along, rolling, torques = 0.0, 0.0, 0.0
     for first in range(0, w, 2):
         last = min(first + 2, w)
-        for i in range(first, last):
+        if moving_track(plant):
+            _put_on_track(plant, first, last, s, velocity, x, q, rate, out, poses, scratch)
+        for i in range(first, first if moving_track(plant) else last):
             distance, own = s + plant.core.position[plant.core.wheelset_body[i], 0], velocity
             if general(plant):
                 along_track = plant.core.coordinate[plant.core.wheelset_body[i], 0]
@@ -184,6 +200,12 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels):
                 if doubled(plant):
                     wheel_row(second_in_lane(lanes, lane), wheels[2 * i, WHEEL_COUNT:])
                     wheel_row(second_in_lane(lanes, lane + 1), wheels[2 * i + 1, WHEEL_COUNT:])
+            if moving_track(plant):
+                track_rates(
+                    plant, i, wheelset_distance(plant, i, s, q), x, out,
+                    -left.force_y, -left.force_z, -right.force_y, -right.force_z,
+                )  # fmt: skip
+                keep_contacts(plant, i, left, right, out)
             f_x, f_y, f_z = left.force_x + right.force_x, left.force_y + right.force_y, left.force_z + right.force_z
             m_x, m_z = left.moment_x + right.moment_x, left.moment_z + right.moment_z
             added = 0.0
@@ -222,6 +244,24 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels):
                 force[index[3]] += momentum * rate[index[5]]
                 force[index[5]] -= momentum * rate[index[3]]
     return along, rolling, torques
+
+
+@kernel
+def _put_on_track(plant, first, last, s, velocity, x, q, rate, out, poses, scratch):
+    """Put the wheels of wheelsets `first` up to `last` into their lanes, on rails that move."""
+    n, w, local, placed = plant.core.mass.shape[0], plant.core.radius.shape[0], scratch[LOCAL], scratch[ON_TRACK]
+    for i in range(first, last):
+        along_track, own = plant.core.coordinate[plant.core.wheelset_body[i], 0], velocity
+        if along_track >= 0:
+            own += rate[along_track]
+        wheelset_local(plant, i, s, velocity, q, rate, poses[i - first], local)
+        keep_yaw_rate(plant, i, local[7], out)
+        for side in range(2):
+            on_rail(plant, i, side, x, local, placed)
+            put(
+                plant, i, side, 2 * (i - first) + side, wheelset_distance(plant, i, s, q), own,
+                x[2 * n + w + i], x[2 * n + i], placed, scratch[LANES],
+            )  # fmt: skip
 
 
 @inlined

@@ -4,7 +4,8 @@ import math
 
 from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
-from railsim.dynamics.channels import BODY, RUN, SPIN, TRACK, WHEEL
+from railsim.dynamics.channels import BODY, CORUNNING, RUN, SPIN, TRACK, WHEEL
+from railsim.dynamics.corunning import moving_track, track_values, wheelset_distance
 from railsim.dynamics.extras import doubled
 from railsim.dynamics.moving_frame import frame_motion, general, pose
 from railsim.dynamics.wheels import wheelset_local
@@ -13,6 +14,7 @@ from railsim.track.kernel import CURVATURE, EAST, LEFT_VERTICAL, ROLL, locate, v
 from railsim.track.track import CANT_BASE
 
 RUN_COUNT, BODY_COUNT, SPIN_COUNT, TRACK_COUNT, WHEEL_COUNT = len(RUN), len(BODY), len(SPIN), len(TRACK), len(WHEEL)
+CORUNNING_COUNT = len(CORUNNING)
 ROLL_ROW, PITCH_ROW, YAW_ROW = 2, 3, 4
 
 
@@ -89,6 +91,11 @@ def observe(plant, t, x, x_dot, wheels, scratch, row):
                 row[at + k] = wheels[2 * i + side, k]
             at += kept
     displacements(plant, q, row[at:])
+    if moving_track(plant):
+        at = row.shape[0] - w * CORUNNING_COUNT
+        for i in range(w):
+            track_values(plant, i, wheelset_distance(plant, i, s, q), x, row[at : at + CORUNNING_COUNT])
+            at += CORUNNING_COUNT
 
 
 @kernel

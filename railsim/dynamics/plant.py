@@ -8,7 +8,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from railsim.contact.wheel import ContactLaw
-from railsim.dynamics.tables import build_extras, wheel_load
+from railsim.dynamics.corunning import FIRST_VOID, VOID
+from railsim.dynamics.tables import build_extras, corunning_numbers, wheel_load
 from railsim.errors import InputError
 from railsim.force_laws import MOST_NUMBERS
 from railsim.model import AXES, TRACK, LinearElement, Model, NonlinearElement
@@ -140,8 +141,16 @@ def _core_type(model: Model) -> np.dtype:
         ("path_frame", "i8"),  # body that the wheelsets pull, -1 = longitudinal forces pitch nothing
         ("path_mass", "f8", 2),  # of all wheelsets, of the frame
         ("path_lever", "f8", 2),  # height of axles and of the rod above the frame's centre of gravity
+        ("corunning", "f8", _track_room(model)),  # numbers of `dynamics.corunning`; one: no track runs with a wheelset
+        ("mobility", "f8", (w, 5)),  # inverse masses of a wheelset's y, z and roll, and of its rails' z and y
+        ("implicit", "f8", 2),  # of its contacts: inertia per stiffness [s2] and per damping [s]; 0 = explicit
     ]
     return np.dtype([field if len(field) == 2 else (field[0], field[1], field[2]) for field in fields], align=True)
+
+
+def _track_room(model: Model) -> int:
+    """Room for the numbers of a track that runs with the wheelsets; one where there is none."""
+    return 1 if model.corunning is None else FIRST_VOID + VOID * _capacity(len(model.voids), 4)
 
 
 def _frame_room(model: Model) -> tuple[int, int]:
@@ -204,7 +213,7 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "contact_spacing": model.contact.spacing,
         "contact_stiffness": model.contact.stiffness,
         "law": tuple(model.law),
-        "compliant": track.compliant,
+        "compliant": track.compliant and model.corunning is None,
         "static_deflection": wheel_load(model) * float(track.coefficients[:, COMPLIANCE, 0].mean()),
         "s0": track.s0,
         "ds": track.ds,
@@ -215,7 +224,9 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "resistance": speed.resistance,
     }
     tables, extras = build_extras(model)
-    extras["uneven"] = extras["uneven"] or track.compliant
+    extras["uneven"] = extras["uneven"] or values["compliant"]
+    values["corunning"] = corunning_numbers(model, track)
+    values["mobility"] = _mobilities(model, coordinate.reshape(bodies, 6))
     values |= _path(model) | _frames(model)
     for name, value in (values | extras).items():
         if core[name].ndim:
@@ -260,6 +271,17 @@ def check_reach(plant: Plant, model: Model) -> None:
             f"gradients this engine takes bodies within {REACH:g} m: give the body an 'origin' near its place, use "
             "engine exudyn, or straight, level track"
         )
+
+
+def _mobilities(model: Model, coordinate: np.ndarray) -> np.ndarray:
+    """(w, 5) inverse masses of what a wheel and its rail move; 0 where that is held."""
+    rails = [0.0, 0.0] if model.corunning is None else [1.0 / model.corunning[0], 1.0 / model.corunning[1]]
+    rows = []
+    for wheelset in model.wheelsets:
+        body = model.index(wheelset.body)
+        masses = model.mass[[6 * body + axis for axis in (1, 2, 3)]]
+        rows.append([*np.where(coordinate[body, 1:4] >= 0, 1.0 / masses, 0.0), *rails])
+    return np.array(rows)
 
 
 def _joint(model: Model, element: LinearElement | NonlinearElement, joints: list[tuple[str, str]]) -> int:

@@ -1,4 +1,4 @@
-"""Tables of a plant that only effects bring: tabulated laws, loads, wheels that are not round."""
+"""Tables of a plant that only some runs have: tabulated laws, loads, wheels that are not round, the track below."""
 
 from typing import Any
 
@@ -6,11 +6,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from railsim.constants import GRAVITY
-from railsim.contact.functions import HALF_DISTANCE
+from railsim.contact.functions import AXIS_A, AXIS_B, C22, HALF_DISTANCE
+from railsim.contact.hertz import STEEL_SHEAR
 from railsim.dynamics.extras import OVER_DISTANCE, OVER_TIME, TURN
 from railsim.errors import InputError
 from railsim.force_laws import MOST_NUMBERS, Tabulated
 from railsim.model import AXES, Model
+from railsim.track.flexible import check_support
+from railsim.track.kernel import COMPLIANCE, TrackTables
 
 
 def wheel_load(model: Model) -> float:
@@ -105,3 +108,27 @@ def _with_slope(radius: np.ndarray) -> np.ndarray:
     angle = np.linspace(0.0, TURN, len(radius) + 1)
     spline = CubicSpline(angle, np.append(radius, radius[0]), bc_type="periodic")
     return np.column_stack((radius, spline(angle[:-1], 1)))
+
+
+def corunning_numbers(model: Model, track: TrackTables) -> np.ndarray:
+    """Numbers of `dynamics.corunning`, or a zero where no track runs with the wheelsets.
+
+    Raises
+    ------
+    InputError : the track is stated to be stiffer than its pads.
+    """
+    own = model.corunning
+    if own is None:
+        return np.zeros(1)
+    softness = track.coefficients[:, COMPLIANCE, 0] if track.compliant else np.array([own.compliance])
+    check_support(own, 1.0 / softness)
+    numbers = [*own, wheel_load(model) * float(softness.mean()), float(track.compliant), _creep_slope(model)]
+    return np.array([*numbers, len(model.voids), *(value for void in model.voids for value in void)], dtype=float)
+
+
+def _creep_slope(model: Model) -> float:
+    """Slope of the lateral creep force by the lateral creepage in the wheels' middle position under 1 N [N]."""
+    middle = model.contact.coefficients.shape[1] // 2
+    row = model.contact.coefficients[0, middle, :, 0]
+    share = 0.5 * (model.law.k_adhesion + model.law.k_slip)
+    return float(STEEL_SHEAR * row[AXIS_A] * row[AXIS_B] * row[C22] * share)

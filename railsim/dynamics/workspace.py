@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 
 from railsim.dynamics.channels import WHEEL
+from railsim.dynamics.corunning import SETTLING
 from railsim.dynamics.wheels import WHEELS
 
 
@@ -16,10 +17,11 @@ def _places(*sizes: int) -> list[slice]:
 
 # Of the right-hand side in the moving frame, the same for every model: motion of the frame; a pose; coordinates of a
 # wheelset on its own piece of track; what wheels that are not round add; an element to second order; the poses of the
-# two wheelsets that are evaluated at once, and their wheels.
-FRAME, POSE, LOCAL, EXTRA, ELEMENT, POSES, LANES = _places(9, 12, 8, 5, 96, 24, WHEELS)
+# two wheelsets that are evaluated at once, and their wheels; coordinates of a wheelset on a track
+# that moves, and what takes the contacts with these implicit.
+FRAME, POSE, LOCAL, EXTRA, ELEMENT, POSES, LANES, ON_TRACK, CONTACTS = _places(9, 12, 8, 5, 96, 24, WHEELS, 8, SETTLING)
 JOINT = 30  # of each pair of bodies in two track frames, behind the rest
-JOINTS = slice(LANES.stop, None)
+JOINTS = slice(CONTACTS.stop, None)
 
 # Of the forces in absolute coordinates, for each body: track frame (rotation matrix, origin, curvature, distance),
 # motion relative to it (position, angles, their rates, the frame's speed), the body's rotation matrix. The rows also
@@ -40,7 +42,7 @@ def workspace(joints: int) -> np.ndarray:
     """For the right-hand side in the moving frame of a plant with so many joints; zeros, so that lanes without a wheel
     hold no NaN.
     """
-    return np.zeros(LANES.stop + JOINT * joints)
+    return np.zeros(CONTACTS.stop + JOINT * joints)
 
 
 def absolute_workspace(bodies: int, coordinates: int) -> np.ndarray:

@@ -14,6 +14,7 @@ from railsim.registry import Kind
 from railsim.sensors.interface import Sensor
 from railsim.spec import Role, Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction, speed_tables
+from railsim.track.flexible import FlexibleTrack, Void
 from railsim.track.track import Track
 from railsim.vehicles.interface import Vehicle
 
@@ -30,7 +31,8 @@ CHOSEN = "chosen by the scenario; not known in the field"
 class Setup:
     """What a run really is, as against what the scenario states: effects turn one into another.
 
-    `changes` act on the vehicle's model in their order; `longest_step` [s] is the largest integration step that
+    `flexible_track`: None where rails stand still or are massless; `voids` below its sleepers. `changes` act on the
+    vehicle's model in their order; `longest_step` [s] is the largest integration step that
     resolves what effects have added.
     """
 
@@ -42,6 +44,8 @@ class Setup:
     duration: float
     changes: tuple[Callable[[Model], Model], ...] = ()
     longest_step: float = math.inf
+    flexible_track: FlexibleTrack | None = None
+    voids: tuple[Void, ...] = ()
 
     def but(self, **changes: Any) -> Self:
         """A copy with some fields changed."""
@@ -54,7 +58,10 @@ class Setup:
     @cached_property
     def model(self) -> Model:
         """Bodies, elements and contacts with all changes."""
-        return reduce(lambda model, change: change(model), self.changes, self.vehicle.model())
+        model = reduce(lambda model, change: change(model), self.changes, self.vehicle.model())
+        if self.flexible_track is None:
+            return model
+        return dataclasses.replace(model, corunning=self.flexible_track.corunning(), voids=self.voids)
 
     @property
     def speed_tables(self) -> SpeedTables:

@@ -5,6 +5,7 @@ import numpy as np
 from railsim.constants import GRAVITY
 from railsim.effects.interface import Setup
 from railsim.errors import InputError
+from railsim.track.flexible import Void
 from railsim.track.joints import dip
 from railsim.track.synthesis import fade_in
 from railsim.track.track import Track
@@ -91,9 +92,13 @@ def canted(setup: Setup, error: float) -> Setup:
 
 
 def hanging(setup: Setup, deflection: float, place: float, length: float) -> Setup:
-    """Rails that sink by `deflection` [m] under the static wheel load at `place`, raised cosine over `length` [m]."""
+    """Rails that sink by `deflection` [m] under the static wheel load at `place`, raised cosine over `length` [m]: into
+    a gap below the sleepers of a flexible track, else because they are softer there.
+    """
     if deflection == 0.0:
         return setup
+    if setup.flexible_track is not None:
+        return setup.but(voids=(*setup.voids, Void(place, length, deflection)))
     track = resampled(setup.track, length / (2 * ROWS_A_WAVE))
     x = (track.s - place) / length
     shape = np.where(np.abs(x) < 0.5, 0.5 + 0.5 * np.cos(2.0 * np.pi * x), 0.0)
@@ -110,7 +115,8 @@ def soft(setup: Setup, softness: float, variation: float, wavelength: float) -> 
 
 
 def _softer(setup: Setup, track: Track, compliance: np.ndarray) -> Setup:
-    base = RIGID if track.stiffness is None else 1.0 / track.stiffness
+    usual = RIGID if setup.flexible_track is None else 1.0 / setup.flexible_track.stiffness
+    base = usual if track.stiffness is None else 1.0 / track.stiffness
     columns = track.columns() | {"stiffness": 1.0 / (base + compliance)}
     return setup.but(track=Track(track.s, columns, track.name, track.comments))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from railsim.dynamics.chunks import rows_of
 from railsim.dynamics.equilibrium import initial_state
-from railsim.dynamics.integrate import run_chunk
+from railsim.dynamics.integrate import RUNGE_KUTTA
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import build_plant, check_reach
 from railsim.dynamics.workspace import NO_WHEELS, workspace
@@ -22,7 +22,7 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     ------
     Diverged : a state is not finite or a wheel left its rail; names time, place and body.
     """
-    yield from rows_of(run, build_plant(run.model, run.track, run.speed), run_chunk, 4, run.substeps)
+    yield from rows_of(run, build_plant(run.model, run.track, run.speed), RUNGE_KUTTA, run.substeps)
 
 
 def right_hand_side(run: Run) -> tuple[Callable[[float, np.ndarray], np.ndarray], np.ndarray]:

@@ -24,6 +24,7 @@ from railsim.dynamics.plant import Plant, build_plant
 from railsim.dynamics.stability import check_start
 from railsim.dynamics.workspace import absolute_workspace
 from railsim.engines.interface import CHUNK, Diverged, Run
+from railsim.errors import InputError
 from railsim.model import Model
 
 IMPLICIT_BELOW = 3.0  # m/s; creep damping is stiff as 1/V
@@ -38,6 +39,10 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     ------
     Diverged : the solver fails, a state is not finite or a wheel left its rail; names time, place and body.
     """
+    if run.model.corunning is not None:
+        raise InputError(
+            "engine 'exudyn' knows rigid and massless rails only; with 'flexible_track' use engine compiled or verlet"
+        )
     system = System(run)
     names = channel_names(run.model)
     first = 0

@@ -14,6 +14,7 @@ from railsim.contact.wheel import SLOWEST
 from railsim.errors import InputError
 from railsim.model import Model
 from railsim.speed import SpeedTables
+from railsim.track.flexible import longest_step
 from railsim.track.kernel import TrackTables
 
 LONGEST_STEP = 1.0 / 2048.0  # s; 0.65 rad a step of the wheelset's bounce on its contacts: 0.3 % of its acceleration
@@ -73,10 +74,12 @@ class Engine(Protocol):
 
 
 def default_substeps(model: Model, speed: SpeedTables, rate: float) -> int:
-    """Smallest power of two of steps a row for which the creep forces' damping of the wheelsets stays well inside
-    stability.
+    """Smallest power of two of steps a row for which the creep forces' damping of the wheelsets, and the track that
+    runs with them, stay well inside stability.
     """
     limit = min(LONGEST_STEP, STABLE / slowest_creep(model, speed))
+    if model.corunning is not None:
+        limit = min(limit, longest_step(model.corunning))
     return 2 ** max(0, math.ceil(math.log2(1.0 / (rate * limit)) - 1e-9))
 
 

@@ -11,11 +11,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from railsim.dynamics.chunks import rows_of
-from railsim.dynamics.integrate import run_chunk, verlet_chunk
+from railsim.dynamics.integrate import RUNGE_KUTTA, VERLET
 from railsim.dynamics.plant import build_plant
 from railsim.engines.interface import LONGEST_STEP, Run, slowest_creep
+from railsim.track.flexible import longest_step
 
 STABLE = 0.9  # largest product of step and creep rate; the limit on the negative axis is 1
+OSCILLATION = 1.4  # largest product of step and frequency of the track on its own; the limit is 2
 
 
 def integrate(run: Run) -> Iterator[np.ndarray]:
@@ -27,8 +29,10 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     """
     plant = build_plant(run.model, run.track, run.speed)
     if plant.core.round_points > 0:
-        yield from rows_of(run, plant, run_chunk, 4, run.substeps)
+        yield from rows_of(run, plant, RUNGE_KUTTA, run.substeps)
         return
     stable = max(1.0 / LONGEST_STEP, slowest_creep(run.model, run.speed) / STABLE)
+    if run.model.corunning is not None:
+        stable = max(stable, 1.0 / longest_step(run.model.corunning, OSCILLATION, STABLE))
     steps = max(run.substeps, math.ceil(stable / run.rate - 1e-9))
-    yield from rows_of(run, plant, verlet_chunk, 2, steps)
+    yield from rows_of(run, plant, VERLET, steps)

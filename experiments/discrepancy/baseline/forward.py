@@ -91,7 +91,13 @@ class Forward:
         """What is run: nominal vehicle, measured track and speed, each moved by the nuisances; then the effects."""
         scenario = self.evidence.scenario
         setup = Setup(
-            self._vehicle(z), self.track, self.ideal_sensors, self._speed(z), scenario.traction, self.evidence.duration
+            self._vehicle(z),
+            self.track,
+            self.ideal_sensors,
+            self._speed(z),
+            scenario.traction,
+            self.evidence.duration,
+            flexible_track=scenario.flexible_track,
         )
         for effect in (*scenario.effects, *effects):
             setup = effect.install(setup)
