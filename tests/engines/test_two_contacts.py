@@ -9,7 +9,9 @@ from railsim.dynamics.channels import SECOND, channel_names
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.plant import build_plant
 from railsim.engines.interface import Run
+from railsim.errors import InputError
 from railsim.profiles.pair import ProfilePair
+from railsim.scenario import load_scenario
 from railsim.track.track import CANT_BASE
 from railsim.vehicles.interface import Vehicle
 from railsim.vehicles.manchester import Manchester
@@ -96,9 +98,13 @@ def test_second_contact_does_not_chatter() -> None:
     assert changes[1] < 0.25 * changes[0]
 
 
-@pytest.mark.parametrize("other", ["exudyn", "verlet"])
-def test_engines_agree_on_flange_contact(other: str) -> None:
-    run = in_curve(Manchester(pair=TWO), 13.0)
+@pytest.mark.parametrize(
+    ("vehicle", "other"),
+    [(Manchester(pair=TWO), "exudyn"), (Manchester(pair=TWO), "verlet"), (ManchesterWhole(pair=TWO), "verlet")],
+    ids=["half exudyn", "half verlet", "whole verlet"],
+)
+def test_engines_agree_on_flange_contact(vehicle: Vehicle, other: str) -> None:
+    run = in_curve(vehicle, 13.0)
     ours, theirs = go("compiled", run), go(other, run)
     for wheel in (OUTER, "wheel1_left"):
         for quantity in (
@@ -118,3 +124,17 @@ def test_channels_of_the_second_contact_only_where_there_is_one() -> None:
     assert not any("second" in name for name in plain)
     added = [name for name in double if name not in plain]
     assert added == [f"wheel{n}_{side}.{q}" for n in (1, 2) for side in ("left", "right") for q in SECOND]
+
+
+@pytest.mark.parametrize(
+    ("pair", "words"),
+    [
+        ({"kind": "profiles", "contacts": 3}, "less than or equal to 2"),
+        ({"kind": "smooth", "contacts": 2}, "unknown key"),
+    ],
+)
+def test_other_numbers_of_contacts_are_refused_in_one_line(pair: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=words) as refused:
+        load_scenario("curve_s1002", {"vehicle.pair": pair})
+    assert "contacts" in str(refused.value)
+    assert "\n" not in str(refused.value)
