@@ -26,11 +26,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rows", metavar="FOLDER", default="", help="answered cases, a file per seed: none is asked again"
     )
+    parser.add_argument(
+        "--system",
+        default="railway",
+        choices=("railway", "balls", "pendulum"),
+        help="railway: hidden effects, simulated (default); balls, pendulum: measured in a laboratory",
+    )
+    parser.add_argument("--data", metavar="FOLDER", default="", help="of the laboratory's files (balls, pendulum)")
     parser.add_argument("--part", metavar="I/N", default="0/1", help="every N-th case from the I-th on (default: 0/1)")
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Go on with the cases, then score all that are answered."""
+    if given.system != "railway":
+        return _laboratory(given)
     from experiments.discrepancy.blind.benchmark import Cases, renew_expected, run_benchmark
     from experiments.discrepancy.blind.benchmark_rows import kept
     from experiments.discrepancy.blind.benchmark_score import page, read_rows, score
@@ -58,6 +67,31 @@ def execute(given: argparse.Namespace) -> Outcome:
     folder.mkdir(parents=True, exist_ok=True)
     replace_file(folder / PAGE, page(rows, rule).encode())
     return Outcome(scores | {"rule": rule}, f"rule {rule}\n" + _text(scores))
+
+
+def _laboratory(given: argparse.Namespace) -> Outcome:
+    """A measured set through the inference: table, picture, and what the others predict."""
+    from experiments.inference.laboratory import fall, page, predicted_powers, swing
+    from experiments.inference.picture import picture
+    from experiments.reporting.html import png
+    from railsim.files import replace_file
+
+    if not given.data:
+        raise InputError(f"--system {given.system}: give --data, the folder of the laboratory's files")
+    folder, out = Path(given.data), Path(given.out)
+    told = list((fall if given.system == "balls" else swing)(folder, _say))
+    text = page(told)
+    if given.system == "pendulum":
+        powers = predicted_powers(folder, {one.name: one for one in told})
+        rows = [[name, nothing, friction] for name, (nothing, friction) in powers.items()]
+        text += "\n\n" + table(
+            ["predicted from the four others", "frictionless: power", "with friction: power"], rows, 2
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    replace_file(out / f"{given.system}.md", f"{text}\n".encode())
+    replace_file(out / f"{given.system}.png", png(picture(told), 150))
+    facts = {"verdicts": {one.name: str(one.verdict.action) for one in told}}
+    return Outcome(facts | {"withheld": {one.name: str(one.withheld.action) for one in told}}, text)
 
 
 def _part(text: str) -> tuple[int, int]:

@@ -1,0 +1,226 @@
+"""One hypothesis at its optimum, and its evidence by Laplace's approximation.
+
+Gauss and Newton for the mean (Levenberg's damping; a step is shortened, never bent, for clipping single coordinates
+leaves ridges), Fisher's scoring for the levels. Mean and covariance are orthogonal in information, so that the two
+blocks do not mix:
+
+    log Z = -cost + d / 2 log 2 pi - 1/2 log |H_x| - 1/2 log |H_psi|.
+
+Latent levels begin at five times what healthy systems have and are lowered in stages: where they are free from the
+start they take what the coordinates could explain, and nothing pulls the mean any more.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from experiments.inference.levels import Sums, best_levels, cost, fit_levels, middles, prior_cost, sums
+from experiments.inference.model import Coordinate, Fit, Group, Hypothesis, Level, System
+from experiments.inference.policy import Policy
+
+STAGES = ((math.log(5.0), 6), (0.0, 4), (None, 12))
+"""Logs by which latent levels stand above their healthy middles, None = free; and steps at most."""
+
+DIFFERENCE = 0.02  # of a prior's standard deviation; step of the derivatives
+ROUNDS = 5  # of covariance and fit at most
+TRIES = 8  # dampings of a step
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A hypothesis of a system: what is searched for, with which priors."""
+
+    system: System
+    hypothesis: Hypothesis
+    policy: Policy
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Of the hypothesis."""
+        return self.hypothesis.coordinates(self.system.coordinates)
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """Of the hypothesis."""
+        return self.hypothesis.levels(self.system.levels, self.policy)
+
+    @property
+    def means(self) -> np.ndarray:
+        """Of the coordinates' priors."""
+        return np.array([one.mean for one in self.coordinates])
+
+    @property
+    def spreads(self) -> np.ndarray:
+        """Standard deviations of the coordinates' priors."""
+        return np.array([one.spread for one in self.coordinates])
+
+    def prior(self, x: np.ndarray) -> float:
+        """Minus log prior density of the coordinates."""
+        apart = (x - self.means) / self.spreads
+        return 0.5 * float(apart @ apart) + float(np.log(self.spreads).sum()) + 0.5 * len(x) * math.log(2.0 * math.pi)
+
+    def residuals(self, points: np.ndarray) -> tuple[np.ndarray, ...]:
+        """(points, F, T, C) of each group."""
+        predicted = self.system.predict(points, self.hypothesis.effects)
+        return tuple(seen[None] - one for seen, one in zip(self.system.observed, predicted, strict=True))
+
+    def groups(self, x: np.ndarray, components: Sequence[np.ndarray]) -> tuple[Group, ...]:
+        """Residuals at x with these covariances."""
+        return tuple(Group(one[0], part) for one, part in zip(self.residuals(x[None]), components, strict=True))
+
+    def slopes(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
+        """(coordinates, F, T, C) of each group: central differences of the predictions, all runs at once."""
+        steps = DIFFERENCE * self.spreads
+        moved = np.concatenate([x + np.diag(steps), x - np.diag(steps)])
+        count = len(x)
+        outputs = self.system.predict(moved, self.hypothesis.effects)
+        shape = (count, 1, 1, 1)
+        return tuple((one[:count] - one[count:]) / (2.0 * steps.reshape(shape)) for one in outputs)
+
+
+def whitened(parts: Sequence[Sums], psi: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """(rows, values) of arrays (rows, F, T, C): multiplied with the inverse root of each covariance, real."""
+    columns = []
+    for one, values in zip(parts, arrays, strict=True):
+        root = np.linalg.inv(np.linalg.cholesky(one.covariance(psi)))
+        white = np.einsum("fcd,rftd->rftc", root, values, optimize=True).reshape(len(values), -1)
+        columns += [white.real, white.imag] if np.iscomplexobj(white) else [white]
+    return np.concatenate(columns, axis=1)
+
+
+def newton(
+    problem: Problem, x: np.ndarray, parts: Sequence[Sums], psi: np.ndarray, groups: Sequence[Group],
+    slopes: Sequence[np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Slope and Gauss-Newton matrix of the cost by the coordinates."""
+    white = whitened(parts, psi, slopes)
+    residual = whitened(parts, psi, [group.residual[None] for group in groups])[0]
+    precision = 1.0 / problem.spreads**2
+    return (x - problem.means) * precision - white @ residual, white @ white.T + np.diag(precision)
+
+
+def fit(problem: Problem, x: np.ndarray, psi: np.ndarray | None = None) -> Fit | None:
+    """The optimum from x on, covariances made at its own state, until two rounds agree; None = nothing finite there.
+
+    psi : levels to begin with; None anneals the latent ones.
+    """
+    found: Fit | None = None
+    for _ in range(ROUNDS):
+        components = problem.system.covariances(x, problem.hypothesis.effects)
+        if not all(np.isfinite(part).all() for part in components):
+            return found
+        this = _round(problem, x, psi, components)
+        if this is None:
+            return found
+        agree = found is not None and abs(this.evidence - found.evidence) < problem.policy.tolerance
+        found = this
+        if agree:
+            break
+        x, psi = this.x, this.psi
+    return found
+
+
+def _round(
+    problem: Problem, x: np.ndarray, psi: np.ndarray | None, components: Sequence[np.ndarray]
+) -> Fit | None:  # fmt: skip
+    """One search with fixed covariances of unit levels."""
+    groups = problem.groups(x, components)
+    if not all(np.isfinite(group.residual).all() for group in groups):
+        return None
+    levels = problem.levels
+    latent = np.array([level.place is not None for level in levels])
+    for above, steps in STAGES if psi is None else STAGES[-1:]:
+        free = above is None
+        start = middles(levels) + (latent * above if above is not None else 0.0)
+        if free:
+            start = best_levels(sums(groups), levels, middles(levels) if psi is None else psi).psi
+        x, psi, groups = _descend(problem, x, start, groups, components, steps, free)
+    assert psi is not None
+    return finish(problem, x, psi, groups)
+
+
+def _descend(
+    problem: Problem, x: np.ndarray, psi: np.ndarray, groups: tuple[Group, ...], components: Sequence[np.ndarray],
+    steps: int, free: bool,
+) -> tuple[np.ndarray, np.ndarray, tuple[Group, ...]]:  # fmt: skip
+    """At most so many steps of the mean, with the levels held or following."""
+    damping, enough = 1e-3, problem.policy.tolerance if free else 1.0
+    parts = sums(groups)
+    total, psi = _levelled(problem, x, psi, parts, free)
+    for _ in range(steps):
+        slope, precision = newton(problem, x, parts, psi, groups, problem.slopes(x))
+        for _ in range(TRIES):
+            step = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope)
+            step *= min(1.0, problem.policy.longest_step / float(np.abs(step / problem.spreads).max(initial=1e-300)))
+            tried = problem.groups(x + step, components)
+            trial = sums(tried)
+            then, levelled = _levelled(problem, x + step, psi, trial, free)
+            if then < total:
+                break
+            damping = 8.0 * damping + 1e-4
+        else:
+            break
+        gained, total = total - then, then
+        x, psi, groups, parts, damping = x + step, levelled, tried, trial, max(damping / 8.0, 1e-7)
+        if gained < enough:
+            break
+    return x, psi, groups
+
+
+def _levelled(
+    problem: Problem, x: np.ndarray, psi: np.ndarray, parts: Sequence[Sums], free: bool
+) -> tuple[float, np.ndarray]:
+    """Cost at x with the levels held, or with those that fit best from psi on."""
+    if not all(np.isfinite(part.outer).all() for part in parts):
+        return math.inf, psi
+    if not free:
+        return cost(parts, psi) + problem.prior(x), psi
+    best = fit_levels(parts, problem.levels, psi, steps=8)
+    return best.cost + problem.prior(x), best.psi
+
+
+def few_steps(problem: Problem, x: np.ndarray, psi: np.ndarray, components: Sequence[np.ndarray], steps: int) -> float:
+    """Cost after so many steps of the mean with the levels held, priors of the levels included; infinite where the
+    prediction is not finite.
+    """
+    groups = problem.groups(x, components)
+    if not all(np.isfinite(group.residual).all() for group in groups):
+        return math.inf
+    x, psi, groups = _descend(problem, x, psi, groups, components, steps, free=False)
+    return cost(sums(groups), psi) + prior_cost(problem.levels, psi)[0] + problem.prior(x)
+
+
+def finish(problem: Problem, x: np.ndarray, psi: np.ndarray, groups: tuple[Group, ...]) -> Fit:
+    """The fit at x, with its evidence."""
+    parts = sums(groups)
+    best = fit_levels(parts, problem.levels, psi)
+    slopes = problem.slopes(x)
+    _, precision = newton(problem, x, parts, best.psi, groups, slopes)
+    total = best.cost + problem.prior(x)
+    evidence = laplace(total, precision, best.precision)
+    return Fit(problem.hypothesis, x, best.psi, total, evidence, precision, best.precision, groups, slopes)
+
+
+def laplace(total: float, precision: np.ndarray, level_precision: np.ndarray) -> float:
+    """Log of the marginal likelihood [nats]."""
+    size = len(precision) + len(level_precision)
+    determinants = np.linalg.slogdet(precision)[1] + np.linalg.slogdet(level_precision)[1]
+    return float(-total + 0.5 * size * math.log(2.0 * math.pi) - 0.5 * determinants)
+
+
+def with_unknown(problem: Problem, base: Fit, place: str) -> Fit:
+    """The same effects with something unknown at a place: levels fitted anew, and the mean where they changed."""
+    other = replace(problem, hypothesis=replace(base.hypothesis, unknown=place))
+    parts = sums(base.groups)
+    start = base.psi.copy()
+    for index, level in enumerate(other.levels):
+        if level.place == place:
+            start[index] = max(start[index], level.prior.middle)
+    rough = min(
+        (fit_levels(parts, other.levels, one) for one in (base.psi, start)), key=lambda one: one.cost
+    )  # fmt: skip
+    components = [group.components for group in base.groups]
+    x, psi, groups = _descend(other, base.x, rough.psi, base.groups, components, 4, free=True)
+    return finish(other, x, psi, groups)

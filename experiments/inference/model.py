@@ -1,0 +1,199 @@
+"""What the inference knows of a system: y = f(x) + e, e ~ N(0, S(psi)), S = sum_k exp(2 psi_k) K_k.
+
+x are coordinates of the mean: build, sensors, alignment, sizes of effects. psi are logs of levels of error: a sensor's
+noise, the error of a measured input, a latent force at a place, a latent reading, a law without a name. A hypothesis is
+a set of priors on these: an effect is the fault prior of a coordinate in place of the healthy one, something unknown
+at a place is the wide prior of that place's level.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+
+from experiments.inference.policy import Policy
+from experiments.inference.priors import LogNormal, Prior
+from railsim.errors import InputError
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate of the mean: normal prior with `mean` and `spread` (sd), in `unit`."""
+
+    name: str
+    unit: str
+    mean: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class Level:
+    """The level of an error: amplitude exp(psi), 1 = as its source states it, or as large as what acts at `place`.
+
+    `kind`: "sensor", "input", "force", "reading" or "law". `place`: None where no unknown is looked for. `prior`: of a
+    healthy system.
+    """
+
+    name: str
+    kind: str
+    prior: Prior
+    place: str | None = None
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Something that a library knows and that may be missing in the model.
+
+    Attributes
+    ----------
+    name, family : of the same family are variants that one name stands for.
+    faults : fault prior of coordinates that every hypothesis has, by name. own : coordinates that only this one has.
+    starts : values (len(faults) + len(own),) from which the search begins; () = the means of the priors. place : where
+    it acts; something unknown there beside it is an unknown like it, and no effect with an unknown.
+    """
+
+    name: str
+    family: str
+    faults: tuple[Coordinate, ...] = ()
+    own: tuple[Coordinate, ...] = ()
+    starts: tuple[tuple[float, ...], ...] = ()
+    place: str | None = None
+
+    def begins(self, x: np.ndarray, healthy: Sequence[Coordinate]) -> list[np.ndarray]:
+        """Coordinates with this effect beside what x holds: from x itself where it only has other priors, and from each
+        of its starts.
+        """
+        index = [[one.name for one in healthy].index(fault.name) for fault in self.faults]
+        means = tuple(one.mean for one in (*self.faults, *self.own))
+        found = []
+        for start in self.starts or (means,):
+            moved = x.copy()
+            moved[index] = start[: len(index)]
+            found.append(np.concatenate([moved, start[len(index) :]]))
+        return found if self.own else [x.copy(), *found]
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Effects of the library, and the place of something unknown (None = nothing unknown)."""
+
+    effects: tuple[Effect, ...] = ()
+    unknown: str | None = None
+
+    @property
+    def name(self) -> str:
+        """`none`, `drag`, `drag + delay`, `unknown: force`, `drag + unknown: force`."""
+        parts = [effect.name for effect in self.effects]
+        parts += [] if self.unknown is None else [f"unknown: {self.unknown}"]
+        return " + ".join(parts) or "none"
+
+    @property
+    def families(self) -> frozenset[str]:
+        """Of its effects."""
+        return frozenset(effect.family for effect in self.effects)
+
+    def coordinates(self, healthy: Sequence[Coordinate]) -> tuple[Coordinate, ...]:
+        """Those of the system with the fault priors of the effects, then the effects' own."""
+        faults = {one.name: one for effect in self.effects for one in effect.faults}
+        base = tuple(faults.get(one.name, one) for one in healthy)
+        return base + tuple(one for effect in self.effects for one in effect.own)
+
+    def levels(self, healthy: Sequence[Level], policy: Policy) -> tuple[Level, ...]:
+        """Those of the system, with the wide prior at the place of the unknown."""
+        wide = LogNormal(policy.unknown_median, policy.unknown_spread)
+        return tuple(replace(one, prior=wide) if one.place == self.unknown and one.place else one for one in healthy)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Residuals that share covariances: F of them, T times each, C joint values (channels, or samples).
+
+    `residual` (F, T, C), `components` (levels, F, C, C). Complex values of a frame of redundancy 2 and real ones of a
+    plain record count alike: half a log determinant and half a square each.
+    """
+
+    residual: np.ndarray
+    components: np.ndarray
+
+
+class System(Protocol):
+    """Physics and sources of error of one record; makes no decisions."""
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Healthy ones, in the order of x."""
+        ...
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """Of a healthy system, in the order of psi."""
+        ...
+
+    @property
+    def observed(self) -> tuple[np.ndarray, ...]:
+        """(F, T, C) of each group."""
+        ...
+
+    def starts(self) -> np.ndarray:
+        """(starts, coordinates): where a search over alignment and initial state begins."""
+        ...
+
+    def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        """(points, F, T, C) of each group at `points` (points, coordinates of the hypothesis)."""
+        ...
+
+    def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        """(levels, F, C, C) of each group at the state that x predicts."""
+        ...
+
+
+@dataclass(frozen=True)
+class Library:
+    """All effects that may be named."""
+
+    effects: tuple[Effect, ...]
+
+    def __post_init__(self) -> None:
+        names = [effect.name for effect in self.effects]
+        if len(set(names)) < len(names):
+            raise InputError(f"library: two effects have one name; names are {', '.join(names)}")
+
+    @property
+    def families(self) -> tuple[str, ...]:
+        """In the order of the effects."""
+        return tuple(dict.fromkeys(effect.family for effect in self.effects))
+
+    def without(self, *families: str) -> "Library":
+        """The library that does not know these families."""
+        return Library(tuple(effect for effect in self.effects if effect.family not in families))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A hypothesis at its optimum.
+
+    Attributes
+    ----------
+    x, psi : coordinates and logs of levels. cost : minus the log of the posterior's density there, without the part
+    that all hypotheses share. evidence : log of the marginal likelihood by Laplace, likewise [nats].
+    precision, level_precision : second derivatives of the cost by x and by psi.
+    groups, slopes : residuals with covariances, and the predictions' derivatives (coordinates, F, T, C) of each.
+    steps : what the search did and what it gained.
+    """
+
+    hypothesis: Hypothesis
+    x: np.ndarray
+    psi: np.ndarray
+    cost: float
+    evidence: float
+    precision: np.ndarray
+    level_precision: np.ndarray
+    groups: tuple[Group, ...]
+    slopes: tuple[np.ndarray, ...]
+    steps: tuple[str, ...] = field(default=())
+
+    def value(self, coordinates: Sequence[Coordinate], name: str) -> tuple[float, float]:
+        """A coordinate and its standard deviation."""
+        index = [one.name for one in coordinates].index(name)
+        return float(self.x[index]), float(np.sqrt(np.linalg.inv(self.precision)[index, index]))

@@ -1,0 +1,165 @@
+"""Verdict: what every hypothesis is worth, and the statement with the least expected loss."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from experiments.inference.model import Fit, Hypothesis, Library
+from experiments.inference.policy import Losses, Policy
+
+NAMES = 3  # of a set at most
+
+
+@dataclass(frozen=True)
+class State:
+    """What may be true: families of effects, and the place of something unknown."""
+
+    families: frozenset[str] = frozenset()
+    unknown: str | None = None
+
+    @property
+    def healthy(self) -> bool:
+        """Nothing is missing."""
+        return not self.families and self.unknown is None
+
+    @classmethod
+    def of(cls, hypothesis: Hypothesis) -> "State":
+        """Of a hypothesis; an unknown at the place of its only effect is an unknown like it."""
+        if len(hypothesis.effects) == 1 and hypothesis.unknown and hypothesis.effects[0].place == hypothesis.unknown:
+            return cls(unknown=hypothesis.unknown)
+        return cls(hypothesis.families, hypothesis.unknown)
+
+
+@dataclass(frozen=True)
+class Action:
+    """What may be said: `kind` "none", "name", "set", "pair", "unknown" or "name and unknown"."""
+
+    kind: str
+    families: tuple[str, ...] = ()
+    place: str | None = None
+
+    def __str__(self) -> str:
+        joined = (" or " if self.kind == "set" else " and ").join(self.families)
+        unknown = f"unknown: {self.place}" if self.place else ""
+        return " and ".join(part for part in (joined, unknown) if part) or "none"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A hypothesis in the table: evidence over that of `none` [nats], log prior, posterior probability."""
+
+    fit: Fit
+    evidence: float
+    prior: float
+    posterior: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The statement, the table behind it (best first), the expected loss of every statement, and what was not tried."""
+
+    action: Action
+    rows: tuple[Row, ...]
+    losses: dict[str, float]
+    not_tried: tuple[str, ...] = ()
+    steps: tuple[str, ...] = ()
+
+    def table(self) -> str:
+        """As text, the ten best."""
+        lines = [f"{'hypothesis':40s} evidence  posterior"]
+        lines += [f"{row.fit.hypothesis.name:40s} {row.evidence:8.1f}  {row.posterior:9.3f}" for row in self.rows[:10]]
+        return "\n".join(lines)
+
+    def posterior(self) -> dict[State, float]:
+        """Of what may be true."""
+        found: dict[State, float] = {}
+        for row in self.rows:
+            state = State.of(row.fit.hypothesis)
+            found[state] = found.get(state, 0.0) + row.posterior
+        return found
+
+
+def log_prior(hypothesis: Hypothesis, library: Library, places: Sequence[str], policy: Policy) -> float:
+    """Equal over families, then over the variants of each; equal over places."""
+    families = library.families
+    variants = {family: sum(one.family == family for one in library.effects) for family in families}
+    each = [1.0 / len(families) / variants[effect.family] for effect in hypothesis.effects]
+    where = 1.0 / len(places) if places else 1.0
+    count, unknown = len(hypothesis.effects), hypothesis.unknown is not None
+    if count == 0:
+        return math.log(policy.unknown * where if unknown else policy.none)
+    if count == 1:
+        return math.log((policy.pair * policy.beside * where if unknown else policy.effect) * each[0])
+    share = policy.pair * (1.0 - policy.beside) * (policy.unknown * where if unknown else 1.0)
+    return math.log(share * 2.0 * math.prod(each))
+
+
+def loss(action: Action, state: State, losses: Losses) -> float:
+    """What it costs to say this where that is true."""
+    if state.healthy:
+        return {"none": 0.0, "unknown": losses.false_unknown}.get(action.kind, losses.false_alarm)
+    if action.kind == "none":
+        return losses.miss
+    if action.kind == "unknown":
+        if state.families:
+            return losses.refuse * (2.0 / 3.0 if state.unknown else 1.0)
+        return 0.0 if action.place == state.unknown else losses.half
+    if not state.families:
+        return losses.half if action.kind == "name and unknown" else losses.name_for_unknown
+    said = set(action.families)
+    if not said & state.families:
+        return losses.wrong
+    if action.kind == "set":
+        unsaid = len(state.families) - 1 + 1.5 * (state.unknown is not None)
+        return losses.extra * (len(said) - 1) + losses.half * unsaid
+    missed, added = len(state.families - said), len(said - state.families)
+    missed += (state.unknown is not None) - (action.place == state.unknown and state.unknown is not None)
+    added += action.place is not None and state.unknown is None
+    return losses.half * 1.5 * (missed + added) if added else losses.half * missed
+
+
+def actions(posterior: dict[State, float]) -> list[Action]:
+    """All that is worth saying: sets of the likeliest families, every pair and every unknown that was looked at."""
+    weight: dict[str, float] = {}
+    for state, probability in posterior.items():
+        for family in state.families:
+            weight[family] = weight.get(family, 0.0) + probability
+    likely = sorted(weight, key=lambda family: -weight[family])
+    found = [Action("none")] + [Action("name", (family,)) for family in likely[:NAMES]]
+    found += [Action("set", tuple(likely[:count])) for count in range(2, min(NAMES, len(likely)) + 1)]
+    for state in posterior:
+        names = tuple(sorted(state.families))
+        if len(names) == 2 and state.unknown is None:
+            found.append(Action("pair", names))
+        if state.unknown is not None and not names:
+            found.append(Action("unknown", (), state.unknown))
+        if state.unknown is not None and len(names) == 1:
+            found.append(Action("name and unknown", names, state.unknown))
+    return found
+
+
+def decide(
+    fits: Sequence[Fit], library: Library, places: Sequence[str], policy: Policy,
+    not_tried: Sequence[str] = (), steps: Sequence[str] = (),
+) -> Verdict:  # fmt: skip
+    """The verdict over these fits, of which one is of `none`."""
+    base = next(fit.evidence for fit in fits if fit.hypothesis.name == "none")
+    priors = np.array([log_prior(fit.hypothesis, library, places, policy) for fit in fits])
+    weights = np.array([fit.evidence for fit in fits]) + priors
+    shares = np.exp(weights - weights.max())
+    shares /= shares.sum()
+    rows = [
+        Row(fit, fit.evidence - base, float(prior), float(share))
+        for fit, prior, share in zip(fits, priors, shares, strict=True)
+    ]
+    rows.sort(key=lambda row: -row.posterior)
+    verdict = Verdict(Action("none"), tuple(rows), {}, tuple(not_tried), tuple(steps))
+    posterior = verdict.posterior()
+    expected = {
+        action: sum(probability * loss(action, state, policy.losses) for state, probability in posterior.items())
+        for action in actions(posterior)
+    }
+    best = min(expected, key=lambda action: expected[action])
+    return Verdict(best, tuple(rows), {str(a): e for a, e in expected.items()}, tuple(not_tried), tuple(steps))

@@ -1,0 +1,172 @@
+"""The inference: likelihood and evidence against closed forms, verdicts on a system with everything and no physics."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from experiments.inference.fitting import Problem, fit, with_unknown
+from experiments.inference.healthy import learned_scales
+from experiments.inference.levels import Sums, cost, fit_levels, middles, slopes
+from experiments.inference.model import Effect, Group, Hypothesis, Level, Library
+from experiments.inference.policy import Policy
+from experiments.inference.priors import HalfNormal, LogNormal
+from experiments.inference.search import infer
+from experiments.inference.shared import Gaussian, combined, message
+from experiments.inference.verdict import Action, State, loss
+from railsim.errors import InputError
+from tests.experiments.inference.toy import BEND, LIBRARY, STEEP, Line, line
+
+POLICY = Policy()
+
+
+def parts(seed: int = 1) -> tuple[Sums, ...]:
+    """Complex frames with three sources of error."""
+    rng = np.random.default_rng(seed)
+    roots = rng.standard_normal((3, 4, 3, 3)) + 1j * rng.standard_normal((3, 4, 3, 3))
+    residual = rng.standard_normal((4, 5, 3)) + 1j * rng.standard_normal((4, 5, 3))
+    return (Sums.of(Group(residual, roots @ np.conj(np.swapaxes(roots, -1, -2)))),)
+
+
+def test_slope_of_the_levels_is_that_of_their_cost():
+    psi, step = np.array([-0.3, 0.2, 0.5]), 1e-5
+    slope, _ = slopes(parts(), psi)
+    for index, shift in enumerate(step * np.eye(3)):
+        difference = (cost(parts(), psi + shift) - cost(parts(), psi - shift)) / (2.0 * step)
+        assert slope[index] == pytest.approx(difference, rel=1e-6)
+
+
+def test_fisher_information_is_the_mean_curvature():
+    """Over residuals drawn from the covariance itself."""
+    rng, one, psi, step = np.random.default_rng(2), parts()[0], np.array([-0.3, 0.2, 0.5]), 1e-3
+    root = np.linalg.cholesky(one.covariance(psi))
+    many = 4000
+    white = (rng.standard_normal((4, many, 3)) + 1j * rng.standard_normal((4, many, 3))) / np.sqrt(2.0)
+    drawn = (Sums.of(Group(np.einsum("fcd,ftd->ftc", root, white), one.components)),)
+    _, fisher = slopes(drawn, psi)
+    for index, shift in enumerate(step * np.eye(3)):
+        curvature = (cost(drawn, psi + shift) - 2.0 * cost(drawn, psi) + cost(drawn, psi - shift)) / step**2
+        assert fisher[index, index] == pytest.approx(curvature, rel=0.05)
+
+
+@pytest.mark.parametrize("prior", [LogNormal(0.2, 0.8), HalfNormal(0.03)])
+def test_priors_are_densities_with_the_slope_they_state(prior):
+    psi = np.linspace(prior.middle - 14.0, prior.middle + 8.0, 20001)
+    values = np.array([prior.cost(one)[0] for one in psi])
+    assert np.trapezoid(np.exp(-values), psi) == pytest.approx(1.0, abs=1e-4)
+    stated = np.array([prior.cost(one)[1] for one in psi])
+    assert stated[1:-1] == pytest.approx((values[2:] - values[:-2]) / (psi[2:] - psi[:-2]), abs=0.05, rel=1e-3)
+
+
+def test_evidence_of_a_linear_system_is_the_closed_form():
+    """With levels known to 1e-5 the marginal likelihood is a normal density."""
+    known = tuple(
+        replace(level, prior=LogNormal(size, 1e-5))
+        for level, size in zip(Line(line(1)).levels, (1.0, 0.1), strict=True)
+    )
+    system = Line(line(1), levels=known)
+    found = fit(Problem(system, Hypothesis((BEND,)), POLICY), np.zeros(3))
+    assert found is not None
+    design = np.stack([np.ones_like(system.time), system.time, system.time**2], axis=1)
+    noise = np.tensordot([1.0, 0.01], system.covariances(np.zeros(3), ())[0][:, 0], 1)
+    total = design @ np.diag([1.0, 0.01, 1.0]) @ design.T + noise
+    closed = -0.5 * (np.linalg.slogdet(total)[1] + system.seen @ np.linalg.solve(total, system.seen))
+    assert found.evidence == pytest.approx(closed, abs=1e-3)
+
+
+def test_an_unknown_beside_a_fit_is_what_a_whole_fit_gives():
+    system = Line(line(3, drift=0.3))
+    none = fit(Problem(system, Hypothesis(), POLICY), np.zeros(2))
+    assert none is not None
+    quick = with_unknown(Problem(system, Hypothesis(), POLICY), none, "drift")
+    whole = fit(Problem(system, Hypothesis((), "drift"), POLICY), np.zeros(2))
+    assert whole is not None
+    assert quick.evidence == pytest.approx(whole.evidence, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("record", "said"),
+    [
+        (line(4), "none"),
+        (line(5, bend=0.6), "bend"),
+        (line(6, slope=3.0), "steep"),
+        (line(7, drift=0.5), "unknown: drift"),
+    ],
+)
+def test_verdicts(record: np.ndarray, said: str):
+    assert str(infer(Line(record), LIBRARY).action) == said
+
+
+def test_what_the_library_does_not_know_is_unknown():
+    verdict = infer(Line(line(5, bend=0.6)), Library((STEEP,)))
+    assert verdict.action == Action("unknown", (), "drift")
+
+
+def test_order_of_the_library_units_and_signs_do_not_matter():
+    record = line(5, bend=0.3)
+    first = infer(Line(record), LIBRARY)
+    for other in (infer(Line(record), Library((STEEP, BEND))), infer(Line(record, gain=-1e3), LIBRARY)):
+        assert other.action == first.action
+        for row in first.rows:
+            twin = next(one for one in other.rows if one.fit.hypothesis.name == row.fit.hypothesis.name)
+            assert twin.evidence == pytest.approx(row.evidence, abs=0.1)
+
+
+def test_evidence_of_healthy_records_does_not_grow_with_their_length():
+    """A little drift is what healthy systems have; white noise alone would make an effect of it, ever more surely."""
+    largest = []
+    for count in (40, 160):
+        verdicts = [infer(Line(line(seed, drift=0.03, count=count)), LIBRARY) for seed in range(20, 26)]
+        assert {str(verdict.action) for verdict in verdicts} == {"none"}
+        largest.append(max(row.evidence for v in verdicts for row in v.rows if row.fit.hypothesis.effects))
+    assert largest[1] < largest[0] + 2.0
+
+
+def test_scales_of_latent_levels_are_learned():
+    fits = []
+    for seed in range(30, 50):
+        found = fit(Problem(Line(line(seed, drift=0.15)), Hypothesis(), POLICY), np.zeros(2))
+        assert found is not None
+        fits.append(found)
+    scale = learned_scales(fits, Line(line(1)).levels)["drift"]
+    assert 0.04 < scale < 0.25
+
+
+def test_levels_are_found_where_they_are():
+    rng = np.random.default_rng(8)
+    eye = np.eye(1)[None, None]
+    levels = (Level("noise", "sensor", LogNormal(1.0, 1.0)),)
+    residual = 3.0 * rng.standard_normal((1, 4000, 1))
+    found = fit_levels((Sums.of(Group(residual, eye)),), levels, middles(levels))
+    assert np.exp(found.psi[0]) == pytest.approx(3.0, rel=0.05)
+
+
+def test_a_message_and_its_prior_give_what_was_known_afterwards():
+    before = Gaussian(np.zeros(2), np.diag([1.0, 4.0]))
+    after = Gaussian(np.array([0.3, -1.0]), np.array([[0.2, 0.1], [0.1, 0.5]]))
+    again = combined(before, [message(after, before)])
+    assert np.allclose(again.mean, after.mean) and np.allclose(again.covariance, after.covariance)
+
+
+def test_losses_are_least_for_what_is_true():
+    states = [State(), State(frozenset("a")), State(frozenset("ab")), State(unknown="p"), State(frozenset("a"), "p")]
+    right = [Action("none"), Action("name", ("a",)), Action("pair", ("a", "b")), Action("unknown", (), "p"),
+             Action("name and unknown", ("a",), "p")]  # fmt: skip
+    for state, action in zip(states, right, strict=True):
+        costs = [loss(other, state, POLICY.losses) for other in right]
+        assert loss(action, state, POLICY.losses) == 0.0 and sum(one == 0.0 for one in costs) == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [({"lenght": 1.0}, "there is no number 'lenght'"), ({"none": -1.0}, "none must be a positive number")],
+)
+def test_a_wrong_policy_is_refused(changes: dict[str, float], words: str):
+    with pytest.raises(InputError, match=words):
+        Policy().but(changes)
+    assert len(Policy().numbers()) <= 20
+
+
+def test_two_effects_of_one_name_are_refused():
+    with pytest.raises(InputError, match="two effects have one name"):
+        Library((BEND, Effect("bend", "other")))
