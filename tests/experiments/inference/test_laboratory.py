@@ -1,0 +1,105 @@
+"""Both laboratory systems: measured records where they are at hand, simulated ones by another scheme everywhere."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.inference.curve import curve
+from experiments.inference.fitting import Problem
+from experiments.inference.model import Hypothesis
+from experiments.inference.policy import Policy
+from experiments.inference.search import infer
+from experiments.inference.systems import balls, pendulum
+from railsim.errors import InputError
+from tests.profiles.reference import REFERENCE, needs_reference
+
+SHORT = 900  # samples of 4 ms
+UNKNOWING = pendulum.LIBRARY.without(*pendulum.FRICTIONS)
+
+
+def swinging(seed: int, dry: float = 0.0, viscous: float = 0.0, amplitude: float = 0.8) -> np.ndarray:
+    """Angle by an encoder, by leapfrog with steps of a quarter millisecond (symplectic without friction)."""
+    rng, h = np.random.default_rng(seed), 2.5e-4
+    angle, rate, seen = amplitude, 0.0, []
+
+    def acceleration(angle: float, rate: float) -> float:
+        return -61.0 * np.sin(angle) - dry * np.sign(rate) - viscous * rate
+
+    for step in range(16 * SHORT):
+        if step % 16 == 0:
+            seen.append(angle)
+        half = rate + 0.5 * h * acceleration(angle, rate)
+        angle += h * half
+        rate = half + 0.5 * h * acceleration(angle, half)
+    return pendulum.HANGS + np.array(seen) + 1e-3 * rng.standard_normal(len(seen))
+
+
+def test_a_frictionless_pendulum_misses_nothing():
+    assert str(infer(pendulum.Pendulum(swinging(1)), pendulum.LIBRARY).action) == "none"
+
+
+def test_dry_friction_is_named_with_its_size():
+    verdict = infer(pendulum.Pendulum(swinging(2, dry=0.5)), pendulum.LIBRARY)
+    assert verdict.action.families == ("dry friction",)
+    row = next(row for row in verdict.rows if row.fit.hypothesis.name == "dry friction")
+    assert np.exp(row.fit.x[-1]) == pytest.approx(0.5, rel=0.15)
+
+
+def test_friction_that_the_library_lacks_is_an_unknown_law_of_the_rate_with_its_curve():
+    system = pendulum.Pendulum(swinging(3, dry=0.4, viscous=0.1))
+    verdict = infer(system, UNKNOWING)
+    assert verdict.action.place == "law of the rate"
+    row = next(row for row in verdict.rows if row.fit.hypothesis.name == "unknown: law of the rate")
+    states = np.array([-4.0, -2.0, 2.0, 4.0])
+    cross = system.law(row.fit.x, (), "law of the rate", states)
+    own = np.full(4, (pendulum.TORQUE * np.exp(row.fit.x[0])) ** 2)
+    found = curve(row.fit, [level.name for level in system.levels].index("law of the rate"), states, cross, own)
+    true = -0.4 * np.sign(states) - 0.1 * states
+    assert (np.abs(found.mean - true) < 3.0 * found.deviation + 0.05).all()
+    assert (found.deviation < 0.5 * np.abs(true)).all()
+
+
+def test_the_linearised_pendulum_is_that_of_its_motion():
+    """Responses to a start's error and to a torque against differences of the nonlinear motion."""
+    system = pendulum.Pendulum(swinging(4))
+    x = system.starts()[0]
+    problem = Problem(system, Hypothesis(), Policy())
+    motion = system._motion(x[None], ())[0]  # pyright: ignore[reportPrivateUsage]
+    _, start, _ = system._response(x, motion, ())  # pyright: ignore[reportPrivateUsage]
+    moved = pendulum.Pendulum(system.angle)
+    moved.__dict__["begins"] = system.begins + np.array([0.01 * pendulum.START_ERROR[0], 0.0])
+    difference = problem.residuals(x[None])[0] - Problem(moved, Hypothesis(), Policy()).residuals(x[None])[0]
+    windows = len(system.windows)
+    predicted = 0.01 * start[:, 0::2].sum(axis=1)
+    assert windows > 2 and difference.ravel() == pytest.approx(predicted, abs=0.03 * np.abs(predicted).max())
+
+
+def test_a_falling_ball_reaches_its_terminal_speed():
+    """Quadratic drag: v = v_t tanh(g t / v_t), height falls by v_t^2 / g log cosh(g t / v_t)."""
+    time = np.arange(0.0, 3.0, 1.0 / 15.0)
+    drop = np.column_stack([time, np.zeros_like(time)])
+    ball = balls.Ball("whiffle_1", (drop,))
+    x = np.array([one.mean for one in ball.coordinates])
+    x[2] = 0.0
+    quadratic = balls.LIBRARY.effects[0]
+    height = ball.predict(np.append(x, np.log(0.5))[None], (quadratic,))[0].ravel()
+    gravity = balls.GRAVITY * ball.weight
+    terminal = np.sqrt(gravity / (0.5 * balls.AIR * 0.5 * ball.area_by_mass))
+    fallen = terminal**2 / gravity * np.log(np.cosh(gravity * time / terminal))
+    assert height == pytest.approx(-fallen, abs=5e-3)
+
+
+@needs_reference
+def test_a_measured_ball_of_plastic_has_drag():
+    drops = balls.read_drops(REFERENCE / "lab" / "ball_drops.csv")
+    verdict = infer(balls.Ball("whiffle_1", tuple(drops["whiffle_1"])), balls.LIBRARY)
+    assert verdict.action.families == ("drag",)
+
+
+def test_files_that_are_not_there_are_refused(tmp_path: Path):
+    with pytest.raises(InputError, match="cannot read drops of balls"):
+        balls.read_drops(tmp_path / "none.csv")
+    (tmp_path / "other.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(InputError, match="cannot read a pendulum's record"):
+        pendulum.read_pendulum(tmp_path / "other.csv")
