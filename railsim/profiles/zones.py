@@ -22,6 +22,7 @@ import numpy as np
 
 from railsim.contact.functions import ContactFunctions
 from railsim.contact.hertz import hertz_ellipse
+from railsim.errors import InputError
 from railsim.profiles.layout import Layout
 from railsim.profiles.profile import Profile
 from railsim.profiles.search import Outline, ProfileContact, Side
@@ -125,6 +126,7 @@ def two_contacts(
     Raises
     ------
     ValueError : wheel and rail do not overlap within `reach`, or the rail lacks its gauge face.
+    InputError : tread and flange never touch apart from each other.
     """
     side = Side(wheel, rail, layout, load)
     outline = side.outline()
@@ -192,12 +194,12 @@ def _last_clear(contacts: list[ProfileContact | None], clear: np.ndarray) -> Pro
 
     Raises
     ------
-    ValueError : there is none.
+    InputError : there is none.
     """
     for contact, share in zip(contacts, clear, strict=True):
         if contact is not None and share == 1.0:
             return contact
-    raise ValueError("tread and flange never touch apart from each other; use one contact")
+    raise InputError("contacts: tread and flange of this pair never touch apart from each other; use 1")
 
 
 def _lifts(
