@@ -31,8 +31,11 @@ ANALYTIC = "engine compiled"
 VARIANTS: dict[str, dict[str, Any]] = {
     "engine compiled, profiles": {"vehicle.pair": {"kind": "profiles", "wheel": "s1002", "rail": "uic60_40"}},
     "engine compiled, FASTSIM": {"vehicle.adhesion.law": "fastsim"},
+    "engine compiled, flexible track": {"flexible_track": {}},
 }
-"""The compiled engine with other contacts than the analytic pair and Polach's law, as overrides of the scenario."""
+"""The compiled engine with other contacts than the analytic pair and Polach's law, or with a track that gives, as
+overrides of the scenario.
+"""
 
 CURVE, IN_CURVE = "curve_s1002", {"start": 370.0, "duration": 19.0}
 """Scenario with profiles, and the part of it in the curve, where the leading outer wheel touches tread and flange."""

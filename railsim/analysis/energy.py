@@ -4,7 +4,7 @@ import numpy as np
 
 from railsim.compiled import kernel
 from railsim.constants import GRAVITY
-from railsim.dynamics.corunning import moving_track, on_rail, track_energy, wheelset_distance
+from railsim.dynamics.corunning import moving_track, on_rail, track_below, track_energy, wheelset_distance
 from railsim.dynamics.elements import body_coordinates, cross, turned_arm
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.extras import doubled
@@ -56,9 +56,10 @@ def energies(plant, x, scratch, out):
         out[KINETIC] += 0.5 * plant.core.spin_inertia[i] * spin * spin
         wheelset_local(plant, i, s, velocity, q, rate, here, local)
         distance = s + plant.core.position[plant.core.wheelset_body[i], 0]
+        track, moving = track_below(plant, i, x)
         for side in range(2):
             if moving_track(plant):
-                on_rail(plant, i, side, x, local, scratch[ON_TRACK])
+                on_rail(plant, side, track, moving, local, scratch[ON_TRACK])
             placed = scratch[ON_TRACK] if moving_track(plant) else local
             normal = forces_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], placed).normal
             out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side]) ** (2.0 / 3.0)
@@ -66,8 +67,8 @@ def energies(plant, x, scratch, out):
                 normal = second_of_wheel(plant, i, side, distance, velocity, spin, x[2 * n + i], placed).normal
                 out[CONTACTS] += 0.4 * normal * (normal / plant.core.contact_stiffness[side + 2]) ** (2.0 / 3.0)
         if moving_track(plant):
-            moving, pressed = track_energy(plant, i, wheelset_distance(plant, i, s, q), x)
-            out[KINETIC] += moving
+            kinetic, pressed = track_energy(plant, wheelset_distance(plant, i, s, q), track, moving)
+            out[KINETIC] += kinetic
             out[SPRINGS] += pressed
 
 

@@ -11,11 +11,12 @@ Longitudinal movement, and height and the rotations that a body does not list as
 critically damped springs.
 """
 
-from railsim.compiled import kernel
+from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
 from railsim.contact.wheel import upward
 from railsim.dynamics.absolute_elements import elements
 from railsim.dynamics.absolute_frames import add_moment, add_wrench, angular_velocity, locate_body
+from railsim.dynamics.corunning import COORDINATES, moving_track, on_rail, track_rates
 from railsim.dynamics.extras import load_value, wheel_extras
 from railsim.dynamics.kernel import drag, path_moment, prescribed_speed, wheelset_torque
 from railsim.dynamics.moving_frame import pose
@@ -25,6 +26,7 @@ from railsim.dynamics.workspace import (
     BODY_MOTION,
     BODY_ROTATION,
     DISTANCE,
+    ON_RIGHT,
     REFERENCE_POSE,
     SPEED,
     WHEELSET,
@@ -39,7 +41,7 @@ PROJECTIONS = 6  # Newton steps at most
 @kernel
 def forces(plant, t, start, q, v, memory, work, out):
     """Fill out (6 b + w + m,) with generalised forces; the states of elements are the velocities of the last m
-    coordinates, of unit mass.
+    coordinates, of unit mass. Where a track runs with the wheelsets, its coordinates (7 w), of unit mass too, follow.
 
     `start`: distance of the reference body at time 0. memory (b,): last distance of each body (start of the
     projection). work: of `workspace.absolute_workspace`.
@@ -168,6 +170,24 @@ def wheelset_motion(plant, i, work, local):
     local[4], local[5], local[6], local[7] = motion[7], motion[8], motion[9], motion[11]
 
 
+@inlined
+def absolute_track(plant, i, q, v):
+    """Coordinates of the track under wheelset i (7,) and their rates among all coordinates and velocities."""
+    at = 6 * plant.core.body_mass.shape[0] + plant.core.radius.shape[0] + plant.core.states + COORDINATES * i
+    return q[at : at + COORDINATES], v[at : at + COORDINATES]
+
+
+@kernel
+def on_both_rails(plant, i, q, v, work):
+    """Place wheelset i, whose coordinates `wheelset_motion` has filled, on the left and the right rail of the track
+    below it.
+    """
+    local, right = work[work.shape[0] - 1, WHEELSET], work[work.shape[0] - 1, ON_RIGHT]
+    track, moving = absolute_track(plant, i, q, v)
+    on_rail(plant, 1, track, moving, local, right)
+    on_rail(plant, 0, track, moving, local, local)
+
+
 @kernel
 def _wheelset(plant, i, t, q, v, work, out):
     """Both contacts, torque and the gyroscopic moment of the spinning wheels; return force along the
@@ -179,8 +199,18 @@ def _wheelset(plant, i, t, q, v, work, out):
     speed = work[b, SPEED]
     angle, spin = q[6 * bodies + i], v[6 * bodies + i]
     wheelset_motion(plant, i, work, local)
+    right_local = local
+    if moving_track(plant):
+        right_local = work[work.shape[0] - 1, ON_RIGHT]
+        on_both_rails(plant, i, q, v, work)
     left = forces_of_wheel(plant, i, 0, f[15], speed, spin, angle, local)
-    right = forces_of_wheel(plant, i, 1, f[15], speed, spin, angle, local)
+    right = forces_of_wheel(plant, i, 1, f[15], speed, spin, angle, right_local)
+    if moving_track(plant):
+        track, moving = absolute_track(plant, i, q, v)
+        track_rates(
+            plant, f[15], track, moving, absolute_track(plant, i, out, out)[0],
+            -left.force_y, -left.force_z, -right.force_y, -right.force_z,
+        )  # fmt: skip
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
     along = left.force_x + right.force_x
     add_wrench(

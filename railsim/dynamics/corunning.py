@@ -59,16 +59,24 @@ def track_place(plant):
 
 
 @inlined
-def on_rail(plant, i, side, x, local, own):
-    """Fill own (8,) with the coordinates `local` of wheelset i relative to the rail on one side."""
-    at = track_place(plant) + COORDINATES * i + 2 * side
+def track_below(plant, i, x):
+    """Coordinates of the track under wheelset i (7,), and their rates, in a state or its derivative."""
+    at = track_place(plant) + COORDINATES * i
     rates = at + COORDINATES * plant.core.radius.shape[0]
+    return x[at : at + COORDINATES], x[rates : rates + COORDINATES]
+
+
+@inlined
+def on_rail(plant, side, track, moving, local, own):
+    """Fill own (8,) with the coordinates `local` of a wheelset relative to the rail on one side of the track below it,
+    whose coordinates (7,) and rates (7,) are given.
+    """
     for k in range(8):
         own[k] = local[k]
-    own[0] -= x[at + LEFT_Y]
-    own[1] -= x[at + LEFT_Z] + plant.core.corunning[DEFLECTION]
-    own[4] -= x[rates + LEFT_Y]
-    own[5] -= x[rates + LEFT_Z]
+    own[0] -= track[2 * side + LEFT_Y]
+    own[1] -= track[2 * side + LEFT_Z] + plant.core.corunning[DEFLECTION]
+    own[4] -= moving[2 * side + LEFT_Y]
+    own[5] -= moving[2 * side + LEFT_Z]
 
 
 @inlined
@@ -122,59 +130,53 @@ def ballast_force(plant, stiffness, gap, sunk, rate):
 
 
 @inlined
-def track_rates(plant, i, s, x, out, left_y, left_z, right_y, right_z):
-    """Fill accelerations of the track under wheelset i at distance s, on whose rails the wheels press with these
-    forces [N].
+def track_rates(plant, s, track, moving, out, left_y, left_z, right_y, right_z):
+    """Fill out (7,) with the accelerations of a track at distance s, with these coordinates (7,) and rates (7,), on
+    whose rails the wheels press with these forces [N].
     """
-    p, w = plant.core.corunning, plant.core.radius.shape[0]
-    at = track_place(plant) + COORDINATES * i
-    rates = at + COORDINATES * w
+    p = plant.core.corunning
     ballast, gap = ballast_stiffness(plant, s), void_gap(plant, s)
-    roll, rolling = x[at + SLEEPER_ROLL], x[rates + SLEEPER_ROLL]
-    z, z_rate = x[at + SLEEPER_Z], x[rates + SLEEPER_Z]
-    y, y_rate = x[at + SLEEPER_Y] - p[HEIGHT] * roll, x[rates + SLEEPER_Y] - p[HEIGHT] * rolling
+    roll, rolling, z, z_rate = track[SLEEPER_ROLL], moving[SLEEPER_ROLL], track[SLEEPER_Z], moving[SLEEPER_Z]
+    y, y_rate = track[SLEEPER_Y] - p[HEIGHT] * roll, moving[SLEEPER_Y] - p[HEIGHT] * rolling
     lift, push, moment = 0.0, 0.0, 0.0
     for side in range(2):
-        own, own_rates, sign = at + 2 * side, rates + 2 * side, 1.0 - 2.0 * side
+        own, sign = 2 * side, 1.0 - 2.0 * side
         press_y, press_z = (left_y, left_z) if side == 0 else (right_y, right_z)
-        pad_z = p[PAD_STIFFNESS_Z] * (x[own + LEFT_Z] - z - sign * p[SEAT] * roll) + p[PAD_DAMPING_Z] * (
-            x[own_rates + LEFT_Z] - z_rate - sign * p[SEAT] * rolling
+        pad_z = p[PAD_STIFFNESS_Z] * (track[own + LEFT_Z] - z - sign * p[SEAT] * roll) + p[PAD_DAMPING_Z] * (
+            moving[own + LEFT_Z] - z_rate - sign * p[SEAT] * rolling
         )
-        pad_y = p[PAD_STIFFNESS_Y] * (x[own + LEFT_Y] - y) + p[PAD_DAMPING_Y] * (x[own_rates + LEFT_Y] - y_rate)
-        out[own_rates + LEFT_Z] = (press_z - pad_z) / p[RAIL_MASS_Z]
-        out[own_rates + LEFT_Y] = (press_y - pad_y) / p[RAIL_MASS_Y]
+        pad_y = p[PAD_STIFFNESS_Y] * (track[own + LEFT_Y] - y) + p[PAD_DAMPING_Y] * (moving[own + LEFT_Y] - y_rate)
+        out[own + LEFT_Z] = (press_z - pad_z) / p[RAIL_MASS_Z]
+        out[own + LEFT_Y] = (press_y - pad_y) / p[RAIL_MASS_Y]
         arm = sign * p[BED]
         bed = ballast_force(plant, ballast, gap, -z - arm * roll, -z_rate - arm * rolling)
         lift += pad_z + bed
         push += pad_y
         moment += sign * p[SEAT] * pad_z - p[HEIGHT] * pad_y + arm * bed
-    held = p[BALLAST_STIFFNESS_Y] * x[at + SLEEPER_Y] + p[BALLAST_DAMPING_Y] * x[rates + SLEEPER_Y]
-    out[rates + SLEEPER_Z] = lift / p[SLEEPER_MASS_Z]
-    out[rates + SLEEPER_Y] = (push - held) / p[SLEEPER_MASS_Y]
-    out[rates + SLEEPER_ROLL] = moment / p[SLEEPER_INERTIA]
+    held = p[BALLAST_STIFFNESS_Y] * track[SLEEPER_Y] + p[BALLAST_DAMPING_Y] * moving[SLEEPER_Y]
+    out[SLEEPER_Z] = lift / p[SLEEPER_MASS_Z]
+    out[SLEEPER_Y] = (push - held) / p[SLEEPER_MASS_Y]
+    out[SLEEPER_ROLL] = moment / p[SLEEPER_INERTIA]
 
 
 @kernel
-def track_energy(plant, i, s, x):
-    """Kinetic energy and that of the springs of the track under wheelset i at distance s [J]."""
-    p, w = plant.core.corunning, plant.core.radius.shape[0]
-    at = track_place(plant) + COORDINATES * i
-    rates = at + COORDINATES * w
-    ballast, gap = ballast_stiffness(plant, s), void_gap(plant, s)
-    roll = x[at + SLEEPER_ROLL]
-    moving = p[SLEEPER_MASS_Z] * x[rates + SLEEPER_Z] ** 2 + p[SLEEPER_MASS_Y] * x[rates + SLEEPER_Y] ** 2
-    moving += p[SLEEPER_INERTIA] * x[rates + SLEEPER_ROLL] ** 2
-    pressed = p[BALLAST_STIFFNESS_Y] * x[at + SLEEPER_Y] ** 2
+def track_energy(plant, s, track, moving):
+    """Kinetic energy and that of the springs of a track at distance s [J]; arguments of `track_rates`."""
+    p = plant.core.corunning
+    ballast, gap, roll = ballast_stiffness(plant, s), void_gap(plant, s), track[SLEEPER_ROLL]
+    kinetic = p[SLEEPER_MASS_Z] * moving[SLEEPER_Z] ** 2 + p[SLEEPER_MASS_Y] * moving[SLEEPER_Y] ** 2
+    kinetic += p[SLEEPER_INERTIA] * moving[SLEEPER_ROLL] ** 2
+    pressed = p[BALLAST_STIFFNESS_Y] * track[SLEEPER_Y] ** 2
     for side in range(2):
-        own, own_rates, sign = at + 2 * side, rates + 2 * side, 1.0 - 2.0 * side
-        moving += p[RAIL_MASS_Z] * x[own_rates + LEFT_Z] ** 2 + p[RAIL_MASS_Y] * x[own_rates + LEFT_Y] ** 2
-        pad_z = x[own + LEFT_Z] - x[at + SLEEPER_Z] - sign * p[SEAT] * roll
-        pad_y = x[own + LEFT_Y] - x[at + SLEEPER_Y] + p[HEIGHT] * roll
-        sunk = -x[at + SLEEPER_Z] - sign * p[BED] * roll - gap
+        own, sign = 2 * side, 1.0 - 2.0 * side
+        kinetic += p[RAIL_MASS_Z] * moving[own + LEFT_Z] ** 2 + p[RAIL_MASS_Y] * moving[own + LEFT_Y] ** 2
+        pad_z = track[own + LEFT_Z] - track[SLEEPER_Z] - sign * p[SEAT] * roll
+        pad_y = track[own + LEFT_Y] - track[SLEEPER_Y] + p[HEIGHT] * roll
+        sunk = -track[SLEEPER_Z] - sign * p[BED] * roll - gap
         if gap > 0.0:
             sunk = max(sunk, 0.0)
         pressed += p[PAD_STIFFNESS_Z] * pad_z**2 + p[PAD_STIFFNESS_Y] * pad_y**2 + ballast * sunk**2
-    return 0.5 * moving, 0.5 * pressed
+    return 0.5 * kinetic, 0.5 * pressed
 
 
 @inlined
@@ -335,12 +337,11 @@ def track_velocities(plant, x, out):
 
 
 @kernel
-def track_values(plant, i, s, x, row):
-    """Fill row with what truth holds of the track under wheelset i: its coordinates, the stiffness below each rail
+def track_values(plant, s, track, row):
+    """Fill row with what truth holds of a track at distance s: its coordinates (7,), the stiffness below each rail
     [N/m] and the gap below the sleepers [m].
     """
-    at = track_place(plant) + COORDINATES * i
     for k in range(COORDINATES):
-        row[k] = x[at + k]
+        row[k] = track[k]
     row[COORDINATES] = support_stiffness(plant, s)
     row[COORDINATES + 1] = void_gap(plant, s)

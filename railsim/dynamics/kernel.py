@@ -25,6 +25,7 @@ from railsim.dynamics.corunning import (
     moving_track,
     on_rail,
     settle_contacts,
+    track_below,
     track_rates,
     track_velocities,
     wheelset_distance,
@@ -201,8 +202,9 @@ def _wheelsets(plant, t, s, velocity, x, q, rate, force, out, scratch, wheels):
                     wheel_row(second_in_lane(lanes, lane), wheels[2 * i, WHEEL_COUNT:])
                     wheel_row(second_in_lane(lanes, lane + 1), wheels[2 * i + 1, WHEEL_COUNT:])
             if moving_track(plant):
+                track, moving = track_below(plant, i, x)
                 track_rates(
-                    plant, i, wheelset_distance(plant, i, s, q), x, out,
+                    plant, wheelset_distance(plant, i, s, q), track, moving, track_below(plant, i, out)[1],
                     -left.force_y, -left.force_z, -right.force_y, -right.force_z,
                 )  # fmt: skip
                 keep_contacts(plant, i, left, right, out)
@@ -256,8 +258,9 @@ def _put_on_track(plant, first, last, s, velocity, x, q, rate, out, poses, scrat
             own += rate[along_track]
         wheelset_local(plant, i, s, velocity, q, rate, poses[i - first], local)
         keep_yaw_rate(plant, i, local[7], out)
+        track, moving = track_below(plant, i, x)
         for side in range(2):
-            on_rail(plant, i, side, x, local, placed)
+            on_rail(plant, side, track, moving, local, placed)
             put(
                 plant, i, side, 2 * (i - first) + side, wheelset_distance(plant, i, s, q), own,
                 x[2 * n + w + i], x[2 * n + i], placed, scratch[LANES],

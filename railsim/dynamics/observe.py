@@ -5,7 +5,7 @@ import math
 from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
 from railsim.dynamics.channels import BODY, CORUNNING, RUN, SPIN, TRACK, WHEEL
-from railsim.dynamics.corunning import moving_track, track_values, wheelset_distance
+from railsim.dynamics.corunning import moving_track, track_below, track_values, wheelset_distance
 from railsim.dynamics.extras import doubled
 from railsim.dynamics.moving_frame import frame_motion, general, pose
 from railsim.dynamics.wheels import wheelset_local
@@ -94,7 +94,9 @@ def observe(plant, t, x, x_dot, wheels, scratch, row):
     if moving_track(plant):
         at = row.shape[0] - w * CORUNNING_COUNT
         for i in range(w):
-            track_values(plant, i, wheelset_distance(plant, i, s, q), x, row[at : at + CORUNNING_COUNT])
+            track_values(
+                plant, wheelset_distance(plant, i, s, q), track_below(plant, i, x)[0], row[at : at + CORUNNING_COUNT]
+            )
             at += CORUNNING_COUNT
 
 

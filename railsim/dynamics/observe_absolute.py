@@ -4,11 +4,13 @@ import math
 
 from railsim.compiled import kernel
 from railsim.constants import GRAVITY
-from railsim.dynamics.absolute import wheelset_motion
+from railsim.dynamics.absolute import absolute_track, on_both_rails, wheelset_motion
 from railsim.dynamics.absolute_frames import angular_velocity, locate_body, origin_frames, vehicle_coordinates
+from railsim.dynamics.corunning import moving_track, track_values
 from railsim.dynamics.extras import doubled
 from railsim.dynamics.observe import (
     BODY_COUNT,
+    CORUNNING_COUNT,
     RUN_COUNT,
     SPIN_COUNT,
     TRACK_COUNT,
@@ -24,6 +26,7 @@ from railsim.dynamics.workspace import (
     BODY_ROTATION,
     COORDINATES,
     DISTANCE,
+    ON_RIGHT,
     SPEED,
     WHEELSET,
 )
@@ -46,15 +49,19 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
     for b in range(bodies):
         _body(plant, b, q, v, a, work, row[at : at + BODY_COUNT])
         at += BODY_COUNT
-    local = work[bodies, WHEELSET]
     for i in range(w):
+        local = work[bodies, WHEELSET]
         b = plant.core.wheelset_body[i]
         s, speed = work[b, DISTANCE], work[b, SPEED]
         wheelset_motion(plant, i, work, local)
+        if moving_track(plant):
+            on_both_rails(plant, i, q, v, work)
         row[at], row[at + 1] = q[6 * bodies + i], v[6 * bodies + i]
         track_row(plant, s, row[at + SPIN_COUNT : at + SPIN_COUNT + TRACK_COUNT])
         at += SPIN_COUNT + TRACK_COUNT
         for side in range(2):
+            if moving_track(plant) and side == 1:
+                local = work[bodies, ON_RIGHT]
             forces = forces_of_wheel(plant, i, side, s, speed, v[6 * bodies + i], q[6 * bodies + i], local)
             wheel_row(forces, row[at : at + WHEEL_COUNT])
             at += WHEEL_COUNT
@@ -68,6 +75,12 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
         q_free, v_free = spare[COORDINATES : COORDINATES + n], spare[COORDINATES + n : COORDINATES + 2 * n]
         vehicle_coordinates(plant, q, v, work, q_free, v_free)
         displacements(plant, q_free, row[at:])
+    if moving_track(plant):
+        at = row.shape[0] - w * CORUNNING_COUNT
+        for i in range(w):
+            distance, track = work[plant.core.wheelset_body[i], DISTANCE], absolute_track(plant, i, q, v)[0]
+            track_values(plant, distance, track, row[at : at + CORUNNING_COUNT])
+            at += CORUNNING_COUNT
 
 
 @kernel

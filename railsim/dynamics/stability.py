@@ -4,6 +4,8 @@ step.
 
 import numpy as np
 
+from railsim.contact.wheel import DAMPING, SLOWEST
+from railsim.dynamics.corunning import CREEP_SLOPE, RAIL_MASS_Y, RAIL_MASS_Z
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import Plant
 from railsim.dynamics.workspace import NO_WHEELS, workspace
@@ -46,6 +48,15 @@ def check_start(plant: Plant, run: Run, x: np.ndarray, step: float) -> None:
         f"vehicle: '{moving}' moves at {rate / (2.0 * np.pi):.3g} Hz where the vehicle stands on its rails, too fast "
         f"for steps of {1e3 * step:.3g} ms; {cure}check masses and stiffnesses around '{moving.split('.')[0]}'"
     )
+
+
+def rail_rate(plant: Plant, load: float) -> float:
+    """Fastest rate [1/s] of a rail that moves, between what holds it and its contact with a wheel under `load` [N]."""
+    p = plant.core.corunning
+    spring = 1.5 * float(plant.core.contact_stiffness.max()) ** (2.0 / 3.0) * load ** (1.0 / 3.0)
+    creep = p[CREEP_SLOPE] * load ** (2.0 / 3.0) / max(float(plant.knots[:, 1].min()), SLOWEST)
+    damper = float(plant.core.law[DAMPING]) * load
+    return max((spring / p[RAIL_MASS_Z]) ** 0.5, damper / p[RAIL_MASS_Z], creep / p[RAIL_MASS_Y])
 
 
 def _check_standing(matrix: np.ndarray, run: Run) -> None:

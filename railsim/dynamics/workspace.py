@@ -31,9 +31,10 @@ DISTANCE, SPEED = BODY_FRAME.stop - 1, BODY_MOTION.stop - 1
 
 # In the row behind the bodies': a pose; coordinates of a wheelset; a body's motion relative to the reference's frame; a
 # force and a moment; what wheels that are not round add; yaw and yaw rate of the body that keeps the chord's direction;
-# nine vectors of an element between two points; then the free coordinates in the vehicle frame and their rates.
-REFERENCE_POSE, WHEELSET, RELATIVE, WRENCH, WHEELSET_EXTRA, CHORD, POINTS = _places(12, 8, 13, 6, 5, 2, 27)
-COORDINATES = POINTS.stop
+# nine vectors of an element between two points; a wheelset on a right rail that moves; then the free coordinates in the
+# vehicle frame and their rates.
+REFERENCE_POSE, WHEELSET, RELATIVE, WRENCH, WHEELSET_EXTRA, CHORD, POINTS, ON_RIGHT = _places(12, 8, 13, 6, 5, 2, 27, 8)
+COORDINATES = ON_RIGHT.stop
 
 NO_WHEELS = np.empty((0, len(WHEEL)))  # where the contacts are not asked for
 

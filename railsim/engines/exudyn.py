@@ -5,6 +5,7 @@ gravity as Exudyn loads, and one user function for contacts, nonlinear elements 
 place along the track. The wheels' spins are coordinates of their own.
 """
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -17,18 +18,20 @@ from railsim.constants import GRAVITY
 from railsim.dynamics.absolute_frames import track_frame
 from railsim.dynamics.callback import bind_forces
 from railsim.dynamics.channels import channel_names
-from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.equilibrium import initial_state, track_coordinates
 from railsim.dynamics.guard import check_rows
 from railsim.dynamics.observe_absolute import observe_all
 from railsim.dynamics.plant import Plant, build_plant
-from railsim.dynamics.stability import check_start
+from railsim.dynamics.stability import check_start, rail_rate
+from railsim.dynamics.tables import wheel_load
 from railsim.dynamics.workspace import absolute_workspace
 from railsim.engines.interface import CHUNK, Diverged, Run
-from railsim.errors import InputError
 from railsim.model import Model
 
 IMPLICIT_BELOW = 3.0  # m/s; creep damping is stiff as 1/V
 TIME_TOLERANCE = 1e-9  # s
+OVERLOAD = 2.0  # wheel load over the static one, up to which rails that move keep their margin of stability
+EXPLICIT = 1.6  # largest product of step and rate of a rail on its contacts; classical Runge-Kutta is stable up to 2.78
 INSTANT = 2.0**-23  # s; a step in which nothing moves
 
 
@@ -39,10 +42,6 @@ def integrate(run: Run) -> Iterator[np.ndarray]:
     ------
     Diverged : the solver fails, a state is not finite or a wheel left its rail; names time, place and body.
     """
-    if run.model.corunning is not None:
-        raise InputError(
-            "engine 'exudyn' knows rigid and massless rails only; with 'flexible_track' use engine compiled or verlet"
-        )
     system = System(run)
     names = channel_names(run.model)
     first = 0
@@ -66,12 +65,17 @@ class System:
         exudyn.config.printToConsole = False
         self.run = run
         self.plant = build_plant(run.model, run.track, run.speed)
-        self._count = 6 * len(run.model.bodies) + len(run.model.wheelsets) + int(self.plant.core.states)
+        self._track = track_coordinates(self.plant)
+        self._count = 6 * len(run.model.bodies) + len(run.model.wheelsets) + int(self.plant.core.states) + self._track
         self._memory = run.start + np.array([body.position[0] for body in run.model.bodies])
         self._work = absolute_workspace(len(run.model.bodies), len(run.model.free))
         self._container = exudyn.SystemContainer()
         self.mbs: Any = self._container.AddSystem()
         self._acceleration = np.zeros(self._count)
+        self._finer = 1
+        if self._track:  # explicit steps that follow the rails' contacts, which other engines take implicit
+            rate = rail_rate(self.plant, OVERLOAD * wheel_load(run.model))
+            self._finer = math.ceil(run.step * rate / EXPLICIT)
         self._assemble()
 
     def _assemble(self) -> None:
@@ -104,6 +108,16 @@ class System:
             )
             nodes.append(mbs.AddNode(node))
             mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes[-1:], massMatrix=[[mass]]))
+        if self._track:
+            own = slice(self._count - self._track, self._count)
+            node = items.NodeGenericODE2(
+                numberOfODE2Coordinates=self._track,
+                referenceCoordinates=[0.0] * self._track,
+                initialCoordinates=positions[own].tolist(),
+                initialCoordinates_t=velocities[own].tolist(),
+            )
+            nodes.append(mbs.AddNode(node))
+            mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes[-1:], massMatrix=np.eye(self._track)))
         for element in model.elements:
             self._connect(element, numbers)
         contacts = items.ObjectGenericODE2(
@@ -215,7 +229,7 @@ class System:
         run = self.run
         settings = exudyn.SimulationSettings()
         integration = settings.timeIntegration
-        steps = (last - first) * run.substeps
+        steps = (last - first) * run.substeps * self._finer
         integration.startTime, integration.endTime = first / run.rate, last / run.rate
         integration.numberOfSteps = steps
         settings.solution.file.write = False
@@ -230,9 +244,9 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
     """Absolute coordinates and velocities from a state of the compiled engine."""
     n, w = len(plant.core.mass), len(plant.core.radius)
     frame = np.zeros(16)
-    m = int(plant.core.states)
+    m, below = int(plant.core.states), track_coordinates(plant)
     s, speed, states = x[2 * n + 2 * w], x[2 * n + 2 * w + 1], x[2 * n + 2 * w + 2 :]
-    positions, velocities = np.zeros((2, 6 * len(model.bodies) + w + m))
+    positions, velocities = np.zeros((2, 6 * len(model.bodies) + w + m + below))
     for b, body in enumerate(model.bodies):
         small = np.array([x[j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
         rates_small = np.array([x[n + j] if j >= 0 else 0.0 for j in plant.core.coordinate[b]])
@@ -252,6 +266,10 @@ def absolute_state(plant: Plant, model: Model, x: np.ndarray) -> tuple[np.ndarra
         relative = pitch.apply([roll_rate, 0.0, 0.0]) + yaw.apply([0.0, pitch_rate, 0.0]) + [0.0, 0.0, yaw_rate]
         velocity = np.array([speed, 0.0, 0.0]) + np.cross(turning, arm) + rates_small[:3]
         velocities[own] = [*(turn @ velocity), *np.linalg.solve(rates, turn @ (turning + relative))]
-    positions[6 * len(model.bodies) :] = [*x[2 * n : 2 * n + w], *np.zeros(m)]
-    velocities[6 * len(model.bodies) :] = [*x[2 * n + w : 2 * n + 2 * w], *states]
+    positions[6 * len(model.bodies) :] = [*x[2 * n : 2 * n + w], *np.zeros(m), *states[m : m + below]]
+    velocities[6 * len(model.bodies) :] = [
+        *x[2 * n + w : 2 * n + 2 * w],
+        *states[:m],
+        *states[m + below : m + 2 * below],
+    ]
     return positions, velocities

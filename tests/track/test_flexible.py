@@ -9,8 +9,14 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 
-from railsim.dynamics.corunning import COORDINATES, LEFT_Y, LEFT_Z, RIGHT_Y, RIGHT_Z, track_place, track_rates
-from railsim.dynamics.equilibrium import state_size
+from railsim.dynamics.corunning import (
+    COORDINATES,
+    LEFT_Y,
+    LEFT_Z,
+    RIGHT_Y,
+    RIGHT_Z,
+    track_rates,
+)
 from railsim.dynamics.plant import build_plant
 from railsim.track.flexible import FlexibleTrack, longest_step
 from railsim.vehicles.wheelset import WheelsetVehicle
@@ -57,16 +63,15 @@ def lumped(track: FlexibleTrack, direction: str, frequency: float) -> complex:
     model = replace(WheelsetVehicle().model(), corunning=track.corunning())
     run = make_run(model, flat(), 20.0, 1.0)
     plant = build_plant(model, run.track, run.speed)
-    at, size = int(track_place(plant)), state_size(plant)
 
-    def rates(x: np.ndarray, y: float = 0.0, z: float = 0.0) -> np.ndarray:
-        out = np.zeros(size)
-        track_rates(plant, 0, 20.0, x, out, y, z, y, z)
-        return out[at + COORDINATES : at + 2 * COORDINATES]
+    def rates(track: np.ndarray, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+        out = np.zeros(COORDINATES)
+        track_rates(plant, 20.0, track[:COORDINATES], track[COORDINATES:], out, y, z, y, z)
+        return out
 
-    unit = np.eye(size)[at : at + 2 * COORDINATES]
-    matrix = np.column_stack([rates(column) for column in unit])
-    push = rates(np.zeros(size), z=1.0) if direction == VERTICAL else rates(np.zeros(size), y=1.0)
+    matrix = np.column_stack([rates(column) for column in np.eye(2 * COORDINATES)])
+    still = np.zeros(2 * COORDINATES)
+    push = rates(still, z=1.0) if direction == VERTICAL else rates(still, y=1.0)
     w = 2.0 * np.pi * frequency
     dynamic = -(w**2) * np.eye(COORDINATES) - matrix[:, :COORDINATES] - 1j * w * matrix[:, COORDINATES:]
     moved = np.linalg.solve(dynamic, push.astype(complex))
