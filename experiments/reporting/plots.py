@@ -122,6 +122,10 @@ def overview(results: Results) -> Figure:
     return _over_distance(results, [curve] * curved + rows, (BLUE, ORANGE, BLACK))
 
 
+FLANGE = "second_normal_force [N]"
+"""Of a wheel that may touch its rail in two places."""
+
+
 def forces(results: Results) -> Figure:
     """Forces between wheels and rails over distance."""
     wheels = {
@@ -134,6 +138,8 @@ def forces(results: Results) -> Figure:
         "lateral creep\n[kN]": "creep_force_y [N]",
         "longitudinal\ncreep [kN]": "creep_force_x [N]",
     }
+    if f"wheel1_left.{FLANGE}" in results.truth:
+        quantities["normal on\nflange [kN]"] = FLANGE
     rows = [
         Row(label, {name: Line(f"{wheel}.{quantity}", 1e-3) for name, wheel in wheels.items()}, height=1.6)
         for label, quantity in quantities.items()

@@ -14,6 +14,9 @@ from railsim.truth import TIME, Truth
 SIDES = ("left", "right")
 NUMBERS = (1, 2, 3, 4)
 """Wheelsets that an estimate may have columns of; it must have the first two."""
+SECOND = "second_"
+"""How the channels of a wheel's second contact begin."""
+
 FORCE, MOMENT = "lateral_creep_force [N]", "creep_yaw_moment [N m]"
 
 
@@ -112,10 +115,19 @@ def true_forces(truth: Truth, number: int) -> dict[str, np.ndarray]:
     -------
     "creep" : lateral creep force along the axle, N. "gravity" : lateral part of the normal forces, less that of a load
     that leans with the wheelset, N. "moment" : yaw moment of the longitudinal creep forces, N m. "creepage" : mean
-    lateral creepage of both wheels, -.
+    lateral creepage of both wheels, -, where they may touch in two places that on the tread.
     """
+    found = _of_contact(truth, number, "")
+    if f"wheel{number}_{SIDES[0]}.{SECOND}normal_force [N]" in truth:
+        second = _of_contact(truth, number, SECOND)
+        found |= {name: found[name] + second[name] for name in ("creep", "gravity", "moment")}
+    return found
+
+
+def _of_contact(truth: Truth, number: int, prefix: str) -> dict[str, np.ndarray]:
+    """`true_forces` of the one contact on each wheel whose channels begin with `prefix`."""
     columns = {
-        quantity: np.stack([truth[f"wheel{number}_{side}.{quantity}"] for side in SIDES])
+        quantity: np.stack([truth[f"wheel{number}_{side}.{prefix}{quantity}"] for side in SIDES])
         for quantity in (
             "creep_force_y [N]",
             "creep_force_x [N]",
