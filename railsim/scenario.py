@@ -24,7 +24,7 @@ from railsim.settings import dump_yaml, load_yaml
 from railsim.spec import Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction
 from railsim.track.files import TRACKS, read_track
-from railsim.track.flexible import FlexibleTrack, check_support
+from railsim.track.flexible import FlexibleTrack, check_support, longest_step
 from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
 from railsim.vehicles.interface import Vehicle
@@ -209,6 +209,8 @@ class Scenario(Spec, frozen=True):
             return
         slowest = max(float(self.speed_tables.speed.min()), SLOWEST)
         limit = min(UNSTABLE / creep_rate(self.model, slowest), LONGEST_STABLE_STEP)
+        if self.model.corunning is not None:
+            limit = min(limit, longest_step(self.model.corunning))
         if self.step > limit:
             needed = int(np.ceil(1.0 / (self.output_rate * limit)))
             raise InputError(

@@ -198,6 +198,24 @@ def test_a_start_over_a_void_stands() -> None:
     assert down.min() < -2.5e-3
 
 
+@pytest.mark.parametrize(
+    ("engine", "expected"),
+    [
+        ("compiled", (54422.85495838255, -6.308353322446253e-05, 9.800914366567348)),
+        ("verlet", (54422.591220325114, -6.308354155661762e-05, 9.800910891751428)),
+    ],
+)
+def test_rigid_rails_give_what_they_gave_before_there_was_another_track(
+    engine: str, expected: tuple[float, float, float]
+) -> None:
+    """Numbers of the version before; on one machine every bit is the same."""
+    result = go(engine, make_run(Manchester().model(), read_track("straight_erri_low"), 20.0, 0.5))
+    names = ("wheel1_left.normal_force [N]", "wheelset2.y [m]", "bogie.specific_force_z [m/s2]")
+    assert [result[name][-1] for name in names] == pytest.approx(expected, rel=1e-9)
+    assert result.rows.shape == (513, 143)
+    assert "flexible_track" not in load_scenario("default").values()
+
+
 def test_rigid_rails_stay_as_they_are() -> None:
     """The record of the plant's numbers is the only thing that a rigid run shares with the moving track."""
     model = Manchester().model()
@@ -219,6 +237,13 @@ def test_bad_numbers_are_refused_with_one_line(changes: dict[str, float], words:
     with pytest.raises(InputError, match=words) as refused:
         load_scenario("default", {"flexible_track": {}, "duration": 2.0, **changes})
     assert "\n" not in str(refused.value)
+
+
+def test_steps_too_long_for_stiff_pads_are_refused() -> None:
+    stiff = {"flexible_track": {"pad_stiffness_vertical": 4e9}, "duration": 2.0}
+    load_scenario("default", stiff)
+    with pytest.raises(InputError, match=r"substeps: .* unstable .* give at least \d+ or leave it out"):
+        load_scenario("default", {**stiff, "substeps": 2})
 
 
 def test_a_column_that_is_stiffer_than_the_pads_is_refused() -> None:
