@@ -1,5 +1,7 @@
 """Tread and flange at once: balance in a curve, energy, no chatter, agreement of the engines, extra channels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from railsim.engines.interface import Run
 from railsim.errors import InputError
 from railsim.profiles.pair import ProfilePair
 from railsim.scenario import load_scenario
+from railsim.simulation import build_run
 from railsim.track.track import CANT_BASE
 from railsim.vehicles.interface import Vehicle
 from railsim.vehicles.manchester import Manchester
@@ -96,6 +99,15 @@ def test_second_contact_does_not_chatter() -> None:
     changes = [np.sqrt(np.mean((one - two) ** 2)) for one, two in zip(forces, forces[1:], strict=False)]
     assert changes[0] < 1e-3 * forces[2].max()
     assert changes[1] < 0.25 * changes[0]
+
+
+def test_two_contacts_on_a_track_of_its_own_mass() -> None:
+    """Both contacts press the same light rail; with half the step the forces are the same."""
+    run = build_run(load_scenario("curve_s1002_flange", {"start": 380.0, "duration": 3.0, "flexible_track": {}}))
+    coarse, fine = go("compiled", run), go("compiled", replace(run, substeps=2 * run.substeps))
+    name = f"{OUTER}.second_normal_force [N]"
+    assert coarse[name].min() > 1e3
+    assert np.sqrt(np.mean((coarse[name] - fine[name]) ** 2)) < 0.02 * np.std(fine[name])
 
 
 @pytest.mark.parametrize(
