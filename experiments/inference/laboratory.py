@@ -1,15 +1,16 @@
 """Both measured laboratory sets through the inference: tables, and pictures of what was missing."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from experiments.inference.curve import Curve, curve, whitened_power
-from experiments.inference.fitting import Problem
-from experiments.inference.model import Effect, Hypothesis
+from experiments.inference.fitting import Problem, fit
+from experiments.inference.model import Coordinate, Effect, Hypothesis
 from experiments.inference.policy import Policy
+from experiments.inference.priors import LogNormal
 from experiments.inference.search import infer
 from experiments.inference.systems import balls, pendulum
 from experiments.inference.verdict import Verdict
@@ -21,7 +22,9 @@ PENDULUM = "single_pendulum_{}.csv"
 LEARNED = ("identify_1", "identify_2", "identify_3", "identify_4")
 PREDICTED = ("validate_1", "validate_2")
 SHOWN = 3  # hypotheses of a row
-NOTHING = -12.0  # log of a level that does not count
+NOTHING = 1e-6  # a level that does not count
+KNOWN = 1e-3  # sd of what is held
+ENCODER = 5e-5  # rad; noise of the encoder, as every record's fit has it
 
 Say = Callable[[str], None]
 
@@ -95,37 +98,37 @@ def _law(system: pendulum.Pendulum, verdict: Verdict) -> Curve | None:
 
 
 def predicted_powers(folder: Path, told: dict[str, Told]) -> dict[str, tuple[float, float]]:
-    """Whitened power of the records that were not learned from: with nothing, and with the friction of the others.
+    """Whitened power of the records that were not learned from: without friction, and with the friction of the others.
 
-    The encoder's noise and the states of the windows are what `none` has in healthy records; W and friction are the
-    means over the four others, only the encoder's zero is fitted.
+    W and friction are held at the means over the four others; the encoder's zero, its noise and the states of the
+    windows are fitted, and no latent error is allowed.
     """
     dry = next(effect for effect in pendulum.LIBRARY.effects if effect.name == "dry friction")
     found = [
-        row.fit
-        for name in LEARNED
-        for row in told[name].verdict.rows
-        if row.fit.hypothesis.name == "dry friction"
-    ]  # fmt: skip
+        row.fit.x for name in LEARNED for row in told[name].verdict.rows if row.fit.hypothesis.name == "dry friction"
+    ]
     if not found:
         raise InputError("no record named dry friction; there is nothing to predict with")
-    means = np.mean([one.x for one in found], axis=0)
-    noise = np.median([one.psi for one in found], axis=0)
+    pull, _, _, friction = np.mean(found, axis=0)
+    held = (Coordinate("log W", "1/s2", float(pull), KNOWN),)
+    known = replace(dry, faults=held, own=(Coordinate("log dry", "rad/s2", float(friction), KNOWN),), starts=())
     powers = {}
     for name in PREDICTED:
         _, angle = pendulum.read_pendulum(folder / PENDULUM.format(name))
         system = pendulum.Pendulum(angle)
-        powers[name] = (_power(system, (), means[:3], noise), _power(system, (dry,), means, noise))
+        powers[name] = (_power(system, Effect("known", "known", faults=held)), _power(system, known))
     return powers
 
 
-def _power(system: pendulum.Pendulum, effects: tuple[Effect, ...], x: np.ndarray, psi: np.ndarray) -> float:
+def _power(system: pendulum.Pendulum, effect: Effect) -> float:
     """Whitened power with noise and states alone as sources of error."""
-    problem = Problem(system, Hypothesis(effects), Policy())
-    components = system.covariances(x, effects)
-    quiet = psi.copy()
-    quiet[2:] = NOTHING
-    return whitened_power(problem.groups(x, components), quiet)
+    quiet = tuple(replace(one, prior=LogNormal(NOTHING, KNOWN)) if one.place else one for one in system.levels)
+    problem = Problem(pendulum.Pendulum(system.angle, levels=quiet), Hypothesis((effect,)), Policy())
+    found = fit(problem, effect.begins(system.starts()[0], system.coordinates)[-1])
+    if found is None:
+        raise InputError("a record cannot be predicted: its motion is not finite")
+    noise = np.log(ENCODER) * np.ones(1)
+    return whitened_power(found.groups, np.concatenate([noise, found.psi[1:]]))
 
 
 def page(told: list[Told]) -> str:
