@@ -29,8 +29,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--system",
         default="railway",
-        choices=("railway", "balls", "pendulum"),
-        help="railway: hidden effects, simulated (default); balls, pendulum: measured in a laboratory",
+        choices=("railway", "half_car", "balls", "pendulum"),
+        help="railway, half_car: hidden effects, simulated (default: railway); balls, pendulum: laboratory records",
     )
     parser.add_argument("--data", metavar="FOLDER", default="", help="of the laboratory's files (balls, pendulum)")
     parser.add_argument("--part", metavar="I/N", default="0/1", help="every N-th case from the I-th on (default: 0/1)")
@@ -38,6 +38,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Go on with the cases, then score all that are answered."""
+    if given.system == "half_car":
+        return _half_car(given)
     if given.system != "railway":
         return _laboratory(given)
     from experiments.discrepancy.blind.benchmark import Cases, renew_expected, run_benchmark
@@ -92,6 +94,23 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
     replace_file(out / f"{given.system}.png", png(picture(told), 150))
     facts = {"verdicts": {one.name: str(one.verdict.action) for one in told}}
     return Outcome(facts | {"withheld": {one.name: str(one.withheld.action) for one in told}}, text)
+
+
+def _half_car(given: argparse.Namespace) -> Outcome:
+    """Simulated half cars through the inference: a file each, and a table of all."""
+    from experiments.inference.systems.half_car_benchmark import page, read_rows, run_benchmark, score
+    from railsim.files import replace_file
+
+    if given.cases < 1:
+        raise InputError("--cases: give a number from 1")
+    folder = Path(given.out)
+    first, step = _part(given.part)
+    run_benchmark(folder, given.seed, range(first, given.cases, step), _say)
+    rows = read_rows(folder, given.seed)
+    text = page(rows)
+    replace_file(folder / "half_car.md", f"{text}\n".encode())
+    names = ("hits", "cases", "share", "low", "high")
+    return Outcome({str(title): dict(zip(names, one, strict=True)) for title, *one in score(rows)}, text)
 
 
 def _part(text: str) -> tuple[int, int]:

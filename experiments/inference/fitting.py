@@ -26,6 +26,7 @@ STAGES = ((math.log(5.0), 6), (0.0, 4), (None, 12))
 DIFFERENCE = 0.02  # of a prior's standard deviation; step of the derivatives
 ROUNDS = 5  # of covariance and fit at most
 TRIES = 8  # dampings of a step
+CHORD_TRIES = 2  # with slopes of another point
 
 
 @dataclass(frozen=True)
@@ -70,14 +71,32 @@ class Problem:
         """Residuals at x with these covariances."""
         return tuple(Group(one[0], part) for one, part in zip(self.residuals(x[None]), components, strict=True))
 
-    def slopes(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
-        """(coordinates, F, T, C) of each group: central differences of the predictions, all runs at once."""
-        steps = DIFFERENCE * self.spreads
-        moved = np.concatenate([x + np.diag(steps), x - np.diag(steps)])
-        count = len(x)
-        outputs = self.system.predict(moved, self.hypothesis.effects)
-        shape = (count, 1, 1, 1)
-        return tuple((one[:count] - one[count:]) / (2.0 * steps.reshape(shape)) for one in outputs)
+    @property
+    def changed(self) -> np.ndarray:
+        """Places of the coordinates that the effects of the hypothesis bring or give other priors."""
+        faults = {one.name for effect in self.hypothesis.effects for one in effect.faults}
+        count = len(self.system.coordinates)
+        return np.array([k for k, one in enumerate(self.coordinates) if k >= count or one.name in faults], int)
+
+    def slopes(self, x: np.ndarray, which: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+        """(coordinates, F, T, C) of each group: central differences of the predictions, all runs at once; by those
+        coordinates alone that are asked for.
+        """
+        which = np.arange(len(x)) if which is None else which
+        sizes = np.array([one.step or DIFFERENCE * one.spread for one in self.coordinates])
+        steps, count = np.diag(sizes)[which], len(which)
+        outputs = self.system.predict(np.concatenate([x + steps, x - steps]), self.hypothesis.effects)
+        return tuple((one[:count] - one[count:]) / (2.0 * sizes[which].reshape(-1, 1, 1, 1)) for one in outputs)
+
+    def renewed(self, x: np.ndarray, old: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+        """Slopes at x: those of another hypothesis or point, but for the coordinates of the effects."""
+        if not len(self.changed):
+            return tuple(old)
+        new = self.slopes(x, self.changed)
+        both = [np.concatenate([one, np.zeros((len(x) - len(one), *one.shape[1:]), one.dtype)]) for one in old]
+        for whole, part in zip(both, new, strict=True):
+            whole[self.changed] = part
+        return tuple(both)
 
 
 def whitened(parts: Sequence[Sums], psi: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -101,57 +120,64 @@ def newton(
     return (x - problem.means) * precision - white @ residual, white @ white.T + np.diag(precision)
 
 
-def fit(problem: Problem, x: np.ndarray, psi: np.ndarray | None = None) -> Fit | None:
+def fit(
+    problem: Problem, x: np.ndarray, psi: np.ndarray | None = None, slopes: Sequence[np.ndarray] | None = None,
+    rounds: int = ROUNDS,
+) -> Fit | None:  # fmt: skip
     """The optimum from x on, covariances made at its own state, until two rounds agree; None = nothing finite there.
 
-    psi : levels to begin with; None anneals the latent ones.
+    psi : levels to begin with; None anneals the latent ones. slopes : of a fit nearby, to begin with.
     """
     found: Fit | None = None
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         components = problem.system.covariances(x, problem.hypothesis.effects)
         if not all(np.isfinite(part).all() for part in components):
             return found
-        this = _round(problem, x, psi, components)
+        this = _round(problem, x, psi, components, slopes)
         if this is None:
             return found
         agree = found is not None and abs(this.evidence - found.evidence) < problem.policy.tolerance
         found = this
         if agree:
             break
-        x, psi = this.x, this.psi
+        x, psi, slopes = this.x, this.psi, this.slopes
     return found
 
 
 def _round(
-    problem: Problem, x: np.ndarray, psi: np.ndarray | None, components: Sequence[np.ndarray]
+    problem: Problem, x: np.ndarray, psi: np.ndarray | None, components: Sequence[np.ndarray],
+    slopes: Sequence[np.ndarray] | None,
 ) -> Fit | None:  # fmt: skip
     """One search with fixed covariances of unit levels."""
     groups = problem.groups(x, components)
     if not all(np.isfinite(group.residual).all() for group in groups):
         return None
-    levels = problem.levels
+    levels, first, anew = problem.levels, psi is None, slopes is None
     latent = np.array([level.place is not None for level in levels])
-    for above, steps in STAGES if psi is None else STAGES[-1:]:
+    slopes = problem.slopes(x) if slopes is None else problem.renewed(x, slopes)
+    for above, steps in STAGES if first else STAGES[-1:]:
         free = above is None
         start = middles(levels) + (latent * above if above is not None else 0.0)
         if free:
-            start = best_levels(sums(groups), levels, middles(levels) if psi is None else psi).psi
-        x, psi, groups = _descend(problem, x, start, groups, components, steps, free)
+            start = best_levels(sums(groups), levels, middles(levels) if psi is None else psi, anew).psi
+        x, psi, groups, slopes = _descend(problem, x, start, groups, components, steps, free, slopes)
     assert psi is not None
     return finish(problem, x, psi, groups)
 
 
 def _descend(
     problem: Problem, x: np.ndarray, psi: np.ndarray, groups: tuple[Group, ...], components: Sequence[np.ndarray],
-    steps: int, free: bool,
-) -> tuple[np.ndarray, np.ndarray, tuple[Group, ...]]:  # fmt: skip
-    """At most so many steps of the mean, with the levels held or following."""
-    damping, enough = 1e-3, problem.policy.tolerance if free else 1.0
+    steps: int, free: bool, slopes: Sequence[np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, tuple[Group, ...], Sequence[np.ndarray]]:  # fmt: skip
+    """At most so many steps of the mean, with the levels held or following. Slopes are kept while they serve (a chord):
+    made anew where a step gains less than half of what they promise; those of the effects' coordinates at every step.
+    """
+    damping, enough, fresh = 1e-3, problem.policy.tolerance if free else 1.0, False
     parts = sums(groups)
     total, psi = _levelled(problem, x, psi, parts, free)
     for _ in range(steps):
-        slope, precision = newton(problem, x, parts, psi, groups, problem.slopes(x))
-        for _ in range(TRIES):
+        slope, precision = newton(problem, x, parts, psi, groups, slopes)
+        for _ in range(TRIES if fresh else CHORD_TRIES):
             step = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope)
             step *= min(1.0, problem.policy.longest_step / float(np.abs(step / problem.spreads).max(initial=1e-300)))
             tried = problem.groups(x + step, components)
@@ -161,12 +187,18 @@ def _descend(
                 break
             damping = 8.0 * damping + 1e-4
         else:
-            break
+            if fresh:
+                break
+            slopes, fresh, damping = problem.slopes(x), True, 1e-3
+            continue
+        promised = -float(slope @ step + 0.5 * step @ precision @ step)
         gained, total = total - then, then
         x, psi, groups, parts, damping = x + step, levelled, tried, trial, max(damping / 8.0, 1e-7)
-        if gained < enough:
+        if gained < enough and (fresh or promised < enough):
             break
-    return x, psi, groups
+        fresh = gained < 0.5 * promised
+        slopes = problem.slopes(x) if fresh else problem.renewed(x, slopes)
+    return x, psi, groups, slopes
 
 
 def _levelled(
@@ -181,22 +213,39 @@ def _levelled(
     return best.cost + problem.prior(x), best.psi
 
 
-def few_steps(problem: Problem, x: np.ndarray, psi: np.ndarray, components: Sequence[np.ndarray], steps: int) -> float:
-    """Cost after so many steps of the mean with the levels held, priors of the levels included; infinite where the
-    prediction is not finite.
+def few_steps(
+    problem: Problem, x: np.ndarray, psi: np.ndarray, components: Sequence[np.ndarray], steps: int,
+    slopes: Sequence[np.ndarray],
+) -> tuple[float, np.ndarray]:  # fmt: skip
+    """Cost after so many steps of the mean with the levels held, priors of the levels included, and where they led;
+    infinite where the prediction is not finite. slopes : of a fit nearby.
     """
     groups = problem.groups(x, components)
     if not all(np.isfinite(group.residual).all() for group in groups):
-        return math.inf
-    x, psi, groups = _descend(problem, x, psi, groups, components, steps, free=False)
-    return cost(sums(groups), psi) + prior_cost(problem.levels, psi)[0] + problem.prior(x)
+        return math.inf, x
+    slopes = problem.renewed(x, slopes)
+    for _ in range(steps):
+        slope, precision = newton(problem, x, sums(groups), psi, groups, slopes)
+        step = -np.linalg.solve(precision, slope)
+        step *= min(1.0, problem.policy.longest_step / float(np.abs(step / problem.spreads).max(initial=1e-300)))
+        tried = problem.groups(x + step, components)
+        if (
+            not _levelled(problem, x + step, psi, sums(tried), False)[0]
+            < _levelled(problem, x, psi, sums(groups), False)[0]
+        ):
+            break
+        x, groups = x + step, tried
+    return cost(sums(groups), psi) + prior_cost(problem.levels, psi)[0] + problem.prior(x), x
 
 
-def finish(problem: Problem, x: np.ndarray, psi: np.ndarray, groups: tuple[Group, ...]) -> Fit:
-    """The fit at x, with its evidence."""
+def finish(
+    problem: Problem, x: np.ndarray, psi: np.ndarray, groups: tuple[Group, ...],
+    slopes: Sequence[np.ndarray] | None = None,
+) -> Fit:  # fmt: skip
+    """The fit at x, with its evidence; with new slopes where none are given."""
     parts = sums(groups)
     best = fit_levels(parts, problem.levels, psi)
-    slopes = problem.slopes(x)
+    slopes = problem.slopes(x) if slopes is None else tuple(slopes)
     _, precision = newton(problem, x, parts, best.psi, groups, slopes)
     total = best.cost + problem.prior(x)
     evidence = laplace(total, precision, best.precision)
@@ -222,5 +271,5 @@ def with_unknown(problem: Problem, base: Fit, place: str) -> Fit:
         (fit_levels(parts, other.levels, one) for one in (base.psi, start)), key=lambda one: one.cost
     )  # fmt: skip
     components = [group.components for group in base.groups]
-    x, psi, groups = _descend(other, base.x, rough.psi, base.groups, components, 4, free=True)
-    return finish(other, x, psi, groups)
+    x, psi, groups, slopes = _descend(other, base.x, rough.psi, base.groups, components, 4, True, base.slopes)
+    return finish(other, x, psi, groups, slopes)

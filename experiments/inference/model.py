@@ -6,9 +6,9 @@ a set of priors on these: an effect is the fault prior of a coordinate in place 
 at a place is the wide prior of that place's level.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -19,12 +19,15 @@ from railsim.errors import InputError
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A coordinate of the mean: normal prior with `mean` and `spread` (sd), in `unit`."""
+    """A coordinate of the mean: normal prior with `mean` and `spread` (sd), in `unit`; `step` of its derivatives, where
+    the predictions bend more than the prior's spread tells.
+    """
 
     name: str
     unit: str
     mean: float
     spread: float
+    step: float | None = None
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,8 @@ class Effect:
     name, family : of the same family are variants that one name stands for.
     faults : fault prior of coordinates that every hypothesis has, by name. own : coordinates that only this one has.
     starts : values (len(faults) + len(own),) from which the search begins; () = the means of the priors. place : where
-    it acts; something unknown there beside it is an unknown like it, and no effect with an unknown.
+    it acts; something unknown there beside it is an unknown like it, and no effect with an unknown. seek : further
+    starts from what a fit without the effect leaves, by the system and that fit.
     """
 
     name: str
@@ -59,6 +63,11 @@ class Effect:
     own: tuple[Coordinate, ...] = ()
     starts: tuple[tuple[float, ...], ...] = ()
     place: str | None = None
+    seek: "Callable[[Any, Fit], list[tuple[float, ...]]] | None" = None
+
+    def sought(self, system: "System", base: "Fit") -> "Effect":
+        """The effect with the starts that a fit without it suggests."""
+        return self if self.seek is None else replace(self, starts=(*self.starts, *self.seek(system, base)))
 
     def begins(self, x: np.ndarray, healthy: Sequence[Coordinate]) -> list[np.ndarray]:
         """Coordinates with this effect beside what x holds: from x itself where it only has other priors, and from each

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from experiments.inference.fitting import Problem, few_steps, fit, with_unknown
+from experiments.inference.fitting import ROUNDS, STAGES, Problem, few_steps, fit, with_unknown
 from experiments.inference.levels import cost, middles, sums
 from experiments.inference.model import Effect, Fit, Group, Hypothesis, Level, Library, System
 from experiments.inference.policy import Policy
@@ -19,6 +19,7 @@ from railsim.errors import InputError
 
 PAIRS = 3  # partners of the best effect that are fitted whole
 FIRST_STEPS = 2  # of each effect of a large library, before any is fitted whole
+POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
 
 
@@ -59,6 +60,10 @@ class Search:
             self.steps.append(f"{name}: {what}{gained}")
             self.fits[name] = found
 
+    def named(self) -> list[Fit]:
+        """Fits with effects, the likeliest first."""
+        return sorted((one for one in self.fits.values() if one.hypothesis.effects), key=lambda one: -self.value(one))
+
     def value(self, found: Fit) -> float:
         """Evidence and prior together."""
         where = places(self.system.levels)
@@ -73,26 +78,39 @@ def infer(system: System, library: Library, policy: Policy | None = None) -> Ver
     InputError : the predictions of the nominal model are not finite.
     """
     search = Search(system, library, policy or Policy())
-    _none(search)
-    base = np.array([one.mean for one in system.coordinates])
-    for effect in _ordered(search):
-        for begin in _distinct([*effect.begins(search.fits["none"].x, system.coordinates),
-                                *effect.begins(_aligned(search, base), system.coordinates)]):  # fmt: skip
-            search.take(fit(search.problem(effect), begin), "fitted")
+    nominal = _none(search)
+    if len(library.effects) > search.policy.candidates:
+        _effects_in_order(search, nominal)
+    else:
+        for effect in (one.sought(system, search.fits["none"]) for one in library.effects):
+            for begin in _distinct([*effect.begins(search.fits["none"].x, system.coordinates),
+                                    *effect.begins(nominal, system.coordinates)]):  # fmt: skip
+                search.take(fit(search.problem(effect), begin), "fitted")
     _none_again(search)
     _pairs(search)
     _unknowns(search)
     return search.verdict()
 
 
-def _none(search: Search) -> None:
-    """Alignment from all starts first, then the fit."""
+def healthy_fit(system: System, policy: Policy) -> Fit:
+    """`none` alone, of a system that is known to be healthy."""
+    search = Search(system, Library(()), policy)
+    _none(search)
+    return search.fits["none"]
+
+
+def _high(levels: Sequence[Level]) -> np.ndarray:
+    """Levels at their middles, the latent ones five times as high."""
+    return middles(levels) + np.array([STAGES[0][0] if level.place else 0.0 for level in levels])
+
+
+def _none(search: Search) -> np.ndarray:
+    """Alignment from all starts first, then the fit; gives the nominal build with the best alignment."""
     problem = search.problem()
     starts = search.system.starts()
     components = search.system.covariances(starts[0], ())
     residuals = problem.residuals(starts)
-    high = middles(problem.levels) + np.array([1.6 if level.place else 0.0 for level in problem.levels])
-    costs = []
+    high, costs = _high(problem.levels), []
     for index, start in enumerate(starts):
         groups = [Group(residual[index], part) for residual, part in zip(residuals, components, strict=True)]
         costs.append(cost(sums(groups), high) + problem.prior(start))
@@ -100,73 +118,98 @@ def _none(search: Search) -> None:
         raise InputError("the nominal model gives no finite prediction of this record; check its sheet and its start")
     for index in np.argsort(costs)[:2]:
         search.take(fit(problem, starts[index]), f"fitted from start {index}")
-    search.take(fit(problem, search.fits["none"].x, search.fits["none"].psi), "fitted again from its own end")
-
-
-def _aligned(search: Search, base: np.ndarray) -> np.ndarray:
-    """The nominal build with the alignment of the best start."""
-    start = search.system.starts()[0]
-    return np.where(np.isfinite(start), start, base)
+    none = search.fits["none"]
+    search.take(fit(problem, none.x, none.psi, none.slopes), "fitted again from its own end")
+    best = starts[int(np.argmin(costs))]
+    return np.where(np.isfinite(best), best, problem.means)
 
 
 def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
     return [one for index, one in enumerate(points) if not any(np.array_equal(one, two) for two in points[:index])]
 
 
-def _ordered(search: Search) -> Sequence[Effect]:
-    """Effects that are fitted whole; of a large library those whose first step gains most."""
-    effects = search.library.effects
-    if len(effects) <= search.policy.candidates:
-        return effects
-    gains = {effect.name: _first_gain(search, effect) for effect in effects}
-    order = sorted(effects, key=lambda effect: -gains[effect.name])
-    left = order[search.policy.candidates :]
-    search.not_tried += [f"{one.name}: first steps gain {gains[one.name]:.1f} nats" for one in left]
-    return order[: search.policy.candidates]
+def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[tuple[float, Effect, np.ndarray]]:
+    """What the first steps of each effect beside a fit gain in its covariance [nats], and where they lead; most first.
+    Only an order, nothing is decided by it.
+    """
+    components, found = [group.components for group in base.groups], []
+    for effect in (one.sought(search.system, base) for one in effects):
+        problem = search.problem(*base.hypothesis.effects, effect)
+        begins = effect.begins(base.x, search.system.coordinates)
+        tried = [few_steps(problem, begin, base.psi, components, FIRST_STEPS, base.slopes) for begin in begins]
+        least, x = min(tried, key=lambda one: one[0])
+        found.append((base.cost - least, effect, x))
+    return sorted(found, key=lambda one: -one[0])
 
 
-def _first_gain(search: Search, effect: Effect) -> float:
-    """What two steps from `none`, in its covariance, gain [nats]; only an order, nothing is decided by it."""
-    base, problem = search.fits["none"], search.problem(effect)
-    components = [group.components for group in base.groups]
-    costs = []
-    for begin in effect.begins(base.x, search.system.coordinates):
-        costs.append(few_steps(problem, begin, base.psi, components, FIRST_STEPS))
-    return base.cost - min(costs)
+def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
+    """Of a large library: one search for each of the effects that gain most, from `none` and from the nominal build;
+    the two best as long as it takes.
+    """
+    none, problem, count = search.fits["none"], search.problem(), search.policy.candidates
+    groups = problem.groups(nominal, problem.system.covariances(nominal, ()))
+    high, nothing = _high(problem.levels), np.zeros((0, 0))
+    total = cost(sums(groups), high) + problem.prior(nominal)
+    rough = Fit(Hypothesis(), nominal, high, total, -np.inf, nothing, nothing, groups, problem.slopes(nominal))
+    tried: set[str] = set()
+    for base, most in ((none, count), (rough, max(1, count // 3))):
+        order = _ordered(search, base, search.library.effects)
+        for _, effect, x in order[:most]:
+            tried.add(effect.name)
+            search.take(fit(search.problem(effect), x, slopes=base.slopes, rounds=1), "fitted")
+        if base is none:
+            search.not_tried += [f"{one.name}: first steps gain {gain:.1f} nats" for gain, one, _ in order[most:]]
+    search.not_tried = [text for text in search.not_tried if text.split(":")[0] not in tried]
+    for found in search.named()[:POLISHED]:
+        search.take(fit(search.problem(*found.hypothesis.effects), found.x, found.psi, found.slopes), "fitted on")
 
 
 def _none_again(search: Search) -> None:
     """`none` from the nuisances of the two best effects."""
-    count = len(search.system.coordinates)
-    named = sorted((one for one in search.fits.values() if one.hypothesis.effects), key=lambda one: -search.value(one))
+    count, named = len(search.system.coordinates), search.named()
     for found in named[:2]:
         x = found.x[:count].copy()
         for fault in (one for effect in found.hypothesis.effects for one in effect.faults):
             index = [one.name for one in search.system.coordinates].index(fault.name)
             x[index] = search.system.coordinates[index].mean
-        search.take(fit(search.problem(), x), f"from the nuisances of {found.hypothesis.name}")
+        slopes = [one[:count] for one in found.slopes]
+        search.take(fit(search.problem(), x, slopes=slopes), f"from the nuisances of {found.hypothesis.name}")
 
 
 def _pairs(search: Search) -> None:
     """The best effect with others of other families, and each half alone from the pair."""
-    count = len(search.system.coordinates)
-    named = sorted((one for one in search.fits.values() if one.hypothesis.effects), key=lambda one: -search.value(one))
+    count, named = len(search.system.coordinates), search.named()
     if not named or search.value(named[0]) < search.value(search.fits["none"]):
         return
     first = named[0].hypothesis.effects[0]
-    others = [one.hypothesis.effects[0] for one in named[1:] if one.hypothesis.effects[0].family != first.family]
-    search.not_tried += [f"{first.name} + {other.name}" for other in others[PAIRS:]]
-    for other in others[:PAIRS]:
-        begins = other.begins(named[0].x, search.system.coordinates)
+    large = len(search.library.effects) > search.policy.candidates
+    if large:
+        order = _ordered(search, named[0], [one for one in search.library.effects if one.family != first.family])
+        partners = [(other, [x]) for _, other, x in order]
+    else:
+        others = [one.hypothesis.effects[0] for one in named[1:] if one.hypothesis.effects[0].family != first.family]
+        partners = [(other, other.begins(named[0].x, search.system.coordinates)) for other in others]
+    search.not_tried += [f"{first.name} + {other.name}" for other, _ in partners[PAIRS:]]
+    for other, begins in partners[:PAIRS]:
         for begin in begins:
-            search.take(fit(search.problem(first, other), begin), "fitted")
-        pair = search.fits.get(Hypothesis((first, other)).name)
-        if pair is None:
-            continue
-        own = count + len(first.own)
-        alone = np.concatenate([pair.x[:count], pair.x[own:]])
-        search.take(fit(search.problem(first), pair.x[:own]), f"from {pair.hypothesis.name}")
-        search.take(fit(search.problem(other), alone), f"from {pair.hypothesis.name}")
+            rounds = 1 if large else ROUNDS
+            search.take(fit(search.problem(first, other), begin, None, named[0].slopes, rounds), "fitted")
+    pairs = [one for one in search.named() if len(one.hypothesis.effects) == 2]
+    for pair in pairs[: 1 if large else PAIRS]:
+        if large:
+            search.take(
+                fit(search.problem(first, pair.hypothesis.effects[1]), pair.x, pair.psi, pair.slopes), "fitted on"
+            )
+        _halves(search, pair, count)
+
+
+def _halves(search: Search, pair: Fit, count: int) -> None:
+    """Each effect of a pair alone, from where the pair is."""
+    first, other = pair.hypothesis.effects
+    own = count + len(first.own)
+    for effect, kept in ((first, np.r_[:own]), (other, np.r_[:count, own : len(pair.x)])):
+        slopes = [one[kept] for one in pair.slopes]
+        search.take(fit(search.problem(effect), pair.x[kept], slopes=slopes), f"from {pair.hypothesis.name}")
 
 
 def _unknowns(search: Search) -> None:

@@ -1,0 +1,280 @@
+"""A half car over a random road that is known from a survey with errors: bounce, pitch, two axles, five channels.
+
+Channels: accelerations of both axles and of the body over them, and the travel of the front suspension. All suspension
+laws, tyres and sensors are coordinates with healthy priors, and so is the alignment of the record with the road.
+Frames of 2 s; the covariances are stationary, nonlinear suspensions linearised statistically over the predicted run.
+"""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from experiments.inference.model import Coordinate, Effect, Level
+from experiments.inference.priors import HalfNormal, LogNormal, Prior
+from experiments.inference.systems.half_car_frames import Frames
+from experiments.inference.systems.half_car_kernel import GRID, OUTPUTS, many
+
+CHANNELS = ("front axle acceleration", "rear axle acceleration", "front body acceleration", "rear body acceleration",
+            "front travel")  # fmt: skip
+SHEET = np.array([0.15, 0.15, 0.02, 0.02, 1e-4])  # m/s2 and m; noise of the sensors as their sheets state it
+FORCES = ("front suspension", "rear suspension", "front axle", "rear axle", "body")
+BUILD = {
+    "mass": (500.0, 0.10), "inertia": (600.0, 0.10), "front axle": (40.0, 0.03), "rear axle": (40.0, 0.03),
+    "front spring": (18e3, 0.05), "rear spring": (16e3, 0.05), "front damper": (1200.0, 0.10),
+    "rear damper": (1100.0, 0.10), "front tyre": (180e3, 0.05), "rear tyre": (180e3, 0.05),
+    "tyre damping": (100.0, 0.5),
+}  # fmt: skip
+"""Sheet of the build [kg, kg m2, N/m, N s/m] and sd of the log, in the order of the kernel's parameters."""
+FRONT, REAR = 1.2, 1.4  # m, from the axles to the centre of mass
+WANDERS = 3  # slow sines of the position along the road
+STEP = 1.25e-3  # s, at most, of the integration
+LEAD = 2.0  # s of motion before the record
+STATED = 3e-4  # m; error of a survey that states none
+FLOOR = 0.01  # of the mean power: what a latent force has at least where the predicted one has none
+PARAMETERS = 31
+TONES = ("body", "front axle", "rear axle")  # where one may act, in the order of the kernel
+
+_build = tuple(Coordinate(f"log {name}", "-", 0.0, spread) for name, (_, spread) in BUILD.items())
+COORDINATES = (
+    *_build, Coordinate("centre of mass", "m", 0.0, 0.05),
+    Coordinate("offset", "m", 0.0, 0.05), Coordinate("speed", "-", 0.0, 1e-3),
+    *(Coordinate(f"wander {k + 1}", "m", 0.0, 0.03) for k in range(WANDERS)),
+    *(Coordinate(f"gain {name}", "-", 0.0, 0.01) for name in CHANNELS),
+    *(Coordinate(f"{end} friction", "N", 0.0, 3.0) for end in ("front", "rear")),
+    *(Coordinate(f"delay {name}", "s", 0.0, 4e-4) for name in CHANNELS),
+    *(Coordinate(f"{end} one-sidedness", "-", 0.0, 0.05) for end in ("front", "rear")),
+    *(Coordinate(f"{end} square part", "-", 0.0, 0.05) for end in ("front", "rear")),
+    Coordinate("tyre progression", "-", 0.0, 0.05),
+)  # fmt: skip
+INDEX = {one.name: index for index, one in enumerate(COORDINATES)}
+COUNT = len(COORDINATES)
+
+SCALES = {
+    "force front suspension": 0.0040, "force rear suspension": 0.0038, "force front axle": 0.0080,
+    "force rear axle": 0.0068, "force body": 0.0041, "reading front axle acceleration": 0.0043,
+    "reading rear axle acceleration": 0.0041, "reading front body acceleration": 0.0044,
+    "reading rear body acceleration": 0.0040, "reading front travel": 0.0046,
+}  # fmt: skip
+"""Of healthy half-normal levels, relative to what acts or is read there: learned from 16 healthy records of all
+settings (`half_car_benchmark.learn`, which begins at 0.01).
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """What is measured and what is known: `seen` (channels, samples) at `rate` [Hz] and `speed` [m/s] from `first` [m]
+    along `road`, surveyed heights each `GRID` [m] with a stated error `survey` [m] (None = not stated).
+    """
+
+    seen: np.ndarray
+    rate: float
+    speed: float
+    road: np.ndarray
+    first: float
+    survey: float | None
+
+
+def patch(road: np.ndarray) -> np.ndarray:
+    """Heights as a tyre's contact of three points feels them."""
+    return np.convolve(road, np.ones(3) / 3.0, "same")
+
+
+def dip(apart: np.ndarray, depth: float, length: float) -> np.ndarray:
+    """Heights of a round dip [m] at places `apart` [m] from its middle, `length` to each side."""
+    apart = apart / length
+    return np.where(np.abs(apart) < 1.0, -0.5 * depth * (1.0 + np.cos(np.pi * apart)), 0.0)
+
+
+@dataclass(frozen=True)
+class Transfers:
+    """At the bins of the frames: `forces` (F, channels, places) by a force at each place, `road` (F, channels) by the
+    road under the front axle, `spectra` (F, OUTPUTS) mean squares of the predicted outputs.
+    """
+
+    forces: np.ndarray
+    road: np.ndarray
+    spectra: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class HalfCar:
+    """A record of a half car; a `System` of the inference. `scales` of the healthy levels by name."""
+
+    record: Record
+    scales: dict[str, float] = field(default_factory=lambda: dict(SCALES))
+    coordinates: tuple[Coordinate, ...] = COORDINATES
+
+    @cached_property
+    def levels(self) -> tuple[Level, ...]:
+        """Sensors, survey, latent forces and readings."""
+        survey: Prior = LogNormal(1.0, 0.5 if self.record.survey else 1.2)
+        return (
+            *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in CHANNELS),
+            Level("survey", "input", survey),
+            *(Level(f"force {n}", "force", HalfNormal(self.scales[f"force {n}"]), n) for n in FORCES),
+            *(Level(f"reading {n}", "reading", HalfNormal(self.scales[f"reading {n}"]), n) for n in CHANNELS),
+        )
+
+    @cached_property
+    def frames(self) -> Frames:
+        """Of the record."""
+        return Frames(self.record.seen.shape[1], self.record.rate, high=min(50.0, 0.4 * self.record.rate))
+
+    @property
+    def duration(self) -> float:
+        """Of the record [s]."""
+        return self.record.seen.shape[1] / self.record.rate
+
+    @cached_property
+    def observed(self) -> tuple[np.ndarray, ...]:
+        """The record's frames."""
+        return (self.frames.analyse(self.record.seen),)
+
+    @cached_property
+    def road(self) -> np.ndarray:
+        """Surveyed heights as the contacts feel them."""
+        return patch(self.record.road)
+
+    def starts(self) -> np.ndarray:
+        """A grid of start and speed: no step of a search crosses a cycle of the road."""
+        offsets, speeds = np.meshgrid(np.arange(-0.18, 0.181, 0.03), np.arange(-2.4e-3, 2.41e-3, 6e-4), indexing="ij")
+        points = np.zeros((offsets.size, COUNT))
+        points[:, INDEX["offset"]], points[:, INDEX["speed"]] = offsets.ravel(), speeds.ravel()
+        return points
+
+    def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        """(points, F, frames, channels)."""
+        return (self.frames.analyse(self.run(points, effects)[:, : len(CHANNELS)]),)
+
+    def run(self, points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
+        """(points, OUTPUTS, samples), the channels as their sensors give them."""
+        samples, rate = self.record.seen.shape[1], self.record.rate
+        sub = math.ceil(1.0 / rate / STEP - 1e-9)
+        step = 1.0 / rate / sub
+        lead = round(LEAD / step)
+        time = (np.arange(lead + samples * sub + 2) - lead - 0.5) * step
+        moved, back = _different(points)
+        roads, which = self._roads(moved, effects)
+        out = np.zeros((len(moved), OUTPUTS, samples))
+        many(physical(moved, effects), roads, which, self._places(moved, time), FRONT + REAR, step, lead, sub, out)
+        out = out[back]
+        gains, delays = (points[:, INDEX[f"{kind} {CHANNELS[0]}"] :][:, : len(CHANNELS)] for kind in ("gain", "delay"))
+        turn = np.exp(-2j * np.pi * delays[..., None] * np.fft.rfftfreq(samples, 1.0 / rate))
+        read = np.fft.rfft(out[:, : len(CHANNELS)]) * turn * np.exp(gains)[..., None]
+        out[:, : len(CHANNELS)] = np.fft.irfft(read, samples)
+        return out
+
+    def _places(self, points: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """(points, time) of the front axle along the road [m]."""
+        first, speed = INDEX["offset"], self.record.speed * (1.0 + points[:, INDEX["speed"]])
+        waves = np.sin(np.arange(1, WANDERS + 1)[:, None] * np.pi * time / self.duration)
+        wander = points[:, INDEX["wander 1"] : INDEX["wander 1"] + WANDERS] @ waves
+        return self.record.first + points[:, first, None] + speed[:, None] * time + wander
+
+    def _roads(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, np.ndarray]:
+        """Different roads, and which of them each point has."""
+        roads, column = np.repeat(self.road[None], 1, axis=0), COUNT
+        which = np.zeros(len(points), np.int64)
+        for effect in effects:
+            if effect.family == "dip":
+                sign = 1.0 if effect.name == "dip" else -1.0
+                rows = np.exp(points[:, column + 1 : column + 3]) * np.array([sign, 1.0])
+                at = self.record.first + self.record.speed * points[:, column]
+                along = np.arange(len(self.road)) * GRID
+                shapes = [dip(along - s, *row) for s, row in zip(at, rows, strict=True)]
+                roads = (roads[which] if len(roads) > 1 else roads) + np.stack([patch(one) for one in shapes])
+                which = np.arange(len(points))
+            column += len(effect.own)
+        return roads, which
+
+    def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        """(levels, F, channels, channels)."""
+        found, count = self.transfers(x, effects), len(CHANNELS)
+        power = found.spectra[:, [5, 6, 7, 8]]
+        power = np.concatenate([power, power[:, :1] + power[:, 1:2]], axis=1)
+        power = np.maximum(power, FLOOR * power.mean(axis=0))
+        forces = np.einsum("fp,fcp,fdp->pfcd", power, found.forces, np.conj(found.forces))
+        road = self.survey()[:, None, None] * found.road[:, :, None] * np.conj(found.road[:, None, :])
+        parts = np.zeros((len(self.levels), len(self.frames.frequencies), count, count), complex)
+        for channel in range(count):
+            parts[channel, :, channel, channel] = SHEET[channel] ** 2
+            parts[6 + len(FORCES) + channel, :, channel, channel] = found.spectra[:, channel]
+        parts[5], parts[6 : 6 + len(FORCES)] = road, forces
+        parts[:, :, range(count), range(count)] += 1e-12 * SHEET**2
+        return (parts,)
+
+    def survey(self) -> np.ndarray:
+        """(F,) mean square of the survey's error under an axle, in a frame [m2]."""
+        f, speed = self.frames.frequencies, self.record.speed
+        contact = (1.0 + 2.0 * np.cos(2.0 * np.pi * f * GRID / speed)) / 3.0
+        mean = np.sinc(f / self.record.rate)
+        return (self.record.survey or STATED) ** 2 * GRID / speed * self.record.rate * (contact * mean) ** 2
+
+    def transfers(self, x: np.ndarray, effects: tuple[Effect, ...]) -> Transfers:
+        """Of small motions about the run at x."""
+        out, p = self.run(x[None], effects)[0], physical(x[None], effects)[0]
+        s = 2j * np.pi * self.frames.frequencies
+        response, acts, seen = _linear(p, s, out)
+        gains = np.exp(x[INDEX[f"gain {CHANNELS[0]}"] :][: len(CHANNELS)])
+        turn = gains * np.exp(-s[:, None] * x[INDEX[f"delay {CHANNELS[0]}"] :][: len(CHANNELS)])
+        forces = turn[..., None] * (seen @ response) @ acts
+        under = np.exp(-s * (FRONT + REAR) / self.record.speed)[:, None]
+        road = (p[8] + s * p[10])[:, None] * forces[:, :, 2] + (p[9] + s * p[10])[:, None] * under * forces[:, :, 3]
+        return Transfers(forces, road, np.mean(np.abs(self.frames.analyse(out)) ** 2, axis=1))
+
+
+def _different(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points that move differently (gains and delays leave the motion as it is), and which of them each point is."""
+    still = points.copy()
+    for kind in ("gain", "delay"):
+        first = INDEX[f"{kind} {CHANNELS[0]}"]
+        still[:, first : first + len(CHANNELS)] = 0.0
+    moved, back = np.unique(still, axis=0, return_inverse=True)
+    return moved, back.ravel()
+
+
+def _linear(p: np.ndarray, s: np.ndarray, out: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(F, states, states) of the states by forces on them, (states, places) of these by latent forces, and
+    (F, channels, states) of the channels by the states; suspensions by least squares on travel and rate.
+    """
+    front, rear = np.array([1.0, -p[11], -1.0, 0.0, 0.0]), np.array([1.0, p[12], 0.0, -1.0, 0.0])
+    third, unit = np.array([-1.0, -0.5, 0.0, 0.0, 1.0]), np.eye(5)
+    whole = (s**2)[:, None, None] * np.diag([p[0], p[1], p[2], p[3], p[19] if p[19] > 0.0 else 1.0])
+    for row, force, travel, rate in ((front, 5, 4, 9), (rear, 6, 11, 10)):
+        spring, damper = np.linalg.lstsq(out[[travel, rate]].T, out[force], rcond=None)[0]
+        whole = whole + (spring + s * damper)[:, None, None] * np.outer(row, row)
+    for tyre, axle in ((p[8], 2), (p[9], 3)):
+        whole = whole + (tyre + s * p[10])[:, None, None] * np.outer(unit[axle], unit[axle])
+    whole = whole + (p[20] + s * p[21])[:, None, None] * np.outer(third, third)
+    seen = np.zeros((len(s), len(CHANNELS), 5), complex)
+    over = [unit[2], unit[3], unit[0] - p[11] * unit[1], unit[0] + p[12] * unit[1]]
+    seen[:, :4], seen[:, 4] = (s**2)[:, None, None] * np.stack(over), front
+    acts = np.stack([-front, -rear, unit[2], unit[3], unit[0] + 0.3 * unit[1]], axis=1)
+    return np.linalg.inv(whole), acts, seen
+
+
+def physical(points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
+    """(points, PARAMETERS) of the kernel."""
+    p = np.zeros((len(points), PARAMETERS))
+    p[:, : len(BUILD)] = np.array([value for value, _ in BUILD.values()]) * np.exp(points[:, : len(BUILD)])
+    p[:, 11], p[:, 12] = FRONT + points[:, len(BUILD)], REAR - points[:, len(BUILD)]
+    p[:, 13:15] = points[:, INDEX["front friction"] :][:, :2]
+    p[:, [15, 17]] = 1.0
+    p[:, 26:30] = points[:, INDEX["front one-sidedness"] :][:, :4]
+    p[:, 30] = points[:, INDEX["tyre progression"]]
+    column = COUNT
+    for effect in effects:
+        own = points[:, column : column + len(effect.own)]
+        if effect.family == "stop":
+            p[:, [15, 16] if effect.place == FORCES[0] else [17, 18]] = np.exp(own)
+        elif effect.family == "tone":
+            p[:, 22], p[:, 23:25] = np.exp(own[:, 0]), own[:, 1:]
+            p[:, 25] = TONES.index(str(effect.place))
+        elif effect.family == "third body":
+            turn = 2.0 * np.pi * np.exp(own[:, 1])
+            p[:, 19] = np.exp(own[:, 0])
+            p[:, 20], p[:, 21] = p[:, 19] * turn**2, 2.0 * np.exp(own[:, 2]) * turn * p[:, 19]
+        column += len(effect.own)
+    return p

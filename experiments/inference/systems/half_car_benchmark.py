@@ -1,0 +1,148 @@
+"""Verdicts on simulated half cars whose truth is hidden: healthy ones, effects of the library, foreign laws, pairs."""
+
+import json
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.inference.healthy import learned_scales
+from experiments.inference.model import Coordinate
+from experiments.inference.policy import Policy
+from experiments.inference.search import healthy_fit, infer
+from experiments.inference.systems.half_car import COUNT, INDEX, HalfCar
+from experiments.inference.systems.half_car_library import LIBRARY
+from experiments.inference.systems.half_car_truth import SETTINGS, Case, make
+from experiments.inference.verdict import Action, Row, Verdict
+from experiments.reporting.intervals import of_share
+from experiments.reporting.text import table
+from railsim.errors import InputError
+from railsim.files import replace_file
+
+KINDS = ("null", "effect", "null", "foreign", "null", "effect", "null", "pair", "null", "effect")
+"""Of ten cases in a row; each goes on to the next setting after ten."""
+NINETY = 1.645  # standard deviations of a 90 % interval
+DEVELOPMENT = 55  # seed of the healthy records that scales are learned from
+LEARNED = 16  # healthy records
+
+Say = Callable[[str], None]
+
+
+def case_of(seed: int, index: int) -> tuple[str, Case]:
+    """Kind and case."""
+    kind = KINDS[index % len(KINDS)]
+    setting = SETTINGS[(index // len(KINDS) + index) % len(SETTINGS)]
+    return kind, make(np.random.default_rng([seed, index]), kind, setting)
+
+
+def learn(say: Say) -> dict[str, float]:
+    """Scales of the latent levels over healthy records of all settings; `half_car.SCALES` holds them."""
+    fits, levels = [], ()
+    for index in range(LEARNED):
+        case = make(np.random.default_rng([DEVELOPMENT, index]), "null", SETTINGS[index % len(SETTINGS)])
+        system = HalfCar(case.record, dict.fromkeys(HalfCar(case.record).scales, 0.01))
+        fits.append(healthy_fit(system, Policy()))
+        levels = system.levels
+        say(f"healthy record {index + 1} of {LEARNED}")
+    return learned_scales(fits, levels)
+
+
+def run_benchmark(folder: Path, seed: int, indices: Iterable[int], say: Say) -> None:
+    """Answer the cases that `folder` does not hold yet, a file each."""
+    if seed == DEVELOPMENT:
+        raise InputError(f"--seed {seed}: the healthy levels were learned from these records; take another")
+    folder.mkdir(parents=True, exist_ok=True)
+    for index in indices:
+        path = folder / f"half_car_{seed}_{index:04d}.json"
+        if path.exists():
+            continue
+        kind, case = case_of(seed, index)
+        begin = time.monotonic()
+        verdict = infer(HalfCar(case.record), LIBRARY)
+        row = answered(kind, case, verdict) | {"seed": seed, "index": index, "seconds": time.monotonic() - begin}
+        replace_file(path, (json.dumps(row, indent=1) + "\n").encode())
+        say(f"{index} {kind} {case.setting} {' + '.join(case.effects) or case.place or ''}: {verdict.action}")
+
+
+def answered(kind: str, case: Case, verdict: Verdict) -> dict[str, Any]:
+    """Truth, statement and the best hypotheses of a case."""
+    best = [row for row in verdict.rows if row.fit.hypothesis.effects]
+    return {
+        "kind": kind, "setting": case.setting, "effects": case.effects, "families": case.families, "place": case.place,
+        "said": str(verdict.action), "judged": judged(kind, case, verdict.action),
+        "best": [[r.fit.hypothesis.name, round(r.evidence, 2), round(r.posterior, 4)] for r in verdict.rows[:6]],
+        "largest": max((row.evidence for row in best), default=None),
+        "covered": covered(case, verdict.rows),
+    }  # fmt: skip
+
+
+def judged(kind: str, case: Case, action: Action) -> str:
+    """right, in a set, half, missed, refused (unknown), refused elsewhere, wrong; of a foreign law a name is wrong."""
+    said, true = set(action.families), set(case.families)
+    if action.kind == "none":
+        return "right" if kind == "null" else "missed"
+    if kind == "foreign":
+        return "wrong" if action.kind != "unknown" else "right" if action.place == case.place else "refused elsewhere"
+    if action.kind == "unknown":
+        return "wrong" if kind == "null" else "refused"
+    if not said & true:
+        return "wrong"
+    if kind == "effect":
+        return "right" if said == true and action.place is None else "in a set" if action.kind == "set" else "half"
+    return "right" if said == true and action.kind == "pair" else "half"
+
+
+def covered(case: Case, rows: Sequence[Row]) -> dict[str, float]:
+    """Normalised errors of the sizes of the true effects, in the hypothesis that has just these."""
+    row = next((one for one in rows if _is(one, case)), None)
+    if row is None:
+        return {}
+    spreads, errors, column = np.sqrt(np.diag(np.linalg.inv(row.fit.precision))), {}, COUNT
+    for effect in row.fit.hypothesis.effects:
+        places: list[tuple[Coordinate, int]] = [(one, INDEX[one.name]) for one in effect.faults]
+        places += [(one, column + k) for k, one in enumerate(effect.own)]
+        column += len(effect.own)
+        for one, place in places:
+            if one.name in case.sizes:
+                errors[one.name] = float((row.fit.x[place] - case.sizes[one.name]) / spreads[place])
+    return errors
+
+
+def _is(row: Row, case: Case) -> bool:
+    names = {effect.name for effect in row.fit.hypothesis.effects}
+    return bool(names) and names == set(case.effects) and row.fit.hypothesis.unknown is None
+
+
+def read_rows(folder: Path, seed: int) -> list[dict[str, Any]]:
+    """All answered cases of a seed."""
+    return [json.loads(path.read_text()) for path in sorted(folder.glob(f"half_car_{seed}_*.json"))]
+
+
+def score(rows: Sequence[Mapping[str, Any]]) -> list[list[Any]]:
+    """Rows of the table: what, hits, cases, share and its interval of 95 % (Clopper and Pearson)."""
+    kinds = {kind: [row["judged"] for row in rows if row["kind"] == kind] for kind in dict.fromkeys(KINDS)}
+    found = [_share("nulls right", [one == "right" for one in kinds["null"]])]
+    for setting in SETTINGS:
+        here = [row["judged"] == "right" for row in rows if row["kind"] == "null" and row["setting"] == setting]
+        found.append(_share(f"nulls right: {setting}", here))
+    for kind, title in (("effect", "effects"), ("foreign", "foreign laws"), ("pair", "pairs")):
+        for outcome in dict.fromkeys(("right", *sorted(kinds[kind]))):
+            found.append(_share(f"{title}: {outcome}", [one == outcome for one in kinds[kind]]))
+    errors = [error for row in rows if row["kind"] == "effect" for error in row["covered"].values()]
+    found.append(_share("sizes of single effects within 90 % intervals", [abs(error) < NINETY for error in errors]))
+    return found
+
+
+def _share(title: str, hits: Sequence[bool]) -> list[Any]:
+    interval = of_share(np.array(hits, bool))
+    share = sum(hits) / len(hits) if hits else None
+    return [title, sum(hits), len(hits), share, interval.low, interval.high]
+
+
+def page(rows: Sequence[Mapping[str, Any]]) -> str:
+    """As text, with the seconds of a verdict."""
+    seconds = np.median([row["seconds"] for row in rows]) if rows else 0.0
+    titles = ["half car", "hits", "cases", "share", "from", "to"]
+    return f"{table(titles, score(rows), 2)}\n\n{seconds:.1f} s a verdict (median)"
