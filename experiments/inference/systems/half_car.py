@@ -106,7 +106,7 @@ class HalfCar:
     scales: dict[str, float] = field(default_factory=lambda: dict(SCALES))
     coordinates: tuple[Coordinate, ...] = COORDINATES
 
-    @cached_property
+    @property
     def levels(self) -> tuple[Level, ...]:
         """Sensors, survey, latent forces and readings."""
         survey: Prior = LogNormal(1.0, 0.5 if self.record.survey else 1.2)
@@ -128,9 +128,14 @@ class HalfCar:
         return self.record.seen.shape[1] / self.record.rate
 
     @cached_property
+    def seen(self) -> np.ndarray:
+        """(F, frames, channels) of the record."""
+        return self.frames.analyse(self.record.seen)
+
+    @property
     def observed(self) -> tuple[np.ndarray, ...]:
         """The record's frames."""
-        return (self.frames.analyse(self.record.seen),)
+        return (self.seen,)
 
     @cached_property
     def road(self) -> np.ndarray:

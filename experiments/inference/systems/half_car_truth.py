@@ -202,7 +202,9 @@ def _delay(car: Car) -> str:
 def _tone(car: Car) -> str:
     i, size, phase = int(car.rng.integers(3)), car.rng.uniform(15.0, 60.0), car.rng.uniform(0.0, 2.0 * np.pi)
     car.c[12:16] = car.rng.uniform(5.0, 30.0), size * np.cos(phase), size * np.sin(phase), i
-    car.sizes |= {"log frequency": float(np.log(car.c[12])), "in phase": float(car.c[13]), "across": float(car.c[14])}
+    # the tone's clock runs from `TAIL` before the record, the model's from its start
+    turned = complex(car.c[13], -car.c[14]) * np.exp(2j * np.pi * car.c[12] * TAIL)
+    car.sizes |= {"log frequency": float(np.log(car.c[12])), "in phase": turned.real, "across": -turned.imag}
     return f"tone at {TONES[i]}"
 
 
