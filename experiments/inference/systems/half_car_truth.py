@@ -280,7 +280,7 @@ def _sizes(car: Car) -> dict[str, float]:
     return found
 
 
-def _road(rng: np.random.Generator, size: int, times: float) -> np.ndarray:
+def rough_road(rng: np.random.Generator, size: int, times: float) -> np.ndarray:
     """(size,) heights [m]."""
     waves = np.fft.rfftfreq(size, GRID)
     power = ROUGH * times * (np.maximum(waves, 0.02) / 0.1) ** -2
@@ -304,17 +304,17 @@ def _measured(car: Car) -> Record:
     rate = 100.0 if setting == "100 Hz" else 200.0
     first = speed * REST + 10.0
     size = round((speed * (REST + DURATION + TAIL) + 40.0) / GRID)
-    road = _road(rng, size, times)
+    road = rough_road(rng, size, times)
     along = np.arange(size) * GRID
     true = road + sum((dip(along - first - speed * t, depth, length) for t, depth, length in car.extra), np.zeros(size))
-    seen = _ride(car, patch(true), speed, rate, first)
+    seen = ride(car, patch(true), speed, rate, first)
     noise = SHEET * rng.uniform(0.8, 1.25, 5) * (2.0 if setting == "noise twice" else 1.0)
     error, stated = _survey(rng, setting)
     seen = _spoiled(car, seen) + noise[:, None] * rng.standard_normal(seen.shape)
     return Record(seen, rate, speed, road + error * rng.standard_normal(size), first, stated)
 
 
-def _ride(car: Car, road: np.ndarray, speed: float, rate: float, first: float) -> np.ndarray:
+def ride(car: Car, road: np.ndarray, speed: float, rate: float, first: float) -> np.ndarray:
     """(channels, samples) with gains and delays."""
     runge = car.setting != "integrator"
     sub = round(1.0 / rate / (5e-4 if runge else 1.25e-3))

@@ -127,12 +127,12 @@ def test_the_model_is_the_truth_where_the_build_is_exact():
     """Two integrators and two sets of equations differ by less than a quarter of the sensors' noise."""
     rng = np.random.default_rng(5)
     car: Any = truth.healthy_car(rng, "home")
-    road = truth._road(rng, 9200, 1.0)  # pyright: ignore[reportPrivateUsage]
+    road = truth.rough_road(rng, 9200, 1.0)
     x, p = NOMINAL.copy(), physical(NOMINAL[None], ())[0]
     car.c[:9], car.c[22], car.gain[:], car.delay[:] = [*p[:4], *p[8:13]], 0.0, 1.0, 0.0
     car.q[:] = [[p[4 + i], p[6 + i], 0.1, 0.2, 20.0, 0.006, 40e3, 0.0, 0.0] for i in range(2)]
     car.rng = type("Still", (), {"standard_normal": lambda self, *size: np.zeros(*size) if size else 0.0})()
-    ride = truth._ride(car, patch(road), 20.0, 200.0, 90.0)  # pyright: ignore[reportPrivateUsage]
+    ride = truth.ride(car, patch(road), 20.0, 200.0, 90.0)
     for end in ("front", "rear"):
         x[INDEX[f"{end} one-sidedness"]], x[INDEX[f"{end} square part"]], x[INDEX[f"{end} friction"]] = 0.1, 0.2, 20.0
     x = np.concatenate([x, np.log([0.006, 40e3, 0.006, 40e3])])
