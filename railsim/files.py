@@ -4,6 +4,7 @@ import ctypes
 import errno
 import json
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -124,11 +125,14 @@ def read_json(path: Path, what: str) -> dict[str, Any]:
 
 
 def _check_replaceable(target: Path) -> None:
-    if target.is_dir():
-        if not (target / MARKER).is_file() and any(target.iterdir()):
-            raise InputError(f"'{target}' is a folder that railsim did not write; name a new or empty one")
-    elif target.exists():
+    try:  # one look: another writer may put its result there at any moment
+        is_folder = stat.S_ISDIR(target.stat().st_mode)
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    if not is_folder:
         raise InputError(f"'{target}' is a file; name a folder")
+    if not (target / MARKER).is_file() and any(target.iterdir()):
+        raise InputError(f"'{target}' is a folder that railsim did not write; name a new or empty one")
 
 
 def _swap(content: Path, target: Path) -> None:

@@ -28,10 +28,10 @@ def load_value(plant, k, t, s):
     return plant.tables[at] + (step - i) * (plant.tables[at + 1] - plant.tables[at])
 
 
-@kernel
-def roundness(plant, i, side, angle):
-    """Deviation of the wheel's radius where it touches at spin angle `angle`, and its slope [m, m/rad]: cubic Hermite
-    between the points.
+@inlined
+def _radii(plant, i, side, angle):
+    """Where the spin angle stands between two points of a wheel: fraction, width of the cell [rad], deviations of the
+    radius and their slopes times the width at its ends [m].
     """
     points = plant.core.round_points
     position = angle / TURN
@@ -44,6 +44,15 @@ def roundness(plant, i, side, angle):
     width = TURN / points
     a, b = plant.tables[offset + 2 * k], plant.tables[offset + 2 * after]
     a_1, b_1 = plant.tables[offset + 2 * k + 1] * width, plant.tables[offset + 2 * after + 1] * width
+    return x, width, a, b, a_1, b_1
+
+
+@kernel
+def roundness(plant, i, side, angle):
+    """Deviation of the wheel's radius where it touches at spin angle `angle`, and its slope [m, m/rad]: cubic Hermite
+    between the points.
+    """
+    x, width, a, b, a_1, b_1 = _radii(plant, i, side, angle)
     c_2, c_3 = 3.0 * (b - a) - 2.0 * a_1 - b_1, 2.0 * (a - b) + a_1 + b_1
     return a + x * (a_1 + x * (c_2 + x * c_3)), (a_1 + x * (2.0 * c_2 + 3.0 * x * c_3)) / width
 
@@ -51,17 +60,8 @@ def roundness(plant, i, side, angle):
 @kernel
 def roundness_second(plant, i, side, angle):
     """Second derivative of `roundness` by the angle [m/rad2]."""
-    points = plant.core.round_points
-    position = angle / TURN
-    position = (position - math.floor(position)) * points
-    k = int(position)
-    x = position - k
-    k = k % points
-    after = (k + 1) % points
-    offset = plant.core.round_offset[i, side]
-    width = TURN / points
-    rise = plant.tables[offset + 2 * after] - plant.tables[offset + 2 * k]
-    a_1, b_1 = plant.tables[offset + 2 * k + 1] * width, plant.tables[offset + 2 * after + 1] * width
+    x, width, a, b, a_1, b_1 = _radii(plant, i, side, angle)
+    rise = b - a
     return (6.0 * rise - 4.0 * a_1 - 2.0 * b_1 + 6.0 * x * (a_1 + b_1 - 2.0 * rise)) / (width * width)
 
 
