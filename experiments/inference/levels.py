@@ -15,6 +15,7 @@ from experiments.inference.model import Group, Level
 LONGEST = 1.2  # of a step of a log level
 FEWEST = 1e-9  # nats; a step that gains less ends the search
 STEPS = 60
+RAISED = 2.5  # of the log of a level: where the search for another optimum begins
 
 
 @dataclass(frozen=True)
@@ -132,6 +133,3 @@ def best_levels(parts: Sequence[Sums], levels: Sequence[Level], psi: np.ndarray,
     rough = [fit_levels(parts, levels, start, 0.05, 12) for start in starts]
     best = min(rough, key=lambda one: one.cost)
     return fit_levels(parts, levels, best.psi)
-
-
-RAISED = 2.5  # of the log of a level: where the search for another optimum begins

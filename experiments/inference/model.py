@@ -7,7 +7,7 @@ at a place is the wide prior of that place's level.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -188,7 +188,6 @@ class Fit:
     that all hypotheses share. evidence : log of the marginal likelihood by Laplace, likewise [nats].
     precision, level_precision : second derivatives of the cost by x and by psi.
     groups, slopes : residuals with covariances, and the predictions' derivatives (coordinates, F, T, C) of each.
-    steps : what the search did and what it gained.
     """
 
     hypothesis: Hypothesis
@@ -200,9 +199,3 @@ class Fit:
     level_precision: np.ndarray
     groups: tuple[Group, ...]
     slopes: tuple[np.ndarray, ...]
-    steps: tuple[str, ...] = field(default=())
-
-    def value(self, coordinates: Sequence[Coordinate], name: str) -> tuple[float, float]:
-        """A coordinate and its standard deviation."""
-        index = [one.name for one in coordinates].index(name)
-        return float(self.x[index]), float(np.sqrt(np.linalg.inv(self.precision)[index, index]))

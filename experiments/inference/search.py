@@ -120,8 +120,7 @@ def _none(search: Search) -> np.ndarray:
         search.take(fit(problem, starts[index]), f"fitted from start {index}")
     none = search.fits["none"]
     search.take(fit(problem, none.x, none.psi, none.slopes), "fitted again from its own end")
-    best = starts[int(np.argmin(costs))]
-    return np.where(np.isfinite(best), best, problem.means)
+    return starts[int(np.argmin(costs))]
 
 
 def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -214,8 +213,7 @@ def _halves(search: Search, pair: Fit, count: int) -> None:
 
 def _unknowns(search: Search) -> None:
     """Something unknown at each place, beside `none` and beside the best effects."""
-    named = [one for one in search.fits.values() if len(one.hypothesis.effects) == 1]
-    best = sorted(named, key=lambda one: -search.value(one))[:BESIDE]
+    best = [one for one in search.named() if len(one.hypothesis.effects) == 1][:BESIDE]
     for base in (search.fits["none"], *best):
         for place in places(search.system.levels):
             problem = Problem(search.system, base.hypothesis, search.policy)

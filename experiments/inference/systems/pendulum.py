@@ -121,11 +121,11 @@ class Pendulum:
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """Angles of the encoder, (points, 1, 1, samples)."""
-        motion = self._motion(points, effects)[..., 0]
+        motion = self.motion(points, effects)[..., 0]
         seen = HANGS + points[:, 1, None, None] + (1.0 + points[:, 2, None, None]) * motion
         return (seen.reshape(len(points), 1, 1, -1),)
 
-    def _motion(self, points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
+    def motion(self, points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
         """(points, windows, samples, 2): true angle and rate."""
         friction = _frictions(points, effects)
         scale = 1.0 + points[:, 2, None]
@@ -140,8 +140,8 @@ class Pendulum:
 
     def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """(levels, 1, samples, samples), linearised about the motion at x."""
-        motion = self._motion(x[None], effects)[0]
-        _, start, response = self._response(x, motion, effects)
+        motion = self.motion(x[None], effects)[0]
+        start, response = self.response(x, motion, effects)
         unit = TORQUE * math.exp(x[0])
         size = response.shape[0]
         time = np.arange(size) * self.interval
@@ -157,16 +157,14 @@ class Pendulum:
 
     def law(self, x: np.ndarray, effects: tuple[Effect, ...], place: str, states: np.ndarray) -> np.ndarray:
         """(states, samples): covariance of a law's torque [rad/s2] at `states` with the samples, at level 1."""
-        motion = self._motion(x[None], effects)[0]
+        motion = self.motion(x[None], effects)[0]
         met = motion[..., 1 if place == "law of the rate" else 0].ravel()
         unit = TORQUE * math.exp(x[0])
-        return unit**2 * law_covariance(states, met, float(np.abs(met).max())) @ self._response(x, motion, effects)[2].T
+        return unit**2 * law_covariance(states, met, float(np.abs(met).max())) @ self.response(x, motion, effects)[1].T
 
-    def _response(
-        self, x: np.ndarray, motion: np.ndarray, effects: tuple[Effect, ...]
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of small motions: (windows, samples, 2, 2) fundamental solution; (samples, 2 windows) by the errors of the
-        states at the beginnings; (samples, samples) of the angle by an angular acceleration that acts for one interval.
+    def response(self, x: np.ndarray, motion: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, np.ndarray]:
+        """Of small motions: the angle by the errors of the states at the beginnings (samples, 2 windows), and by an
+        angular acceleration that acts for one interval (samples, samples).
         """
         dry, viscous, air = (float(one[0, 0]) for one in _frictions(x[None], effects))
         count, size = motion.shape[:2]
@@ -175,7 +173,6 @@ class Pendulum:
         loss = (
             -dry / SMOOTH / np.cosh(np.minimum(np.abs(rate) / SMOOTH, 300.0)) ** 2 - viscous - 2.0 * air * np.abs(rate)
         )
-        step = np.zeros((count, size, 2, 2))
         middle = [0.5 * (one[:, 1:] + one[:, :-1]) for one in (stiffness, np.maximum(loss, -0.5 / self.interval))]
         matrix = np.zeros((count, size - 1, 2, 2))
         matrix[..., 0, 1], matrix[..., 1, 0], matrix[..., 1, 1] = 1.0, *middle
@@ -195,7 +192,7 @@ class Pendulum:
             green = gain * whole[window, :, 0] @ back.T * self.interval
             response[window, :, window] = np.tril(green, -1)
         total = count * size
-        return whole, start.reshape(total, -1), response.reshape(total, total)
+        return start.reshape(total, -1), response.reshape(total, total)
 
 
 def law_covariance(states: np.ndarray, others: np.ndarray, largest: float | None = None) -> np.ndarray:

@@ -60,13 +60,13 @@ def test_friction_that_the_library_lacks_is_an_unknown_law_of_the_rate_with_its_
     assert (found.deviation < 0.5 * np.abs(true)).all()
 
 
-def test_the_linearised_pendulum_is_that_of_its_motion():
+def test_the_linearised_pendulum_is_that_of_itsmotion():
     """Responses to a start's error and to a torque against differences of the nonlinear motion."""
     system = pendulum.Pendulum(swinging(4))
     x = system.starts()[0]
     problem = Problem(system, Hypothesis(), Policy())
-    motion = system._motion(x[None], ())[0]  # pyright: ignore[reportPrivateUsage]
-    _, start, _ = system._response(x, motion, ())  # pyright: ignore[reportPrivateUsage]
+    motion = system.motion(x[None], ())[0]
+    start, _ = system.response(x, motion, ())
     moved = pendulum.Pendulum(system.angle)
     moved.__dict__["begins"] = system.begins + np.array([0.01 * pendulum.START_ERROR[0], 0.0])
     difference = problem.residuals(x[None])[0] - Problem(moved, Hypothesis(), Policy()).residuals(x[None])[0]
