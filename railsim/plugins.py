@@ -115,6 +115,11 @@ def load(file: Path) -> ModuleType:
     return importlib.import_module(name)
 
 
+def any_outside() -> bool:
+    """Whether there is a plug-in folder, or an installed package that advertises plug-ins; raises as `plugin_folders`."""
+    return bool(plugin_folders() or _entries(tuple(sys.path)))
+
+
 def _apart(inner: Path) -> bool:
     return any(part.startswith(_APART) for part in inner.parts)
 

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from experiments.commands._kept import keep, kept
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
 
@@ -22,12 +23,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(given: argparse.Namespace) -> Outcome:
     """Names and descriptions of one kind, or of all."""
     chosen = [given.kind] if given.kind else list(LISTERS)
-    listed = {kind: LISTERS[kind]() for kind in chosen}
+    listed = {kind: _listed(kind) for kind in chosen}
     result = {
         kind: [{"name": name, "description": text} for name, text in descriptions.items()]
         for kind, descriptions in listed.items()
     }
     return Outcome(result, "\n\n".join(_text(kind, listed[kind], bool(given.kind)) for kind in chosen))
+
+
+def _listed(kind: str) -> dict[str, str]:
+    """As it was kept; else looked up, for which every plug-in of the kind is imported."""
+    found = kept(kind)
+    if found is None:
+        found = LISTERS[kind]()
+        keep(kind, found)
+    return found
 
 
 def _text(kind: str, descriptions: dict[str, str], alone: bool) -> str:
