@@ -116,7 +116,7 @@ def load(file: Path) -> ModuleType:
 
 
 def any_outside() -> bool:
-    """Whether there is a plug-in folder, or an installed package that advertises plug-ins; raises as `plugin_folders`."""
+    """Whether a plug-in folder is named, or an installed package has plug-ins; raises as `plugin_folders`."""
     return bool(plugin_folders() or _entries(tuple(sys.path)))
 
 

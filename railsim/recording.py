@@ -6,6 +6,7 @@ import shutil
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import MappingProxyType
@@ -19,7 +20,7 @@ from railsim.errors import InputError, Noticed
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.parquet import read_columns, read_names, write_frame
-from railsim.truth import Truth
+from railsim.truth import HeldTruth, Truth
 
 __all__ = ["Measurements", "Recording", "software_versions", "write_recording"]
 
@@ -155,6 +156,12 @@ def write_recording(
 
 def software_versions() -> dict[str, str]:
     """Versions of Python and of the packages that shape the numbers; "not installed" where one is missing."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> Mapping[str, str]:
+    """Read once a process: what has been imported does not change any more."""
     versions = {"python": platform.python_version()}
     for name in _SOFTWARE:
         try:
@@ -166,7 +173,10 @@ def software_versions() -> dict[str, str]:
 
 def _copy_truth(truth: Truth, target: Path, true_track: Path | None, scenario: str | None) -> None:
     try:
-        shutil.copytree(truth.folder, target)
+        if isinstance(truth, HeldTruth):
+            truth.write(target)
+        else:
+            shutil.copytree(truth.folder, target)
         if true_track is not None:
             shutil.copyfile(true_track, target / "track.csv")
     except FileNotFoundError as error:

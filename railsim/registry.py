@@ -10,6 +10,7 @@ import pkgutil
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -86,9 +87,7 @@ class Kind(Generic[T]):
         return bool(self._subclasses(_module(_origin(file))))
 
     def _origins(self) -> Iterator[Origin]:
-        home = import_module(self.package)
-        walked = pkgutil.walk_packages(home.__path__, f"{self.package}.")
-        yield from (found.name for found in walked if not found.ispkg and "._" not in found.name)
+        yield from _modules(self.package)
         yield from modules_outside(self.name)
         yield from files_outside(self.name, self.package.replace(".", "/"), "**/*.py")
 
@@ -196,6 +195,13 @@ def source_digest(classes: Iterable[type]) -> str:
     for path in sorted(files, key=lambda path: (path.name, path)):
         total.update(path.name.encode() + b"\0" + path.read_bytes())
     return total.hexdigest() if files else ""
+
+
+@cache
+def _modules(package: str) -> tuple[str, ...]:
+    """Full names of the public modules in a package of ours and in those within; looked up once a process."""
+    walked = pkgutil.walk_packages(import_module(package).__path__, f"{package}.")
+    return tuple(found.name for found in walked if not found.ispkg and "._" not in found.name)
 
 
 def _is_ours(module: str) -> bool:

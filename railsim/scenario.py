@@ -4,7 +4,8 @@ import hashlib
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from copy import deepcopy
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Self, get_args
 
@@ -260,7 +261,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
     InputError : no such file, not YAML, an unknown key, a value out of bounds, parts that do not fit together.
     """
     path, text = SCENARIOS.read(source)
-    values = load_yaml(text, f"'{path}'")
+    values = deepcopy(_read(text, f"'{path}'"))
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
         raise InputError(f"'{path}' is not a scenario: it must hold keys and values, for example 'track: smooth'")
     for key, value in _pairs(overrides):
@@ -271,6 +272,12 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
     if "vehicle" in values:
         values["vehicle"] = build_vehicle(values["vehicle"], path.parent)
     return Scenario.build(values)
+
+
+@lru_cache(maxsize=8)
+def _read(text: str, where: str) -> Any:
+    """As `load_yaml`; a sweep reads the same scenario for every point."""
+    return load_yaml(text, where)
 
 
 SCENARIOS = Files("scenarios", "scenarios", ".yaml", "scenario")

@@ -1,8 +1,11 @@
 """simulate: a scenario becomes truth (slow, cached). measure: truth becomes a recording (cheap, random)."""
 
+import hashlib
 import importlib
+import json
 import pkgutil
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +29,7 @@ from railsim.track.features import features
 from railsim.track.files import write_track
 from railsim.track.kernel import build_tables
 from railsim.track.survey import survey
-from railsim.truth import TIME, Truth, TruthWriter
+from railsim.truth import TIME, HeldTruth, Truth, TruthWriter
 
 REFERENCE = "exudyn"
 LESS = "shorten duration, or lower output_rate and the sensors' rates"
@@ -166,10 +169,41 @@ def about_recording(scenario: Scenario) -> dict[str, Any]:
     return about
 
 
-def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress: bool) -> None:
+def simulate_held(scenario: Scenario, engine: str = REFERENCE) -> HeldTruth:
+    """Run a scenario and keep every channel of it in memory: the same numbers as `simulate`, nothing on the disk.
+
+    Raises
+    ------
+    InputError, Diverged : as `simulate`; or the run does not fit into memory.
+    """
+    scenario.check()
+    load_engine(engine)
     run = build_run(scenario)
-    names = channel_names(run.model)
-    about = {
+    check_memory(2.0 * _bytes(run), _described(run), LESS)
+    values = np.empty((len(channel_names(run.model)), run.rows))
+    filled = 0
+    for rows in _on_track(load_engine(engine)(run), scenario):
+        values[:, filled : filled + len(rows)] = rows.T
+        filled += len(rows)
+    about = _about_run(scenario, run, engine, run_digest(scenario, engine))
+    return HeldTruth(values, run.rate, channel_names(run.model), about)
+
+
+def truth_bytes(scenario: Scenario) -> float:
+    """Memory that `simulate_held` of the scenario takes."""
+    return _bytes(build_run(scenario))
+
+
+def _bytes(run: Run) -> float:
+    return float(BYTES) * run.rows * len(channel_names(run.model))
+
+
+def _described(run: Run) -> str:
+    return f"the run ({run.duration:g} s at {run.rate:g} Hz, {len(channel_names(run.model))} channels)"
+
+
+def _about_run(scenario: Scenario, run: Run, engine: str, key: str) -> dict[str, Any]:
+    return {
         "vehicle": _vehicle_data(scenario),
         "digest": key,
         "engine": engine,
@@ -178,8 +212,13 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
         "step [s]": run.step,
         "software": software_versions(),
     }
-    what = f"the run ({run.duration:g} s at {run.rate:g} Hz, {len(names)} channels)"
-    check_disk(float(BYTES) * run.rows * len(names), target, what, LESS)
+
+
+def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress: bool) -> None:
+    run = build_run(scenario)
+    names = channel_names(run.model)
+    about = _about_run(scenario, run, engine, key)
+    check_disk(_bytes(run), target, _described(run), LESS)
     bar = tqdm(total=run.rows, desc=engine, unit=" rows", delay=2.0, leave=False, disable=None if progress else True)
     forecast = Forecast(run.rows)
     with TruthWriter(target, names, run.rate, about) as writer, bar:
@@ -243,9 +282,20 @@ def _measured_track(scenario: Scenario, seed: int) -> pd.DataFrame | None:
 
 def code_digest(scenario: Scenario) -> str:
     """SHA-256 over the source of everything that shapes a run, with the scenario's own plug-ins from outside."""
+    total = _shipped_code().copy()
+    total.update(json.dumps(source_digest([type(scenario.vehicle), *map(type, scenario.effects)])).encode() + b"]")
+    return total.hexdigest()
+
+
+@cache
+def _shipped_code() -> Any:
+    """Hash of a list of all shipped files that shape a run, as `digest_of` writes it, open for one entry more.
+
+    Read once a process: what has been imported does not change any more.
+    """
     root = Path(str(engines.__file__)).parents[1]
     wanted = [
         path for name in _SHAPING for path in ([root / name] if name.endswith(".py") else (root / name).rglob("*.py"))
     ]
     ours = [[path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")] for path in sorted(wanted)]
-    return digest_of([*ours, source_digest([type(scenario.vehicle), *map(type, scenario.effects)])])
+    return hashlib.sha256(json.dumps(ours, sort_keys=True).removesuffix("]").encode() + b", ")

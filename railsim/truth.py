@@ -1,7 +1,8 @@
 """Truth: every channel of a simulated run at one uniform rate, kept on disk so that long runs need little memory."""
 
 import difflib
-from collections.abc import Iterable
+import json
+from collections.abc import Callable, Hashable, Iterable
 from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +24,8 @@ FORMAT_VERSION = 1
 _CHANNELS = "channels.parquet"
 _ABOUT = "about.json"
 _WHAT = "a truth folder"
+NOWHERE = "memory"
+"""Stands for the folder of a run that is in memory only."""
 
 
 class Truth:
@@ -102,9 +105,59 @@ class Truth:
         self.check()
         return read_column(self.folder / _CHANNELS, name)
 
+    def derived(self, key: Hashable, make: Callable[[], np.ndarray]) -> np.ndarray:
+        """What `make` makes of the channels and of `key` alone; a truth in memory makes it once and keeps it.
+
+        It may be read only. What is made of long runs is not kept.
+        """
+        del key
+        return make()
+
     def frame(self, names: Iterable[str] | None = None) -> pd.DataFrame:
         """The channels `names` (all where None) side by side, without an index of their own."""
         return pd.DataFrame({name: self[name] for name in (self.columns if names is None else names)})
+
+
+class HeldTruth(Truth):
+    """A run whose channels stay in memory; nothing of it is on the disk.
+
+    Parameters
+    ----------
+    values : one row a channel, shape (columns, n), float64; not to be changed any more. rate, columns, about : as of
+        `Truth`.
+    """
+
+    def __init__(self, values: np.ndarray, rate: float, columns: list[str], about: dict[str, Any]) -> None:
+        if values.ndim != 2 or len(values) != len(columns):
+            raise ValueError(f"values must have shape ({len(columns)}, n), not {values.shape}")
+        told = json.loads(json.dumps(about))  # as a reader of the folder would get it
+        super().__init__(Path(NOWHERE), float(rate), values.shape[1], list(columns), told)
+        self._held = np.ascontiguousarray(values, dtype=np.float64)
+        self._held.setflags(write=False)
+        self._derived: dict[Hashable, np.ndarray] = {}
+        self._places = {name: place for place, name in enumerate(self.columns)}
+
+    def check(self) -> None:
+        """What is in memory is as it was made."""
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """As of `Truth`; the column cannot be written."""
+        place = self._places.get(name)
+        return super().__getitem__(name) if place is None else self._held[place]
+
+    def derived(self, key: Hashable, make: Callable[[], np.ndarray]) -> np.ndarray:
+        """As of `Truth`; kept for as long as the truth lives."""
+        if key not in self._derived:
+            made = make()
+            made.setflags(write=False)
+            self._derived[key] = made
+        return self._derived[key]
+
+    def write(self, folder: Path | str) -> Truth:
+        """Write the run as a truth folder, byte for byte as if it had never been held; raises as `TruthWriter`."""
+        with TruthWriter(folder, self.columns, self.rate, self.about) as writer:
+            writer.append(self._held.T)
+        return Truth.open(folder)
 
 
 class TruthWriter:

@@ -8,9 +8,11 @@ two sensors' noise densities; it is tabulated here and taken out of every correc
 import numpy as np
 from scipy import signal
 
+from estimators.signals.remembered import remembered
 from estimators.speed.wheelset_filters import Chain
 
 
+@remembered
 def noise_slope(filters: Chain, rate: float, longest: float, densities: tuple[float, float]) -> np.ndarray:
     """E[slope * mismatch] / E[mismatch^2] from noise alone by travel time, and E[slope^2] / E[mismatch^2].
 
@@ -50,6 +52,7 @@ def noise_slope(filters: Chain, rate: float, longest: float, densities: tuple[fl
     return np.ascontiguousarray(np.stack(columns, axis=1))
 
 
+@remembered
 def power(filters: Chain, rate: float, densities: tuple[float, float]) -> float:
     """Power of the sensors' noise in each wheelset's signal, (m/s2)^2; arguments as of `noise_slope`."""
     frequency = np.linspace(0, rate / 2, 4001)[1:]

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import signal
 
+from estimators.signals.remembered import remembered
 from estimators.vehicle.vertical import Ratio, bounce_inverse, pitch_inverse
 from railsim.errors import InputError
 
@@ -48,6 +49,7 @@ class Chain:
     wheelbase: float
 
 
+@remembered
 def chain(
     vehicle: Mapping[str, Any], rate: float, low: float, high: float, inverse: bool, offset: float = 0.0
 ) -> Chain:

@@ -65,14 +65,12 @@ def _executor(given: argparse.Namespace, scratch: Path) -> "Executor":
 
 
 def _facts(done: "Done") -> dict[str, Any]:
-    from experiments.sweep.table import counts
-
     return {
         "points": done.plan.points,
         "runs": len(done.plan.tasks),
         "performed": done.performed,
-        "rows": done.table.num_rows,
-        "status": counts(done.table),
+        "rows": sum(done.status.values()),
+        "status": done.status,
         "throughput": done.throughput,
     }
 

@@ -259,6 +259,14 @@ def _plain(what: str, error: np.ndarray, estimate: Estimate, unit: str) -> dict[
 
 def _under(truth: Truth, name: str, centre: np.ndarray, arm: float, at: np.ndarray, spacing: float) -> np.ndarray:
     """A track channel at the places `at` of the bogie's centre: seen by the leading wheelset, at first by the other."""
+    key = "track over distance", name, arm, spacing
+    distance, smooth = truth.derived(key, lambda: _over_distance(truth, name, centre, arm, spacing))
+    trail = f"track2.{name}"
+    return np.interp(at - (centre[0] + arm if trail not in truth else centre[0] - arm), distance, smooth)
+
+
+def _over_distance(truth: Truth, name: str, centre: np.ndarray, arm: float, spacing: float) -> np.ndarray:
+    """Places `spacing` apart from the first that a wheelset sees, m, and the channel there, shape (2, n)."""
     lead, trail = f"track1.{name}", f"track2.{name}"
     distance, values = centre + arm, truth[lead]
     if trail in truth:
@@ -269,4 +277,4 @@ def _under(truth: Truth, name: str, centre: np.ndarray, arm: float, at: np.ndarr
     distance, values = distance[moved] - distance[0], values[moved]
     odometry = Odometry(distance, distance, np.ones(len(distance)), np.ones(len(distance), dtype=bool), 0.0, spacing)
     smooth, _ = odometry.resample(distance, values)
-    return np.interp(at - (centre[0] + arm if trail not in truth else centre[0] - arm), odometry.s, smooth)
+    return np.stack([odometry.s, smooth])

@@ -1,13 +1,14 @@
 """Where tasks run: processes of this machine, or a Dask cluster. Both give results as they come."""
 
 import ipaddress
+import math
 import os
 import signal
 import socket
 import threading
 import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
@@ -17,7 +18,7 @@ from urllib.parse import urlsplit
 
 from joblib.externals.loky import ProcessPoolExecutor
 
-from experiments.sweep.task import Task, VersionError, perform
+from experiments.sweep.task import Task, VersionError, perform_group
 from railsim.errors import InputError, Noticed
 
 THREADS = dict.fromkeys(
@@ -28,6 +29,9 @@ THREADS = dict.fromkeys(
     "1",
 )  # fmt: skip
 """One thread a worker: the workers are the parallelism, and sums do not depend on a number of threads."""
+
+GROUP_SECONDS = 4.0  # that a group of tasks may take
+MOST_IN_GROUP = 16
 
 ANSWER = 10.0  # s that a scheduler has to answer, and its workers to be there
 _TLS = "DASK_DISTRIBUTED__COMM__TLS"
@@ -52,6 +56,33 @@ class Executor(Protocol):
     def close(self) -> None:
         """Let go of the workers; what runs is given up."""
         ...
+
+
+class Groups:
+    """Tasks in groups, each of which a worker does in one go: its runs are simulated together.
+
+    A group is as large as takes some seconds, so that little is lost with a worker; no result depends on it.
+    """
+
+    def __init__(self, tasks: Sequence[Task], workers: int) -> None:
+        self._waiting, self._workers = list(reversed(tasks)), workers
+        self._seconds = math.inf
+
+    @property
+    def left(self) -> int:
+        """Tasks that nobody has taken."""
+        return len(self._waiting)
+
+    def take(self) -> list[Task]:
+        """The next group; one task while nobody knows how long one takes."""
+        fair = math.ceil(len(self._waiting) / (2 * self._workers))  # so that all workers are busy to the end
+        size = max(1, min(int(GROUP_SECONDS / self._seconds), MOST_IN_GROUP, fair))
+        return [self._waiting.pop() for _ in range(min(size, len(self._waiting)))]
+
+    def learn(self, result: Mapping[str, Any]) -> None:
+        """How long a task took; the first ones also compile and load, the last one counts as much as all before."""
+        seconds = max(result["ended"] - result["began"], 1e-3)
+        self._seconds = seconds if math.isinf(self._seconds) else (self._seconds + seconds) / 2
 
 
 class Local:
@@ -96,16 +127,18 @@ class Local:
             self._pool = ProcessPoolExecutor(
                 max_workers=self._jobs, initializer=_begin, initargs=(os.getpid(),), env=THREADS
             )
-        waiting, running = list(reversed(tasks)), {}
+        groups, running = Groups(tasks, self._jobs), {}
         self._idle = False
-        while waiting or running:
-            room = 1 if len(waiting) == len(tasks) else 2 * self._jobs
-            while waiting and len(running) < room:
-                task = waiting.pop()
-                running[self._pool.submit(perform, task, self._scratch, self._keep)] = task
+        while groups.left or running:
+            room = 1 if groups.left == len(tasks) else 2 * self._jobs
+            while groups.left and len(running) < room:
+                group = groups.take()
+                running[self._pool.submit(perform_group, group, self._scratch, self._keep)] = group
             for future in wait(list(running), return_when=FIRST_COMPLETED).done:
-                task = running.pop(future)
-                yield task, _result(future)
+                group = running.pop(future)
+                for task, result in zip(group, _results(future), strict=True):
+                    groups.learn(result)
+                    yield task, result
         self._idle = True
 
     def close(self) -> None:
@@ -179,18 +212,20 @@ class Cluster:
         ------
         InputError : the cluster is lost, or a task ends its worker again and again.
         """
-        waiting, running = list(reversed(tasks)), {}
+        groups, running = Groups(tasks, max(1, self.workers)), {}
         done = self._distributed.as_completed(loop=self._client.loop)
         try:
-            while waiting or running:
-                while waiting and len(running) < 2 * max(1, self.workers):
-                    task = waiting.pop()
-                    future = self._client.submit(perform_on_cluster, task, self._keep, pure=False)
-                    running[future.key] = task
+            while groups.left or running:
+                while groups.left and len(running) < 2 * max(1, self.workers):
+                    group = groups.take()
+                    future = self._client.submit(perform_on_cluster, group, self._keep, pure=False)
+                    running[future.key] = group
                     done.add(future)
                 future = next(done)
-                task = running.pop(future.key)
-                yield task, _result(future)
+                group = running.pop(future.key)
+                for task, result in zip(group, _results(future), strict=True):
+                    groups.learn(result)
+                    yield task, result
                 future.release()
         except (self._distributed.KilledWorker, self._distributed.comm.CommClosedError, TimeoutError) as error:
             raise InputError(f"the cluster gave up: {error}; what is finished is kept: run again") from None
@@ -202,14 +237,14 @@ class Cluster:
         self._client.close(timeout=ANSWER)
 
 
-def perform_on_cluster(task: Task, keep_truth: bool) -> dict[str, Any]:
-    """`perform` on a Dask worker, in the folder that the worker clears up after a crash."""
+def perform_on_cluster(group: Sequence[Task], keep_truth: bool) -> list[dict[str, Any]]:
+    """`perform_group` on a Dask worker, in the folder that the worker clears up after a crash."""
     from distributed import get_worker
 
-    return perform(task, get_worker().local_directory, keep_truth)
+    return perform_group(group, get_worker().local_directory, keep_truth)
 
 
-def _result(future: "Future[dict[str, Any]] | Any") -> dict[str, Any]:
+def _results(future: "Future[list[dict[str, Any]]] | Any") -> list[dict[str, Any]]:
     try:
         return future.result()
     except VersionError as error:

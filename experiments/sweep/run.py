@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
 from tqdm import tqdm
 
 from experiments.sweep.executors import Executor
 from experiments.sweep.plan import Plan, make_plan
 from experiments.sweep.settings import Sweep
 from experiments.sweep.store import TABLE, Store, open_store, write_throughput, write_tracebacks
-from experiments.sweep.table import assemble, table_bytes
+from experiments.sweep.table import write_table
 from experiments.sweep.task import Task
-from railsim.files import replace_file
 
 ENOUGH = 20  # tasks in a session from which on its speed is worth a number
 ALONE = 0.02  # share of the tasks that are timed again on one worker alone
@@ -32,11 +30,12 @@ class Interrupted(KeyboardInterrupt):
 class Done:
     """A finished sweep: its table, what was done in this session, and whether repeated tasks gave the same rows.
 
-    tracebacks : of plug-ins that failed, by the message of their rows.
+    status : how many rows of each. tracebacks : of plug-ins that failed, by the message of their rows.
     """
 
-    table: pa.Table
+    table: Path
     plan: Plan
+    status: dict[str, int]
     performed: int
     throughput: dict[str, Any] | None
     repeatable: bool
@@ -59,28 +58,25 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Callable[[Path], Executor]) 
     """
     plan = _planned(sweep)
     with open_store(folder, plan) as store:
-        results = {task.number: store.finished(task) for task in plan.tasks}
-        left = [task for task in plan.tasks if results[task.number] is None]
+        facts = {task.number: store.facts(task) for task in plan.tasks}
+        left = [task for task in plan.tasks if facts[task.number] is None]
         throughput, repeatable = None, True
         if left:
             workers = executor(store.running)
             try:
-                session = _perform(left, len(plan.tasks), store, workers, results)
+                session = _perform(left, len(plan.tasks), store, workers, facts)
                 if len(left) >= ENOUGH:
-                    throughput, repeatable = _speed(left, results, workers, session)
+                    throughput, repeatable = _speed(left, facts, workers, session, store)
                     write_throughput(folder, throughput)
             except KeyboardInterrupt:
-                kept = sum(result is not None for result in results.values())
+                kept = sum(one is not None for one in facts.values())
                 text = f"interrupted; {kept} of {len(plan.tasks)} tasks are kept: the same command goes on"
                 raise Interrupted(text) from None
             finally:
                 workers.close()
-        table = assemble(plan, (result["rows"] for result in results.values() if result is not None))
-        content = table_bytes(table)
-        if not (folder / TABLE).exists() or (folder / TABLE).read_bytes() != content:
-            replace_file(folder / TABLE, content)
-        tracebacks = write_tracebacks(folder, [result for result in results.values() if result is not None])
-    return Done(table, plan, len(left), throughput, repeatable, tracebacks)
+        status = write_table(plan, store.rows, folder / TABLE)
+        tracebacks = write_tracebacks(folder, [one for one in facts.values() if one is not None])
+    return Done(folder / TABLE, plan, status, len(left), throughput, repeatable, tracebacks)
 
 
 def _planned(sweep: Sweep) -> Plan:
@@ -95,9 +91,9 @@ def _planned(sweep: Sweep) -> Plan:
 
 
 def _perform(
-    left: list[Task], total: int, store: Store, workers: Executor, results: dict[int, dict[str, Any] | None]
+    left: list[Task], total: int, store: Store, workers: Executor, facts: dict[int, dict[str, Any] | None]
 ) -> dict[str, float]:
-    """Fill `results`; returns when the session began and ended."""
+    """Fill `facts`, the rows go to the store; returns when the session began and ended."""
     began = time.time()
     quiet = not sys.stderr.isatty()
     with tqdm(
@@ -106,13 +102,17 @@ def _perform(
     ) as bar:  # fmt: skip
         for task, result in workers.run(left):
             store.keep(task, result)
-            results[task.number] = result
+            facts[task.number] = {name: value for name, value in result.items() if name != "rows"}
             bar.update()
     return {"began": began, "ended": time.time()}
 
 
 def _speed(
-    left: list[Task], results: dict[int, dict[str, Any] | None], workers: Executor, session: dict[str, float]
+    left: list[Task],
+    facts: dict[int, dict[str, Any] | None],
+    workers: Executor,
+    session: dict[str, float],
+    store: Store,
 ) -> tuple[dict[str, Any], bool]:
     """Throughput of a session, against one worker that has the machine for itself; and whether repeats agree.
 
@@ -121,7 +121,7 @@ def _speed(
     the part of the time that they are busy, and the processor time that a simulated second takes with one worker over
     that with all.
     """
-    mine = sorted((one for task in left if (one := results[task.number])), key=lambda one: one["ended"])
+    mine = sorted((one for task in left if (one := facts[task.number])), key=lambda one: one["ended"])
     steady = mine[2 * workers.workers :]
     since = mine[2 * workers.workers - 1]["ended"]
     wall = steady[-1]["ended"] - since
@@ -130,8 +130,7 @@ def _speed(
     alone, same = [], True
     for task in [chosen[0], *chosen]:  # the first once more: it warms up
         _, again = next(iter(workers.run([task])))
-        first = results[task.number]
-        same = same and first is not None and again["rows"] == first["rows"]
+        same = same and again["rows"] == store.rows(task)
         alone.append(again)
     alone, simulated = alone[1:], sum(one["simulated"] for one in steady)
     rate, busy, used = simulated / wall, sum(map(_duration, steady)), sum(one["cpu"] for one in steady)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.sweep.plan import Plan, program_digest
-from experiments.sweep.task import Task
+from experiments.sweep.task import Row, Task
 from railsim.errors import InputError
 from railsim.files import read_json, replace_file, write_json
 from railsim.recording import software_versions
@@ -32,6 +32,16 @@ class Store:
     def running(self) -> Path:
         """Folder for truth that is in use; goes at the end."""
         return self.folder / RUNNING
+
+    def facts(self, task: Task) -> dict[str, Any] | None:
+        """What `perform` gave for the task, without its rows; None where it is not finished."""
+        found = self.finished(task)
+        return None if found is None else {name: value for name, value in found.items() if name not in ("rows", "task")}
+
+    def rows(self, task: Task) -> list[Row]:
+        """The rows of a finished task, from its file."""
+        found = self.finished(task)
+        return [] if found is None else found["rows"]
 
     def finished(self, task: Task) -> dict[str, Any] | None:
         """What `perform` gave for the task; None where it is not finished or its file is damaged."""

@@ -2,8 +2,9 @@
 
 import hashlib
 import os
+import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,15 +16,15 @@ from experiments.reporting.failures import PluginError, plugin_code
 from experiments.runs.estimation import estimated
 from experiments.scoring.score import score_rows, scores_and_problems, unscored
 from experiments.sweep.settings import SensorSet, Variant
-from railsim.cache import cache_folder
+from experiments.sweep.truths import Wanted, truths
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.plugins import more_plugins
 from railsim.scenario import Scenario, digest_of
 from railsim.scratch import scratch_folder
-from railsim.simulation import measure, run_digest, simulate
+from railsim.simulation import measure, run_digest
 from railsim.track.files import TRACKS, read_track
-from railsim.truth import TIME, Truth
+from railsim.truth import TIME, HeldTruth, Truth
 
 OK, FAILED, UNFIT = "ok", "failed", "does not fit"
 Row = list[Any]
@@ -75,43 +76,54 @@ class VersionError(RuntimeError):
 
 
 def perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any]:
-    """Do a task with its plug-ins: see `_perform`."""
-    with more_plugins(task.plugins):
-        return _perform(task, scratch, keep_truth)
+    """Do one task: see `perform_group`."""
+    return perform_group([task], scratch, keep_truth)[0]
 
 
-def _perform(task: Task, scratch: str | None, keep_truth: bool) -> dict[str, Any]:
-    """Simulate, measure, estimate, score; what fails becomes a row.
+def perform_group(tasks: Sequence[Task], scratch: str | None, keep_truth: bool) -> list[dict[str, Any]]:
+    """Simulate, measure, estimate, score, with the tasks' plug-ins; what fails becomes a row.
+
+    The runs of a group are asked for at once; what is made of each does not depend on the others.
 
     Returns
     -------
-    "rows" (see `Row`), and facts that are not part of the table: times, processor time, memory, tracebacks by message
-    of plug-ins that failed.
+    By task "rows" (see `Row`), and facts that are not part of the table: times, processor time, memory, tracebacks by
+    message of plug-ins that failed.
 
     Raises
     ------
     VersionError : this process would not make the run that was planned.
     InputError, OSError, MemoryError : of this machine (a full disk, for example), which ends the sweep.
     """
+    with more_plugins(tasks[0].plugins), scratch_folder("railsim-sweep", scratch) as aside:
+        return list(_results(tasks, aside, keep_truth))
+
+
+def _results(tasks: Sequence[Task], aside: Path, keep_truth: bool) -> Iterator[dict[str, Any]]:
     began, used = time.time(), time.process_time()
-    with scratch_folder("railsim-sweep", scratch) as aside:
-        points = [(point, _scenario(task, point, Path(aside))) for point in task.points]
-        if run_digest(points[0][1], task.engine) != task.run:
+    scenarios, wanted = [], []
+    for task in tasks:
+        place = aside / str(task.number)
+        place.mkdir()
+        scenarios.append([(point, _scenario(task, point, place)) for point in task.points])
+        first = scenarios[-1][0][1]
+        if run_digest(first, task.engine) != task.run:
             raise VersionError("a worker has another version of railsim, numba, numpy or scipy; install the same")
+        wanted.append(Wanted(first, task.engine, task.run, place))
+    for task, points, truth, run in zip(tasks, scenarios, truths(wanted, keep_truth), wanted, strict=True):
         simulated, tracebacks = 0.0, {}
-        try:
-            with plugin_code("the run"):
-                truth = _truth(points[0][1], task, Path(aside), keep_truth)
-        except (InputError, PluginError) as error:
-            rows = failed_rows(task, _failure(error, tracebacks))
-        else:
+        if isinstance(truth, Truth):
             maker = _Maker(task, truth)
             rows, tracebacks, simulated = maker.rows(points), maker.tracebacks, truth.duration
+        else:
+            rows = failed_rows(task, _failure(truth, tracebacks))
         for row in rows:
-            row[-1] = row[-1].replace(f"{aside}/", "")  # a line must not depend on where it was written
-    facts: dict[str, Any] = {"tracebacks": tracebacks} if tracebacks else {}
-    facts |= {"simulated": simulated, "began": began, "ended": time.time(), "cpu": time.process_time() - used}
-    return {"rows": rows, **facts, "worker": _worker(), "rss": resident_bytes()}
+            row[-1] = row[-1].replace(f"{run.aside}/", "")  # a line must not depend on where it was written
+        shutil.rmtree(run.aside, ignore_errors=True)
+        facts: dict[str, Any] = {"tracebacks": tracebacks} if tracebacks else {}
+        facts |= {"simulated": simulated, "began": began, "ended": time.time(), "cpu": time.process_time() - used}
+        yield {"rows": rows, **facts, "worker": _worker(), "rss": resident_bytes()}
+        began, used = time.time(), time.process_time()
 
 
 def failed_rows(task: Task, message: str) -> list[Row]:
@@ -182,7 +194,7 @@ class _Maker:
 
     def __init__(self, task: Task, truth: Truth) -> None:
         self._task = task
-        self._truth = _InMemory(truth)
+        self._truth = truth if isinstance(truth, HeldTruth) else _InMemory(truth)
         self._scores: dict[str, Any] = {}
         self.tracebacks: dict[str, str] = {}
 
@@ -265,13 +277,6 @@ def _scenario(task: Task, point: PointTask, aside: Path) -> Scenario:
             path.write_text(text, encoding="utf-8", newline="\n")
         values = {**values, "track": str(path)}
     return Scenario.build(values)
-
-
-def _truth(scenario: Scenario, task: Task, aside: Path, keep_truth: bool) -> Truth:
-    """The run: from the cache where that has it (or shall keep it), else made aside, where it goes with the task."""
-    if keep_truth or (cache_folder() / task.run).is_dir():
-        return simulate(scenario, task.engine)
-    return simulate(scenario, task.engine, folder=aside / "truth")
 
 
 def track_text(scenario: Scenario) -> tuple[str, str] | None:

@@ -61,6 +61,10 @@ class Accelerometer(InertialSensor, frozen=True):
     def component(self, truth: Truth, axis: int) -> np.ndarray:
         """f + alpha x r + omega x (omega x r) along one body axis: rigid-body kinematics with the lever arm r."""
         self.need(truth, f"{self.body}.specific_force_{'xyz'[axis]} [m/s2]")
+        place = "specific force", self.body, self.position, axis
+        return truth.derived(place, lambda: self._force(truth, axis))
+
+    def _force(self, truth: Truth, axis: int) -> np.ndarray:
         force = truth[f"{self.body}.specific_force_{'xyz'[axis]} [m/s2]"]
         if not any(self.position):
             return force

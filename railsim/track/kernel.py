@@ -11,6 +11,7 @@ Outside the table the distance is clamped to its ends (callers check the range o
 """
 
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,6 +56,9 @@ WIDEST_CELL = 0.25
 """Coarser tracks get cells no wider than this, m, so that the integrated centre line stays exact."""
 MOST_CELLS = 500_000
 """More cells than this are refused (200 MB)."""
+
+MOST_KEPT = 64e6
+"""Tables up to this size, bytes, are kept for as long as their track lives."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
@@ -130,8 +134,11 @@ def sample(tables: TrackTables, channel: int, s: ArrayLike, derivative: int = 0)
     return out.reshape(where.shape)
 
 
+_kept: WeakKeyDictionary[Track, "TrackTables"] = WeakKeyDictionary()
+
+
 def build_tables(track: Track) -> TrackTables:
-    """Tables of a track.
+    """Tables of a track; nobody may write into them, as runs on the same track share them.
 
     Rows at equal distances keep their nodes (divided into cells of at most 0.25 m); others are resampled through the
     track's own spline at their smallest distance.
@@ -140,6 +147,15 @@ def build_tables(track: Track) -> TrackTables:
     ------
     InputError : more than `MOST_CELLS` cells would be needed.
     """
+    kept = _kept.get(track)
+    if kept is None:
+        kept = _built(track)
+        if kept.coefficients.nbytes <= MOST_KEPT:
+            _kept[track] = kept
+    return kept
+
+
+def _built(track: Track) -> TrackTables:
     nodes, exact = _grid(track)
     splines = track.splines
     coefficients = np.full((nodes.size - 1, CHANNELS, 4), np.nan)

@@ -61,7 +61,7 @@ def test_a_damaged_list_or_a_folder_that_cannot_be_written_is_no_failure(place: 
 
 
 def test_the_kept_list_is_the_same_and_imports_no_plugin(tmp_path: Path):
-    """The processes' own times: best of three, against twice what is promised, as other programs may use the machine."""
+    """Best of three, against twice what is promised, as other programs may use the machine."""
     settings = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
     settings.pop("RAILSIM_PLUGINS", None)
 
