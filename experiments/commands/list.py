@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from experiments.commands._kept import keep, kept
+from experiments.reporting.kept_lists import keep, kept
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.commands import _kept
+from experiments.reporting import kept_lists
 from railsim.distribution import ROOT
 
 FOUND = {"a": "first", "ä": "second"}
@@ -18,8 +18,8 @@ FOUND = {"a": "first", "ä": "second"}
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A program of one file, and a cache folder of its own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(_kept, "ROOT", tmp_path)
-    monkeypatch.setattr(_kept, "any_outside", lambda: False)
+    monkeypatch.setattr(kept_lists, "ROOT", tmp_path)
+    monkeypatch.setattr(kept_lists, "any_outside", lambda: False)
     for name in ("railsim", "estimators", "experiments", "scenarios", "track_data"):
         (tmp_path / name).mkdir()
     (tmp_path / "railsim" / "one.py").write_text("x = 1\n")
@@ -27,37 +27,37 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_list_is_given_again_until_a_file_changes(place: Path):
-    assert _kept.kept("effects") is None
-    _kept.keep("effects", FOUND)
-    assert _kept.kept("effects") == FOUND
-    assert _kept.kept("sensors") is None
+    assert kept_lists.kept("effects") is None
+    kept_lists.keep("effects", FOUND)
+    assert kept_lists.kept("effects") == FOUND
+    assert kept_lists.kept("sensors") is None
     (place / "railsim" / "one.py").write_text("x = 22\n")
-    assert _kept.kept("effects") is None
-    _kept.keep("effects", {})
-    assert _kept.kept("effects") == {}
+    assert kept_lists.kept("effects") is None
+    kept_lists.keep("effects", {})
+    assert kept_lists.kept("effects") == {}
     (place / "scenarios" / "new.yaml").write_text("")
-    assert _kept.kept("effects") is None
+    assert kept_lists.kept("effects") is None
 
 
 def test_nothing_is_kept_where_plugins_come_from_outside(place: Path, monkeypatch: pytest.MonkeyPatch):
-    _kept.keep("effects", FOUND)
-    monkeypatch.setattr(_kept, "any_outside", lambda: True)
-    assert _kept.kept("effects") is None
-    _kept.keep("effects", {})
-    monkeypatch.setattr(_kept, "any_outside", lambda: False)
-    assert _kept.kept("effects") == FOUND
+    kept_lists.keep("effects", FOUND)
+    monkeypatch.setattr(kept_lists, "any_outside", lambda: True)
+    assert kept_lists.kept("effects") is None
+    kept_lists.keep("effects", {})
+    monkeypatch.setattr(kept_lists, "any_outside", lambda: False)
+    assert kept_lists.kept("effects") == FOUND
 
 
 def test_a_damaged_list_or_a_folder_that_cannot_be_written_is_no_failure(place: Path):
-    _kept.keep("effects", FOUND)
+    kept_lists.keep("effects", FOUND)
     (file,) = (place / "cache").rglob("*.json")
     file.write_text("{")
-    assert _kept.kept("effects") is None
+    assert kept_lists.kept("effects") is None
     file.unlink()
     (place / "cache" / "railsim" / "lists").rmdir()
     (place / "cache" / "railsim" / "lists").write_text("in the way")
-    _kept.keep("effects", FOUND)
-    assert _kept.kept("effects") is None
+    kept_lists.keep("effects", FOUND)
+    assert kept_lists.kept("effects") is None
 
 
 def test_the_kept_list_is_the_same_and_imports_no_plugin(tmp_path: Path):
