@@ -35,15 +35,11 @@ def channels(axle: int) -> tuple[str, str]:
     return tuple(f"axlebox{axle}_{side}.acceleration_z [m/s2]" for side in SIDES)  # type: ignore[return-value]
 
 
-class AxleEstimator(Estimator, frozen=True):
-    """Base of estimators from both axleboxes of an axle: what they need, and what is assumed of the track."""
+class AxleboxEstimator(Estimator, frozen=True):
+    """Base of estimators from both axleboxes of an axle: what they need."""
 
     speed_source: SpeedSource = quantity("tachometer", unit="-", source="Ward et al. 2011, section 3.1")
     axle: int = quantity(1, unit="number of the axle with the axleboxes", source="scenario", ge=1, le=4)
-    track_compliance: float = quantity(
-        1e-8, unit="m/N of each rail under a wheel", source="50 MN/m and more in service", ge=0.0, le=1e-7
-    )
-    track_spread: float = quantity(1.0, unit="share of the compliance", source="rigid to twice as soft", ge=0.0, le=1.0)
 
     requires: ClassVar[tuple[str, ...]] = channels(1)
 
@@ -58,6 +54,15 @@ class AxleEstimator(Estimator, frozen=True):
     def missing(self, measurements: Measurements) -> Missing:
         """What is needed and not there, a speed among it."""
         return super().missing(measurements) + missing_speed(measurements, self.speed_source)
+
+
+class AxleEstimator(AxleboxEstimator, frozen=True):
+    """Of these, those that are told how far the track gives way."""
+
+    track_compliance: float = quantity(
+        1e-8, unit="m/N of each rail under a wheel", source="50 MN/m and more in service", ge=0.0, le=1e-7
+    )
+    track_spread: float = quantity(1.0, unit="share of the compliance", source="rigid to twice as soft", ge=0.0, le=1.0)
 
 
 @dataclass(frozen=True)
