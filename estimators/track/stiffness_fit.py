@@ -5,11 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from estimators.track.stiffness_likelihood import Likelihood, State
-from estimators.track.stiffness_model import Common, Springs
+from estimators.track.stiffness_model import Common, Springs, acceleration_over_roughness
 from estimators.track.stiffness_windows import TAPERS, Windows
 
 CLEAR = 3.0
 """Times the noise's power that a bin must have in half of the windows."""
+STEEP, THIRD = 10.0, 2.0 ** (1.0 / 3.0)
+"""A fall to noise by more than that factor within a third of an octave: the waves end there."""
 OCTAVES = 1.3
 """Least width of what is used: a resonance and what lies on both sides of it."""
 FEWEST = 4
@@ -26,6 +28,9 @@ MANY = 8
 EVIDENCE, ALONE = 1.5, 10.0
 """Logarithm of the likelihood against rails that do not give: for each window, and for the record. Rigid simulated
 tracks of ten seeds, 15 to 55 m/s, had up to 0.7 a window without the second term, tracks that give 2.6 to 39."""
+INSIDE = 1.15
+"""Least ratio of a resonance to both ends of the frequencies in use."""
+BEYOND = "the resonance of the wheelset on its track lies beyond the frequencies in use"
 POOR = 1.6
 """Mean misfit of the windows from which on the model does not describe the record."""
 EDGE = 0.25
@@ -41,26 +46,29 @@ class Section(NamedTuple):
     Attributes
     ----------
     log_stiffness : shape (windows,). covariance : of these, shape (windows, windows).
+    inside : whether the resonance lies within the frequencies in use, shape (windows,).
     common : what all have in common. wavelengths : shortest and longest that were used, m.
     reason : why nothing may be believed; empty where it may.
     """
 
     log_stiffness: np.ndarray
     covariance: np.ndarray
+    inside: np.ndarray
     common: Common
     wavelengths: tuple[float, float]
     reason: str
 
-    def ratio(self) -> tuple[np.ndarray, np.ndarray]:
-        """Logarithm of the stiffness over the windows' geometric mean, and its standard deviation."""
-        count = len(self.log_stiffness)
-        apart = np.eye(count) - 1.0 / count
-        off = apart @ self.log_stiffness
-        return off, np.sqrt(np.diag(apart @ self.covariance @ apart) + (MODEL_SHARE * off) ** 2)
-
     def std(self) -> np.ndarray:
         """Of the logarithm of the stiffness."""
         return np.sqrt(np.diag(self.covariance) + MODEL**2)
+
+    def ratio(self, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Logarithm of the stiffness over the geometric mean of the windows that are known, and its deviation."""
+        count = int(known.sum())
+        apart = np.eye(count) - 1.0 / max(count, 1)
+        off = apart @ self.log_stiffness[known]
+        covariance = apart @ self.covariance[np.ix_(known, known)] @ apart
+        return off, np.sqrt(np.diag(covariance) + (MODEL_SHARE * off) ** 2)
 
 
 def section(windows: Windows, expected: Common, springs: Springs) -> Section:
@@ -83,9 +91,22 @@ def section(windows: Windows, expected: Common, springs: Springs) -> Section:
     x = state.own[:, 0]
     beside = np.abs(np.concatenate([x[1:2], x[2:], x[-1:]]) - np.concatenate([x[:1], x[:-2], x[-2:-1]]))
     covariance = covariance + np.diag(own * np.diag(covariance) + (EDGE * beside) ** 2)
-    return Section(
-        x, covariance, likelihood.values(state.common), used_waves(windows), doubt(evidence, misfit, bool(spoilt.any()))
-    )
+    values = likelihood.values(state.common)
+    inside = resonates(windows, x, values, springs)
+    why = doubt(evidence, misfit, bool(spoilt.any())) or ("" if inside.any() else BEYOND)
+    return Section(x, covariance, inside, values, used_waves(windows), why)
+
+
+def resonates(windows: Windows, log_stiffness: np.ndarray, common: Common, springs: Springs) -> np.ndarray:
+    """Whether the resonance of the wheelset on its track lies well within what is used of each window."""
+    hertz = np.geomspace(5.0, 400.0, 300)
+    omega = 2.0 * np.pi * hertz
+    gain = acceleration_over_roughness(omega, np.exp(log_stiffness)[:, None], common, springs) / omega**4
+    peak = hertz[gain.argmax(axis=1)]
+    frequency = windows.speed[:, None] * windows.wave_number
+    low = np.where(windows.used, frequency, np.inf).min(axis=1)
+    high = np.where(windows.used, frequency, 0.0).max(axis=1)
+    return (low * INSIDE <= peak) & (peak <= high / INSIDE)
 
 
 def clear_of_noise(windows: Windows, noise: float) -> Windows:
@@ -97,7 +118,14 @@ def clear_of_noise(windows: Windows, noise: float) -> Windows:
     width = 2 * TAPERS + 1
     padded = np.pad(np.where(np.isfinite(middle), middle, 0.0), width // 2, mode="edge")
     smooth = np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=1)
-    return windows.without(some & (smooth < CLEAR))
+    noisy = smooth < CLEAR
+    last = np.flatnonzero(some & ~noisy)[-1:]
+    if last.size and (some & noisy)[last[0] + 1 :].any():
+        k, end = windows.wave_number, windows.wave_number[last[0]]
+        before = np.abs(np.log(k * THIRD / end)).argmin()
+        if smooth[before] > STEEP * smooth[last[0]]:
+            noisy |= k > end / 2.0
+    return windows.without(some & noisy)
 
 
 def too_little(windows: Windows) -> str:
@@ -120,8 +148,8 @@ def knee(likelihood: Likelihood, state: State) -> np.ndarray:
     log_k, knots = np.log(windows.wave_number), likelihood.knots
     place = sharpest + 1
     if place >= len(knots) // 2:
-        return log_k > knots[place - 1]
-    return log_k < knots[place + 1]
+        return log_k > knots[max(place - 2, 0)]
+    return log_k < knots[min(place + 2, len(knots) - 1)]
 
 
 def lines(likelihood: Likelihood, state: State) -> np.ndarray:
@@ -156,4 +184,5 @@ def used_waves(windows: Windows) -> tuple[float, float]:
 def nothing(windows: Windows, expected: Common, reason: str) -> Section:
     """What is given where there is nothing to fit."""
     count = len(windows.s)
-    return Section(np.full(count, np.nan), np.full((count, count), np.nan), expected, used_waves(windows), reason)
+    none = np.zeros(count, dtype=bool)
+    return Section(np.full(count, np.nan), np.full((count, count), np.nan), none, expected, used_waves(windows), reason)

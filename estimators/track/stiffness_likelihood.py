@@ -157,7 +157,7 @@ class Likelihood:
     def _by_own(self, state: State, signal: np.ndarray) -> np.ndarray:
         """Derivatives of the density by the own unknowns, shape (windows, OWN, bins)."""
         step = 1e-4
-        moved = self.signal(replace(state, own=state.own + [step, 0.0, 0.0]))
+        moved = self.signal(replace(state, own=state.own + np.array([step, 0.0, 0.0])))
         return np.stack([(moved - signal) / step, signal, signal * self.log_k], axis=1)
 
     def _by_common(self, state: State, signal: np.ndarray) -> np.ndarray:

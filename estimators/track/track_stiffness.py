@@ -78,10 +78,14 @@ class TrackStiffness(AxleboxEstimator, frozen=True):
         """Of one section: nothing where it is not believed, and in windows that know too little."""
         if found is None or found.reason:
             return {}
-        std, (off, off_std) = found.std(), found.ratio()
-        value, ratio = np.exp(found.log_stiffness), np.exp(off)
-        columns = dict(zip(COLUMNS, (value, value * std, ratio, ratio * off_std), strict=True))
-        return {name: np.where(std <= self.widest, values, np.nan) for name, values in columns.items()}
+        std = found.std()
+        known = found.inside & (std <= self.widest)
+        off, off_std = found.ratio(known)
+        value, ratio = np.exp(found.log_stiffness[known]), np.exp(off)
+        columns = {name: np.full(len(known), np.nan) for name in COLUMNS}
+        for name, values in zip(COLUMNS, (value, value * std[known], ratio, ratio * off_std), strict=True):
+            columns[name][known] = values
+        return columns
 
     def _warnings(self, sections: list[Section | None]) -> list[str]:
         few = f"fewer than {FEWEST} windows of {self.length:g} m can be used: nothing is given"

@@ -15,7 +15,7 @@ from railsim.track.track import Track
 BAND = Band(shortest=1.0, longest=100.0)
 CLEAN, FADE = 25.0, 20.0  # m at the start without irregularities; over which they come in
 SPACING = 0.1  # m
-_DIGITS = {"curvature": 11}
+_DIGITS = {"curvature": 11, "stiffness": -4}
 _OTHERS = 7
 _MADE = "Made by python -m railsim.track.shipped; licence MIT, as the program."
 
@@ -91,6 +91,31 @@ def voids(name: str, seed: int) -> Track:
         _MADE,
     ]
     return _assembled(s, name, _irregularities(s, "erri_low", noise), hanging, comments)
+
+
+def stiffness_varies(name: str, seed: int) -> Track:
+    """400 m whose stiffness under the rails varies: soft formation, then a bridge; roughness down to waves of 0.2 m."""
+    s = synthesis.distances(400.0, 0.05)
+    laws = spectra.spectra("erri_low")
+    waves = Band(shortest=0.2, longest=100.0)
+    columns = synthesis.faded_irregularities(laws, s, 0.05, np.random.default_rng(seed), waves, (CLEAN, FADE))
+    columns["stiffness"] = zones(s, 100e6, [(130.0, 190.0, 0.5), (260.0, 320.0, 1.7)])
+    comments = [
+        "Straight track whose rails stand on 100 MN/m each; on half of that from 130 to 190 m (soft formation), on 1.7",
+        "times as much from 260 to 320 m (bridge), with ramps of 6 m. Irregularities of the spectrum erri_low, carried",
+        f"on to wavelengths of 0.2 m (rows 0.05 m apart), seed {seed}.",
+        _MADE,
+    ]
+    return _assembled(s, name, columns, [], comments)
+
+
+def zones(s: np.ndarray, usual: float, pieces: Sequence[tuple[float, float, float]], ramp: float = 6.0) -> np.ndarray:
+    """Stiffness at distances `s`: the usual one, times a factor between two places of each piece, with ramps."""
+    factor = np.ones(s.size)
+    for begin, end, times in pieces:
+        inside = synthesis.fade_in(s, begin - ramp / 2, ramp) * (1 - synthesis.fade_in(s, end - ramp / 2, ramp))
+        factor *= times**inside
+    return usual * factor
 
 
 def main_line(name: str, seed: int) -> Track:

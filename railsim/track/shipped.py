@@ -39,6 +39,7 @@ def tracks() -> dict[str, Callable[[], Track]]:
         "crossover_1in13": lambda: featured.crossover("crossover_1in13", seed=176_005),
         "corrugated": lambda: featured.corrugated("corrugated", seed=176_006),
         "voids": lambda: featured.voids("voids", seed=176_007),
+        "stiffness_varies": lambda: featured.stiffness_varies("stiffness_varies", seed=176_009),
         "paddington_bristol_like": lambda: featured.main_line("paddington_bristol_like", seed=176_008),
     }
 
