@@ -76,7 +76,7 @@ class Section(NamedTuple):
 def section(windows: Windows, expected: Common, springs: Springs) -> Section:
     """Fit windows that all have bins in use."""
     windows = clear_of_noise(windows, expected.noise)
-    for _ in range(ROUNDS):
+    for left in reversed(range(ROUNDS)):
         if reason := too_little(windows):
             return nothing(windows, expected, reason)
         likelihood = Likelihood(windows, expected, springs)
@@ -85,8 +85,16 @@ def section(windows: Windows, expected: Common, springs: Springs) -> Section:
         if not spoilt.any():  # a line bends the shape, so that bends are judged without lines
             spoilt = knee(likelihood, state)
         if not spoilt.any():
+            return judged(likelihood, state)
+        if not left:
             break
         windows = windows.without(spoilt)
+    return nothing(windows, expected, "the spectrum has lines or bends that no roughness has")
+
+
+def judged(likelihood: Likelihood, state: State) -> Section:
+    """What a fit gives, and whether it is to be believed."""
+    windows, expected, springs = likelihood.windows, likelihood.expected, likelihood.springs
     rigid = Likelihood(windows, expected, springs, gives=False)
     evidence = rigid.objective(rigid.fit()) - likelihood.objective(state)
     misfit = likelihood.misfit(state)
@@ -98,7 +106,7 @@ def section(windows: Windows, expected: Common, springs: Springs) -> Section:
     values = likelihood.values(state.common)
     inside = resonates(windows, x, values, springs)
     far = float(np.abs(state.common[:-1] / likelihood.open[:-1]).max())
-    why = doubt(evidence, misfit, far, bool(spoilt.any())) or ("" if inside.any() else BEYOND)
+    why = doubt(evidence, misfit, far) or ("" if inside.any() else BEYOND)
     return Section(x, covariance, inside, values, used_waves(windows), why)
 
 
@@ -118,18 +126,18 @@ def clear_of_noise(windows: Windows, noise: float) -> Windows:
     """Without bins that are no more than noise in half of the windows; noise in (m/s2)^2/Hz."""
     over = np.where(windows.used, windows.power / (noise * windows.speed[:, None]), np.nan)
     some = windows.used.any(axis=0)
-    middle = np.full(len(some), np.nan)
+    middle = np.full(len(windows.wave_number), np.nan)
     middle[some] = np.nanmedian(over[:, some], axis=0)
     width = 2 * TAPERS + 1
     padded = np.pad(np.where(np.isfinite(middle), middle, 0.0), width // 2, mode="edge")
     smooth = np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=1)
-    noisy = smooth < CLEAR
-    last = np.flatnonzero(some & ~noisy)[-1:]
-    if last.size and (some & noisy)[last[0] + 1 :].any():
-        k, end = windows.wave_number, windows.wave_number[last[0]]
-        before = np.abs(np.log(k * THIRD / end)).argmin()
-        if smooth[before] > STEEP * smooth[last[0]]:
-            noisy |= k > end / 2.0
+    noisy: np.ndarray = np.less(smooth, CLEAR)
+    clear = np.flatnonzero(some & ~noisy)
+    if clear.size and np.any((some & noisy)[clear[-1] + 1 :]):
+        k, last = windows.wave_number, clear[-1]
+        before = np.abs(np.log(k * THIRD / k[last])).argmin()
+        if smooth[before] > STEEP * smooth[last]:
+            noisy = noisy | (k > k[last] / 2.0)
     return windows.without(some & noisy)
 
 
@@ -169,10 +177,8 @@ def lines(likelihood: Likelihood, state: State) -> np.ndarray:
     return wide & (count > 0)
 
 
-def doubt(evidence: float, misfit: np.ndarray, far: float, spoilt: bool) -> str:
+def doubt(evidence: float, misfit: np.ndarray, far: float) -> str:
     """Why a fit is not to be believed; empty where it is."""
-    if spoilt:
-        return "the spectrum has lines or bends that no roughness has"
     if misfit.mean() > POOR:
         return f"wheel, track and a smooth roughness do not describe the spectra: chi-square {misfit.mean():.1f} of 1"
     if far > UNLIKELY:

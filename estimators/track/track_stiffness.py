@@ -32,7 +32,7 @@ class TrackStiffness(AxleboxEstimator, frozen=True):
     slowest: float = quantity(3.0, unit="m/s", source="illustrative: slower is marked as invalid", gt=0.5)
     length: float = quantity(20.0, unit="m, of the windows", source="illustrative", ge=5.0, le=200.0)
     lowest: float = quantity(14.0, unit="Hz", source="above the bogie on its primary springs", ge=5.0, le=50.0)
-    highest: float = quantity(110.0, unit="Hz", source="a beam and a lumped track differ by 16 % there", ge=60.0, le=400.0)
+    highest: float = quantity(110.0, unit="Hz", source="beam and lumped track differ by 16 % there", ge=60.0, le=400.0)
     widest: float = quantity(0.3, unit="deviation over value that is still given", source="illustrative", gt=0.0)
 
     def estimate(self, measurements: Measurements) -> Estimate:

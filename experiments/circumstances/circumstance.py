@@ -17,6 +17,7 @@ from railsim.sensors.interface import Sensor
 from railsim.settings import dump_yaml, load_yaml
 from railsim.spec import Spec, quantity
 from railsim.speed import Profile
+from railsim.track.featured import zones
 from railsim.track.files import format_track
 from railsim.track.spectra import Band, spectra
 from railsim.track.synthesis import Segment, Transition, design, distances, faded_irregularities
@@ -47,13 +48,25 @@ class Line(Spec, frozen=True):
     cant: float = quantity(0.0, unit="m over 1.5 m, right rail higher +", source=CHOSEN)
     clean: float = quantity(60.0, unit="m at the start, without irregularities", source="the bases' start", ge=0.0)
     length: float = quantity(2000.0, unit="m", source=CHOSEN, ge=100.0)
+    shortest: float = quantity(BAND.shortest, unit="m, wavelength", source=CHOSEN, ge=0.1, le=BAND.shortest)
+    stiffness: float | None = quantity(None, unit="N/m under a rail; none: not stated", source=CHOSEN, gt=0.0)
+    zones: tuple[tuple[float, float, float], ...] = quantity(
+        (), unit="m, m, -: from, to, factor of the stiffness", source=CHOSEN
+    )
 
     def track(self) -> Track:
-        """Rows 0.2 m apart."""
-        s = distances(self.length, SPACING)
+        """Rows 0.2 m apart, or four in the shortest wave."""
+        spacing = min(SPACING, self.shortest / 4.0)
+        s = distances(self.length, spacing)
         rng = np.random.default_rng([self.seed, 50])
-        columns = faded_irregularities(spectra(self.spectrum), s, SPACING, rng, BAND, (self.clean, FADE))
-        columns = {name: np.round(self.roughness * values, 8) for name, values in columns.items()}
+        waves = Band(self.shortest, BAND.longest)
+        columns = faded_irregularities(spectra(self.spectrum), s, spacing, rng, waves, (self.clean, FADE))
+        if self.stiffness is not None:
+            columns["stiffness"] = zones(s, self.stiffness, self.zones)
+        columns = {
+            name: np.round(values if name == "stiffness" else self.roughness * values, 8)
+            for name, values in columns.items()
+        }
         if self.radius is not None:
             arc = Segment(self.length - 2.0 * (STRAIGHT + TRANSITION), 1.0 / self.radius, self.cant)
             pieces = [Segment(STRAIGHT), Transition(TRANSITION), arc, Transition(TRANSITION), Segment(STRAIGHT)]
