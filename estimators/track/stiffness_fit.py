@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from estimators.signals.bands import stretches
 from estimators.track.stiffness_likelihood import Likelihood, State
 from estimators.track.stiffness_model import Common, Springs, acceleration_over_roughness
 from estimators.track.stiffness_windows import TAPERS, Windows
@@ -123,22 +124,26 @@ def resonates(windows: Windows, log_stiffness: np.ndarray, common: Common, sprin
 
 
 def clear_of_noise(windows: Windows, noise: float) -> Windows:
-    """Without bins that are no more than noise in half of the windows; noise in (m/s2)^2/Hz."""
+    """Without bins that are no more than noise in half of the windows, and those beyond them; noise in (m/s2)^2/Hz.
+
+    What is left is one stretch of frequencies, the longest one. Where the power falls steeply to noise at its end, the
+    upper half of it is left out as well.
+    """
+    k, some = windows.wave_number, windows.used.any(axis=0)
     over = np.where(windows.used, windows.power / (noise * windows.speed[:, None]), np.nan)
-    some = windows.used.any(axis=0)
-    middle = np.full(len(windows.wave_number), np.nan)
+    middle = np.zeros(len(k))
     middle[some] = np.nanmedian(over[:, some], axis=0)
     width = 2 * TAPERS + 1
-    padded = np.pad(np.where(np.isfinite(middle), middle, 0.0), width // 2, mode="edge")
-    smooth = np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=1)
-    noisy: np.ndarray = np.less(smooth, CLEAR)
-    clear = np.flatnonzero(some & ~noisy)
-    if clear.size and np.any((some & noisy)[clear[-1] + 1 :]):
-        k, last = windows.wave_number, clear[-1]
-        before = np.abs(np.log(k * THIRD / k[last])).argmin()
-        if smooth[before] > STEEP * smooth[last]:
-            noisy = noisy | (k > k[last] / 2.0)
-    return windows.without(some & noisy)
+    smooth = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(middle, width // 2, mode="edge"), width), axis=1)
+    clear = stretches(some & np.greater_equal(smooth, CLEAR))
+    kept = np.zeros(len(k), dtype=bool)
+    if clear:
+        begin, end = max(clear, key=lambda one: one[1] - one[0])
+        kept[begin:end] = True
+        before = int(np.abs(np.log(k * THIRD / k[end - 1])).argmin())
+        if np.flatnonzero(some)[-1] >= end and smooth[before] > STEEP * smooth[end - 1]:
+            kept &= k <= k[end - 1] / 2.0
+    return windows.without(~kept)
 
 
 def too_little(windows: Windows) -> str:

@@ -10,7 +10,7 @@ from experiments.figures.accuracy_claims import pick
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, at_most
 from experiments.reporting.intervals import of_mean_share, of_median, of_share
-from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
+from experiments.reporting.plots import BLUE, GREY, ORANGE
 from experiments.reporting.size import Size
 from experiments.runs.track_stiffness import CASES, NINETY, SPEEDS, study, summary
 from railsim.analysis.statistics import root_mean_square
@@ -61,17 +61,13 @@ class TrackStiffness(Figure):
         below.invert_yaxis()
         below.grid(True, color="#dddddd", lw=0.6)
         below.set(xlabel="rms in % of the stiffness", xlim=(0.0, None))
-        below.set_title("by case (share of the windows that is answered)", loc="left")
+        told = np.isfinite(np.asarray(pick(table, case=RIGID)["found [N/m]"]))
+        withheld = f"on rigid rails {told.sum()} of {len(told)}"
+        below.set_title(f"by case (windows that are answered; {withheld})", loc="left")
         for axes in (above, below):
             axes.spines[["top", "right"]].set_visible(False)
             axes.set_axisbelow(True)
             axes.legend(frameon=False, fontsize=9)
-        rigid = np.asarray(pick(table, case=RIGID)["found [N/m]"])
-        told = int(np.isfinite(rigid).sum())
-        below.annotate(
-            f"rigid rails: {told} of {len(rigid)} windows answered", (0.99, 0.02), xycoords="axes fraction",
-            ha="right", color=RED if told else "black", fontsize=9,
-        )  # fmt: skip
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

@@ -25,7 +25,7 @@ FEW_ROWS = 40
 NAMED = 5
 """Columns that are named where they are not drawn."""
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
-SHOWN = {"m": ("mm", 1e3), "m/s": ("km/h", 3.6), "m/m": ("mm/m", 1e3), "1/m": ("1/km", 1e3)}
+SHOWN = {"m": ("mm", 1e3), "m/s": ("km/h", 3.6), "m/m": ("mm/m", 1e3), "1/m": ("1/km", 1e3), "N/m": ("MN/m", 1e-6)}
 """Units of a picture, and the factor to them."""
 APART = ("s", "time", "valid")
 FIRST = ("vertical_d1", "vertical_d2", "lateral_d1", "lateral_d2", "cross_level_d1", "cross_level_d2")

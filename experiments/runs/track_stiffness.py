@@ -96,6 +96,8 @@ CASES: Mapping[str, Case] = {
     ),
     "rigid rails": Case(track=None),
 }  # fmt: skip
+MORE = 6
+"""Times as many runs on rigid rails: 72 without a false answer show that it is below 5 %."""
 SPEEDS = (15.0, 25.0, 40.0, 55.0)
 
 
@@ -194,12 +196,12 @@ def bound(case: Case, stiffness: float, speed: float, chosen: Scenario) -> float
 
 
 def study(cases: Sequence[str], speeds: Sequence[float], seeds: int, jobs: int = 1) -> pd.DataFrame:
-    """All runs of some cases."""
+    """All runs of some cases; `seeds` of each at each speed, on rigid rails `MORE` times as many."""
     tasks = [
-        (name, speed, 1000 * list(CASES).index(name) + 10 * i + seed)
+        (name, speed, 1000 * list(CASES).index(name) + 10 * i + seed % 10 + 100 * (seed // 10))
         for name in cases
         for i, speed in enumerate(speeds)
-        for seed in range(seeds)
+        for seed in range(seeds if CASES[name].track is not None else MORE * seeds)
     ]
     found: Any = (
         Parallel(n_jobs=jobs)(delayed(run)(*task) for task in tasks) if jobs > 1 else [run(*one) for one in tasks]

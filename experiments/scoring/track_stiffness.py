@@ -24,9 +24,15 @@ class TrackStiffnessScorer(Scorer):
     columns: ClassVar[tuple[str, ...]] = (STIFFNESS, RATIO)
     needs: ClassVar[tuple[str, ...]] = ("s [m]", TIME, "valid [-]", STIFFNESS_STD, RATIO_STD)
     checks: ClassVar[tuple[Check, ...]] = tuple(
-        Check(quantity, f"{quantity} relative error [-]", 0.2, SOURCE, f"{quantity} within 2 std [-]", answered)
+        Check(
+            quantity,
+            f"{quantity} relative error [-]",
+            0.2,
+            SOURCE,
+            f"{quantity} within 2 std [-]",
+            "track stiffness answered [-]",
+        )
         for quantity in ("track stiffness", "ratio of track stiffness")
-        for answered in ("track stiffness answered [-]",)
     )
 
     def score(self, estimate: Estimate, truth: Truth) -> dict[str, float]:
@@ -43,16 +49,17 @@ class TrackStiffnessScorer(Scorer):
         if not answered.any():
             return scores
         true = true_stiffness(estimate, truth)[answered]
-        mean = np.exp(np.mean(np.log(true)))
-        for name, column, std, known in (
-            ("track stiffness", STIFFNESS, STIFFNESS_STD, true),
-            ("ratio of track stiffness", RATIO, RATIO_STD, true / mean),
+        rigid = np.isinf(true).any()
+        known = {STIFFNESS: true, RATIO: true if rigid else true / np.exp(np.mean(np.log(true)))}
+        for name, column, std in (
+            ("track stiffness", STIFFNESS, STIFFNESS_STD),
+            ("ratio of track stiffness", RATIO, RATIO_STD),
         ):
             value, deviation = (estimate.series[one].to_numpy()[answered] for one in (column, std))
-            if np.isinf(true).any():  # rigid rails: the whole of the stated give is wrong
+            if rigid:  # the whole of the stated give is wrong
                 scores |= _scored(name, np.ones(len(value)), np.zeros(len(value)))
-                continue
-            scores |= _scored(name, value / known - 1.0, deviation / value)
+            else:
+                scores |= _scored(name, value / known[column] - 1.0, deviation / value)
         return scores
 
 
