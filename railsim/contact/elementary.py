@@ -3,6 +3,8 @@
 Each agrees with NumPy's to a few units in the last place over what the contact needs.
 """
 
+import math
+
 import numpy as np
 
 from railsim.compiled import inlined
@@ -64,3 +66,55 @@ def cube_root(x):
     """Cube root of a normal number or of 0: a third of the exponent, then Halley's method."""
     y = np.int64(np.float64(x).view(np.int64) * THIRD + ROOT_GUESS).view(np.float64)
     return _halley(x, _halley(x, _halley(x, y)))
+
+
+@inlined
+def any_arc_tangent(x):
+    """Arc tangent of any x [rad]."""
+    angle = arc_tangent(abs(x))
+    return angle if x >= 0.0 else -angle
+
+
+@inlined
+def hyperbolic_tangent(x):
+    """tanh(x), to 4e-15 of its limit 1."""
+    e = falling_exponential(2.0 * abs(x))
+    size = (1.0 - e) / (1.0 + e)
+    return size if x >= 0.0 else -size
+
+
+@inlined
+def _turned_sine(x, quarters):
+    """Sine of x and so many quarter turns more: reduction by Cody and Waite, then the polynomials of Cephes' sin.c
+    (Moshier 1984); for |x| up to 1e6.
+    """
+    n = math.floor(x * (2.0 / math.pi) + 0.5)
+    r = ((x - n * 1.57079625129699707031) - n * 7.54978941586159635336e-8) - n * 5.39030285815811905290e-15
+    z = r * r
+    s = r + r * z * (
+        -1.66666666666666307295e-1
+        + z * (8.33333333332211858878e-3 + z * (-1.98412698295895385996e-4 + z * (2.75573136213857245213e-6
+        + z * (-2.50507477628578072866e-8 + z * 1.58962301576546568060e-10))))
+    )  # fmt: skip
+    c = 1.0 - 0.5 * z + z * z * (
+        4.16666666666665929218e-2
+        + z * (-1.38888888888730564116e-3 + z * (2.48015872888517045348e-5 + z * (-2.75573141792967388112e-7
+        + z * (2.08757008419747316778e-9 - z * 1.13585365213876817300e-11))))
+    )  # fmt: skip
+    quarter = n + quarters
+    quarter = quarter - 4.0 * math.floor(0.25 * quarter)
+    odd = (quarter == 1.0) | (quarter == 3.0)
+    size = c if odd else s
+    return -size if quarter >= 2.0 else size
+
+
+@inlined
+def sine(x):
+    """Sine of x [rad]."""
+    return _turned_sine(x, 0.0)
+
+
+@inlined
+def cosine(x):
+    """Cosine of x [rad]."""
+    return _turned_sine(x, 1.0)

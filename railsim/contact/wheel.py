@@ -21,6 +21,7 @@ the profiles where they are nearest. Creepages and creep law are evaluated there
 import math
 from typing import Any, NamedTuple
 
+from railsim.branches import where
 from railsim.compiled import inlined, kernel
 from railsim.contact.elementary import cube_root, cubic
 from railsim.contact.fastsim import fastsim_force
@@ -117,31 +118,54 @@ class WheelForces(NamedTuple):
 
 
 @inlined
-def _profile(start, per_metre, cells, u):
-    """Lift, its first and second derivative; half distance and its derivative; cell and fraction. Straight beyond the
-    table, of which `per_metre` is the cells' number to a metre.
+def cell_of(start, per_metre, last, u):
+    """Cell of the contact functions at shift u [m], of which `last` is the last one, and the place in it: below 0 or
+    above 1 beyond the table.
     """
     place = (u - start) * per_metre
-    cell = min(max(int(place), 0), cells.shape[0] - 1)
-    x = place - cell
+    cell = min(max(math.floor(place), 0.0), last)
+    return cell, place - cell
+
+
+class Gap(NamedTuple):
+    """How far wheel and rail reach into each other at one place, and how that changes."""
+
+    depth: float  # p [m]
+    across: float  # dp/dy [-]
+    along: float  # dp/du [-]
+    slope: float  # dH/du [-]
+    bend: float  # d2H/du2 [1/m]
+    arm: float  # lateral lever about the wheelset's centre, before sigma [m]
+    yaw_factor: float  # second derivative of p by the yaw angle [m]
+    x: float  # fraction of the cell
+
+
+@inlined
+def gap(lift_row, half_row, x, per_metre, side, r0, y, z, roll, yaw, rail_y, rail_z, sigma):
+    """`Gap` of a wheel moved across by -sigma [m], with the coefficients of lift and half distance in its cell and the
+    place x in that; beyond the table the profile goes on straight.
+    """
     edge = min(max(x, 0.0), 1.0)
-    lift_row, half_row = cells[cell, LIFT], cells[cell, HALF_DISTANCE]
+    inside, yaw_square = x == edge, 0.5 * yaw * yaw
     rise = lift_row[1] + edge * (2.0 * lift_row[2] + 3.0 * edge * lift_row[3])
     lift = cubic(lift_row, edge) + rise * (x - edge)
     lift_1 = rise * per_metre
     half = cubic(half_row, edge)
-    if x != edge:
-        return lift, lift_1, 0.0, half, 0.0, cell, edge
-    lift_2 = (2.0 * lift_row[2] + 6.0 * x * lift_row[3]) * per_metre * per_metre
-    half_1 = (half_row[1] + x * (2.0 * half_row[2] + 3.0 * x * half_row[3])) * per_metre
-    return lift, lift_1, lift_2, half, half_1, cell, x
+    lift_2 = where(inside, (2.0 * lift_row[2] + 6.0 * x * lift_row[3]) * per_metre * per_metre, 0.0)
+    half_1 = where(inside, (half_row[1] + x * (2.0 * half_row[2] + 3.0 * x * half_row[3])) * per_metre, 0.0)
+    arm = side * half + rail_y - y
+    yaw_factor = lift_1 * (r0 * lift_1 - side * half)
+    p = lift + rail_z - z - roll * (arm + sigma) + yaw_square * yaw_factor
+    turned = lift_2 * (2.0 * r0 * lift_1 - side * half) - side * lift_1 * half_1
+    p_u = lift_1 - side * half_1 * roll + yaw_square * turned
+    return Gap(p, p_u + roll, p_u, lift_1, lift_2, arm, yaw_factor, edge)
 
 
 @inlined
-def _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1):
-    """dp/du."""
-    turned = lift_2 * (2.0 * r0 * lift_1 - side * half) - side * lift_1 * half_1
-    return lift_1 - side * half_1 * roll + yaw_square * turned
+def nearer(there: Gap, sigma):
+    """Step of Newton's method from sigma towards the place where wheel and rail are nearest [m]."""
+    p, p_y = there.depth, there.across
+    return (p * p_y - sigma) / (1.0 + p_y * p_y + max(p * there.bend, -0.5))
 
 
 @kernel
@@ -177,35 +201,29 @@ class ContactPoint(NamedTuple):
 @inlined
 def nearest(wheel: WheelOnRail, state: WheelState, rail_z):
     """`ContactPoint` of one wheel on a rail at height `rail_z` [m], which need not be the state's."""
-    r0, side = wheel.radius, wheel.side
-    y, z, roll, rail_y = state.y, state.z, state.roll, state.rail_y
-    per_metre = 1.0 / wheel.spacing
-    shift = y + r0 * roll - rail_y
-    yaw_square = 0.5 * state.yaw * state.yaw
-    lift, lift_1, lift_2, half, half_1, cell, x = _profile(wheel.start, per_metre, wheel.cells, shift)
-    arm = side * half + rail_y - y
-    yaw_factor = lift_1 * (r0 * lift_1 - side * half)
-    p = lift + rail_z - z - roll * arm + yaw_square * yaw_factor
-    if p <= 0.0:
-        return ContactPoint(0.0, lift_1 + roll, lift_1, 0.0, arm, yaw_factor, shift, cell, x)
-    p_u = _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1)
-    p_y = p_u + roll
-    sigma = p * p_y / (1.0 + p_y * p_y + max(p * lift_2, -0.5))
-    for _ in range(NEAREST_STEPS):
-        lift, lift_1, lift_2, half, half_1, cell, x = _profile(wheel.start, per_metre, wheel.cells, shift - sigma)
-        arm = side * half + rail_y - y
-        yaw_factor = lift_1 * (r0 * lift_1 - side * half)
-        p = lift + rail_z - z - roll * (arm + sigma) + yaw_square * yaw_factor
-        p_u = _slope(side, r0, roll, yaw_square, lift_1, lift_2, half, half_1)
-        p_y = p_u + roll
-        step = (p * p_y - sigma) / (1.0 + p_y * p_y + max(p * lift_2, -0.5))
+    per_metre, last = 1.0 / wheel.spacing, wheel.cells.shape[0] - 1.0
+    shift = state.y + wheel.radius * state.roll - state.rail_y
+    sigma = 0.0
+    for n in range(1 + NEAREST_STEPS):
+        place, x = cell_of(wheel.start, per_metre, last, shift - sigma)
+        cell = int(place) if place == place else 0
+        here = gap(
+            wheel.cells[cell, LIFT], wheel.cells[cell, HALF_DISTANCE], x, per_metre, wheel.side, wheel.radius,
+            state.y, state.z, state.roll, state.yaw, state.rail_y, rail_z, sigma,
+        )  # fmt: skip
+        p, p_y, p_u = here.depth, here.across, here.along
+        if n == 0 and p <= 0.0:
+            return ContactPoint(
+                0.0, here.slope + state.roll, here.slope, 0.0, here.arm, here.yaw_factor, shift, cell, here.x
+            )
+        step = nearer(here, sigma)
         sigma += step
-        if abs(step) < NEAREST:  # the rest of the way along the tangent
+        if n > 0 and abs(step) < NEAREST:  # the rest of the way along the tangent
             p -= p_y * step
-            p_u -= lift_2 * step
-            p_y -= lift_2 * step
+            p_u -= here.bend * step
+            p_y -= here.bend * step
             break
-    return ContactPoint(p, p_y, p_u, sigma, arm, yaw_factor, shift - sigma, cell, x)
+    return ContactPoint(p, p_y, p_u, sigma, here.arm, here.yaw_factor, shift - sigma, cell, here.x)
 
 
 @inlined

@@ -12,6 +12,7 @@ The place is near the elements because these may be far from the centre of gravi
 rotation may be large, and that is exact.
 """
 
+from railsim.branches import vanishes
 from railsim.compiled import inlined
 from railsim.dynamics.elements import (
     APPLIED,
@@ -217,8 +218,9 @@ def law_of_joint(plant, e, t, q, rate, x, force, out, joints, work):
     if plant.core.curved:
         _relative_rotation(own, work)
     resisting = element_force(plant, e, t, work[STRETCH + axis], work[SPEED + axis], x, out)
-    if resisting != 0.0:
-        work[APPLIED : APPLIED + 6] = 0.0
-        work[APPLIED + axis] = -resisting
-        moments_of(own[POSITION:RATE], work[12:18], work[54:57], arms[1], work)
-        _apply(plant, lower, own, force, work)
+    if vanishes(resisting):
+        return
+    work[APPLIED : APPLIED + 6] = 0.0
+    work[APPLIED + axis] = -resisting
+    moments_of(own[POSITION:RATE], work[12:18], work[54:57], arms[1], work)
+    _apply(plant, lower, own, force, work)

@@ -16,6 +16,7 @@ wheelsets, its coordinates (7 w), their rates (7 w) and the lags of its contacts
 
 import math
 
+from railsim.branches import vanishes, where
 from railsim.compiled import inlined, kernel
 from railsim.constants import GRAVITY
 from railsim.contact.wheel import upward
@@ -76,13 +77,11 @@ def wheelset_torque(plant, i, t, spin, velocity):
     torque = plant.knots[a, 2 + i] + x * (plant.knots[b, 2 + i] - plant.knots[a, 2 + i])
     column = 2 + plant.core.radius.shape[0] + i
     slip = plant.knots[a, column] + x * (plant.knots[b, column] - plant.knots[a, column])
-    if slip != 0.0:
-        torque -= SLIDE_GAIN * plant.core.spin_inertia[i] * (spin - (1.0 - slip) * velocity / plant.core.radius[i])
+    slide = SLIDE_GAIN * plant.core.spin_inertia[i] * (spin - (1.0 - slip) * velocity / plant.core.radius[i])
     column += plant.core.radius.shape[0]
     brake = plant.knots[a, column] + x * (plant.knots[b, column] - plant.knots[a, column])
-    if brake > 0.0:
-        torque -= max(-brake, min(brake, BRAKE_GRIP * plant.core.spin_inertia[i] * spin))
-    return torque
+    grip = max(-brake, min(brake, BRAKE_GRIP * plant.core.spin_inertia[i] * spin))
+    return torque - where(slip != 0.0, slide, 0.0) - where(brake > 0.0, grip, 0.0)
 
 
 @kernel
@@ -130,9 +129,10 @@ def derivatives(plant, t, x, out, scratch, wheels):
             resisting = bump_stop(plant.core.parameters[e], elongation)
         else:
             resisting = element_force(plant, e, t, elongation, stretching, x, out)
-        if resisting != 0.0:
-            for i in range(n):
-                force[i] -= plant.core.direction[e, i] * resisting
+        if vanishes(resisting):
+            continue
+        for i in range(n):
+            force[i] -= plant.core.direction[e, i] * resisting
     if general(plant):
         held = close_joints(plant, q, force, scratch[JOINTS], scratch[ELEMENT])
     if plant.core.loads > 0:
@@ -285,7 +285,7 @@ def path_moment(plant, acceleration, along, torque):
 def drag(plant, velocity):
     """Running resistance [N]."""
     a = plant.core.resistance
-    return a[0] + velocity * (a[1] + velocity * a[2]) if velocity > 0.0 else 0.0
+    return where(velocity > 0.0, a[0] + velocity * (a[1] + velocity * a[2]), 0.0)
 
 
 @inlined

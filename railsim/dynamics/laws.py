@@ -2,6 +2,7 @@
 
 import math
 
+from railsim.branches import where
 from railsim.compiled import kernel
 from railsim.force_laws import BlowOff, BumpStop, Damper, DryFriction, Maxwell, Scheduled, SeriesDamper, Tabulated
 
@@ -65,31 +66,26 @@ def law_force(code, parameters, tables, t, elongation, rate, state):
 def bump_stop(parameters, elongation):
     """Force of `BumpStop`."""
     offset = elongation - parameters[STOP_MIDDLE]
-    beyond = abs(offset) - parameters[STOP_GAP]
-    if beyond <= 0.0:
-        return 0.0
+    beyond = max(abs(offset) - parameters[STOP_GAP], 0.0)
     force = beyond * (parameters[STOP_STIFFNESS] + parameters[STOP_CUBIC] * beyond * beyond)
-    return force if offset > 0.0 else -force
+    return where(offset > 0.0, force, -force)
 
 
 @kernel
 def scheduled(parameters, t, elongation, rate):
     """Force of `Scheduled`."""
-    since = t - parameters[ONSET]
-    if since <= 0.0 and parameters[ONSET] > 0.0:
-        return 0.0
-    share = since / parameters[RAMP] if since < parameters[RAMP] and parameters[ONSET] > 0.0 else 1.0
+    since, later = max(t - parameters[ONSET], 0.0), parameters[ONSET] > 0.0
+    share = where(later & (since < parameters[RAMP]), since / parameters[RAMP], 1.0)
+    share = where(later & (since <= 0.0), 0.0, share)
     return share * (parameters[STIFFNESS] * elongation + parameters[DAMPING] * rate + parameters[FORCE])
 
 
 @kernel
 def blow_off(parameters, rate):
     """Force of `BlowOff`."""
-    beyond = abs(rate) - parameters[BLOW_OFF_VELOCITY]
-    if beyond <= 0.0:
-        return 0.0
+    beyond = max(abs(rate) - parameters[BLOW_OFF_VELOCITY], 0.0)
     less = (parameters[DAMPING_BEYOND] - parameters[DAMPING_BEFORE]) * beyond
-    return less if rate > 0.0 else -less
+    return where(rate > 0.0, less, -less)
 
 
 @kernel
@@ -97,7 +93,7 @@ def damper(parameters, rate):
     """Force of `Damper`."""
     within = min(abs(rate), parameters[DAMPER_VELOCITY])
     force = parameters[DAMPER_DAMPING] * within + parameters[DAMPER_BEYOND] * (abs(rate) - within)
-    return force if rate > 0.0 else -force
+    return where(rate > 0.0, force, -force)
 
 
 @kernel
@@ -105,7 +101,7 @@ def damper_velocity(parameters, force):
     """Velocity at which a `Damper` gives a force."""
     within = min(abs(force), parameters[DAMPER_DAMPING] * parameters[DAMPER_VELOCITY])
     velocity = within / parameters[DAMPER_DAMPING] + (abs(force) - within) / parameters[DAMPER_BEYOND]
-    return velocity if force > 0.0 else -velocity
+    return where(force > 0.0, velocity, -velocity)
 
 
 @kernel
