@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from railsim.errors import InputError
+    from railsim.many import simulate_many
     from railsim.recording import Recording
     from railsim.scenario import Scenario, load_scenario
     from railsim.simulation import measure, simulate
     from railsim.truth import Truth
 
-__all__ = ["InputError", "Recording", "Scenario", "Truth", "load_scenario", "measure", "simulate"]
+__all__ = ["InputError", "Recording", "Scenario", "Truth", "load_scenario", "measure", "simulate", "simulate_many"]
 
 _HOMES = {"errors": ["InputError"], "recording": ["Recording"], "scenario": ["Scenario", "load_scenario"]} | {
+    "many": ["simulate_many"],
     "simulation": ["measure", "simulate"],
     "truth": ["Truth"],
 }

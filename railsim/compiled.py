@@ -68,7 +68,7 @@ def _kept_by_source(function: Callable[..., Any]) -> Iterator[None]:
     Numba notices a change in a kernel's own file only, and would go on calling the old code of kernels in other files.
     """
     before = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
-    own = _folder() / source_digest(Path(function.__code__.co_filename))
+    own = kernel_folder() / source_digest(Path(function.__code__.co_filename))
     own.mkdir(parents=True, exist_ok=True)
     with suppress(OSError):
         os.utime(own)
@@ -80,7 +80,7 @@ def _kept_by_source(function: Callable[..., Any]) -> Iterator[None]:
 
 
 @cache
-def _folder() -> Path:
+def kernel_folder() -> Path:
     """Folder of all machine code; what nobody has used for long is removed from it.
 
     Where it cannot be written, a temporary one for this process.

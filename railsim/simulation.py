@@ -37,8 +37,8 @@ _COPIES = 2  # of the measured samples: as they are made, and in the recording
 _COLUMNS = 8  # of the truth that a sensor reads at a time
 _TRACK_STREAM = 0x747261636B  # "track": keeps the survey's random numbers apart from the sensors'
 _SHAPING = (
-    *("dynamics", "engines", "contact", "track", "vehicles", "effects"),
-    *("force_laws.py", "model.py", "speed.py", "simulation.py"),
+    *("dynamics", "engines", "lanes", "contact", "track", "vehicles", "effects"),
+    *("branches.py", "force_laws.py", "model.py", "speed.py", "simulation.py"),
 )
 _NUMERICS = ("exudyn", "numba", "numpy", "scipy", "python")
 
@@ -185,7 +185,7 @@ def simulate_held(scenario: Scenario, engine: str = REFERENCE) -> HeldTruth:
     for rows in _on_track(load_engine(engine)(run), scenario):
         values[:, filled : filled + len(rows)] = rows.T
         filled += len(rows)
-    about = _about_run(scenario, run, engine, run_digest(scenario, engine))
+    about = about_run(scenario, run, engine)
     return HeldTruth(values, run.rate, channel_names(run.model), about)
 
 
@@ -202,10 +202,11 @@ def _described(run: Run) -> str:
     return f"the run ({run.duration:g} s at {run.rate:g} Hz, {len(channel_names(run.model))} channels)"
 
 
-def _about_run(scenario: Scenario, run: Run, engine: str, key: str) -> dict[str, Any]:
+def about_run(scenario: Scenario, run: Run, engine: str, key: str | None = None) -> dict[str, Any]:
+    """What stands beside the channels of a run; `key` is its digest, where that is known."""
     return {
         "vehicle": _vehicle_data(scenario),
-        "digest": key,
+        "digest": key or run_digest(scenario, engine),
         "engine": engine,
         "effects": [effect.settings() for effect in scenario.effects],
         "features": _features(scenario),
@@ -217,7 +218,7 @@ def _about_run(scenario: Scenario, run: Run, engine: str, key: str) -> dict[str,
 def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress: bool) -> None:
     run = build_run(scenario)
     names = channel_names(run.model)
-    about = _about_run(scenario, run, engine, key)
+    about = about_run(scenario, run, engine, key)
     check_disk(_bytes(run), target, _described(run), LESS)
     bar = tqdm(total=run.rows, desc=engine, unit=" rows", delay=2.0, leave=False, disable=None if progress else True)
     forecast = Forecast(run.rows)
@@ -242,17 +243,22 @@ def check_measured(scenario: Scenario) -> None:
 
 def _on_track(chunks: Iterator[np.ndarray], scenario: Scenario) -> Iterator[np.ndarray]:
     """The chunks as they come; ends a run whose forces carry it off the track."""
+    for rows in chunks:
+        check_on_track(rows, scenario)
+        yield rows
+
+
+def check_on_track(rows: np.ndarray, scenario: Scenario) -> None:
+    """Raise `InputError` where rows of truth lie beyond the ends of the track."""
     behind, ahead = scenario.overhang
     track = scenario.setup.track
     first, last = float(track.s[0]) - behind, float(track.s[-1]) - ahead
-    for rows in chunks:
-        outside = (rows[:, 1] < first - 1e-6) | (rows[:, 1] > last + 1e-6)
-        if outside.any():
-            raise InputError(
-                f"track: the run leaves '{track.name}' at t = {rows[int(outside.argmax()), 0]:.2f} s; "
-                "shorten duration, change traction or use a longer track"
-            )
-        yield rows
+    outside = (rows[:, 1] < first - 1e-6) | (rows[:, 1] > last + 1e-6)
+    if outside.any():
+        raise InputError(
+            f"track: the run leaves '{track.name}' at t = {rows[int(outside.argmax()), 0]:.2f} s; "
+            "shorten duration, change traction or use a longer track"
+        )
 
 
 def _features(scenario: Scenario) -> list[dict[str, Any]]:

@@ -18,6 +18,7 @@ from railsim.dynamics.corunning import (
     track_place,
     void_gap,
 )
+from railsim.dynamics.differences import central_differences
 from railsim.dynamics.integrate import RUNGE_KUTTA
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import Plant
@@ -106,9 +107,18 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
         x[track : track + own] = unknown[n + w :] * LENGTH
         return x
 
+    places = np.r_[0:n, 2 * n + w : 2 * n + 2 * w, track : track + own]
+    balanced = np.r_[n : 2 * n, 2 * n + w : 2 * n + 2 * w, track + own : track + 2 * own]
+    scales = np.concatenate((scale, np.full(own, LENGTH)))
+    columns, changes = np.empty((len(places), size)), np.empty((2, size))
+
     def residual(unknown: np.ndarray) -> np.ndarray:
         derivatives(plant, 0.0, state(unknown), out, scratch, NO_WHEELS)
-        return np.concatenate((out[n : 2 * n], out[2 * n + w : 2 * n + 2 * w], out[track + own : track + 2 * own]))
+        return out[balanced]
+
+    def jacobian(unknown: np.ndarray) -> np.ndarray:
+        central_differences(plant, state(unknown), places, 1e-4 * scales, columns, changes, scratch, NO_WHEELS)
+        return columns[:, balanced].T * scales
 
     def restlessness(unknown: np.ndarray) -> float:
         return float(np.nan_to_num(np.abs(residual(unknown)).max(), nan=np.inf))
@@ -144,7 +154,7 @@ def steady_state(plant: Plant, start: float) -> np.ndarray:
 
     for begun in starts():  # one after the other: the last is dear
         for method, options in SEARCHES.items():
-            polished = _polish(residual, root(residual, begun, method=method, options=options).x)
+            polished = _polish(residual, jacobian, root(residual, begun, method=method, options=options).x)
             best = min(best, polished, key=restlessness)
             if restlessness(best) <= RESTLESS:
                 return state(best)
@@ -219,14 +229,15 @@ def _marched(rates: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.nda
     return x
 
 
-def _polish(residual, unknown: np.ndarray) -> np.ndarray:
-    """Newton steps with central differences until the accelerations vanish to rounding."""
+def _polish(
+    residual: Callable[[np.ndarray], np.ndarray], jacobian: Callable[[np.ndarray], np.ndarray], unknown: np.ndarray
+) -> np.ndarray:
+    """Newton's steps until the accelerations vanish to rounding."""
     best, value = unknown, residual(unknown)
     for _ in range(8):
         if np.abs(value).max() < ACCURACY:
             break
-        jacobian = np.column_stack([(residual(best + e) - residual(best - e)) / 2e-4 for e in 1e-4 * np.eye(len(best))])
-        trial = best - np.linalg.lstsq(jacobian, value, rcond=1e-13)[0]
+        trial = best - np.linalg.lstsq(jacobian(best), value, rcond=1e-13)[0]
         moved = residual(trial)
         if not np.abs(moved).max() < np.abs(value).max():
             break

@@ -1,6 +1,7 @@
 """Plant: the arrays that the compiled kernels read, made from a model, a track and a speed."""
 
 import math
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,12 +56,20 @@ def _capacity(count: int, usual: int) -> int:
 
 def _core_type(model: Model) -> np.dtype:
     """Record of a vehicle with n free coordinates, b bodies, w wheelsets; each layout is compiled once."""
-    n, b, w = len(model.free), len(model.bodies), len(model.wheelsets)
-    elements = _capacity(len(model.nonlinear), USUAL_ELEMENTS)
     frames, joints = _frame_room(model)
     usual = USUAL_FINITE if frames == 1 else 4 * USUAL_FINITE
-    finite = _capacity(sum(element.finite for element in model.elements), usual)
-    loads = _capacity(len(model.loads), USUAL_LOADS)
+    return _layout(
+        len(model.free), len(model.bodies), len(model.wheelsets),
+        _capacity(len(model.nonlinear), USUAL_ELEMENTS), frames, joints,
+        _capacity(sum(element.finite for element in model.elements), usual),
+        _capacity(len(model.loads), USUAL_LOADS), 2 * model.contact.contacts, _track_room(model),
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _layout(
+    n: int, b: int, w: int, elements: int, frames: int, joints: int, finite: int, loads: int, contacts: int, track: int
+) -> np.dtype:
     fields = [
         ("mass", "f8", n),
         ("link_start", "i8", n + 1),  # of each coordinate's links; the last one's end
@@ -127,7 +136,7 @@ def _core_type(model: Model) -> np.dtype:
         ("finite_preload", "f8", (finite, 3)),
         ("contact_start", "f8"),
         ("contact_spacing", "f8"),
-        ("contact_stiffness", "f8", 2 * model.contact.contacts),  # more than two: `extras.doubled`
+        ("contact_stiffness", "f8", contacts),  # more than two: `extras.doubled`
         ("law", "f8", len(ContactLaw._fields)),
         ("compliant", "i8"),  # rails give way
         ("static_deflection", "f8"),  # under the wheels' mean static load on the mean compliance
@@ -141,7 +150,7 @@ def _core_type(model: Model) -> np.dtype:
         ("path_frame", "i8"),  # body that the wheelsets pull, -1 = longitudinal forces pitch nothing
         ("path_mass", "f8", 2),  # of all wheelsets, of the frame
         ("path_lever", "f8", 2),  # height of axles and of the rod above the frame's centre of gravity
-        ("corunning", "f8", _track_room(model)),  # numbers of `dynamics.corunning`; one: no track runs with a wheelset
+        ("corunning", "f8", track),  # numbers of `dynamics.corunning`; one: no track runs with a wheelset
         ("mobility", "f8", (w, 5)),  # inverse masses of a wheelset's y, z and roll, and of its rails' z and y
         ("implicit", "f8", 2),  # of its contacts: inertia per stiffness [s2] and per damping [s]; 0 = explicit
     ]

@@ -6,7 +6,7 @@ import numpy as np
 
 from railsim.contact.wheel import DAMPING, SLOWEST
 from railsim.dynamics.corunning import CREEP_SLOPE, RAIL_MASS_Y, RAIL_MASS_Z
-from railsim.dynamics.kernel import derivatives
+from railsim.dynamics.differences import central_differences
 from railsim.dynamics.plant import Plant
 from railsim.dynamics.workspace import NO_WHEELS, workspace
 from railsim.engines.interface import Run
@@ -84,14 +84,8 @@ def _jacobian(plant: Plant, x: np.ndarray) -> np.ndarray:
     """
     n, w = len(plant.core.mass), len(plant.core.radius)
     kept = np.r_[0 : 2 * n, 2 * n + w : 2 * n + 2 * w, 2 * n + 2 * w + 2 : len(x)]
-    scratch, after, before = workspace(int(plant.core.joints)), np.empty_like(x), np.empty_like(x)
-    columns = []
-    for i in kept:
-        moved, step = x.copy(), max(SMALLEST, RELATIVE * abs(x[i]))
-        moved[i] = x[i] + step
-        derivatives(plant, 0.0, moved, after, scratch, NO_WHEELS)
-        moved[i] = x[i] - step
-        derivatives(plant, 0.0, moved, before, scratch, NO_WHEELS)
-        columns.append((after[kept] - before[kept]) / (2.0 * step))
-    matrix = np.column_stack(columns)
+    steps, columns = np.maximum(SMALLEST, RELATIVE * np.abs(x[kept])), np.empty((len(kept), len(x)))
+    scratch = workspace(int(plant.core.joints))
+    central_differences(plant, x.copy(), kept, steps, columns, np.empty((2, len(x))), scratch, NO_WHEELS)
+    matrix = columns[:, kept].T
     return np.nan_to_num(matrix, posinf=np.finfo(float).max ** 0.25, neginf=-(np.finfo(float).max ** 0.25))

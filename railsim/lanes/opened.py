@@ -8,7 +8,7 @@ from typing import Any
 from railsim import branches
 from railsim.lanes.symbols import Graph, Symbol, known
 
-ROUNDED = {"sin": "sine", "cos": "cosine", "atan": "any_arc_tangent"}
+ROUNDED = {"sin": "sine", "cos": "cosine", "atan": "any_arc_tangent", "tanh": "hyperbolic_tangent"}
 """Functions of `math` and those of `contact.elementary` that do the same without branches."""
 
 
@@ -19,7 +19,7 @@ class Opened:
         self._replaced = replaced | {branches.where: graph.where, branches.vanishes: _vanishes}
         self._functions: dict[Any, Callable[..., Any]] = {}
         plain = {name: graph.folded(own, getattr(math, name)) for name, own in ROUNDED.items()}
-        plain["sqrt"] = graph.folded("math.sqrt", math.sqrt)
+        plain |= {name: graph.folded(f"math.{name}", getattr(math, name)) for name in ("sqrt", "floor")}
         self._world = {
             "math": SimpleNamespace(**plain, pi=math.pi),
             **{name: graph.folded(name, function) for name, function in (("min", min), ("max", max), ("abs", abs))},

@@ -186,7 +186,7 @@ class Graph:
             return yes if condition else no
         return self.node("where", condition, yes, no)
 
-    def folded(self, function: str, plain: Callable[..., float]) -> Callable[..., Operand]:
+    def folded(self, function: str, plain: Callable[..., Any]) -> Callable[..., Operand]:
         """A function of numbers or symbols: that of numbers is `plain`, that of symbols is called by its name, two
         operands at a time.
         """

@@ -143,6 +143,8 @@ def build_tables(track: Track) -> TrackTables:
     Rows at equal distances keep their nodes (divided into cells of at most 0.25 m); others are resampled through the
     track's own spline at their smallest distance.
 
+    They are kept as long as the track is: the runs of a sweep share them.
+
     Raises
     ------
     InputError : more than `MOST_CELLS` cells would be needed.

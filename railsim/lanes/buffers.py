@@ -1,0 +1,28 @@
+"""Memory for rows of truth that is used again: pages that a process touches for the first time cost more than the
+simulation that fills them.
+"""
+
+import math
+import mmap
+import weakref
+
+import numpy as np
+
+UNIT = 1 << 16  # bytes; sizes are whole multiples, so that runs of nearly one length share
+
+
+class Buffers:
+    """Arrays from memory that comes back when the last view of it is gone."""
+
+    def __init__(self) -> None:
+        self._free: dict[int, list[mmap.mmap]] = {}
+
+    def take(self, shape: tuple[int, ...]) -> np.ndarray:
+        """An array of float64 with whatever stood there before."""
+        count = math.prod(shape)
+        size = -(-8 * max(count, 1) // UNIT) * UNIT
+        free = self._free.setdefault(size, [])
+        memory = free.pop() if free else mmap.mmap(-1, size)
+        flat = np.frombuffer(memory, count=count)
+        weakref.finalize(flat, free.append, memory).atexit = False
+        return flat.reshape(shape)

@@ -1,0 +1,41 @@
+"""Numbers at an address (compiled): tables that lanes share, or have of their own, without copies."""
+
+from typing import Any
+
+from numba import types
+from numba.extending import intrinsic
+
+
+def _number_at(typing_context: Any, address: Any, index: Any) -> Any:
+    """The number `index` places behind an address, float64."""
+    del typing_context, address, index
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del signature
+        pointer = builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.float64)))
+        return builder.load(builder.gep(pointer, [arguments[1]]))
+
+    return types.float64(types.int64, types.int64), generate
+
+
+number_at: Any = intrinsic(_number_at)
+
+
+def _store_at(typing_context: Any, address: Any, index: Any, value: Any) -> Any:
+    """Store a float64 `index` places behind an address."""
+    del typing_context, address, index, value
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del signature
+        pointer = builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.float64)))
+        builder.store(arguments[2], builder.gep(pointer, [arguments[1]]))
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.float64), generate
+
+
+store_at: Any = intrinsic(_store_at)
+
+TRACK, CONTACT, POSE, KNOTS, CELLS, KNOT_COUNT = range(6)
+"""Columns of the addresses of a lane; then the track's cells and the knots' number."""
+ADDRESSES = 6
