@@ -12,6 +12,12 @@ def where(condition, yes, no):
 
 
 @inlined
+def may(condition):
+    """Whether what follows a condition must be gone through; without it nothing would change."""
+    return condition
+
+
+@inlined
 def vanishes(value):
     """Whether a value is nought now, and what it would be multiplied with need not be gone through."""
     return value == 0.0

@@ -15,6 +15,7 @@ sliding it meets only what is faster than a few steps: a state for each wheel fo
 
 import math
 
+from railsim.branches import may, where
 from railsim.compiled import inlined, kernel
 from railsim.contact.elementary import cube_root
 from railsim.contact.wheel import CREEP, DAMPING, SLOWEST
@@ -113,8 +114,7 @@ def void_gap(plant, s):
     for k in range(int(p[VOIDS])):
         at = FIRST_VOID + VOID * k
         x = (s - p[at]) / p[at + 1]
-        if abs(x) < 0.5:
-            gap += p[at + 2] * (0.5 + 0.5 * math.cos(2.0 * math.pi * x))
+        gap += where(abs(x) < 0.5, p[at + 2] * (0.5 + 0.5 * math.cos(2.0 * math.pi * x)), 0.0)
     return gap
 
 
@@ -124,9 +124,7 @@ def ballast_force(plant, stiffness, gap, sunk, rate):
     the gap is closed, and does not pull.
     """
     force = stiffness * (sunk - gap) + plant.core.corunning[BALLAST_DAMPING_Z] * rate
-    if gap > 0.0 and (sunk < gap or force < 0.0):
-        return 0.0
-    return force
+    return where((gap > 0.0) & ((sunk < gap) | (force < 0.0)), 0.0, force)
 
 
 @inlined
@@ -205,13 +203,14 @@ def settle_contacts(plant, s, velocity, acceleration, x, force, out, work):
         if plant.core.implicit[0] == 0.0:
             continue
         work[SOFT + 9] = work[SOFT + 19] = 0.0
-        if _stiff(plant, i, velocity, out, work):
+        stiff = _stiff(plant, i, velocity, out, work)
+        if may(stiff):
             _given(plant, i, wheelset_distance(plant, i, s, x), velocity, acceleration, x, out, work)
             for side in range(2):
                 work[GIVEN + 2 * side + 1] -= x[lags + LAGS * i + side]
             _settle(plant, i, force, out, work)
         for side in range(2):  # what the implicit sliding still meets is the difference
-            out[lags + LAGS * i + side] = work[SOFT + 10 * side + 9] / (LAG * plant.core.implicit[1])
+            out[lags + LAGS * i + side] = where(stiff, work[SOFT + 10 * side + 9], 0.0) / (LAG * plant.core.implicit[1])
 
 
 @inlined
@@ -235,7 +234,7 @@ def _stiff(plant, i, velocity, out, work):
         work[STIFF + row] = max(wanted - 1.0 / _mobility(mobility, row, row, work), 0.0)
         wanted = plant.core.implicit[1] * creep
         work[STIFF + row + 1] = max(wanted - 1.0 / _mobility(mobility, row + 1, row + 1, work), 0.0)
-        any_stiff = any_stiff or work[STIFF + row] > 0.0 or work[STIFF + row + 1] > 0.0
+        any_stiff = any_stiff | (work[STIFF + row] > 0.0) | (work[STIFF + row + 1] > 0.0)
     return any_stiff
 
 

@@ -38,7 +38,7 @@ class Machine:
     march: Callable[..., None]
     layout: Layout
     wheels: list[int]
-    cells: dict[str, int]
+    looked_up: dict[str, int]
     size: int
     channels: int
 
@@ -75,7 +75,7 @@ def _machine(structure: bytes, kept: _Kept) -> Machine:
     del structure
     plant, size, channels = kept.values
     source = Source(plant, size, channels, LANES)
-    return Machine(_load(source.text).march, source.layout, source.wheels, source.cells, size, channels)
+    return Machine(_load(source.text).march, source.layout, source.wheels, source.looked_up, size, channels)
 
 
 def _load(text: str) -> Any:
@@ -130,9 +130,9 @@ class Lanes:
             rows[at, lane] = np.asarray(plant.core[name], dtype=float).reshape(-1)[places]
         first = layout.rows["origin", 0]
         rows[first : first + machine.size, lane] = state
-        for program, count in machine.cells.items():
+        for program, count in machine.looked_up.items():
             for m in range(count):
-                rows[layout.row((program, "cell", m)), lane] = -1.0
+                rows[layout.row((program, "kept", m)), lane] = -1.0
         for j in range(len(machine.wheels)):
             constants = _wheel_constants(plant, j)
             for name in CONSTANTS:
@@ -140,7 +140,7 @@ class Lanes:
             for name in ("cell_a", "cell_b"):
                 rows[layout.rows["wheel", j, name], lane] = -1.0
         rows[layout.rows["begin"], lane], rows[layout.rows["end"], lane] = np.inf, -np.inf
-        tables = (plant.track, plant.contact, plant.pose, plant.knots)
+        tables = (plant.track, plant.contact, plant.pose, plant.knots, plant.tables)
         self._addresses[lane] = [*(t.ctypes.data for t in tables), plant.core.cells, len(plant.knots)]
         self._plants[lane] = plant  # and so its tables
         self.starts[lane] = 0
@@ -161,12 +161,13 @@ def aligned(size: int) -> np.ndarray:
 
 def _wheel_constants(plant: Plant, j: int) -> dict[str, float]:
     """`CONSTANTS` of a wheel."""
-    core, side = plant.core, j % 2
+    core = plant.core
+    second, wheel = divmod(j, 2 * len(core.radius))
     own = {
         "start": core.contact_start,
         "per_metre": 1.0 / core.contact_spacing,
-        "radius_0": core.radius[j // 2],
-        "stiffness": core.contact_stiffness[side],
+        "radius_0": core.radius[wheel // 2],
+        "stiffness": core.contact_stiffness[wheel % 2 + 2 * second],
     }
     names = ("damping", "ratio", "decay", "k_adhesion", "k_slip")
     return own | dict(zip(names, core.law[list(LAW_PLACES)], strict=True))

@@ -36,6 +36,6 @@ def _store_at(typing_context: Any, address: Any, index: Any, value: Any) -> Any:
 
 store_at: Any = intrinsic(_store_at)
 
-TRACK, CONTACT, POSE, KNOTS, CELLS, KNOT_COUNT = range(6)
+TRACK, CONTACT, POSE, KNOTS, TABLES, CELLS, KNOT_COUNT = range(7)
 """Columns of the addresses of a lane; then the track's cells and the knots' number."""
-ADDRESSES = 6
+ADDRESSES = 7

@@ -6,7 +6,8 @@ from types import FunctionType, SimpleNamespace
 from typing import Any
 
 from railsim import branches
-from railsim.lanes.symbols import Graph, Symbol, known
+from railsim.contact.elementary import cube_root
+from railsim.lanes.symbols import Graph, known
 
 ROUNDED = {"sin": "sine", "cos": "cosine", "atan": "any_arc_tangent", "tanh": "hyperbolic_tangent"}
 """Functions of `math` and those of `contact.elementary` that do the same without branches."""
@@ -16,13 +17,15 @@ class Opened:
     """Opens kernels; `replaced` gives those that are not followed, by the kernel that they stand for."""
 
     def __init__(self, graph: Graph, replaced: dict[Any, Callable[..., Any]]) -> None:
-        self._replaced = replaced | {branches.where: graph.where, branches.vanishes: _vanishes}
+        own = {branches.where: graph.where, branches.vanishes: _vanishes, branches.may: _may}
+        self._replaced = replaced | own | {cube_root: graph.folded("cube_root", cube_root)}
         self._functions: dict[Any, Callable[..., Any]] = {}
         plain = {name: graph.folded(own, getattr(math, name)) for name, own in ROUNDED.items()}
         plain |= {name: graph.folded(f"math.{name}", getattr(math, name)) for name in ("sqrt", "floor")}
         self._world = {
             "math": SimpleNamespace(**plain, pi=math.pi),
             **{name: graph.folded(name, function) for name, function in (("min", min), ("max", max), ("abs", abs))},
+            "int": graph.folded("math.floor", int),  # of what is not negative
         }
 
     def __call__(self, kernel: Any) -> Callable[..., Any]:
@@ -47,6 +50,6 @@ def _vanishes(value: Any) -> bool:
     return known(value) and value == 0.0
 
 
-def symbolic(value: Any) -> bool:
-    """Whether it is a symbol."""
-    return isinstance(value, Symbol)
+def _may(condition: Any) -> bool:
+    """A symbol may always hold."""
+    return bool(condition) if known(condition) else True

@@ -9,7 +9,7 @@ from typing import Any
 
 from railsim.dynamics.plant import POSE_CHANNELS, Plant
 from railsim.lanes.layout import Layout
-from railsim.lanes.memory import CELLS, KNOT_COUNT, KNOTS, POSE, TRACK
+from railsim.lanes.memory import CELLS, KNOT_COUNT, KNOTS, POSE, TABLES, TRACK
 from railsim.lanes.program import Program, derivative_program, observer_program
 from railsim.lanes.symbols import BINARY, COMPARISONS, Symbol
 from railsim.lanes.wheel_source import WHEEL_ROWS, wheel_text
@@ -20,7 +20,7 @@ HEADER = '''"""{lanes} lanes: made by railsim.lanes from the kernels of railsim.
 import math
 
 from railsim.compiled import kernel
-from railsim.contact.elementary import any_arc_tangent, cosine, hyperbolic_tangent, sine
+from railsim.contact.elementary import any_arc_tangent, cosine, cube_root, hyperbolic_tangent, sine
 from railsim.contact.polach import friction_coefficient, polach_force
 from railsim.contact.wheel import (
     ContactPoint, Gap, WheelState, cell_of, creep_force, creepages, gap, nearer, normal_contact, resultant,
@@ -97,13 +97,14 @@ class Source:
         for name in ("origin", "state", "rate", "total"):
             layout.block(*((name, i) for i in range(size)))
         layout.block(*(("channel", i) for i in range(channels)))
-        count = 2 * len(plant.core.radius)
+        count = len(plant.core.radius) * len(plant.core.contact_stiffness)  # second contacts behind the first ones
         self.wheels = [layout.block(*(("wheel", j, name) for name in WHEEL_ROWS)) for j in range(count)]
         programs = {
             "derivative": derivative_program(plant, size),
             "observer": observer_program(plant, size, channels),
         }
-        self.cells = {name: len(program.places) for name, program in programs.items()}
+        self.looked_up = {name: len(program.places) + len(program.numbers) for name, program in programs.items()}
+        self._sides = 2 * len(plant.core.radius)
         parts = [HEADER.format(lanes=lanes), wheel_text(plant, lanes)]
         parts += [self._function(name, program) for name, program in programs.items()]
         parts.append(self._march(plant, size, channels))
@@ -138,7 +139,7 @@ class Source:
                 lines += [
                     f"    for j in range({len(self.wheels)}):",
                     f"        at = {first} + j * {rows}",
-                    f"        wheel(W[at : at + {rows}], A, j % 2)",
+                    f"        wheel(W[at : at + {rows}], A, j % 2, j % 2 + 2 * (j // {self._sides}))",
                 ]
         return "\n".join([*lines, "", ""])
 
@@ -149,8 +150,9 @@ class _Wanted:
     def __init__(self, name: str, program: Program, layout: Layout) -> None:
         self._name, self._program, self._layout = name, program, layout
         self._stores: dict[Any, Any] = dict(program.results)
-        for m, (cell, _) in enumerate(program.places):
-            self._stores[(name, "found", m)] = cell
+        self._looked_up = [*program.places, *program.numbers]
+        for m, (index, _) in enumerate(self._looked_up):
+            self._stores[(name, "found", m)] = index
         self._live = self._needed(self._stores.values())
         self.levels = 1 + max(node.level for node in self._live)
         self._later = {
@@ -180,9 +182,9 @@ class _Wanted:
     def _at(self, node: Symbol) -> str:
         """Where a leaf, or what an earlier loop computed, stands."""
         if node.kind != "leaf":
-            return self._layout.text((self._name, "kept", node.place))
+            return self._layout.text((self._name, "later", node.place))
         name = node.operands
-        if name[0] == "cell":
+        if name[0] in ("cell", "number"):
             return self._layout.text((self._name, *name))
         return self._layout.text("time" if name == ("time",) else name)
 
@@ -208,16 +210,19 @@ class _Wanted:
                 stores.append(f"{self._layout.text(name)} = {text(value)}")
         for node in sorted(self._later, key=lambda n: n.place):
             if node.level == level:
-                stores.append(f"{self._layout.text((self._name, 'kept', node.place))} = v{node.place}")
+                stores.append(f"{self._layout.text((self._name, 'later', node.place))} = v{node.place}")
+        if not stores:
+            return []
         return [f"    for k in range({self._layout.lanes}):", *(f"        {line}" for line in lines + stores)]
 
     def look_ups(self, level: int) -> list[str]:
-        """Lines that copy coefficients where a lane has come into another cell."""
+        """Lines that copy numbers of tables where a lane has come into another cell."""
         lines = []
-        for m, (_, known) in enumerate(self._program.places):
-            if known != level or m not in self._columns:
+        cells = len(self._program.places)
+        for m, (_, known) in enumerate(self._looked_up):
+            if known != level or (m < cells and m not in self._columns):
                 continue
-            found, kept = (self._layout.text((self._name, what, m)) for what in ("found", "cell"))
+            found, kept = (self._layout.text((self._name, what, m)) for what in ("found", "kept"))
             lines += [
                 f"    for k in range({self._layout.lanes}):",
                 f"        found = {found}",
@@ -225,8 +230,12 @@ class _Wanted:
                 f"            {kept} = found",
                 "            cell = int(found) if found >= 0.0 else 0",
             ]
-            for table, channel in sorted(self._columns[m]):
-                lines += self._copies(m, table, channel)
+            if m < cells:
+                for table, channel in sorted(self._columns[m]):
+                    lines += self._copies(m, table, channel)
+            else:
+                number = self._layout.text((self._name, "number", m - cells))
+                lines.append(f"            {number} = number_at(A[k, {TABLES}], cell)")
         return lines
 
     def _copies(self, m: int, table: str, channel: int) -> list[str]:

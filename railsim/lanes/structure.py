@@ -7,7 +7,6 @@ import numpy as np
 
 from railsim.contact.wheel import CREEP, LAW
 from railsim.dynamics.corunning import STATED, VOIDS
-from railsim.dynamics.laws import TABULATED
 from railsim.dynamics.plant import Plant
 from railsim.lanes.symbols import Graph, Untraceable
 
@@ -15,7 +14,7 @@ from railsim.lanes.symbols import Graph, Untraceable
 # one lane and not in the next.
 SPARSE = (
     *("position", "local", "frame_offset", "sunk", "joint_arm", "direction", "element_arms", "chord_direction"),
-    *("finite_arms", "finite_stiffness", "finite_damping"),
+    *("finite_arms", "finite_stiffness", "finite_damping", "implicit"),
 )
 WHOLE = {"law": (CREEP, LAW), "corunning": (STATED, VOIDS)}
 """Numbers that are switches or counts."""
@@ -38,21 +37,13 @@ def structure_of(plant: Plant) -> bytes:
 
 def refused(plant: Plant) -> str | None:
     """Why a plant cannot run in lanes, or None."""
-    core = plant.core
-    reasons = {
-        "wheels that are not round or balanced, or rails that give way": bool(core.uneven),
-        "two contacts a wheel": len(core.contact_stiffness) > 2,
-        "loads": core.loads > 0,
-        "a tabulated law": TABULATED in core.law_code[: core.elements],
-        "a track that runs with the wheelsets": len(core.corunning) > 1,
-    }
-    return next((reason for reason, there in reasons.items() if there), None)
+    return "rails that give way, without mass" if plant.core.compliant else None
 
 
 class SymbolicPlant:
     """A plant for tracing: switches and indices are those of `plant`, all else are leaves."""
 
-    def __init__(self, graph: Graph, plant: Plant) -> None:
+    def __init__(self, graph: Graph, plant: Plant, tables: Any) -> None:
         core = plant.core
         values: dict[str, Any] = {}
         for name in core.dtype.names:
@@ -68,7 +59,7 @@ class SymbolicPlant:
         self.pose = _Poses(graph)
         self.knots = _Knots(graph)
         self.contact = _Nothing("contact")
-        self.tables = _Nothing("tables")
+        self.tables = tables
 
 
 def _leaves(graph: Graph, name: str, value: np.ndarray) -> np.ndarray:

@@ -70,6 +70,9 @@ class Symbol:
             raise Untraceable(f"a power of {power}")
         return self * self
 
+    def __mod__(self, other: Operand) -> Operand:
+        return self - other * self.graph.call("math.floor", self / other)
+
     def __neg__(self) -> Operand:
         return self.graph.subtract(0.0, self)
 
@@ -102,10 +105,18 @@ class Symbol:
         return self.place
 
     def __and__(self, other: Operand) -> Operand:
+        if known(other):
+            return self if other else False
         return self.graph.node("both", self, other)
 
+    __rand__ = __and__
+
     def __or__(self, other: Operand) -> Operand:
+        if known(other):
+            return True if other else self
         return self.graph.node("either", self, other)
+
+    __ror__ = __or__
 
     def __bool__(self) -> bool:
         raise Untraceable(f"a branch on '{self.kind}'")

@@ -17,14 +17,14 @@ WHEEL_ROWS = (*WheelState._fields, *_FIRST, *CONSTANTS, *_SEARCH, *_POINT, *(f"o
 
 TEXT = '''
 @kernel
-def wheel(V, A, side):
-    """Forces of one wheel of every lane; side 0 is left."""
+def wheel(V, A, side, table):
+    """Forces in one contact of one wheel of every lane; side 0 is left, `table` that of the contact functions."""
     sign = 1.0 if side == 0 else -1.0
     for k in range({L}):
         found = {first_cell}
         if found != {cell_a}:
             {cell_a} = found
-            at = ((side * {cells} + (int(found) if found >= 0.0 else 0)) * {CHANNELS}) * 4
+            at = ((table * {cells} + (int(found) if found >= 0.0 else 0)) * {CHANNELS}) * 4
 {copy_a}
     for k in range({L}):
         start, per_metre, shift, first_cell = {start}, {per_metre}, {first_shift}, {first_cell}
@@ -50,7 +50,7 @@ def wheel(V, A, side):
             found = {cell}
             if found != {cell_b}:
                 {cell_b} = found
-                at = ((side * {cells} + (int(found) if found >= 0.0 else 0)) * {CHANNELS}) * 4
+                at = ((table * {cells} + (int(found) if found >= 0.0 else 0)) * {CHANNELS}) * 4
 {copy_b}
         for k in range({L}):
             start, per_metre, shift, cell = {start}, {per_metre}, {first_shift}, {cell}

@@ -38,11 +38,15 @@ def _rows(jobs: Sequence[Job], **options: Any) -> dict[int, np.ndarray]:
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
-        (WHEELSET, {}),
         (WHEELSET, {"vehicle__adhesion__law": "fastsim"}),
-        ("braking_dry", {}),  # driven by forces; brakes, slide control
-        ("curve_s1002", {"start": 60.0}),
-        ("whole_coach", {"start": 110.0}),  # several track frames
+        (WHEELSET, {"effects": [{"kind": "wheel_flat"}, {"kind": "wheel_unbalance"}]}),
+        (
+            "braking_dry",
+            {"effects": ["crosswind", "empirical_force", "primary_friction"]},
+        ),  # driven by forces, loads, laws
+        ("curve_s1002_flange", {}),  # two contacts a wheel
+        ("flexible_track", {}),
+        ("whole_coach", {}),  # several track frames, in a curve
     ],
 )
 def test_a_lane_runs_as_the_compiled_engine_does(name: str, changes: dict[str, Any]) -> None:
@@ -115,8 +119,8 @@ def test_memory_comes_back_when_the_last_view_is_gone() -> None:
 def test_simulate_many_gives_what_the_engine_gives_alone() -> None:
     """Vehicles in lanes, and one that lanes refuse: each answer under its own number."""
     made = [load_scenario(WHEELSET, {"duration": 0.3, "vehicle.wheelset_mass": mass}) for mass in (1100.0, 1300.0)]
-    flat = made[0].but(effects=[{"kind": "wheel_flat"}])
-    scenarios: list[Scenario] = [*made, flat]
+    soft = made[0].but(effects=[{"kind": "soft_track"}])
+    scenarios: list[Scenario] = [*made, soft]
     answers = dict(railsim.simulate_many(iter(scenarios)))
     assert sorted(answers) == [0, 1, 2]
     for number in (0, 1, 2):
@@ -145,7 +149,7 @@ def test_lane_loops_hold_no_scalar_arithmetic(monkeypatch: pytest.MonkeyPatch) -
     exec(compile(source.text, "lanes", "exec"), world)
     array, addresses = numba.float64[::1], numba.int64[:, ::1]
     for name, arguments in (
-        ("wheel", (array, addresses, numba.int64)),
+        ("wheel", (array, addresses, numba.int64, numba.int64)),
         ("derivative", (array, addresses)),
         ("observer", (array, addresses)),
     ):
