@@ -51,7 +51,7 @@ def simulate_many(scenarios: Iterable[Scenario], *, threads: int = 1) -> Iterato
             groups.setdefault(job.group, []).append(job)
         for group in groups.values():
             for result in advance(group, buffers=buffers, threads=threads):
-                job, rows = (result.job, result.columns.T) if isinstance(result, Piece) else result
+                job, rows = (result.job, result.rows) if isinstance(result, Piece) else result
                 yield job.number, _truth(batch[job.number], job, rows)
 
 

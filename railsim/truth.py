@@ -132,8 +132,8 @@ class HeldTruth(Truth):
             raise ValueError(f"values must have shape ({len(columns)}, n), not {values.shape}")
         told = json.loads(json.dumps(about))  # as a reader of the folder would get it
         super().__init__(Path(NOWHERE), float(rate), values.shape[1], list(columns), told)
-        self._held = np.ascontiguousarray(values, dtype=np.float64)
-        self._held.setflags(write=False)
+        self._held = values
+        self._columns: dict[str, np.ndarray] = {}
         self._derived: dict[Hashable, np.ndarray] = {}
         self._places = {name: place for place, name in enumerate(self.columns)}
 
@@ -142,8 +142,14 @@ class HeldTruth(Truth):
 
     def __getitem__(self, name: str) -> np.ndarray:
         """As of `Truth`; the column cannot be written."""
-        place = self._places.get(name)
-        return super().__getitem__(name) if place is None else self._held[place]
+        if name not in self._columns:
+            place = self._places.get(name)
+            if place is None:
+                return super().__getitem__(name)
+            column = np.ascontiguousarray(self._held[place], dtype=np.float64)
+            column.setflags(write=False)
+            self._columns[name] = column
+        return self._columns[name]
 
     def derived(self, key: Hashable, make: Callable[[], np.ndarray]) -> np.ndarray:
         """As of `Truth`; kept for as long as the truth lives."""

@@ -70,12 +70,12 @@ def prepare(number: int, run: Run) -> Job:
 class Piece(NamedTuple):
     """Rows of a run that are done.
 
-    job : whose. first : number of the first row. columns : (channels, rows). last : whether the run ends with them.
+    job : whose. first : number of the first row. rows : (rows, channels). last : whether the run ends with them.
     """
 
     job: Job
     first: int
-    columns: np.ndarray
+    rows: np.ndarray
     last: bool
 
 
@@ -89,17 +89,17 @@ class _Slot:
     def renew(self) -> None:
         """Begin the next piece."""
         self.first = self.done
-        self.columns = self._buffers.take((len(self.job.names), min(self.job.run.rows - self.done, self._longest)))
-        self.address = self.columns.ctypes.data
+        self.rows = self._buffers.take((min(self.job.run.rows - self.done, self._longest), len(self.job.names)))
+        self.address = self.rows.ctypes.data
 
     @property
     def lacking(self) -> int:
         """Rows that the piece still lacks."""
-        return self.first + self.columns.shape[1] - self.done
+        return self.first + len(self.rows) - self.done
 
     def piece(self) -> Piece:
         """What is done."""
-        return Piece(self.job, self.first, self.columns, self.done == self.job.run.rows)
+        return Piece(self.job, self.first, self.rows, self.done == self.job.run.rows)
 
 
 Result = Piece | tuple[Job, Diverged]
@@ -203,11 +203,11 @@ class _Fleet:
     def _spread(self) -> np.ndarray:
         """Write the block into the pieces; whether a lane has rows that are not sound."""
         count = len(self._slots)
-        places, bad = np.zeros((count, 4), dtype=np.int64), np.zeros(count, dtype=np.bool_)
+        places, bad = np.zeros((count, 3), dtype=np.int64), np.zeros(count, dtype=np.bool_)
         for place, slot in zip(places, self._slots, strict=True):
             if slot is not None:
                 taken = min(BLOCK, slot.lacking)
-                place[:] = slot.address, slot.columns.shape[1], slot.done - slot.first, taken
+                place[:] = slot.address, slot.done - slot.first, taken
                 slot.done += taken
         spread(self._out, places, self._watched, DERAILED, bad)
         return bad
@@ -215,7 +215,7 @@ class _Fleet:
 
 def _error(slot: _Slot) -> Diverged | None:
     """What is wrong with the rows of a lane, as one run says it."""
-    rows = np.ascontiguousarray(slot.columns[:, : slot.done - slot.first].T)
+    rows = slot.rows[: slot.done - slot.first]
     try:
         check_rows(rows, len(rows), slot.job.names, slot.job.run)
     except Diverged as error:

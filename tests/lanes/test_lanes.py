@@ -31,7 +31,7 @@ def _rows(jobs: Sequence[Job], **options: Any) -> dict[int, np.ndarray]:
     done: dict[int, list[np.ndarray]] = {}
     for piece in advance(jobs, **options):
         assert isinstance(piece, Piece)
-        done.setdefault(piece.job.number, []).append(piece.columns.T.copy())
+        done.setdefault(piece.job.number, []).append(piece.rows.copy())
     return {number: np.concatenate(pieces) for number, pieces in done.items()}
 
 
@@ -91,7 +91,7 @@ def test_a_run_that_leaves_its_rails_ends_as_it_would_alone_and_the_others_do_no
     assert [job.number for job, _ in errors] == [2]
     assert re.search(r"wheel1_(left|right) leaves its rail at t = 0\.0", str(errors[0][1]))
     alone = _rows([jobs[3]])[3]
-    (beside,) = [result.columns.T for result in given if isinstance(result, Piece) and result.job.number == 3]
+    (beside,) = [result.rows for result in given if isinstance(result, Piece) and result.job.number == 3]
     np.testing.assert_array_equal(beside, alone)
 
 
