@@ -199,26 +199,34 @@ class ContactPoint(NamedTuple):
 
 
 @inlined
+def _gap_at(wheel: WheelOnRail, state: WheelState, rail_z, shift, sigma):
+    """`Gap` of a wheel at `shift` [m] moved across by -sigma [m], and its cell."""
+    place, x = cell_of(wheel.start, 1.0 / wheel.spacing, wheel.cells.shape[0] - 1.0, shift - sigma)
+    cell = int(place) if place == place else 0
+    row = wheel.cells[cell]
+    return gap(
+        row[LIFT], row[HALF_DISTANCE], x, 1.0 / wheel.spacing, wheel.side, wheel.radius,
+        state.y, state.z, state.roll, state.yaw, state.rail_y, rail_z, sigma,
+    ), cell  # fmt: skip
+
+
+@inlined
 def nearest(wheel: WheelOnRail, state: WheelState, rail_z):
     """`ContactPoint` of one wheel on a rail at height `rail_z` [m], which need not be the state's."""
-    per_metre, last = 1.0 / wheel.spacing, wheel.cells.shape[0] - 1.0
     shift = state.y + wheel.radius * state.roll - state.rail_y
-    sigma = 0.0
-    for n in range(1 + NEAREST_STEPS):
-        place, x = cell_of(wheel.start, per_metre, last, shift - sigma)
-        cell = int(place) if place == place else 0
-        here = gap(
-            wheel.cells[cell, LIFT], wheel.cells[cell, HALF_DISTANCE], x, per_metre, wheel.side, wheel.radius,
-            state.y, state.z, state.roll, state.yaw, state.rail_y, rail_z, sigma,
-        )  # fmt: skip
+    here, cell = _gap_at(wheel, state, rail_z, shift, 0.0)
+    p, p_y, p_u = here.depth, here.across, here.along
+    if p <= 0.0:
+        return ContactPoint(
+            0.0, here.slope + state.roll, here.slope, 0.0, here.arm, here.yaw_factor, shift, cell, here.x
+        )
+    sigma = nearer(here, 0.0)
+    for _ in range(NEAREST_STEPS):
+        here, cell = _gap_at(wheel, state, rail_z, shift, sigma)
         p, p_y, p_u = here.depth, here.across, here.along
-        if n == 0 and p <= 0.0:
-            return ContactPoint(
-                0.0, here.slope + state.roll, here.slope, 0.0, here.arm, here.yaw_factor, shift, cell, here.x
-            )
         step = nearer(here, sigma)
         sigma += step
-        if n > 0 and abs(step) < NEAREST:  # the rest of the way along the tangent
+        if abs(step) < NEAREST:  # the rest of the way along the tangent
             p -= p_y * step
             p_u -= here.bend * step
             p_y -= here.bend * step
