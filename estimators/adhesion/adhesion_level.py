@@ -13,7 +13,7 @@ from estimators.adhesion.classifier import LEVELS, Classifier, classifier
 from estimators.adhesion.creep_force_estimator import SETTLE, CalibratedEstimator
 from estimators.adhesion.creep_forces import RATE, Forces
 from estimators.adhesion.creep_model import parameters
-from estimators.adhesion.features import SETS, features, windows
+from estimators.adhesion.features import SETS, features_of, windows
 from estimators.adhesion.level_gates import Gate, gates
 from estimators.adhesion.level_windows import COLUMNS, LEFT_OUT, Reason, pooled, undecided, with_spare, withheld
 from estimators.interface import Estimate
@@ -133,7 +133,7 @@ def judge(forces: Forces, kind: str, window: float, hop: float, by: Classifier, 
     chosen = [span for span, valid in zip(spans, good, strict=True) if valid]
     rows = np.full((len(spans), len(LEVELS) + 3), np.nan)
     if chosen:
-        table = np.stack([features(signals[span], kind, window) for span in chosen])
+        table = features_of(signals, chosen, kind, window)
         slope = by.creep_slope(table, speed[good])
         rows[good] = np.column_stack(
             [by.probabilities(table, speed[good]), slope, slope * by.slope_std, by.distance(table) / by.farthest]

@@ -6,6 +6,7 @@ the same high-pass leaves them: without the sensors' biases, and without what a 
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -181,9 +182,14 @@ class Usable:
 
 def high_pass(values: np.ndarray, corner: float, integrate: bool = False, rate: float = RATE) -> np.ndarray:
     """s^2 / (s^2 + sqrt(2) w s + w^2) of the samples, or of their integral; at rest at the first value."""
-    w = 2.0 * np.pi * corner
-    b, a = bilinear([1.0, 0.0] if integrate else [1.0, 0.0, 0.0], [1.0, np.sqrt(2.0) * w, w * w], rate)
+    b, a = _designed(corner, integrate, rate)
     return np.asarray(lfilter(b, a, values - values[0]))
+
+
+@lru_cache(maxsize=16)
+def _designed(corner: float, integrate: bool, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    w = 2.0 * np.pi * corner
+    return bilinear([1.0, 0.0] if integrate else [1.0, 0.0, 0.0], [1.0, np.sqrt(2.0) * w, w * w], rate)
 
 
 def grid(measurements: Measurements, names: Sequence[str]) -> np.ndarray:

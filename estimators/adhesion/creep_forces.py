@@ -140,21 +140,42 @@ def _signals(
     return signals, np.hstack([spread[:, :4], creepage_spread, spread[:, 8:]])
 
 
-def spectra(signals: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
-    """Cross spectral densities (Welch, Hann, half overlap), one-sided.
+class Segments:
+    """Signals in Fourier's sense, segment by segment (Welch, Hann): windows that overlap share their segments.
 
-    Returns
-    -------
-    Frequencies, Hz, (f,); densities, (f, c, c), rows conjugate.
+    Parameters
+    ----------
+    signals : (n, c). length : samples of a segment. highest : only frequencies below it, Hz.
     """
-    window = np.hanning(length)
-    starts = range(0, len(signals) - length + 1, length // 2)
-    parts = np.stack([signals[start : start + length] for start in starts])
-    parts = (parts - parts.mean(axis=1, keepdims=True)) * window[:, None]
-    transformed = np.fft.rfft(parts, axis=1)
-    density = np.einsum("kfa,kfb->fab", transformed.conj(), transformed)
-    scale = 2.0 / (len(parts) * RATE * float(np.sum(window**2)))
-    return np.fft.rfftfreq(length, 1.0 / RATE), density * scale
+
+    def __init__(self, signals: np.ndarray, length: int, highest: float = np.inf) -> None:
+        self._signals, self._length, self._window = signals, length, np.hanning(length)
+        frequency = np.fft.rfftfreq(length, 1.0 / RATE)
+        self._wanted = frequency < highest
+        self.frequency = frequency[self._wanted]
+        self._found: dict[int, np.ndarray] = {}
+
+    def density(self, first: int, last: int) -> np.ndarray:
+        """Cross spectral densities of the samples `first` to `last` - 1, half overlap, one-sided, shape (f, c, c); rows
+        conjugate.
+        """
+        starts = range(first, last - self._length + 1, self._length // 2)
+        for start in starts:
+            if start not in self._found:
+                self._found[start] = self._transformed(start)
+        parts = np.stack([self._found[start] for start in starts])
+        density = np.einsum("kfa,kfb->fab", parts.conj(), parts)
+        return density * (2.0 / (len(parts) * RATE * float(np.sum(self._window**2))))
+
+    def _transformed(self, start: int) -> np.ndarray:
+        part = self._signals[start : start + self._length]
+        return np.fft.rfft((part - part.mean(axis=0)) * self._window[:, None], axis=0)[self._wanted]
+
+
+def spectra(signals: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies, Hz, (f,), and cross spectral densities (f, c, c) of all `signals` (n, c): see `Segments`."""
+    segments = Segments(signals, length)
+    return segments.frequency, segments.density(0, len(signals))
 
 
 def force_spectra(forces: Forces, length: int = 1024, highest: float = 15.0) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from estimators.adhesion.creep_forces import RATE, SIGNALS, spectra
+from estimators.adhesion.creep_forces import RATE, SIGNALS, Segments
 
 SETS: dict[str, tuple[str, ...]] = {
     "wheelsets": ("wheelset1", "wheelset2", "bogie", "body"),
@@ -62,7 +62,17 @@ def features(signals: np.ndarray, sensors: str, window: float) -> np.ndarray:
     ----------
     signals : by the order of `SIGNALS`, (window * 256, 11). sensors : key of `SETS`. window : s, key of `BANDS`.
     """
-    frequency, density = spectra(signals, SEGMENT[window])
+    return features_of(signals, [slice(0, len(signals))], sensors, window)[0]
+
+
+def features_of(signals: np.ndarray, spans: Sequence[slice], sensors: str, window: float) -> np.ndarray:
+    """Features of several windows, the places `spans` in the signals, shape (spans, features); as of `features`."""
+    segments = Segments(signals, SEGMENT[window], BANDS[window][-1])
+    densities = (segments.density(span.start, span.stop) for span in spans)
+    return np.stack([_features(segments.frequency, density, sensors, window) for density in densities])
+
+
+def _features(frequency: np.ndarray, density: np.ndarray, sensors: str, window: float) -> np.ndarray:
     values: list[float] = []
     for low, high in _bands(window):
         band = density[(frequency >= low) & (frequency < high)].mean(axis=0)

@@ -1,9 +1,18 @@
-"""Kalman filter over a record whose channels come and go: compiled, scalar updates, the lost ones left out."""
+"""Kalman filter over a record whose channels come and go: compiled, scalar updates, the lost ones left out.
+
+Covariances depend on which channels are there, not on what they show. Where these have been the same for so long that
+a step changes no variance by more than `SAME`, the gains and variances of the step before serve (steady gains).
+"""
 
 import numpy as np
 
-from estimators.filters.kalman import correct, move, project
-from railsim.compiled import allocating
+from estimators.filters.kalman import correct, dot, move, multiply, project
+from railsim.compiled import allocating, kernel
+
+SAME = 1e-9
+"""Relative change of a variance in a step below which it counts as settled; of those that take 1000 steps to settle,
+one part in a million is then left.
+"""
 
 
 @allocating
@@ -24,24 +33,60 @@ def run_filter(A, Q, B, H, D, R, x, P, driving, inputs, samples, rows):
     Wanted combinations and their standard deviations, (steps, r) each.
     """
     steps, channels = samples.shape
-    wanted = rows.shape[0]
-    gain, scratch = np.empty(A.shape[0]), np.empty(A.shape)
-    filtered = np.empty((steps, wanted))
-    spread = np.empty((steps, wanted))
+    n, wanted = A.shape[0], rows.shape[0]
+    scratch, moved, forced, before = np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
+    gains, variances = np.empty((channels, n)), np.empty(channels)
+    there = np.zeros(channels, dtype=np.bool_)
+    filtered, spread = np.empty((steps, wanted)), np.empty((steps, wanted))
+    settled = False
     for k in range(steps):
-        x[:] = A @ x + B @ driving[k]
-        move(P, A, scratch)
-        P += Q
+        same = k > 0
         for c in range(channels):
-            value = samples[k, c]
-            if not np.isfinite(value):
-                continue
-            variance = project(P, H[c], gain) + R[c]
-            correct(x, P, gain, variance, value - H[c] @ x - D[c] @ inputs[k])
-        filtered[k] = rows @ x
-        for r in range(wanted):
-            spread[k, r] = np.sqrt(max(rows[r] @ (P @ rows[r]), 0.0))
+            seen = np.isfinite(samples[k, c])
+            same = same and seen == there[c]
+            there[c] = seen
+        multiply(A, x, moved)
+        multiply(B, driving[k], forced)
+        for i in range(n):
+            x[i] = moved[i] + forced[i]
+        settled = settled and same
+        if not settled:
+            for i in range(n):
+                before[i] = P[i, i]
+            _covariances(A, Q, H, R, P, there, gains, variances, scratch)
+            _widths(P, rows, moved, spread[k])
+            settled = same
+            for i in range(n):
+                settled = settled and abs(P[i, i] - before[i]) <= SAME * P[i, i]
+        else:
+            spread[k] = spread[k - 1]
+        for c in range(channels):
+            if there[c]:
+                error = samples[k, c] - dot(H[c], x) - dot(D[c], inputs[k])
+                for i in range(n):
+                    x[i] += gains[c, i] * error
+        multiply(rows, x, filtered[k])
     return filtered, spread
+
+
+@kernel
+def _covariances(A, Q, H, R, P, there, gains, variances, scratch):
+    """A step of P (n, n) and the gain of each channel that is there."""
+    move(P, A, scratch)
+    for i in range(P.shape[0]):
+        for j in range(P.shape[0]):
+            P[i, j] += Q[i, j]
+    for c in range(H.shape[0]):
+        if there[c]:
+            variances[c] = project(P, H[c], gains[c]) + R[c]
+            correct(scratch[0], P, gains[c], variances[c], 0.0)
+
+
+@kernel
+def _widths(P, rows, scratch, out):
+    """Standard deviations of the combinations `rows` (r, n) of states of covariance P (n, n)."""
+    for r in range(rows.shape[0]):
+        out[r] = np.sqrt(max(project(P, rows[r], scratch), 0.0))
 
 
 def shifted(inputs):

@@ -16,7 +16,7 @@ that all channels lead to in the end.
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from estimators.filters.kalman import correct, move, project
+from estimators.filters.kalman import correct, dot, move, multiply, project
 from railsim.compiled import allocating
 
 SAME = 1e-5
@@ -73,7 +73,7 @@ def _block(A, Q, B, H, D, R, x, P, driving, inputs, samples, rows, keep):
     priors = np.empty((steps, n, n))
     gains, variances = np.empty((steps, channels, n)), np.empty((steps, channels))
     there = np.empty(channels, dtype=np.bool_)
-    scratch = np.empty((n, n))
+    scratch, forced = np.empty((n, n)), np.empty(n)
     kept_x, kept_P = x.copy(), P.copy()
     kinds, settled = 0, False
     for k in range(steps):
@@ -82,8 +82,11 @@ def _block(A, Q, B, H, D, R, x, P, driving, inputs, samples, rows, keep):
             seen = np.isfinite(samples[k, c])
             same = same and seen == there[c]
             there[c] = seen
-        x[:] = A @ x + B @ driving[k]
-        predicted[k] = x
+        multiply(A, x, predicted[k])
+        multiply(B, driving[k], forced)
+        for i in range(n):
+            predicted[k, i] += forced[i]
+            x[i] = predicted[k, i]
         if not (same and settled):
             move(P, A, scratch)
             P += Q
@@ -100,9 +103,10 @@ def _block(A, Q, B, H, D, R, x, P, driving, inputs, samples, rows, keep):
         kind[k] = kinds - 1
         for c in range(channels):
             if there[c]:
-                innovation = samples[k, c] - D[c] @ inputs[k] - H[c] @ x
+                innovation = samples[k, c] - dot(D[c], inputs[k]) - dot(H[c], x)
                 error[k, c] = innovation / variances[kind[k], c]
-                x += gains[kind[k], c] * innovation
+                for i in range(n):
+                    x[i] += gains[kind[k], c, i] * innovation
         if k == keep - 1:
             kept_x[:], kept_P[:] = x, P
     values, spread = np.empty((steps, wanted)), np.empty((steps, wanted))
@@ -129,23 +133,26 @@ def _backwards(A, H, kind, priors, gains, variances, predicted, error, rows, val
             c = channels - 1 - number
             if np.isfinite(variances[e, c]):
                 h, gain = H[c], gains[e, c]
-                pull -= h * (gain @ pull + error[k, c])
+                push = dot(gain, pull) + error[k, c]
+                for i in range(n):
+                    pull[i] -= h[i] * push
                 if not (same and settled):
-                    by[:] = weight @ gain
-                    own = gain @ by + 1.0 / variances[e, c]
+                    own = project(weight, gain, by) + 1.0 / variances[e, c]
                     for i in range(n):
                         for j in range(n):
                             weight[i, j] += h[i] * h[j] * own - h[i] * by[j] - by[i] * h[j]
         if not (same and settled):
             settled = same and _alike(weight, before)
             before[:] = weight
-            reach[:] = rows @ priors[e]
             for r in range(wanted):
-                width[r] = np.sqrt(max(reach[r] @ rows[r] - reach[r] @ (weight @ reach[r]), 0.0))
+                own = project(priors[e], rows[r], reach[r])
+                width[r] = np.sqrt(max(own - project(weight, reach[r], by), 0.0))
             move(weight, forward, scratch)
-        values[k] = rows @ predicted[k] - reach @ pull
-        spread[k] = width
-        pull[:] = forward @ pull
+        for r in range(wanted):
+            values[k, r] = dot(rows[r], predicted[k]) - dot(reach[r], pull)
+            spread[k, r] = width[r]
+        multiply(forward, pull, by)
+        pull[:] = by
 
 
 @allocating

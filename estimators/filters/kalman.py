@@ -12,6 +12,25 @@ from railsim.compiled import inlined
 
 
 @inlined
+def dot(one, other):
+    """Sum of products of two short rows, (n,) each."""
+    total = 0.0
+    for i in range(len(one)):
+        total += one[i] * other[i]
+    return total
+
+
+@inlined
+def multiply(M, x, out):
+    """out = M x, shapes (m, n), (n,), (m,); for a few dozen entries a call of BLAS costs more than that."""
+    for i in range(M.shape[0]):
+        total = 0.0
+        for j in range(M.shape[1]):
+            total += M[i, j] * x[j]
+        out[i] = total
+
+
+@inlined
 def project(P, h, gain):
     """gain = P h, shapes (n, n), (n,), (n,); return h' P h."""
     n = len(h)

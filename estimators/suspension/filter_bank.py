@@ -117,11 +117,10 @@ def lagrange(nodes: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def unpacked(packed: np.ndarray, plan: Layout, known: int, readings: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What `run_filters` takes of packed matrices (p, length): steps (p, wide / 8, 8, tall), K (p, m / 8, 8, n) filled up
-    with zeros, L (p, m, m).
+    """What `run_filters` takes of packed matrices (p, length).
 
-    Each in one piece: of an array with gaps the compiler makes a kernel without vector instructions, which is four times
-    slower.
+    Steps (p, wide / 8, 8, tall); K (p, m / 8, 8, n), filled up with zeros; L (p, m, m). Each is in one piece: of an
+    array with gaps the compiler makes a kernel without vector instructions, which takes twice as long.
     """
     tall, wide = sizes(plan, known, readings)
     p, at_K = len(packed), tall * wide

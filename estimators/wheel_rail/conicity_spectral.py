@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -62,10 +63,17 @@ class Blocks:
     turning: np.ndarray
     slopes: np.ndarray
 
-    @property
+    @cached_property
     def inputs(self) -> int:
         """How many of the slopes are known."""
         return 2 if self.slopes[1].any() else 1
+
+    @cached_property
+    def near(self) -> tuple[list[float], np.ndarray]:
+        """Speeds to half a metre a second, and which of them each block has, (b,)."""
+        rounded = [float(np.round(speed * 2.0) / 2.0) for speed in self.speeds]
+        found = sorted(set(rounded))
+        return found, np.array([found.index(one) for one in rounded])
 
 
 class Stretches:
@@ -377,15 +385,12 @@ def _channel(measurements: Measurements) -> str | None:
 def _foretold(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
     """Turning of every block (b, m); one response serves blocks of about the same speed."""
     conicity, creep = np.exp(x[:2])
-    shifted = np.exp(1j * blocks.k * x[2])
-    known: dict[float, np.ndarray] = {}
-    rows = []
-    for speed, slopes in zip(blocks.speeds, np.swapaxes(blocks.slopes, 0, 1), strict=True):
-        near = float(np.round(speed * 2.0) / 2.0)
-        if near not in known:
-            known[near] = respond(conicity, creep, near, blocks.k) * shifted
-        rows.append(np.sum(known[near] * slopes, axis=0))
-    return np.stack(rows)
+    near, which = blocks.near
+    known = np.stack([respond(conicity, creep, speed, blocks.k) for speed in near]) * np.exp(1j * blocks.k * x[2])
+    found = known[which, 0] * blocks.slopes[0]
+    for number in range(1, blocks.inputs):
+        found += known[which, number] * blocks.slopes[number]
+    return found
 
 
 def _residual(blocks: Blocks, respond: Response, x: np.ndarray, deviation: np.ndarray) -> np.ndarray:

@@ -69,8 +69,11 @@ class Survey:
     def rails(self, motion: WheelsetMotion, offset: float, scale: float) -> Rails:
         """Rails under the wheelset if it began at `offset` (m) and went `scale` times its measured way."""
         distance = offset + scale * motion.distance
-        centre = motion.band.filter(np.interp(distance, self.s, self.centre))
-        return Rails(centre, np.interp(distance, self.s, self.gauge), distance)
+        return Rails(self.middle(motion, distance), np.interp(distance, self.s, self.gauge), distance)
+
+    def middle(self, motion: WheelsetMotion, distance: np.ndarray) -> np.ndarray:
+        """Lateral position of the rails' middle (m) in the band at the places `distance` (m), shapes (n,)."""
+        return motion.band.filter(np.interp(distance, self.s, self.centre))
 
     def find(self, motion: WheelsetMotion) -> float:
         """Distance (m) at which the record begins: where the wheelset's path fits the rails best.
@@ -101,11 +104,11 @@ def centre_fit(measurements: Measurements, motion: WheelsetMotion, survey: Surve
     radius, half, inertia, stiffness, damping = (nominal(measurements, name) for name in NEEDED)
     moment = inertia * motion.yaw_acceleration + stiffness * motion.yaw + damping * motion.yaw_rate
     rows = np.flatnonzero(motion.valid)[::4]
-    output = (-radius * half * motion.yaw_rate / motion.speed)[rows]
+    output, held = (-radius * half * motion.yaw_rate / motion.speed)[rows], moment[rows]
 
     def misfit(offset: float, scale: float) -> float:
-        shift = (motion.y - survey.rails(motion, offset, scale).centre)[rows]
-        regressors = np.stack([shift, shift**3 * 1e5, moment[rows]], axis=1)
+        shift = (motion.y - survey.middle(motion, offset + scale * motion.distance))[rows]
+        regressors = np.stack([shift, shift**3 * 1e5, held], axis=1)
         return 1e3 * float(np.std(output - regressors @ np.linalg.lstsq(regressors, output, rcond=None)[0]))
 
     return refine(misfit, survey.find(motion))

@@ -9,6 +9,7 @@ there.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -50,13 +51,21 @@ class MotionBand:
         """`values` (n,) in the band, differentiated (or, negative, integrated) as often as told, `shift` s earlier."""
 
         def gain(omega: np.ndarray) -> np.ndarray:
-            low = (omega / (2.0 * np.pi * self.lowest)) ** ORDER
-            response = low / (1.0 + low) / (1.0 + (omega / (2.0 * np.pi * self.highest)) ** ORDER)
-            response = response.astype(complex)
-            response[1:] *= (1j * omega[1:]) ** derivative * np.exp(1j * omega[1:] * shift)
-            return response
+            return _gain(self, omega.tobytes(), derivative, shift)
 
         return transform(values, 1.0 / self.rate, gain, 2.0 / self.lowest, detrend=True)
+
+
+@lru_cache(maxsize=8)
+def _gain(band: MotionBand, frequencies: bytes, derivative: int, shift: float) -> np.ndarray:
+    """Response of a filter at angular frequencies, rad/s, float64; a search asks for the same again and again."""
+    omega = np.frombuffer(frequencies)
+    low = (omega / (2.0 * np.pi * band.lowest)) ** ORDER
+    response = low / (1.0 + low) / (1.0 + (omega / (2.0 * np.pi * band.highest)) ** ORDER)
+    response = response.astype(complex)
+    response[1:] *= (1j * omega[1:]) ** derivative * np.exp(1j * omega[1:] * shift)
+    response.setflags(write=False)
+    return response
 
 
 @dataclass(frozen=True)

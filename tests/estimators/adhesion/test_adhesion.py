@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import csd
 
 from estimators.adhesion.adhesion_creep_forces import AdhesionCreepForces
 from estimators.adhesion.adhesion_creep_forces_profile import AdhesionCreepForcesProfile
@@ -9,10 +10,10 @@ from estimators.adhesion.adhesion_level import COLUMNS, AdhesionLevel
 from estimators.adhesion.change_points import find_changes
 from estimators.adhesion.channels import high_pass
 from estimators.adhesion.classifier import LEVELS, classifier
-from estimators.adhesion.creep_forces import RATE, SIGNALS
+from estimators.adhesion.creep_forces import RATE, SIGNALS, Segments
 from estimators.adhesion.creep_law import LawShaping, with_law
 from estimators.adhesion.creep_model import COUNT, Shaping, floating, parameters
-from estimators.adhesion.features import SETS, features, names, windows
+from estimators.adhesion.features import SETS, features, features_of, names, windows
 from experiments.runs.adhesion import run, scenario, sensors, spliced
 from experiments.scoring.score import score
 from railsim import InputError
@@ -194,3 +195,29 @@ def test_a_passage_through_levels_in_between_is_one_change():
 def test_one_odd_window_is_no_change():
     assert find_changes(_steps([1] * 20 + [2] + [1] * 20, 0.5), _steps([1] * 41, 0.5), 10.0) == []
     assert find_changes(np.empty((0, 5)), np.empty((0, 5)), 10.0) == []
+
+
+def test_windows_that_share_their_segments_have_the_features_of_each_by_itself():
+    signals = np.random.default_rng(4).standard_normal((12 * 256, len(SIGNALS)))
+    spans = windows(len(signals), 10.0, 0.5)
+    together = features_of(signals, spans, "bogie", 10.0)
+    assert len(spans) == 5
+    for span, row in zip(spans, together, strict=True):
+        np.testing.assert_array_equal(row, features(signals[span], "bogie", 10.0))
+
+
+def test_cross_spectra_are_those_of_welch():
+    """Against SciPy's; its zero frequency is not doubled."""
+    mixed = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 2.0], [0.0, 0.0, 1.0]])
+    signals = np.random.default_rng(5).standard_normal((2000, 3)) @ mixed
+    segments = Segments(signals, 256, highest=20.0)
+    density = segments.density(100, 1900)
+    window = np.hanning(256)
+    for i in range(3):
+        for j in range(3):
+            frequency, expected = csd(
+                signals[100:1900, i], signals[100:1900, j], 256.0, window, 256, detrend="constant"
+            )
+            wanted = (frequency < 20.0) & (frequency > 0.0)
+            np.testing.assert_allclose(density[1:, i, j], expected[wanted], rtol=1e-10)
+    np.testing.assert_array_equal(segments.frequency, frequency[frequency < 20.0])

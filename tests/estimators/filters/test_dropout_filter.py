@@ -48,3 +48,29 @@ def test_constant_seen_with_noise_has_the_mean_of_what_was_seen():
     assert found[-1, 0] == pytest.approx(np.nanmean(seen), rel=1e-6)
     assert spread[-1, 0] == pytest.approx(2.0 / np.sqrt(40), rel=1e-6)
     assert found[9:20, 0] == pytest.approx(found[9, 0])
+
+
+def test_steady_gains_give_what_every_step_by_itself_gives():
+    """A long record, one channel lost for a while after all has settled; by the textbook's formulas, step by step."""
+    rng = np.random.default_rng(8)
+    A, B = np.array([[0.95, 0.1], [-0.1, 0.9]]), np.array([[0.3], [-0.2]])
+    H, D, R = np.array([[1.0, 0.0], [0.4, 1.0]]), np.array([[0.0], [0.5]]), np.array([0.3, 0.05])
+    Q, rows = np.diag([0.02, 0.01]), np.array([[1.0, -1.0]])
+    inputs, samples = rng.normal(size=(1500, 1)), rng.normal(size=(1500, 2))
+    samples[900:950, 1] = np.nan
+    x, P = np.zeros(2), 10.0 * np.eye(2)
+    own_x, own_P = x.copy(), P.copy()
+    found, spread = run_filter(A, Q, B, H, D, R, x, P, shifted(inputs), inputs, samples, rows)
+    for k, sample in enumerate(samples):
+        own_x, own_P = A @ own_x + B @ inputs[max(k - 1, 0)], A @ own_P @ A.T + Q
+        there = np.isfinite(sample)
+        h = H[there]
+        gain = own_P @ h.T @ np.linalg.inv(h @ own_P @ h.T + np.diag(R[there]))
+        own_x = own_x + gain @ (sample[there] - D[there] @ inputs[k] - h @ own_x)
+        own_P = own_P - gain @ h @ own_P
+        assert found[k] == pytest.approx(rows @ own_x, rel=1e-6, abs=1e-8)
+        assert spread[k] == pytest.approx(np.sqrt(np.diag(rows @ own_P @ rows.T)), rel=1e-6)
+    assert x == pytest.approx(own_x, rel=1e-6)
+    assert pytest.approx(own_P, rel=1e-6) == P
+    assert spread[800] == spread[899], "settled: the very same number"
+    assert spread[920] > 1.01 * spread[899], "a channel less tells less"

@@ -86,6 +86,7 @@ def test_bank_gives_the_likelihood_of_the_equations_and_of_its_interpolated_gain
         state, found, work = np.zeros((1, plan.size)), np.zeros(1), np.zeros((3, 99))
         noise, sources = shaped(SPEED, rate, inside, plan), np.array(plan.sources, dtype=np.int64)
         parts = unpacked(packed, plan, len(INPUTS), 7)
+        assert all(part.flags.c_contiguous for part in parts), "else the kernel is compiled without vector instructions"
         run_filters(
             state, *parts, plan.columns, sources, plan.length, noise, inputs[:-1], inputs[1:], readings, found, work
         )
