@@ -189,7 +189,8 @@ def high_pass(values: np.ndarray, corner: float, integrate: bool = False, rate: 
 @lru_cache(maxsize=16)
 def _designed(corner: float, integrate: bool, rate: float) -> tuple[np.ndarray, np.ndarray]:
     w = 2.0 * np.pi * corner
-    return bilinear([1.0, 0.0] if integrate else [1.0, 0.0, 0.0], [1.0, np.sqrt(2.0) * w, w * w], rate)
+    b, a = bilinear([1.0, 0.0] if integrate else [1.0, 0.0, 0.0], [1.0, np.sqrt(2.0) * w, w * w], rate)
+    return np.asarray(b), np.asarray(a)
 
 
 def grid(measurements: Measurements, names: Sequence[str]) -> np.ndarray:

@@ -138,7 +138,7 @@ _kept: WeakKeyDictionary[Track, "TrackTables"] = WeakKeyDictionary()
 
 
 def build_tables(track: Track) -> TrackTables:
-    """Tables of a track; nobody may write into them, as runs on the same track share them.
+    """Tables of a track; nobody may write into them.
 
     Rows at equal distances keep their nodes (divided into cells of at most 0.25 m); others are resampled through the
     track's own spline at their smallest distance.

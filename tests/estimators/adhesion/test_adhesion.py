@@ -215,7 +215,8 @@ def test_cross_spectra_are_those_of_welch():
     signals = np.random.default_rng(5).standard_normal((2000, 3)) @ mixed
     segments = Segments(signals, 256, highest=20.0)
     density = segments.density(100, 1900)
-    welch: Any = partial(csd, fs=256.0, window=np.hanning(256), nperseg=256, detrend="constant")
+    window: Any = np.hanning(256)
+    welch: Any = partial(csd, fs=256.0, window=window, nperseg=256, detrend="constant")
     seen = signals[100:1900]
     frequency = welch(seen[:, 0], seen[:, 0])[0]
     np.testing.assert_array_equal(segments.frequency, frequency[frequency < 20.0])
