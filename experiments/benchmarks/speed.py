@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 from estimators.interface import ESTIMATORS, Estimator, OnlineEstimator
 from estimators.track.dipped_joints import DippedJoints
+from experiments.benchmarks.lanes import lane_rows
 from experiments.benchmarks.suspension import suspension_rows
 from railsim.engines.compiled import right_hand_side
 from railsim.engines.interface import Run
@@ -70,7 +71,7 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     adhesion = estimator_rows(plain, repeats, ADHESION_ESTIMATORS)
     engines = [*engine_rows(scenario, repeats, variants), *contact_rows(repeats, FAST_DURATION if fast else None)]
     known = [*engines, *estimator_rows(scenario, repeats), *dense, *wheelset]
-    return [*known, *adhesion, *suspension_rows(fast)]
+    return [*known, *adhesion, *suspension_rows(fast), *lane_rows(fast)]
 
 
 def engine_rows(

@@ -10,6 +10,8 @@ from pathlib import Path
 from experiments.reporting.failures import PluginError, plugin_code
 from railsim.cache import cache_folder
 from railsim.errors import InputError
+from railsim.lanes.machine import LANES
+from railsim.many import ENGINE, simulate_many
 from railsim.scenario import Scenario
 from railsim.simulation import simulate, simulate_held, truth_bytes
 from railsim.truth import Truth
@@ -36,14 +38,37 @@ def truths(wanted: Sequence[Wanted], keep: bool) -> Iterator[Truth | InputError 
     ------
     OSError, MemoryError : of this machine, which ends the sweep.
     """
+    side_by_side = [] if keep else [one for one in wanted if _fits_lanes(one)]
+    held: dict[str, Truth | InputError | PluginError] = {}
     for one in wanted:
-        try:
-            with plugin_code("the run"):
-                truth = _truth(one, keep)
-        except (InputError, PluginError) as error:
-            yield error
-        else:
-            yield truth
+        if side_by_side and one is side_by_side[0]:
+            held = _together(side_by_side[:LANES])
+            del side_by_side[:LANES]
+        yield held.pop(one.run) if one.run in held else _alone(one, keep)
+
+
+def _alone(wanted: Wanted, keep: bool) -> Truth | InputError | PluginError:
+    try:
+        with plugin_code("the run"):
+            return _truth(wanted, keep)
+    except (InputError, PluginError) as error:
+        return error
+
+
+def _fits_lanes(wanted: Wanted) -> bool:
+    """Whether a run is for lanes, small enough to be held with others, and not in the cache."""
+    small = wanted.engine == ENGINE and truth_bytes(wanted.scenario) <= MOST_HELD / LANES
+    return small and not (cache_folder() / wanted.run).is_dir()
+
+
+def _together(wanted: Sequence[Wanted]) -> dict[str, Truth | InputError | PluginError]:
+    """Runs side by side in lanes, by digest; one by one where a plug-in fails, to know which."""
+    try:
+        with plugin_code("the run"):
+            done = dict(simulate_many(one.scenario for one in wanted))
+    except PluginError:
+        return {one.run: _alone(one, keep=False) for one in wanted}
+    return {one.run: done[number] for number, one in enumerate(wanted)}
 
 
 def _truth(wanted: Wanted, keep: bool) -> Truth:

@@ -128,7 +128,7 @@ def test_a_table_in_parts_is_the_table_in_one_piece(tmp_path: Path, monkeypatch:
         [row[0], row[3], row[5]] for row in expected
     ]
     assert np.isnan(frame["value"].to_numpy(float)[frame["point"].to_numpy() == 2]).all()
-    assert pd.isna(frame["run"][frame["point"] == 2]).all()
+    assert bool(pd.isna(frame["run"].to_numpy()[frame["point"].to_numpy() == 2]).all())
     whole = pq.read_table(tmp_path / "parts.parquet")
     assert pq.read_metadata(tmp_path / "parts.parquet").num_row_groups == math.ceil(52 / 7)
     pq.write_table(
@@ -136,3 +136,18 @@ def test_a_table_in_parts_is_the_table_in_one_piece(tmp_path: Path, monkeypatch:
         store_schema=False, row_group_size=7,
     )  # fmt: skip
     assert (tmp_path / "whole.parquet").read_bytes() == (tmp_path / "parts.parquet").read_bytes()
+
+
+def test_runs_in_lanes_are_asked_for_together_and_score_as_others_do(sweep_file: Path, tmp_path: Path):
+    """The same sweep by the engine `lanes`: the same rows, values within rounding."""
+    text = sweep_file.read_text(encoding="utf-8")
+    other = tmp_path / "lanes.yaml"
+    other.write_text(f"engine: lanes\n{text}".replace("engine: compiled\n", ""), encoding="utf-8")
+    plain = make_plan(read_sweep(str(sweep_file))).tasks
+    lanes = make_plan(read_sweep(str(other))).tasks
+    assert [task.run for task in lanes] != [task.run for task in plain], "another engine, another digest"
+    for one, beside in zip(plain, perform_group(lanes, str(tmp_path), False), strict=True):
+        rows = perform(one, str(tmp_path), False)["rows"]
+        for row, given in zip(rows, beside["rows"], strict=True):
+            assert [*row[:4], *row[5:7], *row[8:]] == [*given[:4], *given[5:7], *given[8:]]
+            assert given[7] == row[7] or given[7] == pytest.approx(row[7], rel=1e-6, abs=1e-9)

@@ -1,0 +1,126 @@
+"""Speed of runs in lanes against the same runs one by one, side by side: simulated seconds per second."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from railsim.lanes.buffers import Buffers
+from railsim.lanes.fleet import advance, prepare
+from railsim.many import simulate_many
+from railsim.scenario import Scenario, load_scenario
+from railsim.simulation import build_run, load_engine, simulate_held
+
+RUNS = 64
+CASES: dict[str, tuple[str, dict[str, Any]]] = {
+    "half vehicle": ("straight_erri_low", {"start": 60.0}),
+    "profiles in a curve": ("curve_s1002", {"start": 370.0}),
+    "whole vehicle": ("whole_coach", {}),
+}
+"""Scenario and overrides of each case; body mass and start differ between its runs."""
+
+DURATION, FAST_DURATION = 15.0, 1.0  # s
+NUISANCES, LONG = 60, 60.0  # parameters; s of each run
+ONE_BY_ONE = 4  # runs of a case by the compiled engine: their mean stands for all
+
+
+def lane_rows(fast: bool = False, repeats: int = 3) -> list[dict[str, Any]]:
+    """Rows of the benchmark, see `speed.bench_rows`; `fast`: half vehicle only, short runs."""
+    duration, repeats = (FAST_DURATION, 1) if fast else (DURATION, repeats)
+    rows = []
+    for case in list(CASES)[:1] if fast else CASES:
+        rows += _case(case, _scenarios(case, RUNS, duration), repeats)
+    first = next(iter(CASES))
+    rows += _threads(_scenarios(first, 2 * RUNS, duration), repeats)
+    return rows + _derivatives(_scenarios(first, 1 + NUISANCES, 4.0 * duration if fast else LONG), repeats)
+
+
+def _scenarios(case: str, count: int, duration: float) -> list[Scenario]:
+    name, changes = CASES[case]
+    own = {"vehicle.body_mass": load_scenario(name).vehicle.nominal()["body_mass"]}
+    return [
+        load_scenario(
+            name,
+            {
+                **changes,
+                "vehicle.body_mass": own["vehicle.body_mass"] * (1.0 + 0.1 * i / count),
+                "start": changes.get("start", 25.0) + 0.2 * i,
+                "duration": duration,
+            },
+        )
+        for i in range(count)
+    ]
+
+
+def _case(case: str, scenarios: list[Scenario], repeats: int) -> list[dict[str, Any]]:
+    """Engine alone, without set-up: lanes against one by one."""
+    jobs, buffers = [prepare(i, build_run(one)) for i, one in enumerate(scenarios)], Buffers()
+    compiled, simulated = load_engine("compiled"), sum(job.run.duration for job in jobs)
+
+    def one_by_one() -> None:
+        for job in jobs[:ONE_BY_ONE]:
+            deque(compiled(job.run), maxlen=0)
+
+    def side_by_side() -> None:
+        deque((None for _ in advance(jobs, buffers=buffers)), maxlen=0)
+
+    alone = f"{case}, compiled, one by one"
+    spent = _medians({alone: one_by_one, "lanes": side_by_side}, repeats, time.process_time)
+    single = simulated * ONE_BY_ONE / len(jobs) / spent[alone]
+    lanes = simulated / spent["lanes"]
+    return [_row(alone, single, None, None), _row(f"{case}, {len(jobs)} runs in lanes", lanes, alone, lanes / single)]
+
+
+def _threads(scenarios: list[Scenario], repeats: int) -> list[dict[str, Any]]:
+    """Two cores against one, by the clock on the wall."""
+    jobs, buffers = [prepare(i, build_run(one)) for i, one in enumerate(scenarios)], Buffers()
+    simulated = sum(job.run.duration for job in jobs)
+    names = {"lanes, one thread, wall clock": 1, "lanes, two threads, wall clock": 2}
+
+    def through(threads: int) -> None:
+        deque((None for _ in advance(jobs, buffers=buffers, threads=threads)), maxlen=0)
+
+    tasks: dict[str, Callable[[], object]] = {name: partial(through, count) for name, count in names.items()}
+    spent = _medians(tasks, repeats, time.perf_counter)
+    one, two = names
+    rate = {name: simulated / seconds for name, seconds in spent.items()}
+    return [_row(one, rate[one], None, None), _row(two, rate[two], one, rate[two] / rate[one])]
+
+
+def _derivatives(scenarios: list[Scenario], repeats: int) -> list[dict[str, Any]]:
+    """A run and one for each nuisance, set-up and truth included."""
+
+    def one_by_one() -> None:
+        for one in scenarios[:ONE_BY_ONE]:
+            simulate_held(one, "compiled")
+
+    def side_by_side() -> None:
+        deque((None for _ in simulate_many(scenarios)), maxlen=0)
+
+    simulated = sum(one.duration for one in scenarios)
+    alone = "derivatives, compiled, one by one"
+    spent = _medians({alone: one_by_one, "lanes": side_by_side}, repeats, time.process_time)
+    single = simulated * ONE_BY_ONE / len(scenarios) / spent[alone]
+    lanes = simulated / spent["lanes"]
+    name = f"derivatives by {len(scenarios) - 1} nuisances in lanes, set-up included"
+    return [_row(alone, single, None, None), _row(name, lanes, alone, lanes / single)]
+
+
+def _medians(tasks: dict[str, Callable[[], object]], repeats: int, clock: Callable[[], float]) -> dict[str, float]:
+    """Median seconds of each task, in turns, after one that compiles and touches memory for the first time."""
+    for call in tasks.values():
+        call()
+    spent: dict[str, list[float]] = {name: [] for name in tasks}
+    for _ in range(repeats):
+        for name, call in tasks.items():
+            before = clock()
+            call()
+            spent[name].append(clock() - before)
+    return {name: float(np.median(times)) for name, times in spent.items()}
+
+
+def _row(name: str, value: float, against: str | None, ratio: float | None) -> dict[str, Any]:
+    return {"name": name, "value": value, "unit": "s/s", "against": against, "ratio": ratio}
