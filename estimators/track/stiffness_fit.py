@@ -13,6 +13,9 @@ CLEAR = 3.0
 """Times the noise's power that a bin must have in half of the windows."""
 STEEP, THIRD = 10.0, 2.0 ** (1.0 / 3.0)
 """A fall to noise by more than that factor within a third of an octave: the waves end there."""
+CLIFF = 64.0
+"""A fall of the power by more than that factor within a third of an octave: no resonance falls so steeply (at 60 % of
+the usual damping by 46), the waves end there."""
 OCTAVES = 1.3
 """Least width of what is used: a resonance and what lies on both sides of it."""
 FEWEST = 4
@@ -31,8 +34,8 @@ EVIDENCE, ALONE = 0.5, 10.0
 runs on rigid rails (12 to 60 m/s, 23 and 30 windows) it was 4 to 21, on rails of 40 to 170 MN/m 19 to 1200."""
 UNLIKELY = 3.0
 """Deviations from which on no wheelset and no track has such a mass, damping or foundation."""
-INSIDE = 1.15
-"""Least ratio of a resonance to both ends of the frequencies in use."""
+INSIDE = 1.3
+"""Least ratio of a resonance to both ends of the frequencies in use: its flanks must be seen, 2 zeta of 0.1 to 0.4."""
 BEYOND = "the resonance of the wheelset on its track lies beyond the frequencies in use"
 POOR = 1.6
 """Mean misfit of the windows from which on the model does not describe the record."""
@@ -83,7 +86,9 @@ def section(windows: Windows, expected: Common, springs: Springs) -> Section:
         likelihood = Likelihood(windows, expected, springs)
         state = likelihood.fit()
         spoilt = lines(likelihood, state)
-        if not spoilt.any():  # a line bends the shape, so that bends are judged without lines
+        if not spoilt.any():  # lines fall steeply and bend the shape, so that ends and bends are judged without them
+            spoilt = beyond_waves(windows)
+        if not spoilt.any():
             spoilt = knee(likelihood, state)
         if not spoilt.any():
             return judged(likelihood, state)
@@ -155,6 +160,17 @@ def too_little(windows: Windows) -> str:
     if np.log2(high / low) < OCTAVES or np.mean(windows.used.sum(axis=1) >= 2 * TAPERS) < 1.0:
         return f"roughness is clear of noise and smooth over {1.0 / high:.2g} to {1.0 / low:.2g} m alone"
     return ""
+
+
+def beyond_waves(windows: Windows) -> np.ndarray:
+    """Bins from half the wave number on at which the power has fallen off a cliff, shape (bins,)."""
+    k, there = windows.wave_number, np.flatnonzero(windows.used.any(axis=0))
+    power = np.where(windows.used[:, there], np.log(windows.power[:, there]), np.nan)
+    level = np.nanmedian(power, axis=0)
+    steady = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(level, 1, mode="edge"), 3), axis=1)
+    before = np.abs(np.log(k[there] * THIRD / k[there][:, None])).argmin(axis=1)
+    fallen = np.flatnonzero(steady[before] - steady > np.log(CLIFF))
+    return k > k[there[fallen[0]]] / 2.0 if fallen.size else np.zeros(len(k), dtype=bool)
 
 
 def knee(likelihood: Likelihood, state: State) -> np.ndarray:
