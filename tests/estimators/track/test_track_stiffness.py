@@ -35,16 +35,18 @@ def path_over_roughness(omega: np.ndarray, stiffness: float) -> np.ndarray:
     return found
 
 
-def record(pieces: list[tuple[float, float]], noise: float = 0.01, seed: int = 3) -> Measurements:
+def record(
+    pieces: list[tuple[float, float]], noise: float = 0.01, seed: int = 3, highest: float = 250.0
+) -> Measurements:
     """Accelerations of both wheels over the same roughness of power k^-3, on springs that follow each other: (seconds,
-    N/m).
+    N/m); without waves above the highest frequency, Hz.
     """
     rng = np.random.default_rng(seed)
     parts = []
     for seconds, spring in pieces:
         count = round(seconds * RATE)
         hertz = np.maximum(np.fft.rfftfreq(2 * count, 1.0 / RATE), 1e-3)
-        power = 4e-10 * (hertz / SPEED) ** -3.0 / SPEED * (hertz > 3.0) * (hertz < 250.0)
+        power = 4e-10 * (hertz / SPEED) ** -3.0 / SPEED * (hertz > 3.0) * (hertz < highest)
         draws = rng.standard_normal(len(hertz)) + 1j * rng.standard_normal(len(hertz))
         omega = 2.0 * np.pi * hertz
         spectrum = -(omega**2) * path_over_roughness(omega, spring) * np.sqrt(power * 2 * count * RATE / 4.0) * draws
@@ -240,3 +242,12 @@ def test_parameters_are_needed() -> None:
     table = {TIME: whole.time("wheelset1.speed [m/s]"), **{name: whole[name] for name in whole}}
     with pytest.raises(InputError, match="'wheelset_mass', 'wheel_radius', 'half_gauge', 'design_wheel_load'"):
         TrackStiffness().estimate(Measurements(dict(whole.about) | {"vehicle": {}}, {RATE: table}))
+
+
+@pytest.mark.parametrize(("shortest", "stiffness"), [(0.55, 70e6), (0.55, np.inf), (1.0, 70e6)])
+def test_waves_that_end_are_no_resonance(shortest: float, stiffness: float) -> None:
+    """Roughness that ends at 45 or 25 Hz: nothing is given, on rails that give and on those that do not."""
+    whole = record([(14.0, stiffness)], highest=SPEED / shortest)
+    series, warnings = columns(whole)
+    assert np.isnan(series["track_stiffness"]).all()
+    assert warnings
