@@ -7,9 +7,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
 
+from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE
 from railsim.lanes.buffers import Buffers
-from railsim.lanes.fleet import advance, prepare
+from railsim.lanes.fleet import Job, advance, prepare
 from railsim.many import simulate_many
 from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import build_run, load_engine, simulate_held
@@ -72,6 +75,55 @@ def _case(case: str, scenarios: list[Scenario], repeats: int) -> list[dict[str, 
     single = simulated * ONE_BY_ONE / len(jobs) / spent[alone]
     lanes = simulated / spent["lanes"]
     return [_row(alone, single, None, None), _row(f"{case}, {len(jobs)} runs in lanes", lanes, alone, lanes / single)]
+
+
+WIDTHS, FAST_WIDTHS = (4, 8, 16, 32, 64), (4, 8)
+
+
+def width_rows(fast: bool = False) -> list[dict[str, Any]]:
+    """Simulated seconds per second of processor time by number of lanes, without and with set-up, beside one by one;
+    `fast`: half vehicle, narrow lanes, short runs.
+    """
+    rows = []
+    for case in list(CASES)[:1] if fast else CASES:
+        scenarios = _scenarios(case, RUNS, FAST_DURATION if fast else DURATION)
+        before = time.process_time()
+        jobs = [prepare(i, build_run(one)) for i, one in enumerate(scenarios)]
+        ready, buffers = time.process_time() - before, Buffers()
+        simulated = sum(job.run.duration for job in jobs)
+        for width in FAST_WIDTHS if fast else WIDTHS:
+
+            def through(jobs: list[Job] = jobs, buffers: Buffers = buffers, width: int = width) -> None:
+                deque((None for _ in advance(jobs, buffers=buffers, width=width)), maxlen=0)
+
+            spent = _medians({"lanes": through}, 1 if fast else 3, time.process_time)["lanes"]
+            rates = {"without set-up [s/s]": simulated / spent, "with set-up [s/s]": simulated / (spent + ready)}
+            rows.append({"case": case, "lanes": width, **rates})
+        deque(load_engine("compiled")(jobs[0].run), maxlen=0)
+        before = time.process_time()
+        deque(load_engine("compiled")(jobs[0].run), maxlen=0)
+        alone = jobs[0].run.duration / (time.process_time() - before)
+        rows.append({"case": case, "lanes": 1, "without set-up [s/s]": alone, "with set-up [s/s]": float("nan")})
+    return rows
+
+
+def draw_widths(rows: list[dict[str, Any]]) -> Figure:
+    """The picture of `width_rows`."""
+    table, picture = pd.DataFrame(rows), Figure(figsize=(7.0, 4.2), layout="constrained")
+    axes = picture.subplots()
+    for (case, part), colour in zip(table.groupby("case", sort=False), (BLUE, ORANGE, GREEN), strict=False):
+        wide = part[part["lanes"] > 1]
+        axes.plot(wide["lanes"], wide["without set-up [s/s]"], "o-", color=colour, label=str(case))
+        axes.plot(wide["lanes"], wide["with set-up [s/s]"], "o--", color=colour, mfc="white")
+        axes.axhline(float(part.loc[part["lanes"] == 1, "without set-up [s/s]"].iloc[0]), color=colour, lw=0.9, ls=":")
+    axes.plot([], [], "o--", color=BLACK, mfc="white", label="with set-up")
+    axes.plot([], [], color=BLACK, lw=0.9, ls=":", label="one by one")
+    axes.set_xscale("log", base=2)
+    axes.set_xticks(sorted(set(table["lanes"]) - {1}), [str(n) for n in sorted(set(table["lanes"]) - {1})])
+    axes.set(xlabel="lanes", ylabel="simulated s per s of one core", ylim=(0.0, None), title="Runs side by side")
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=9)
+    return picture
 
 
 def _threads(scenarios: list[Scenario], repeats: int) -> list[dict[str, Any]]:

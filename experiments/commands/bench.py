@@ -6,6 +6,7 @@ from pathlib import Path
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
 from railsim.errors import InputError
+from railsim.files import new_file
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -15,6 +16,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--day", type=float, metavar="HOURS", help="time and memory of a record of so many hours, from file to report"
     )
     parser.add_argument("--format", choices=("parquet", "csv"), default="parquet", help="with --day: of the file")
+    parser.add_argument("--lanes", metavar="FILE", help="only runs in lanes, by number of lanes: a picture (PNG)")
     parser.add_argument("--keep", metavar="DIR", help="with --day: folder of the data and of all results")
 
 
@@ -25,6 +27,8 @@ def execute(given: argparse.Namespace) -> Outcome:
 
     if given.day is not None and not 0.0 < given.day <= 100.0:
         raise InputError(f"--day {given.day:g}: give hours, above 0 and up to 100")
+    if given.lanes is not None:
+        return _lanes(Path(given.lanes), given.fast)
     if given.day is None:
         rows = bench_rows(given.fast)
     else:
@@ -34,3 +38,13 @@ def execute(given: argparse.Namespace) -> Outcome:
         {"rows": rows},
         table(["what", "value", "unit", "against", "ratio"], lines, decimals=1 if given.day is None else 2),
     )
+
+
+def _lanes(path: Path, fast: bool) -> Outcome:
+    from experiments.benchmarks.lanes import draw_widths, width_rows
+
+    with new_file(path) as aside:
+        rows = width_rows(fast)
+        draw_widths(rows).savefig(aside, dpi=130, format="png")
+    heads = list(rows[0])
+    return Outcome({"rows": rows, "files": [str(path)]}, table(heads, [list(row.values()) for row in rows], decimals=0))

@@ -19,7 +19,7 @@ from railsim.dynamics.plant import Plant, build_plant, check_reach
 from railsim.dynamics.stability import check_start
 from railsim.engines.interface import Diverged, Run
 from railsim.lanes.buffers import Buffers
-from railsim.lanes.machine import aligned, machine_for
+from railsim.lanes.machine import LANES, aligned, machine_for
 from railsim.lanes.spread import spread
 from railsim.lanes.structure import refused, structure_of
 
@@ -106,20 +106,24 @@ Result = Piece | tuple[Job, Diverged]
 
 
 def advance(
-    jobs: Iterable[Job], longest: int | None = None, buffers: Buffers | None = None, threads: int = 1
+    jobs: Iterable[Job],
+    longest: int | None = None,
+    buffers: Buffers | None = None,
+    threads: int = 1,
+    width: int = LANES,
 ) -> Iterator[Result]:
     """Advance runs of one group, and give their pieces as they are done: whole runs, or at most `longest` rows, a
     multiple of `BLOCK`.
 
     A run that diverges ends with its error; the other lanes do not notice. The rows stand in memory of `buffers`. Each
-    of several threads has a set of lanes of its own.
+    of several threads has a set of lanes of its own, `width` wide.
     """
     waiting = deque(jobs)
     if not waiting:
         return
     longest, buffers = longest or max(job.run.rows for job in waiting), buffers or Buffers()
     first = -(-len(waiting) // threads)
-    fleets = [_Fleet(waiting, longest, buffers, first) for _ in range(min(threads, len(waiting)))]
+    fleets = [_Fleet(waiting, longest, buffers, first, width) for _ in range(min(threads, len(waiting)))]
     if len(fleets) == 1:
         yield from fleets[0].advance()
     else:
@@ -159,10 +163,10 @@ def _together(fleets: Sequence["_Fleet"]) -> Iterator[Result]:
 class _Fleet:
     """A set of lanes, and the runs that still wait for one; at first it takes at most `first` of them."""
 
-    def __init__(self, waiting: deque[Job], longest: int, buffers: Buffers, first: int) -> None:
+    def __init__(self, waiting: deque[Job], longest: int, buffers: Buffers, first: int, width: int) -> None:
         self._waiting, self._longest, self._buffers = waiting, longest, buffers
         one = self._one = waiting[0]
-        self._machine = machine_for(one.plant, state_size(one.plant), len(one.names))
+        self._machine = machine_for(one.plant, state_size(one.plant), len(one.names), width)
         self._lanes = self._machine.lanes()
         count = self._machine.layout.lanes
         self._out = aligned(BLOCK * self._machine.channels * count).reshape(BLOCK, -1)

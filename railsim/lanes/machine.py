@@ -47,14 +47,14 @@ class Machine:
         return Lanes(self)
 
 
-def machine_for(plant: Plant, size: int, channels: int) -> Machine:
-    """The machine for plants like this one; made where this process has none.
+def machine_for(plant: Plant, size: int, channels: int, lanes: int = LANES) -> Machine:
+    """The machine for plants like this one, so many lanes wide; made where this process has none.
 
     Raises
     ------
     Untraceable : the plant has something that lanes cannot run.
     """
-    return _machine(structure_of(plant), _Kept(plant, size, channels))
+    return _machine(structure_of(plant), lanes, _Kept(plant, size, channels))
 
 
 class _Kept:
@@ -71,10 +71,10 @@ class _Kept:
 
 
 @lru_cache(maxsize=32)
-def _machine(structure: bytes, kept: _Kept) -> Machine:
+def _machine(structure: bytes, lanes: int, kept: _Kept) -> Machine:
     del structure
     plant, size, channels = kept.values
-    source = Source(plant, size, channels, LANES)
+    source = Source(plant, size, channels, lanes)
     return Machine(_load(source.text).march, source.layout, source.wheels, source.looked_up, size, channels)
 
 
