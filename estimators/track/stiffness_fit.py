@@ -155,7 +155,7 @@ def too_little(windows: Windows) -> str:
     """Why windows cannot be fitted; empty where they can."""
     used = windows.used.any(axis=0)
     if not used.any():
-        return "the axleboxes feel nothing but noise between the lowest and the highest frequency"
+        return "no roughness that is clear of noise and does not end lies between the lowest and the highest frequency"
     low, high = windows.wave_number[np.flatnonzero(used)[[0, -1]]]
     if np.log2(high / low) < OCTAVES or np.mean(windows.used.sum(axis=1) >= 2 * TAPERS) < 1.0:
         return f"roughness is clear of noise and smooth over {1.0 / high:.2g} to {1.0 / low:.2g} m alone"
