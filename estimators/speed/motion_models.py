@@ -73,9 +73,17 @@ def covariance(motion: Motion, centre: np.ndarray) -> np.ndarray:
     """The mixture's covariance about its mean `centre`."""
     total = np.zeros((UNKNOWNS, UNKNOWNS))
     for j in range(len(motion.weight)):
-        off = motion.x[j] - centre
-        total += motion.weight[j] * (motion.P[j] + np.outer(off, off))
+        _add_part(total, motion.weight[j], motion.P[j], motion.x[j], centre)
     return total
+
+
+@as_written
+def _add_part(total: np.ndarray, weight: float, P: np.ndarray, x: np.ndarray, centre: np.ndarray) -> None:
+    """Add a model's share of a mixture's covariance about its mean: loops, which make no arrays."""
+    for a in range(UNKNOWNS):
+        off = x[a] - centre[a]
+        for b in range(UNKNOWNS):
+            total[a, b] += weight * (P[a, b] + off * (x[b] - centre[b]))
 
 
 @as_written
@@ -92,9 +100,10 @@ def predict(motion: Motion, step: float, gain: float) -> None:
         centre = into @ x
         mixed = np.zeros((UNKNOWNS, UNKNOWNS))
         for i in range(models):
-            off = x[i] - centre
-            mixed += into[i] * (P[i] + np.outer(off, off))
-        F = np.eye(UNKNOWNS)
+            _add_part(mixed, into[i], P[i], x[i], centre)
+        F = np.zeros((UNKNOWNS, UNKNOWNS))
+        for a in range(UNKNOWNS):
+            F[a, a] = 1.0
         F[0, 1], F[1, 1] = step, motion.keep[j]
         motion.x[j] = F @ centre
         motion.x[j, 0] += gain
@@ -122,7 +131,9 @@ def correct_models(
         error = min(max(errors[j], -limit), limit)
         motion.x[j] += motion.P[j] @ noise_slope[j] / S
         correct(motion.x[j], motion.P[j], gain, S / real, -error / real)
-        motion.P[j] = (motion.P[j] + motion.P[j].T) / 2
+        for a in range(UNKNOWNS):
+            for b in range(a + 1):
+                motion.P[j, a, b] = motion.P[j, b, a] = (motion.P[j, a, b] + motion.P[j, b, a]) / 2
         log_weight[j] = np.log(motion.weight[j]) - error * error / (2 * S) - np.log(S) / 2
     weight = np.exp(log_weight - log_weight.max())
     motion.weight[:] = np.maximum(weight / weight.sum(), 1e-9)
