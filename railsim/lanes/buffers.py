@@ -9,6 +9,7 @@ import weakref
 import numpy as np
 
 UNIT = 1 << 16  # bytes; sizes are whole multiples, so that runs of nearly one length share
+MOST_FREE = 1 << 31  # bytes that wait to be used again
 
 
 class Buffers:
@@ -21,8 +22,14 @@ class Buffers:
         """An array of float64 with whatever stood there before."""
         count = math.prod(shape)
         size = -(-8 * max(count, 1) // UNIT) * UNIT
-        free = self._free.setdefault(size, [])
+        free = self._free.get(size)
         memory = free.pop() if free else mmap.mmap(-1, size)
         flat = np.frombuffer(memory, count=count)
-        weakref.finalize(flat, free.append, memory).atexit = False
+        weakref.finalize(flat, self._back, memory).atexit = False
         return flat.reshape(shape)
+
+    def _back(self, memory: mmap.mmap) -> None:
+        """Keep memory for the next run; where too much waits, it is of lengths that nobody asks for any more."""
+        if sum(size * len(free) for size, free in self._free.items()) + len(memory) > MOST_FREE:
+            self._free.clear()
+        self._free.setdefault(len(memory), []).append(memory)

@@ -18,6 +18,7 @@ from railsim.dynamics.integrate import RUNGE_KUTTA
 from railsim.dynamics.plant import Plant, build_plant, check_reach
 from railsim.dynamics.stability import check_start
 from railsim.engines.interface import Diverged, Run
+from railsim.errors import InputError
 from railsim.lanes.buffers import Buffers
 from railsim.lanes.machine import LANES, aligned, machine_for
 from railsim.lanes.spread import spread
@@ -67,6 +68,22 @@ def prepare(number: int, run: Run) -> Job:
     return Job(number, run, plant, state)
 
 
+def kept_channels(job: Job, channels: Sequence[str] | None) -> list[str]:
+    """Names of the columns of a job's rows: all, or those asked for, time and distance, and what tells whether the
+    wheels are on their rails.
+
+    Raises
+    ------
+    InputError : the job has no such channel.
+    """
+    if channels is None:
+        return job.names
+    if missing := set(channels) - set(job.names):
+        raise InputError(f"channels: the run has no '{min(missing)}'; its truth's columns are the names to choose from")
+    wanted = {*channels, *job.names[:2]}
+    return [name for name in job.names if name in wanted or name.endswith(SHIFT)]
+
+
 class Piece(NamedTuple):
     """Rows of a run that are done.
 
@@ -82,14 +99,14 @@ class Piece(NamedTuple):
 class _Slot:
     """A lane with a run in it, and the piece that it fills."""
 
-    def __init__(self, job: Job, longest: int, buffers: Buffers) -> None:
-        self.job, self.done, self._longest, self._buffers = job, 0, longest, buffers
+    def __init__(self, job: Job, longest: int, channels: int, buffers: Buffers) -> None:
+        self.job, self.done, self._longest, self._channels, self._buffers = job, 0, longest, channels, buffers
         self.renew()
 
     def renew(self) -> None:
         """Begin the next piece."""
         self.first = self.done
-        self.rows = self._buffers.take((min(self.job.run.rows - self.done, self._longest), len(self.job.names)))
+        self.rows = self._buffers.take((min(self.job.run.rows - self.done, self._longest), self._channels))
         self.address = self.rows.ctypes.data
 
     @property
@@ -111,19 +128,21 @@ def advance(
     buffers: Buffers | None = None,
     threads: int = 1,
     width: int = LANES,
+    channels: Sequence[str] | None = None,
 ) -> Iterator[Result]:
     """Advance runs of one group, and give their pieces as they are done: whole runs, or at most `longest` rows, a
     multiple of `BLOCK`.
 
     A run that diverges ends with its error; the other lanes do not notice. The rows stand in memory of `buffers`. Each
-    of several threads has a set of lanes of its own, `width` wide.
+    of several threads has a set of lanes of its own, `width` wide. Rows hold
+    all channels, or `kept_channels` of some.
     """
     waiting = deque(jobs)
     if not waiting:
         return
     longest, buffers = longest or max(job.run.rows for job in waiting), buffers or Buffers()
     first = -(-len(waiting) // threads)
-    fleets = [_Fleet(waiting, longest, buffers, first, width) for _ in range(min(threads, len(waiting)))]
+    fleets = [_Fleet(waiting, longest, buffers, first, width, channels) for _ in range(min(threads, len(waiting)))]
     if len(fleets) == 1:
         yield from fleets[0].advance()
     else:
@@ -163,14 +182,24 @@ def _together(fleets: Sequence["_Fleet"]) -> Iterator[Result]:
 class _Fleet:
     """A set of lanes, and the runs that still wait for one; at first it takes at most `first` of them."""
 
-    def __init__(self, waiting: deque[Job], longest: int, buffers: Buffers, first: int, width: int) -> None:
+    def __init__(
+        self,
+        waiting: deque[Job],
+        longest: int,
+        buffers: Buffers,
+        first: int,
+        width: int,
+        channels: Sequence[str] | None,
+    ) -> None:
         self._waiting, self._longest, self._buffers = waiting, longest, buffers
         one = self._one = waiting[0]
         self._machine = machine_for(one.plant, state_size(one.plant), len(one.names), width)
         self._lanes = self._machine.lanes()
         count = self._machine.layout.lanes
         self._out = aligned(BLOCK * self._machine.channels * count).reshape(BLOCK, -1)
-        self._watched = np.array([name.endswith(SHIFT) for name in one.names])
+        self._names = kept_channels(one, channels)
+        self._kept = np.array([one.names.index(name) for name in self._names])
+        self._watched = np.array([name.endswith(SHIFT) for name in self._names])
         self._slots: list[_Slot | None] = [None] * count
         for lane in range(count):
             self._fill(lane, self._next() if lane < first else None)
@@ -183,7 +212,7 @@ class _Fleet:
 
     def _fill(self, lane: int, job: Job | None) -> None:
         """Put a run into a lane; where there is none, one that nobody looks at keeps its numbers sound."""
-        self._slots[lane] = None if job is None else _Slot(job, self._longest, self._buffers)
+        self._slots[lane] = None if job is None else _Slot(job, self._longest, len(self._names), self._buffers)
         kept = job or self._one
         self._lanes.fill(lane, kept.plant, kept.state)
 
@@ -196,7 +225,7 @@ class _Fleet:
                 slot = self._slots[lane]
                 if slot is None or (slot.lacking and not bad):
                     continue
-                error = _error(slot) if bad else None
+                error = _error(slot, self._names) if bad else None
                 piece = slot.piece()
                 yield piece if error is None else (slot.job, error)
                 if piece.last or error is not None:
@@ -213,15 +242,15 @@ class _Fleet:
                 taken = min(BLOCK, slot.lacking)
                 place[:] = slot.address, slot.done - slot.first, taken
                 slot.done += taken
-        spread(self._out, places, self._watched, DERAILED, bad)
+        spread(self._out, self._kept, places, self._watched, DERAILED, bad)
         return bad
 
 
-def _error(slot: _Slot) -> Diverged | None:
+def _error(slot: _Slot, names: list[str]) -> Diverged | None:
     """What is wrong with the rows of a lane, as one run says it."""
     rows = slot.rows[: slot.done - slot.first]
     try:
-        check_rows(rows, len(rows), slot.job.names, slot.job.run)
+        check_rows(rows, len(rows), names, slot.job.run)
     except Diverged as error:
         return error
     return None

@@ -5,13 +5,14 @@ from railsim.lanes.memory import store_at
 
 
 @kernel
-def spread(block, places, watched, limit, bad):
-    """Write a block (rows, channels x lanes) into the rows of each lane's run, (length, channels) at an address.
+def spread(block, kept, places, watched, limit, bad):
+    """Write channels `kept` of a block (rows, channels x lanes) into the rows of each lane's run, (length, kept) at an
+    address.
 
     places (lanes, 3): address, first row there, rows that are taken. bad (lanes,) becomes true where a number is not
-    finite, or a watched channel's size is beyond `limit`.
+    finite, or the size of a watched channel, of those kept, is beyond `limit`.
     """
-    lanes, channels = places.shape[0], watched.shape[0]
+    lanes, channels = places.shape[0], kept.shape[0]
     for row in range(block.shape[0]):
         for k in range(lanes):
             if row >= places[k, 2]:
@@ -19,11 +20,11 @@ def spread(block, places, watched, limit, bad):
             at = (places[k, 1] + row) * channels
             total = 0.0
             for channel in range(channels):
-                value = block[row, channel * lanes + k]
+                value = block[row, kept[channel] * lanes + k]
                 store_at(places[k, 0], at + channel, value)
                 total += value
             bad[k] |= not abs(total) < 1e300
         for channel in range(channels):
             if watched[channel]:
                 for k in range(lanes):
-                    bad[k] |= row < places[k, 2] and abs(block[row, channel * lanes + k]) > limit
+                    bad[k] |= row < places[k, 2] and abs(block[row, kept[channel] * lanes + k]) > limit

@@ -131,6 +131,18 @@ def test_simulate_many_gives_what_the_engine_gives_alone() -> None:
         np.testing.assert_array_equal(truth.frame().to_numpy(), expected.frame().to_numpy())
 
 
+def test_some_channels_are_those_of_the_whole_truth() -> None:
+    scenario = load_scenario(WHEELSET, {"duration": 0.3})
+    ((_, some),) = railsim.simulate_many([scenario], channels=["wheelset1.y [m]"])
+    ((_, whole),) = railsim.simulate_many([scenario])
+    assert isinstance(some, railsim.Truth)
+    assert isinstance(whole, railsim.Truth)
+    assert len(some.columns) < 10
+    np.testing.assert_array_equal(some["wheelset1.y [m]"], whole["wheelset1.y [m]"])
+    with pytest.raises(InputError, match="no 'bogie.y'"):
+        list(railsim.simulate_many([scenario], channels=["bogie.y"]))
+
+
 def test_a_run_off_the_track_is_an_answer() -> None:
     scenario = load_scenario("braking_dry", {"duration": 1.0})
     object.__setattr__(scenario, "start", float(scenario.geometry.s[-1]) - 12.0)
