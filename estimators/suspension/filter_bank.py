@@ -88,8 +88,7 @@ def exact(
     K, S = steady(F, C, Q, R)
     whitening = np.linalg.inv(np.linalg.cholesky(S))
     known, head, columns = D.shape[2], plan.head, plan.columns
-    tall, wide = sizes(plan, known, C.shape[1])
-    M = np.zeros((len(parameters), wide, tall))
+    M = np.zeros((len(parameters), head + len(columns) + 2 * known, STATES + C.shape[1]))
     for rows, part in ((slice(0, STATES), F[:, :STATES]), (slice(STATES, STATES + C.shape[1]), C)):
         M[:, :head, rows] = np.swapaxes(part[:, :, :head], 1, 2)
         M[:, head : head + len(columns), rows] = np.swapaxes(part[:, :, columns], 1, 2)
@@ -123,13 +122,16 @@ def unpacked(packed: np.ndarray, plan: Layout, known: int, readings: int) -> tup
     array with gaps the compiler makes a kernel without vector instructions, which takes twice as long.
     """
     tall, wide = sizes(plan, known, readings)
-    p, at_K = len(packed), tall * wide
+    p, rows, used = len(packed), STATES + readings, plan.head + len(plan.columns) + 2 * known
+    at_K = rows * used
     at_L = at_K + plan.size * readings
     step, gain, whitening = packed[:, :at_K], packed[:, at_K:at_L], packed[:, at_L:]
+    steps = np.zeros((p, wide, tall))
+    steps[:, :used, :rows] = step.reshape(p, used, rows)
     filled = np.zeros((p, _filled(readings), plan.size))
     filled[:, :readings] = gain.reshape(p, readings, plan.size)
     return (
-        np.ascontiguousarray(step).reshape(p, wide // UNROLLED, UNROLLED, tall),
+        steps.reshape(p, wide // UNROLLED, UNROLLED, tall),
         filled.reshape(p, -1, UNROLLED, plan.size),
         np.ascontiguousarray(whitening).reshape(p, readings, readings),
     )
