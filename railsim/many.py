@@ -12,6 +12,8 @@ from railsim.engines.interface import Diverged
 from railsim.errors import InputError
 from railsim.lanes.buffers import Buffers
 from railsim.lanes.fleet import Job, Piece, advance, kept_channels, prepare
+from railsim.lanes.machine import LANES
+from railsim.room import BYTES, check_memory
 from railsim.scenario import Scenario
 from railsim.simulation import about_run, build_run, check_on_track
 from railsim.truth import HeldTruth, Truth
@@ -38,6 +40,10 @@ def simulate_many(
     -------
     Pairs of the scenario's number, counted from 0, and its truth in memory, in the order in which they end; or the
     `InputError` (`Diverged`) that ended it. Memory is used again once nobody holds the truth any more.
+
+    Raises
+    ------
+    InputError : a channel that a run has not; runs side by side do not fit into memory.
     """
     numbered, buffers = enumerate(scenarios), _buffers()
     while batch := dict(islice(numbered, BATCH)):
@@ -55,6 +61,7 @@ def simulate_many(
         for job in sorted((job for job in jobs if not job.refused), key=lambda job: -job.run.rows):
             groups.setdefault(job.group, []).append(job)
         for group in groups.values():
+            _check_memory(group[: LANES * threads], channels)
             for result in advance(group, buffers=buffers, threads=threads, channels=channels):
                 job, rows = (result.job, result.rows) if isinstance(result, Piece) else result
                 yield job.number, _truth(batch[job.number], job, rows, channels)
@@ -64,6 +71,12 @@ def simulate_many(
 def _buffers() -> Buffers:
     """Memory of this process."""
     return Buffers()
+
+
+def _check_memory(beside: Sequence[Job], channels: Sequence[str] | None) -> None:
+    """Raise `InputError` where the rows of runs that advance at once do not fit into memory."""
+    needed = sum(float(BYTES) * job.run.rows * len(kept_channels(job, channels)) for job in beside)
+    check_memory(needed, f"a set of {len(beside)} runs side by side", "shorten duration, or ask for fewer channels")
 
 
 def _alone(job: Job, channels: Sequence[str] | None) -> np.ndarray | Diverged:

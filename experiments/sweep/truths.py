@@ -17,6 +17,7 @@ from railsim.simulation import simulate, simulate_held, truth_bytes
 from railsim.truth import Truth
 
 MOST_HELD = 512e6  # bytes; a larger run goes to the disk, and its columns are read one by one
+MOST_TOGETHER = 1.6e9  # bytes of runs that are held side by side
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def _alone(wanted: Wanted, keep: bool) -> Truth | InputError | PluginError:
 
 def _fits_lanes(wanted: Wanted) -> bool:
     """Whether a run is for lanes, small enough to be held with others, and not in the cache."""
-    small = wanted.engine == ENGINE and truth_bytes(wanted.scenario) <= MOST_HELD / LANES
+    small = wanted.engine == ENGINE and truth_bytes(wanted.scenario) <= MOST_TOGETHER / LANES
     return small and not (cache_folder() / wanted.run).is_dir()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import railsim
-from railsim import compiled
+from railsim import compiled, room
 from railsim.engines.interface import CHUNK, Diverged
 from railsim.errors import InputError
 from railsim.lanes import machine
@@ -141,6 +141,13 @@ def test_some_channels_are_those_of_the_whole_truth() -> None:
     np.testing.assert_array_equal(some["wheelset1.y [m]"], whole["wheelset1.y [m]"])
     with pytest.raises(InputError, match="no 'bogie.y'"):
         list(railsim.simulate_many([scenario], channels=["bogie.y"]))
+
+
+def test_runs_that_do_not_fit_into_memory_are_refused_before_they_begin(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "available_memory", lambda: 1e6)
+    scenarios = [load_scenario(WHEELSET, {"duration": 2.0})] * 3
+    with pytest.raises(InputError, match="a set of 3 runs side by side takes"):
+        list(railsim.simulate_many(scenarios))
 
 
 def test_a_run_off_the_track_is_an_answer() -> None:
