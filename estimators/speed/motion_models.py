@@ -97,19 +97,43 @@ def predict(motion: Motion, step: float, gain: float) -> None:
         into[j] = weight[j] * (1 - motion.switch)
         motion.weight[j] = into.sum()
         into /= motion.weight[j]
-        centre = into @ x
-        mixed = np.zeros((UNKNOWNS, UNKNOWNS))
+        centre, mixed = motion.x[j], motion.P[j]
+        centre[:] = 0.0
+        for i in range(models):
+            for a in range(UNKNOWNS):
+                centre[a] += into[i] * x[i, a]
+        mixed[:] = 0.0
         for i in range(models):
             _add_part(mixed, into[i], P[i], x[i], centre)
-        F = np.zeros((UNKNOWNS, UNKNOWNS))
-        for a in range(UNKNOWNS):
-            F[a, a] = 1.0
-        F[0, 1], F[1, 1] = step, motion.keep[j]
-        motion.x[j] = F @ centre
-        motion.x[j, 0] += gain
-        motion.P[j] = F @ mixed @ F.T
+        _move_on(centre, mixed, step, motion.keep[j])
+        centre[0] += gain
         for k in range(UNKNOWNS):
-            motion.P[j, k, k] += motion.Q[j, k]
+            mixed[k, k] += motion.Q[j, k]
+
+
+@as_written
+def _move_on(x: np.ndarray, P: np.ndarray, step: float, keep: float) -> None:
+    """x = F x and P = F P F', with F the unit matrix but for F[0, 1] = step and F[1, 1] = keep."""
+    x[0] += step * x[1]
+    x[1] *= keep
+    for b in range(UNKNOWNS):
+        P[0, b] += step * P[1, b]
+        P[1, b] *= keep
+    for a in range(UNKNOWNS):
+        P[a, 0] += step * P[a, 1]
+        P[a, 1] *= keep
+
+
+@as_written
+def _product(P: np.ndarray, h: np.ndarray, out: np.ndarray) -> float:
+    """out = P h, and h' P h: loops, which cost less than calls for so few numbers."""
+    total = 0.0
+    for a in range(UNKNOWNS):
+        out[a] = 0.0
+        for b in range(UNKNOWNS):
+            out[a] += P[a, b] * h[b]
+        total += h[a] * out[a]
+    return total
 
 
 @as_written
@@ -123,13 +147,14 @@ def correct_models(
     1987): the noise counts as R / real, and that share of the knowledge is kept which the noisy slopes would then seem
     to give.
     """
-    log_weight = np.empty(len(errors))
+    log_weight, gain, moved = np.empty(len(errors)), np.empty(UNKNOWNS), np.empty(UNKNOWNS)
     for j in range(len(errors)):
-        gain = motion.P[j] @ slopes[j]
-        S = slopes[j] @ gain + R / real
+        S = _product(motion.P[j], slopes[j], gain) + R / real
         limit = 4 * np.sqrt(S)
         error = min(max(errors[j], -limit), limit)
-        motion.x[j] += motion.P[j] @ noise_slope[j] / S
+        _product(motion.P[j], noise_slope[j], moved)
+        for a in range(UNKNOWNS):
+            motion.x[j, a] += moved[a] / S
         correct(motion.x[j], motion.P[j], gain, S / real, -error / real)
         for a in range(UNKNOWNS):
             for b in range(a + 1):
