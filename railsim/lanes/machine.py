@@ -31,8 +31,8 @@ class Machine:
 
     Attributes
     ----------
-    march : fills rows of truth and advances the states. layout : rows of the array. size, channels : of a state, of a
-    row of truth.
+    march : fills rows of truth and advances the states. layout : rows of the array. wheels : first row of each
+    contact's block. looked_up : look-ups in tables, by program. size, channels : of a state, of a row of truth.
     """
 
     march: Callable[..., None]
