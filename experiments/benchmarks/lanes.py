@@ -45,13 +45,13 @@ def lane_rows(fast: bool = False, repeats: int = 3) -> list[dict[str, Any]]:
 
 def _scenarios(case: str, count: int, duration: float) -> list[Scenario]:
     name, changes = CASES[case]
-    own = {"vehicle.body_mass": load_scenario(name).vehicle.nominal()["body_mass"]}
+    mass = load_scenario(name).vehicle.nominal()["body_mass"]
     return [
         load_scenario(
             name,
             {
                 **changes,
-                "vehicle.body_mass": own["vehicle.body_mass"] * (1.0 + 0.1 * i / count),
+                "vehicle.body_mass": mass * (1.0 + 0.1 * i / count),
                 "start": changes.get("start", 25.0) + 0.2 * i,
                 "duration": duration,
             },
