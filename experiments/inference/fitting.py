@@ -124,16 +124,17 @@ def fit(
     problem: Problem, x: np.ndarray, psi: np.ndarray | None = None, slopes: Sequence[np.ndarray] | None = None,
     rounds: int = ROUNDS,
 ) -> Fit | None:  # fmt: skip
-    """The optimum from x on, covariances made at its own state, until two rounds agree; None = nothing finite there.
+    """The optimum from x on, made about its own state, until two rounds agree; None = nothing finite there.
 
     psi : levels to begin with; None anneals the latent ones. slopes : of a fit nearby, to begin with.
     """
     found: Fit | None = None
     for _ in range(rounds):
-        components = problem.system.covariances(x, problem.hypothesis.effects)
+        here = replace(problem, system=problem.system.about(x, problem.hypothesis.effects, psi))
+        components = here.system.covariances(x, problem.hypothesis.effects)
         if not all(np.isfinite(part).all() for part in components):
             return found
-        this = _round(problem, x, psi, components, slopes)
+        this = _round(here, x, psi, components, slopes)
         if this is None:
             return found
         agree = found is not None and abs(this.evidence - found.evidence) < problem.policy.tolerance
@@ -249,7 +250,8 @@ def finish(
     _, precision = newton(problem, x, parts, best.psi, groups, slopes)
     total = best.cost + problem.prior(x)
     evidence = laplace(total, precision, best.precision)
-    return Fit(problem.hypothesis, x, best.psi, total, evidence, precision, best.precision, groups, slopes)
+    psi, levels = best.psi, best.precision
+    return Fit(problem.hypothesis, problem.system, x, psi, total, evidence, precision, levels, groups, slopes)
 
 
 def laplace(total: float, precision: np.ndarray, level_precision: np.ndarray) -> float:
@@ -259,14 +261,14 @@ def laplace(total: float, precision: np.ndarray, level_precision: np.ndarray) ->
     return float(-total + 0.5 * size * math.log(2.0 * math.pi) - 0.5 * determinants)
 
 
-def with_unknown(problem: Problem, base: Fit, place: str) -> Fit:
-    """The same effects with something unknown at a place: levels fitted anew, and the mean where they changed."""
-    other = replace(problem, hypothesis=replace(base.hypothesis, unknown=place))
+def with_unknown(policy: Policy, base: Fit, level: Level) -> Fit:
+    """The same effects with something unknown at a level: levels fitted anew, and the mean where they changed."""
+    other = Problem(base.system, replace(base.hypothesis, unknown=level), policy)
     parts = sums(base.groups)
     start = base.psi.copy()
-    for index, level in enumerate(other.levels):
-        if level.place == place:
-            start[index] = max(start[index], level.prior.middle)
+    for index, one in enumerate(other.levels):
+        if one.name == level.name:
+            start[index] = max(start[index], one.prior.middle)
     rough = min(
         (fit_levels(parts, other.levels, one) for one in (base.psi, start)), key=lambda one: one.cost
     )  # fmt: skip

@@ -86,7 +86,7 @@ def _friction(verdict: Verdict) -> str:
 def _law(system: pendulum.Pendulum, verdict: Verdict) -> Curve | None:
     """Curve of the law of the rate where that is what is missing."""
     place = "law of the rate"
-    row = next((row for row in verdict.rows if row.fit.hypothesis.unknown == place), None)
+    row = next((row for row in verdict.rows if row.fit.hypothesis.place == place), None)
     if row is None:
         return None
     largest = float(np.abs(np.diff(system.angle)).max()) / system.step

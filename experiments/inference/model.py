@@ -54,7 +54,9 @@ class Effect:
     faults : fault prior of coordinates that every hypothesis has, by name. own : coordinates that only this one has.
     starts : values (len(faults) + len(own),) from which the search begins; () = the means of the priors. place : where
     it acts; something unknown there beside it is an unknown like it, and no effect with an unknown. seek : further
-    starts from what a fit without the effect leaves, by the system and that fit.
+    starts from what a fit without the effect leaves, by the system and that fit. kind : "name"; "law" = something
+    unknown at `place`, by coordinates of a law that every hypothesis has, with wide priors; "small" = of a size that
+    healthy systems have. healthy : priors of `own` where healthy systems have a little of it.
     """
 
     name: str
@@ -64,10 +66,16 @@ class Effect:
     starts: tuple[tuple[float, ...], ...] = ()
     place: str | None = None
     seek: "Callable[[Any, Fit], list[tuple[float, ...]]] | None" = None
+    kind: str = "name"
+    healthy: tuple[Coordinate, ...] = ()
 
-    def sought(self, system: "System", base: "Fit") -> "Effect":
+    def sought(self, base: "Fit") -> "Effect":
         """The effect with the starts that a fit without it suggests."""
-        return self if self.seek is None else replace(self, starts=(*self.starts, *self.seek(system, base)))
+        return self if self.seek is None else replace(self, starts=(*self.starts, *self.seek(base.system, base)))
+
+    def small(self) -> "Effect":
+        """The same as healthy systems have it."""
+        return replace(self, name=f"small {self.name}", kind="small", own=self.healthy)
 
     def begins(self, x: np.ndarray, healthy: Sequence[Coordinate]) -> list[np.ndarray]:
         """Coordinates with this effect beside what x holds: from x itself where it only has other priors, and from each
@@ -85,22 +93,33 @@ class Effect:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Effects of the library, and the place of something unknown (None = nothing unknown)."""
+    """Effects of the library, and the level of something unknown (None = no level has the wide prior)."""
 
     effects: tuple[Effect, ...] = ()
-    unknown: str | None = None
+    unknown: Level | None = None
 
     @property
     def name(self) -> str:
         """`none`, `drag`, `drag + delay`, `unknown: force`, `drag + unknown: force`."""
         parts = [effect.name for effect in self.effects]
-        parts += [] if self.unknown is None else [f"unknown: {self.unknown}"]
+        parts += [] if self.unknown is None else [f"unknown: {self.unknown.name}"]
         return " + ".join(parts) or "none"
 
     @property
+    def named(self) -> tuple[Effect, ...]:
+        """Its effects that stand for a name."""
+        return tuple(effect for effect in self.effects if effect.kind == "name")
+
+    @property
     def families(self) -> frozenset[str]:
-        """Of its effects."""
-        return frozenset(effect.family for effect in self.effects)
+        """Of its named effects."""
+        return frozenset(effect.family for effect in self.named)
+
+    @property
+    def place(self) -> str | None:
+        """Where something unknown is."""
+        laws = [effect.place for effect in self.effects if effect.kind == "law"]
+        return self.unknown.place if self.unknown else laws[0] if laws else None
 
     def coordinates(self, healthy: Sequence[Coordinate]) -> tuple[Coordinate, ...]:
         """Those of the system with the fault priors of the effects, then the effects' own."""
@@ -109,9 +128,9 @@ class Hypothesis:
         return base + tuple(one for effect in self.effects for one in effect.own)
 
     def levels(self, healthy: Sequence[Level], policy: Policy) -> tuple[Level, ...]:
-        """Those of the system, with the wide prior at the place of the unknown."""
-        wide = LogNormal(policy.unknown_median, policy.unknown_spread)
-        return tuple(replace(one, prior=wide) if one.place == self.unknown and one.place else one for one in healthy)
+        """Those of the system, with the wide prior of the unknown."""
+        wide, unknown = LogNormal(policy.unknown_median, policy.unknown_spread), self.unknown
+        return tuple(replace(one, prior=wide) if unknown and one.name == unknown.name else one for one in healthy)
 
 
 @dataclass(frozen=True)
@@ -127,7 +146,9 @@ class Group:
 
 
 class System(Protocol):
-    """Physics and sources of error of one record; makes no decisions."""
+    """Physics and sources of error of one record; makes no decisions. A class that names `System` as its base has
+    `about`.
+    """
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -156,6 +177,13 @@ class System(Protocol):
         """(levels, F, C, C) of each group at the state that x predicts."""
         ...
 
+    def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "System":
+        """The system with what it knows at a state: the mean of a measured input given its error's level (`psi`, None =
+        as stated), and what the mean of the predictions there lies off from one run. Itself where nothing is to know.
+        """
+        del x, effects, psi
+        return self
+
 
 @dataclass(frozen=True)
 class Library:
@@ -170,12 +198,17 @@ class Library:
 
     @property
     def families(self) -> tuple[str, ...]:
-        """In the order of the effects."""
-        return tuple(dict.fromkeys(effect.family for effect in self.effects))
+        """Of the named effects, in their order."""
+        return tuple(dict.fromkeys(effect.family for effect in self.effects if effect.kind == "name"))
 
     def without(self, *families: str) -> "Library":
         """The library that does not know these families."""
         return Library(tuple(effect for effect in self.effects if effect.family not in families))
+
+    @property
+    def small(self) -> tuple[Effect, ...]:
+        """Effects that healthy systems have a little of, as they have it."""
+        return tuple(effect.small() for effect in self.effects if effect.healthy)
 
 
 @dataclass(frozen=True)
@@ -184,13 +217,15 @@ class Fit:
 
     Attributes
     ----------
-    x, psi : coordinates and logs of levels. cost : minus the log of the posterior's density there, without the part
-    that all hypotheses share. evidence : log of the marginal likelihood by Laplace, likewise [nats].
+    system : with what it knows there. x, psi : coordinates and logs of levels. cost : minus the log of the posterior's
+    density there, without the part that all hypotheses share. evidence : log of the marginal likelihood by Laplace,
+    likewise [nats].
     precision, level_precision : second derivatives of the cost by x and by psi.
     groups, slopes : residuals with covariances, and the predictions' derivatives (coordinates, F, T, C) of each.
     """
 
     hypothesis: Hypothesis
+    system: System
     x: np.ndarray
     psi: np.ndarray
     cost: float

@@ -6,7 +6,7 @@ and each half of a pair is tried alone from the pair.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,9 +23,10 @@ POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
 
 
-def places(levels: Sequence[Level]) -> tuple[str, ...]:
-    """Where something unknown may be."""
-    return tuple(dict.fromkeys(level.place for level in levels if level.place is not None))
+def places(levels: Sequence[Level], library: Library) -> tuple[str, ...]:
+    """Of each level and each law that may be unknown."""
+    laws = [effect.place for effect in library.effects if effect.kind == "law"]
+    return tuple(place for place in (*(level.place for level in levels), *laws) if place is not None)
 
 
 @dataclass
@@ -41,9 +42,8 @@ class Search:
 
     def verdict(self) -> Verdict:
         """Over all that was fitted."""
-        return decide(
-            list(self.fits.values()), self.library, places(self.system.levels), self.policy, self.not_tried, self.steps
-        )
+        where = places(self.system.levels, self.library)
+        return decide(list(self.fits.values()), self.library, where, self.policy, self.not_tried, self.steps)
 
     def problem(self, *effects: Effect) -> Problem:
         """Of these effects."""
@@ -61,12 +61,13 @@ class Search:
             self.fits[name] = found
 
     def named(self) -> list[Fit]:
-        """Fits with effects, the likeliest first."""
-        return sorted((one for one in self.fits.values() if one.hypothesis.effects), key=lambda one: -self.value(one))
+        """Fits with effects that no healthy system has, the likeliest first."""
+        kept = [one for one in self.fits.values() if one.hypothesis.effects and one.hypothesis.unknown is None]
+        return sorted((one for one in kept if not _small(one)), key=lambda one: -self.value(one))
 
     def value(self, found: Fit) -> float:
         """Evidence and prior together."""
-        where = places(self.system.levels)
+        where = places(self.system.levels, self.library)
         return found.evidence + log_prior(found.hypothesis, self.library, where, self.policy)
 
 
@@ -82,12 +83,13 @@ def infer(system: System, library: Library, policy: Policy | None = None) -> Ver
     if len(library.effects) > search.policy.candidates:
         _effects_in_order(search, nominal)
     else:
-        for effect in (one.sought(system, search.fits["none"]) for one in library.effects):
+        for effect in (one.sought(search.fits["none"]) for one in library.effects):
             for begin in _distinct([*effect.begins(search.fits["none"].x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
                 search.take(fit(search.problem(effect), begin), "fitted")
     _none_again(search)
     _pairs(search)
+    _small_ones(search)
     _unknowns(search)
     return search.verdict()
 
@@ -106,9 +108,9 @@ def _high(levels: Sequence[Level]) -> np.ndarray:
 
 def _none(search: Search) -> np.ndarray:
     """Alignment from all starts first, then the fit; gives the nominal build with the best alignment."""
-    problem = search.problem()
     starts = search.system.starts()
-    components = search.system.covariances(starts[0], ())
+    problem = replace(search.problem(), system=search.system.about(starts[0], (), None))
+    components = problem.system.covariances(starts[0], ())
     residuals = problem.residuals(starts)
     high, costs = _high(problem.levels), []
     for index, start in enumerate(starts):
@@ -117,9 +119,9 @@ def _none(search: Search) -> np.ndarray:
     if not np.isfinite(costs).any():
         raise InputError("the nominal model gives no finite prediction of this record; check its sheet and its start")
     for index in np.argsort(costs)[:2]:
-        search.take(fit(problem, starts[index]), f"fitted from start {index}")
+        search.take(fit(search.problem(), starts[index]), f"fitted from start {index}")
     none = search.fits["none"]
-    search.take(fit(problem, none.x, none.psi, none.slopes), "fitted again from its own end")
+    search.take(fit(search.problem(), none.x, none.psi, none.slopes), "fitted again from its own end")
     return starts[int(np.argmin(costs))]
 
 
@@ -132,8 +134,8 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[tuple
     Only an order, nothing is decided by it.
     """
     components, found = [group.components for group in base.groups], []
-    for effect in (one.sought(search.system, base) for one in effects):
-        problem = search.problem(*base.hypothesis.effects, effect)
+    for effect in (one.sought(base) for one in effects):
+        problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, effect)), search.policy)
         begins = effect.begins(base.x, search.system.coordinates)
         tried = [few_steps(problem, begin, base.psi, components, FIRST_STEPS, base.slopes) for begin in begins]
         least, x = min(tried, key=lambda one: one[0])
@@ -145,11 +147,13 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     """Of a large library: one search for each of the effects that gain most, from `none` and from the nominal build;
     the two best as long as it takes.
     """
-    none, problem, count = search.fits["none"], search.problem(), search.policy.candidates
+    none, count = search.fits["none"], search.policy.candidates
+    problem = replace(search.problem(), system=search.system.about(nominal, (), None))
     groups = problem.groups(nominal, problem.system.covariances(nominal, ()))
     high, nothing = _high(problem.levels), np.zeros((0, 0))
     total = cost(sums(groups), high) + problem.prior(nominal)
-    rough = Fit(Hypothesis(), nominal, high, total, -np.inf, nothing, nothing, groups, problem.slopes(nominal))
+    slopes = problem.slopes(nominal)
+    rough = Fit(Hypothesis(), problem.system, nominal, high, total, -np.inf, nothing, nothing, groups, slopes)
     tried: set[str] = set()
     for base, most in ((none, count), (rough, max(1, count // 3))):
         order = _ordered(search, base, search.library.effects)
@@ -183,10 +187,10 @@ def _pairs(search: Search) -> None:
     first = named[0].hypothesis.effects[0]
     large = len(search.library.effects) > search.policy.candidates
     if large:
-        order = _ordered(search, named[0], [one for one in search.library.effects if one.family != first.family])
+        order = _ordered(search, named[0], [one for one in search.library.effects if _differ(first, one)])
         partners = [(other, [x]) for _, other, x in order]
     else:
-        others = [one.hypothesis.effects[0] for one in named[1:] if one.hypothesis.effects[0].family != first.family]
+        others = [one.hypothesis.effects[0] for one in named[1:] if _differ(first, one.hypothesis.effects[0])]
         partners = [(other, other.begins(named[0].x, search.system.coordinates)) for other in others]
     search.not_tried += [f"{first.name} + {other.name}" for other, _ in partners[PAIRS:]]
     for other, begins in partners[:PAIRS]:
@@ -211,10 +215,25 @@ def _halves(search: Search, pair: Fit, count: int) -> None:
         search.take(fit(search.problem(effect), pair.x[kept], slopes=slopes), f"from {pair.hypothesis.name}")
 
 
+def _small_ones(search: Search) -> None:
+    """Effects that were fitted, as healthy systems have them: alone, and beside the best of the others."""
+    for found in [one for one in search.named() if any(effect.healthy for effect in one.hypothesis.effects)]:
+        effects = tuple(effect.small() if effect.healthy else effect for effect in found.hypothesis.effects)
+        search.take(fit(search.problem(*effects), found.x, found.psi, found.slopes, 1), "as healthy systems have it")
+
+
 def _unknowns(search: Search) -> None:
-    """Something unknown at each place, beside `none` and beside the best effects."""
-    best = [one for one in search.named() if len(one.hypothesis.effects) == 1][:BESIDE]
+    """Something unknown at each level, beside `none` and beside the best effects."""
+    best = [one for one in search.named() if len(one.hypothesis.named) == len(one.hypothesis.effects) == 1][:BESIDE]
     for base in (search.fits["none"], *best):
-        for place in places(search.system.levels):
-            problem = Problem(search.system, base.hypothesis, search.policy)
-            search.take(with_unknown(problem, base, place), f"levels of {base.hypothesis.name} fitted anew")
+        for level in (one for one in search.system.levels if one.place):
+            search.take(with_unknown(search.policy, base, level), f"levels of {base.hypothesis.name} fitted anew")
+
+
+def _small(found: Fit) -> bool:
+    return any(effect.kind == "small" for effect in found.hypothesis.effects)
+
+
+def _differ(first: Effect, other: Effect) -> bool:
+    """Whether two effects are a pair: of two families, one of them a name."""
+    return first.family != other.family and "name" in (first.kind, other.kind)

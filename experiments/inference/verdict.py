@@ -27,9 +27,10 @@ class State:
     @classmethod
     def of(cls, hypothesis: Hypothesis) -> "State":
         """Of a hypothesis; an unknown at the place of its only effect is an unknown like it."""
-        if len(hypothesis.effects) == 1 and hypothesis.unknown and hypothesis.effects[0].place == hypothesis.unknown:
-            return cls(unknown=hypothesis.unknown)
-        return cls(hypothesis.families, hypothesis.unknown)
+        named, place = hypothesis.named, hypothesis.place
+        if len(named) == 1 and place and named[0].place == place:
+            return cls(unknown=place)
+        return cls(hypothesis.families, place)
 
 
 @dataclass(frozen=True)
@@ -82,16 +83,26 @@ class Verdict:
 
 
 def log_prior(hypothesis: Hypothesis, library: Library, places: Sequence[str], policy: Policy) -> float:
-    """Equal over families, then over the variants of each; equal over places."""
+    """Equal over families, then over the variants of each; equal over places, then over the levels and laws of each.
+
+    places : of each level and law that may be unknown, one beside the other.
+    """
     families = library.families
     variants = {family: sum(one.family == family for one in library.effects) for family in families}
-    each = [1.0 / len(families) / variants[effect.family] for effect in hypothesis.effects]
-    where = 1.0 / len(places) if places else 1.0
-    count, unknown = len(hypothesis.effects), hypothesis.unknown is not None
+    each = [1.0 / len(families) / variants[effect.family] for effect in hypothesis.named]
+    small = sum(effect.kind == "small" for effect in hypothesis.effects)
+    each = [*each, *(1.0 / len(library.small) for _ in range(small))]
+    count, unknown = len(hypothesis.named), hypothesis.place is not None
+    where = 1.0 / len(set(places)) / places.count(hypothesis.place) if unknown else 1.0
+    return _log_prior(count, unknown, where, each, policy)
+
+
+def _log_prior(count: int, unknown: bool, where: float, each: Sequence[float], policy: Policy) -> float:
+    """By the number of named effects; `each` holds the shares of all effects."""
     if count == 0:
-        return math.log(policy.unknown * where if unknown else policy.none)
+        return math.log((policy.unknown * where if unknown else policy.none) * math.prod(each))
     if count == 1:
-        return math.log((policy.pair * policy.beside * where if unknown else policy.effect) * each[0])
+        return math.log((policy.pair * policy.beside * where if unknown else policy.effect) * math.prod(each))
     share = policy.pair * (1.0 - policy.beside) * (policy.unknown * where if unknown else 1.0)
     return math.log(share * 2.0 * math.prod(each))
 

@@ -6,12 +6,13 @@ Frames of 2 s; the covariances are stationary, nonlinear suspensions linearised 
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy import fft
 
-from experiments.inference.model import Coordinate, Effect, Level
+from experiments.inference.model import Coordinate, Effect, Level, System
 from experiments.inference.priors import HalfNormal, LogNormal, Prior
 from experiments.inference.systems.half_car_frames import Frames
 from experiments.inference.systems.half_car_kernel import GRID, OUTPUTS, many
@@ -29,10 +30,11 @@ BUILD = {
 """Sheet of the build [kg, kg m2, N/m, N s/m] and sd of the log, in the order of the kernel's parameters."""
 FRONT, REAR = 1.2, 1.4  # m, from the axles to the centre of mass
 WANDERS = 3  # slow sines of the position along the road
-STEP = 1.25e-3  # s, at most, of the integration
+STEP = 2.5e-3  # s, at most, of the integration
 LEAD = 2.0  # s of motion before the record
 STATED = 3e-4  # m; error of a survey that states none
-FLOOR = 0.01  # of the mean power: what a latent force has at least where the predicted one has none
+FINER = 8  # times as fine are the steps that the predictions are corrected by
+PAIRS = 3  # of roads on both sides of the mean, over which the predictions are averaged
 PARAMETERS = 31
 TONES = ("body", "front axle", "rear axle")  # where one may act, in the order of the kernel
 
@@ -52,10 +54,11 @@ INDEX = {one.name: index for index, one in enumerate(COORDINATES)}
 COUNT = len(COORDINATES)
 
 SCALES = {
-    "force front suspension": 0.0040, "force rear suspension": 0.0038, "force front axle": 0.0080,
-    "force rear axle": 0.0068, "force body": 0.0041, "reading front axle acceleration": 0.0043,
-    "reading rear axle acceleration": 0.0041, "reading front body acceleration": 0.0044,
-    "reading rear body acceleration": 0.0040, "reading front travel": 0.0046,
+    "force front suspension": 0.0040, "force rear suspension": 0.0038, "force front axle": 0.0046,
+    "force rear axle": 0.0046, "force body": 0.0040, "white force front suspension": 0.0052,
+    "white force rear suspension": 0.0052, "white force front axle": 0.0094, "white force rear axle": 0.0083,
+    "white force body": 0.0059, "reading front axle acceleration": 0.0047, "reading rear axle acceleration": 0.0045,
+    "reading front body acceleration": 0.0046, "reading rear body acceleration": 0.0041, "reading front travel": 0.0045,
 }  # fmt: skip
 """Of healthy half-normal levels, relative to what acts or is read there: learned from 16 healthy records of all
 settings (`half_car_benchmark.learn`, which begins at 0.01).
@@ -87,6 +90,63 @@ def dip(apart: np.ndarray, depth: float, length: float) -> np.ndarray:
     return np.where(np.abs(apart) < 1.0, -0.5 * depth * (1.0 + np.cos(np.pi * apart)), 0.0)
 
 
+@dataclass(frozen=True, eq=False)
+class Surveyed:
+    """A road given its survey: `heights` [m] with an error of white noise `error` [m]. Its mean is Wiener's (1949), by
+    the survey's own spectrum in thirds of an octave.
+    """
+
+    heights: np.ndarray
+    error: float
+
+    @cached_property
+    def _level(self) -> np.ndarray:
+        """The line from end to end: without it no end of the road is a step."""
+        return np.linspace(self.heights[0], self.heights[-1], len(self.heights))
+
+    @cached_property
+    def waves(self) -> np.ndarray:
+        """[1/m] of the lines."""
+        return fft.rfftfreq(len(self.heights), GRID)
+
+    @cached_property
+    def lines(self) -> np.ndarray:
+        """Spectrum of the survey."""
+        return fft.rfft(self.heights - self._level)
+
+    @cached_property
+    def _bands(self) -> tuple[np.ndarray, np.ndarray]:
+        """Logs of middles of thirds of an octave, and share of the true road in the survey's power there."""
+        power = np.abs(self.lines[1:]) ** 2
+        band = np.floor(3.0 * np.log2(self.waves[1:] / self.waves[1])).astype(int)
+        kept = np.unique(band)
+        means = np.array([power[band == one].mean() for one in kept])
+        middles = np.array([np.log(self.waves[1:][band == one]).mean() for one in kept])
+        return middles, np.clip(1.0 - len(self.heights) * self.error**2 / means, 0.0, 1.0)
+
+    def share(self, waves: np.ndarray) -> np.ndarray:
+        """Of the true road in the survey's power, which is also what is left of the error's: at waves [1/m]."""
+        return np.interp(np.log(np.maximum(waves, 1e-9)), *self._bands)
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """Heights [m]."""
+        if self.error == 0.0:
+            return self.heights
+        return self._level + fft.irfft(self.lines * self.share(self.waves), len(self.heights))
+
+    def sides(self, pairs: int) -> list[np.ndarray]:
+        """Roads on both sides of the mean, as far off as its error lets them be; phases by the golden ratio."""
+        size = self.error * np.sqrt(self.share(self.waves) * len(self.heights))
+        number, ratio = np.arange(len(self.waves)), 0.5 * (np.sqrt(5.0) - 1.0)
+        found = []
+        for pair in range(1, pairs + 1):
+            turn = np.exp(2j * np.pi * (ratio * number * (number + pair) % 1.0))
+            error = fft.irfft(size * turn, len(self.heights))
+            found += [self.mean + error, self.mean - error]
+        return found
+
+
 @dataclass(frozen=True)
 class Transfers:
     """At the bins of the frames: `forces` (F, channels, places) by a force at each place, `road` (F, channels) by the
@@ -99,12 +159,16 @@ class Transfers:
 
 
 @dataclass(frozen=True, eq=False)
-class HalfCar:
-    """A record of a half car; a `System` of the inference. `scales` of the healthy levels by name."""
+class HalfCar(System):
+    """A record of a half car. `scales` of the healthy levels by name; `survey_level` [of the stated error] by which the
+    road is taken as its mean given the survey, None = as surveyed; `offset` (F, frames, channels) of the predictions.
+    """
 
     record: Record
     scales: dict[str, float] = field(default_factory=lambda: dict(SCALES))
     coordinates: tuple[Coordinate, ...] = COORDINATES
+    survey_level: float | None = None
+    offset: np.ndarray | None = None
 
     @property
     def levels(self) -> tuple[Level, ...]:
@@ -114,6 +178,7 @@ class HalfCar:
             *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in CHANNELS),
             Level("survey", "input", survey),
             *(Level(f"force {n}", "force", HalfNormal(self.scales[f"force {n}"]), n) for n in FORCES),
+            *(Level(f"white force {n}", "force", HalfNormal(self.scales[f"white force {n}"]), n) for n in FORCES),
             *(Level(f"reading {n}", "reading", HalfNormal(self.scales[f"reading {n}"]), n) for n in CHANNELS),
         )
 
@@ -138,9 +203,26 @@ class HalfCar:
         return (self.seen,)
 
     @cached_property
+    def known(self) -> Surveyed:
+        """The road given its survey."""
+        error = (self.record.survey or STATED) * (self.survey_level or 0.0)
+        return Surveyed(self.record.road, error)
+
+    @cached_property
     def road(self) -> np.ndarray:
-        """Surveyed heights as the contacts feel them."""
-        return patch(self.record.road)
+        """Mean heights as the contacts feel them."""
+        return patch(self.known.mean)
+
+    def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "HalfCar":
+        """With the road's mean given the survey, finer steps, and nonlinear forces as their mean over its error."""
+        here = replace(self, survey_level=1.0 if psi is None else float(np.exp(psi[5])), offset=None)
+        here.__dict__.update({key: getattr(self, key) for key in ("frames", "seen", "_kept")})
+        coarse, fine = (here.run(x[None], effects, finer)[0, : len(CHANNELS)] for finer in (1, FINER))
+        sides = here.known.sides(PAIRS)
+        around = [here.run(x[None], effects, 1, patch(side))[0, : len(CHANNELS)] for side in sides]
+        shift = fine - coarse + np.mean(around, axis=0) - coarse
+        object.__setattr__(here, "offset", here.frames.analyse(shift))
+        return here
 
     def starts(self) -> np.ndarray:
         """A grid of start and speed: no step of a search crosses a cycle of the road."""
@@ -151,44 +233,63 @@ class HalfCar:
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """(points, F, frames, channels)."""
-        return (self.frames.analyse(self.run(points, effects)[:, : len(CHANNELS)]),)
+        found = self.frames.analyse(self.run(points, effects)[:, : len(CHANNELS)])
+        return (found if self.offset is None else found + self.offset,)
 
-    def run(self, points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
-        """(points, OUTPUTS, samples), the channels as their sensors give them."""
+    def run(
+        self, points: np.ndarray, effects: tuple[Effect, ...], finer: int = 1, road: np.ndarray | None = None
+    ) -> np.ndarray:
+        """(points, OUTPUTS, samples), channels as their sensors give them; over another `road` where it is given."""
         samples, rate = self.record.seen.shape[1], self.record.rate
-        sub = math.ceil(1.0 / rate / STEP - 1e-9)
+        sub = math.ceil(1.0 / rate / STEP - 1e-9) * finer
         step = 1.0 / rate / sub
         lead = round(LEAD / step)
-        time = (np.arange(lead + samples * sub + 2) - lead - 0.5) * step
         moved, back = _different(points)
-        roads, which = self._roads(moved, effects)
+        roads, which = self._roads(self.road if road is None else road, moved, effects)
         out = np.zeros((len(moved), OUTPUTS, samples))
-        many(physical(moved, effects), roads, which, self._places(moved, time), FRONT + REAR, step, lead, sub, out)
-        out = out[back]
+        many(physical(moved, effects), roads, which, self._places(moved, sub, lead), FRONT + REAR, step, lead, sub, out)
+        out = out if len(out) == len(points) else out[back]
         gains, delays = (points[:, INDEX[f"{kind} {CHANNELS[0]}"] :][:, : len(CHANNELS)] for kind in ("gain", "delay"))
-        turn = np.exp(-2j * np.pi * delays[..., None] * np.fft.rfftfreq(samples, 1.0 / rate))
-        read = np.fft.rfft(out[:, : len(CHANNELS)]) * turn * np.exp(gains)[..., None]
-        out[:, : len(CHANNELS)] = np.fft.irfft(read, samples)
+        different, which = np.unique(delays, axis=0, return_inverse=True)
+        turn = np.exp(-2j * np.pi * different[..., None] * fft.rfftfreq(samples, 1.0 / rate))
+        turn = turn if len(turn) == 1 else turn[which.ravel()]
+        out[:, : len(CHANNELS)] = fft.irfft(fft.rfft(out[:, : len(CHANNELS)]) * turn, samples)
+        out[:, : len(CHANNELS)] *= np.exp(gains)[..., None]
         return out
 
-    def _places(self, points: np.ndarray, time: np.ndarray) -> np.ndarray:
+    def _places(self, points: np.ndarray, sub: int, lead: int) -> np.ndarray:
         """(points, time) of the front axle along the road [m]."""
-        first, speed = INDEX["offset"], self.record.speed * (1.0 + points[:, INDEX["speed"]])
-        waves = np.sin(np.arange(1, WANDERS + 1)[:, None] * np.pi * time / self.duration)
-        wander = points[:, INDEX["wander 1"] : INDEX["wander 1"] + WANDERS] @ waves
-        return self.record.first + points[:, first, None] + speed[:, None] * time + wander
+        rows = np.empty((len(points), 2 + WANDERS))
+        rows[:, 0] = self.record.first + points[:, INDEX["offset"]]
+        rows[:, 1] = self.record.speed * (1.0 + points[:, INDEX["speed"]])
+        rows[:, 2:] = points[:, INDEX["wander 1"] :][:, :WANDERS]
+        return rows @ self._shapes(sub, lead)
 
-    def _roads(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, np.ndarray]:
+    def _shapes(self, sub: int, lead: int) -> np.ndarray:
+        """(2 + WANDERS, time): one, time and the slow sines, at the middles of the steps."""
+        kept = self._kept.get(sub)
+        if kept is None:
+            samples, rate = self.record.seen.shape[1], self.record.rate
+            time = (np.arange(lead + samples * sub + 2) - lead - 0.5) / rate / sub
+            waves = np.sin(np.arange(1, WANDERS + 1)[:, None] * np.pi * time / self.duration)
+            kept = self._kept[sub] = np.stack([np.ones_like(time), time, *waves])
+        return kept
+
+    @cached_property
+    def _kept(self) -> dict[int, np.ndarray]:
+        return {}
+
+    def _roads(
+        self, road: np.ndarray, points: np.ndarray, effects: tuple[Effect, ...]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Different roads, and which of them each point has."""
-        roads, column = np.repeat(self.road[None], 1, axis=0), COUNT
+        roads, column = road[None], COUNT
         which = np.zeros(len(points), np.int64)
         for effect in effects:
             if effect.family == "dip":
-                sign = 1.0 if effect.name == "dip" else -1.0
-                rows = np.exp(points[:, column + 1 : column + 3]) * np.array([sign, 1.0])
                 at = self.record.first + self.record.speed * points[:, column]
-                along = np.arange(len(self.road)) * GRID
-                shapes = [dip(along - s, *row) for s, row in zip(at, rows, strict=True)]
+                along, rows = np.arange(len(road)) * GRID, points[:, column + 1 : column + 3]
+                shapes = [dip(along - s, depth, np.exp(log)) for s, (depth, log) in zip(at, rows, strict=True)]
                 roads = (roads[which] if len(roads) > 1 else roads) + np.stack([patch(one) for one in shapes])
                 which = np.arange(len(points))
             column += len(effect.own)
@@ -199,14 +300,14 @@ class HalfCar:
         found, count = self.transfers(x, effects), len(CHANNELS)
         power = found.spectra[:, [5, 6, 7, 8]]
         power = np.concatenate([power, power[:, :1] + power[:, 1:2]], axis=1)
-        power = np.maximum(power, FLOOR * power.mean(axis=0))
-        forces = np.einsum("fp,fcp,fdp->pfcd", power, found.forces, np.conj(found.forces))
+        white = np.broadcast_to(power.mean(axis=0), power.shape)
+        forces = [np.einsum("fp,fcp,fdp->pfcd", one, found.forces, np.conj(found.forces)) for one in (power, white)]
         road = self.survey()[:, None, None] * found.road[:, :, None] * np.conj(found.road[:, None, :])
         parts = np.zeros((len(self.levels), len(self.frames.frequencies), count, count), complex)
         for channel in range(count):
             parts[channel, :, channel, channel] = SHEET[channel] ** 2
-            parts[6 + len(FORCES) + channel, :, channel, channel] = found.spectra[:, channel]
-        parts[5], parts[6 : 6 + len(FORCES)] = road, forces
+            parts[6 + 2 * len(FORCES) + channel, :, channel, channel] = found.spectra[:, channel]
+        parts[5], parts[6 : 6 + 2 * len(FORCES)] = road, np.concatenate(forces)
         parts[:, :, range(count), range(count)] += 1e-12 * SHEET**2
         return (parts,)
 
@@ -215,7 +316,8 @@ class HalfCar:
         f, speed = self.frames.frequencies, self.record.speed
         contact = (1.0 + 2.0 * np.cos(2.0 * np.pi * f * GRID / speed)) / 3.0
         mean = np.sinc(f / self.record.rate)
-        return (self.record.survey or STATED) ** 2 * GRID / speed * self.record.rate * (contact * mean) ** 2
+        left = self.known.share(f / speed)
+        return (self.record.survey or STATED) ** 2 * GRID / speed * self.record.rate * (contact * mean) ** 2 * left
 
     def transfers(self, x: np.ndarray, effects: tuple[Effect, ...]) -> Transfers:
         """Of small motions about the run at x."""

@@ -24,6 +24,8 @@ from railsim.files import replace_file
 KINDS = ("null", "effect", "null", "foreign", "null", "effect", "null", "pair", "null", "effect")
 """Of ten cases in a row; each goes on to the next setting after ten."""
 NINETY = 1.645  # standard deviations of a 90 % interval
+DETECTABLE = 10.0  # nats of the true hypothesis over none
+STATED = ((0.0, 0.5), (0.5, 0.8), (0.8, 0.9), (0.9, 1.0))  # probabilities of the state that leads
 DEVELOPMENT = 55  # seed of the healthy records that scales are learned from
 LEARNED = 16  # healthy records
 
@@ -68,12 +70,16 @@ def run_benchmark(folder: Path, seed: int, indices: Iterable[int], say: Say) -> 
 
 def answered(kind: str, case: Case, verdict: Verdict) -> dict[str, Any]:
     """Truth, statement and the best hypotheses of a case."""
-    best = [row for row in verdict.rows if row.fit.hypothesis.effects]
+    best = [row for row in verdict.rows if row.fit.hypothesis.named]
+    own = next((row.evidence for row in verdict.rows if _is(row, case)), None)
+    state, probability = max(verdict.posterior().items(), key=lambda one: one[1])
     return {
         "kind": kind, "setting": case.setting, "effects": case.effects, "families": case.families, "place": case.place,
         "said": str(verdict.action), "judged": judged(kind, case, verdict.action),
         "best": [[r.fit.hypothesis.name, round(r.evidence, 2), round(r.posterior, 4)] for r in verdict.rows[:6]],
         "largest": max((row.evidence for row in best), default=None),
+        "own": own, "stated": probability,
+        "leads": (state.families, state.unknown) == (frozenset(case.families), case.place),
         "covered": covered(case, verdict.rows),
     }  # fmt: skip
 
@@ -130,6 +136,13 @@ def score(rows: Sequence[Mapping[str, Any]]) -> list[list[Any]]:
     for kind, title in (("effect", "effects"), ("foreign", "foreign laws"), ("pair", "pairs")):
         for outcome in dict.fromkeys(("right", *sorted(kinds[kind]))):
             found.append(_share(f"{title}: {outcome}", [one == outcome for one in kinds[kind]]))
+    clear = [row for row in rows if row["kind"] == "effect" and (row["own"] is None or row["own"] > DETECTABLE)]
+    found.append(_share("effects worth 10 nats: right", [row["judged"] == "right" for row in clear]))
+    wrong = [row["judged"] == "wrong" for row in rows if row["kind"] in ("effect", "pair")]
+    found.append(_share("effects and pairs: a wrong name", wrong))
+    for low, high in STATED:
+        here = [row["leads"] for row in rows if low < row["stated"] <= high]
+        found.append(_share(f"true where {low:.1f} to {high:.1f} is stated", here))
     errors = [error for row in rows if row["kind"] == "effect" for error in row["covered"].values()]
     found.append(_share("sizes of single effects within 90 % intervals", [abs(error) < NINETY for error in errors]))
     return found

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import fft
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,8 @@ class Frames:
 
     def analyse(self, record: np.ndarray) -> np.ndarray:
         """(..., F, frames, channels) of a record (..., channels, samples)."""
-        spectra = np.fft.rfft(record[..., self.places] * self.sine, axis=-1)[..., self.kept]
+        frames = np.lib.stride_tricks.sliding_window_view(record, self.size, axis=-1)[..., :: self.size // 2, :]
+        spectra = fft.rfft(frames * self.sine, axis=-1)[..., self.kept]
         return np.moveaxis(spectra, (-3, -1), (-1, -3))
 
     def synthesise(self, values: np.ndarray) -> np.ndarray:

@@ -14,6 +14,8 @@ CLEAR = 1.0  # s; at the ends of a record, where none is looked for
 FINER = 8  # times as many frequencies as a record has by itself: a tone is looked for between them
 FOUND = 2  # dips from which a fit begins
 LEAST = 2e-4  # m; depth from which it begins at least
+SMALL = 4.5e-4  # m; rms of the largest dip that fits a healthy record, over the records that levels are learned from
+WIDE = 0.5  # of a damper's law that nobody wrote down: half of its force at the middle rates
 
 
 def _between(whole: np.ndarray, f: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -59,7 +61,7 @@ def seek_dip(sign: float, system: Any, base: Fit) -> list[tuple[float, ...]]:
     depth[(time < CLEAR) | (time > system.duration - CLEAR)] = 0.0
     for _ in range(FOUND):
         best = int(np.argmax(depth))
-        starts.append((float(time[best]), math.log(max(float(depth[best]), LEAST)), math.log(LENGTH)))
+        starts.append((float(time[best]), sign * max(float(depth[best]), LEAST), math.log(LENGTH)))
         depth[np.abs(time - time[best]) * system.record.speed < 2.0 * LENGTH] = 0.0
     return starts
 
@@ -95,9 +97,16 @@ def _tone(place: str) -> Effect:
 
 
 def _dip(name: str, sign: float) -> Effect:
-    own = (Coordinate("time", "s", 8.0, 6.0, 5e-4), Coordinate("log depth", "m", math.log(3e-3), 0.5),
-           Coordinate("log length", "m", math.log(0.6), 0.3))  # fmt: skip
-    return Effect(name, "dip", own=own, seek=partial(seek_dip, sign))
+    time, length = Coordinate("time", "s", 8.0, 6.0, 5e-4), Coordinate("log length", "m", math.log(0.6), 0.3)
+    own = (time, Coordinate("depth", "m", sign * 3e-3, 1.5e-3, 1e-5), length)
+    healthy = (time, Coordinate("depth", "m", 0.0, SMALL, 1e-5), length)
+    return Effect(name, "dip", own=own, seek=partial(seek_dip, sign), healthy=healthy)
+
+
+def _law(end: str) -> Effect:
+    faults = tuple(Coordinate(f"{end} {part}", "-", 0.0, WIDE) for part in ("one-sidedness", "square part"))
+    name, starts = f"unknown: law of the {end} damper", ((0.4, 0.0), (-0.4, 0.0), (0.0, 0.4))
+    return Effect(name, f"law {end}", faults, starts=starts, place=f"{end} suspension", kind="law")
 
 
 def _third() -> Effect:
@@ -118,6 +127,7 @@ LIBRARY = Library(
         _dip("dip", 1.0),
         _dip("bump", -1.0),
         _third(),
+        *(_law(end) for end in ("front", "rear")),
     )
 )
 """Fault priors from the limits of maintenance: springs -22 %, dampers -45 %, friction 60 N, delays of 3 ms."""

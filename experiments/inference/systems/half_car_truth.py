@@ -212,7 +212,7 @@ def _dip(car: Car) -> str:
     time, sign = car.rng.uniform(0.1, 0.9) * DURATION, car.rng.choice([-1, 1])
     depth, length = car.rng.uniform(0.0015, 0.006), car.rng.uniform(0.4, 1.0)
     car.extra.append((time, sign * depth, length))
-    car.sizes |= {"log depth": float(np.log(depth)), "log length": float(np.log(length))}
+    car.sizes |= {"depth": sign * depth, "log length": float(np.log(length))}
     return "dip" if sign > 0 else "bump"
 
 

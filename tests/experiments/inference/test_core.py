@@ -78,8 +78,9 @@ def test_an_unknown_beside_a_fit_is_what_a_whole_fit_gives():
     system = Line(line(3, drift=0.3))
     none = fit(Problem(system, Hypothesis(), POLICY), np.zeros(2))
     assert none is not None
-    quick = with_unknown(Problem(system, Hypothesis(), POLICY), none, "drift")
-    whole = fit(Problem(system, Hypothesis((), "drift"), POLICY), np.zeros(2))
+    drift = system.levels[1]
+    quick = with_unknown(POLICY, none, drift)
+    whole = fit(Problem(system, Hypothesis((), drift), POLICY), np.zeros(2))
     assert whole is not None
     assert quick.evidence == pytest.approx(whole.evidence, abs=0.3)
 
