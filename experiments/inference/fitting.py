@@ -224,18 +224,18 @@ def few_steps(
     groups = problem.groups(x, components)
     if not all(np.isfinite(group.residual).all() for group in groups):
         return math.inf, x
-    slopes = problem.renewed(x, slopes)
+    total, damping = _levelled(problem, x, psi, sums(groups), False)[0], 1e-3
     for _ in range(steps):
+        slopes = problem.renewed(x, slopes)
         slope, precision = newton(problem, x, sums(groups), psi, groups, slopes)
-        step = -np.linalg.solve(precision, slope)
+        step = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope)
         step *= min(1.0, problem.policy.longest_step / float(np.abs(step / problem.spreads).max(initial=1e-300)))
         tried = problem.groups(x + step, components)
-        if (
-            not _levelled(problem, x + step, psi, sums(tried), False)[0]
-            < _levelled(problem, x, psi, sums(groups), False)[0]
-        ):
-            break
-        x, groups = x + step, tried
+        then = _levelled(problem, x + step, psi, sums(tried), False)[0]
+        if then < total:
+            x, groups, total, damping = x + step, tried, then, damping / 8.0
+        else:
+            damping = 30.0 * damping + 0.1
     return cost(sums(groups), psi) + prior_cost(problem.levels, psi)[0] + problem.prior(x), x
 
 

@@ -22,6 +22,9 @@ FIRST_STEPS = 2  # of each effect of a large library, before any is fitted whole
 POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
 
+Ordered = tuple[float, Effect, np.ndarray]
+"""What first steps gain, of which effect, and where they lead."""
+
 
 def places(levels: Sequence[Level], library: Library) -> tuple[str, ...]:
     """Of each level and each law that may be unknown."""
@@ -129,7 +132,7 @@ def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
     return [one for index, one in enumerate(points) if not any(np.array_equal(one, two) for two in points[:index])]
 
 
-def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[tuple[float, Effect, np.ndarray]]:
+def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Ordered]:
     """What the first steps of each effect beside a fit gain in its covariance [nats], and where they lead; most first.
     Only an order, nothing is decided by it.
     """
@@ -141,6 +144,19 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[tuple
         least, x = min(tried, key=lambda one: one[0])
         found.append((base.cost - least, effect, x))
     return sorted(found, key=lambda one: -one[0])
+
+
+def _chosen(order: Sequence[Ordered], most: int) -> list[Ordered]:
+    """The first ones, and of each family that is not among them its first: first steps from afar may gain nothing where
+    a whole fit gains all.
+    """
+    families = {effect.family for _, effect, _ in order[:most]}
+    found = list(order[:most])
+    for one in order[most:]:
+        if one[1].family not in families:
+            families.add(one[1].family)
+            found.append(one)
+    return found
 
 
 def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
@@ -157,7 +173,7 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     tried: set[str] = set()
     for base, most in ((none, count), (rough, max(1, count // 3))):
         order = _ordered(search, base, search.library.effects)
-        for _, effect, x in order[:most]:
+        for _, effect, x in _chosen(order, most) if base is none else order[:most]:
             tried.add(effect.name)
             search.take(fit(search.problem(effect), x, slopes=base.slopes, rounds=1), "fitted")
         if base is none:
@@ -188,12 +204,15 @@ def _pairs(search: Search) -> None:
     large = len(search.library.effects) > search.policy.candidates
     if large:
         order = _ordered(search, named[0], [one for one in search.library.effects if _differ(first, one)])
-        partners = [(other, [x]) for _, other, x in order]
+        chosen = _chosen(order, PAIRS)
+        partners = [(other, [x]) for _, other, x in chosen]
+        search.not_tried += [f"{first.name} + {one.name}" for _, one, _ in order if one not in [c[1] for c in chosen]]
     else:
         others = [one.hypothesis.effects[0] for one in named[1:] if _differ(first, one.hypothesis.effects[0])]
         partners = [(other, other.begins(named[0].x, search.system.coordinates)) for other in others]
-    search.not_tried += [f"{first.name} + {other.name}" for other, _ in partners[PAIRS:]]
-    for other, begins in partners[:PAIRS]:
+        search.not_tried += [f"{first.name} + {other.name}" for other, _ in partners[PAIRS:]]
+        partners = partners[:PAIRS]
+    for other, begins in partners:
         for begin in begins:
             rounds = 1 if large else ROUNDS
             search.take(fit(search.problem(first, other), begin, None, named[0].slopes, rounds), "fitted")

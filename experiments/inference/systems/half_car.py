@@ -30,10 +30,10 @@ BUILD = {
 """Sheet of the build [kg, kg m2, N/m, N s/m] and sd of the log, in the order of the kernel's parameters."""
 FRONT, REAR = 1.2, 1.4  # m, from the axles to the centre of mass
 WANDERS = 3  # slow sines of the position along the road
-STEP = 2.5e-3  # s, at most, of the integration
+STEP = 1.25e-3  # s, at most, of the integration
 LEAD = 2.0  # s of motion before the record
 STATED = 3e-4  # m; error of a survey that states none
-FINER = 8  # times as fine are the steps that the predictions are corrected by
+FINER = 4  # times as fine are the steps that the predictions are corrected by
 PAIRS = 3  # of roads on both sides of the mean, over which the predictions are averaged
 PARAMETERS = 31
 TONES = ("body", "front axle", "rear axle")  # where one may act, in the order of the kernel

@@ -13,6 +13,7 @@ LENGTH = 0.6  # m; of the dip that is looked for
 CLEAR = 1.0  # s; at the ends of a record, where none is looked for
 FINER = 8  # times as many frequencies as a record has by itself: a tone is looked for between them
 FOUND = 2  # dips from which a fit begins
+THIRD = (2.5, 14.0)  # Hz; within two standard deviations of a third body's frequency
 LEAST = 2e-4  # m; depth from which it begins at least
 SMALL = 4.5e-4  # m; rms of the largest dip that fits a healthy record, over the records that levels are learned from
 WIDE = 0.5  # of a damper's law that nobody wrote down: half of its force at the middle rates
@@ -42,6 +43,18 @@ def seek_tone(place: str, system: Any, base: Fit) -> list[tuple[float, ...]]:
     best = int(np.argmax(np.abs(amplitude) ** 2 * np.interp(whole, f, power)))
     size = amplitude[best]
     return [(math.log(whole[best]), size.real, -size.imag)]
+
+
+def seek_third(system: Any, base: Fit) -> list[tuple[float, ...]]:
+    """Own frequencies where what is left points most along a force on the body, over all frames, for two masses."""
+    along = system.transfers(base.x, base.hypothesis.effects).forces[:, :, FORCES.index("body")]
+    seen = np.einsum("fc,fcd->fd", np.conj(along), _inverse(base))
+    power = np.real(np.einsum("fc,fc->f", seen, along))
+    force = np.einsum("fc,ftc->ft", seen, base.groups[0].residual)
+    ratio = np.where((system.frames.frequencies < THIRD[0]) | (system.frames.frequencies > THIRD[1]), 0.0,
+                     np.mean(np.abs(force) ** 2, axis=1) / power)  # fmt: skip
+    best = float(system.frames.frequencies[int(np.argmax(ratio))])
+    return [(math.log(mass), math.log(best), math.log(0.05)) for mass in (20.0, 50.0)]
 
 
 def seek_dip(sign: float, system: Any, base: Fit) -> list[tuple[float, ...]]:
@@ -116,7 +129,7 @@ def _third() -> Effect:
         Coordinate("log damping ratio", "-", math.log(0.05), 0.5),
     )
     starts = tuple((math.log(20.0), math.log(f), math.log(0.05)) for f in (4.0, 6.0, 9.0))
-    return Effect("third body", "third body", own=own, starts=starts, place="body")
+    return Effect("third body", "third body", own=own, starts=starts, place="body", seek=seek_third)
 
 
 LIBRARY = Library(

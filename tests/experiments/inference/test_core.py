@@ -103,6 +103,20 @@ def test_what_the_library_does_not_know_is_unknown():
     assert verdict.action == Action("unknown", (), "drift")
 
 
+def test_a_law_with_wide_priors_is_something_unknown_at_its_place():
+    law = Effect("unknown: law", "law", STEEP.faults, place="drift", kind="law")
+    verdict = infer(Line(line(6, slope=3.0)), Library((BEND, law)))
+    assert verdict.action == Action("unknown", (), "drift") and verdict.rows[0].fit.hypothesis.name == "unknown: law"
+
+
+def test_what_healthy_systems_have_a_little_of_is_not_named():
+    """A bend that is plain to see, of a size that healthy lines have."""
+    record, own = line(5, bend=0.15), (replace(BEND.own[0], spread=0.15),)
+    assert str(infer(Line(record), LIBRARY).action) == "bend"
+    verdict = infer(Line(record), Library((replace(BEND, healthy=own), STEEP)))
+    assert str(verdict.action) == "none" and verdict.rows[0].fit.hypothesis.name == "small bend"
+
+
 def test_order_of_the_library_units_and_signs_do_not_matter():
     record = line(5, bend=0.3)
     first = infer(Line(record), LIBRARY)

@@ -18,6 +18,7 @@ from experiments.inference.systems.half_car import (
     SHEET,
     HalfCar,
     Record,
+    Surveyed,
     patch,
     physical,
 )
@@ -114,12 +115,45 @@ def test_a_force_on_the_body_is_what_suspensions_and_axles_make_of_it():
     assert sides[0] + 1.2 * pitch + 0.3 * pitch == pytest.approx(forces[..., 4], rel=1e-9)
 
 
+def test_the_mean_road_is_nearer_to_the_true_one_than_its_survey():
+    """By what a Wiener filter leaves: the error's power times the share of the road in the survey's."""
+    rng, error = np.random.default_rng(8), 2e-3
+    true = truth.rough_road(rng, 9000, 1.0)
+    known = Surveyed(true + error * rng.standard_normal(9000), error)
+    left = error * np.sqrt(known.share(known.waves).mean())
+    assert np.std(known.mean - true) == pytest.approx(left, rel=0.05)
+    assert left < 0.6 * error
+    sides = np.array(known.sides(3))
+    assert sides.mean(axis=0) == pytest.approx(known.mean, abs=1e-12)
+    assert np.std(sides - known.mean) == pytest.approx(left, rel=0.02)
+
+
+def test_what_is_known_about_a_state_is_the_mean_over_finer_runs():
+    """Against runs in steps a quarter as long over roads drawn from what the survey leaves open."""
+    case = truth.make(np.random.default_rng(9), "effect", "survey loud", "friction")
+    system, x, rng = HalfCar(case.record), NOMINAL.copy(), np.random.default_rng(10)
+    x[INDEX["front friction"]] = 60.0
+    here = system.about(x, (), np.log(np.full(len(system.levels), 3.0)))
+    drawn = []
+    for _ in range(20):
+        spread = here.known.error * np.sqrt(here.known.share(here.known.waves))
+        error = np.fft.irfft(np.fft.rfft(rng.standard_normal(len(case.record.road))) * spread, len(case.record.road))
+        drawn += [here.run(x[None], (), 4, patch(here.known.mean + e))[0, :5] for e in (error, -error)]
+    mean = here.frames.analyse(np.mean(drawn, axis=0))
+    apart = [np.mean(np.abs(one - mean) ** 2) for one in (here.predict(x[None], ())[0][0], _plain(here, x))]
+    assert apart[0] < 0.5 * apart[1]
+
+
+def _plain(here: HalfCar, x: np.ndarray) -> np.ndarray:
+    return here.frames.analyse(here.run(x[None], ())[0, :5])
+
+
 def test_noise_and_readings_are_relative_to_sheet_and_channel():
     system = home()
     parts = system.covariances(NOMINAL, ())[0]
     x = NOMINAL.copy()
     x[INDEX[f"gain {CHANNELS[2]}"]] = np.log(1.01)
-    assert np.real(parts[13, :, 2, 2]) == pytest.approx(1e4 * power(system, system, x)[:, 2], rel=1e-6)
+    assert np.real(parts[18, :, 2, 2]) == pytest.approx(1e4 * power(system, system, x)[:, 2], rel=1e-6)
     assert np.real(parts[1, :, 1, 1]) == pytest.approx(SHEET[1] ** 2)
 
 
@@ -142,11 +176,12 @@ def test_the_model_is_the_truth_where_the_build_is_exact():
     assert (ride.std(axis=1) > 20.0 * SHEET).all()
 
 
-@pytest.mark.parametrize("name", [effect.name for effect in LIBRARY.effects if effect.seek])
+@pytest.mark.parametrize("name", [effect.name for effect in LIBRARY.effects if effect.family in ("tone", "dip")])
 def test_tones_and_dips_are_looked_for_where_they_are(name: str):
     """Of a record that is the model's own, the first start lies at the effect."""
     system, effect = home(), EFFECTS[name]
-    own = [np.log(9.3), 12.0, -16.0] if effect.family == "tone" else [6.4, np.log(4e-3), np.log(0.6)]
+    own = [np.log(9.3), 12.0, -16.0] if effect.family == "tone" else [6.4, 4e-3, np.log(0.6)]
+    own[1] *= -1.0 if name == "bump" else 1.0
     x = np.concatenate([NOMINAL, own])
     noise = SHEET[:, None] * np.random.default_rng(6).standard_normal(system.record.seen.shape)
     seen = HalfCar(replace(system.record, seen=system.run(x[None], (effect,))[0, :5] + noise))
@@ -159,7 +194,16 @@ def test_tones_and_dips_are_looked_for_where_they_are(name: str):
         # a latent force on the body pitches it a little, a tone does not
         assert abs(turned) == pytest.approx(1.0, abs=0.3 if "body" in name else 0.1) and abs(np.angle(turned)) < 0.5
     else:
-        assert start[1:] == pytest.approx(own[1:], abs=0.2)
+        assert start[1] == pytest.approx(own[1], rel=0.2) and start[2] == pytest.approx(own[2], abs=0.2)
+
+
+def test_a_third_body_is_looked_for_at_its_frequency():
+    system, effect = home(), EFFECTS["third body"]
+    x = np.concatenate([NOMINAL, np.log([40.0, 7.3, 0.05])])
+    noise = SHEET[:, None] * np.random.default_rng(6).standard_normal(system.record.seen.shape)
+    seen = HalfCar(replace(system.record, seen=system.run(x[None], (effect,))[0, :5] + noise))
+    assert effect.seek is not None
+    assert np.exp(effect.seek(seen, _left(seen))[0][1]) == pytest.approx(7.3, rel=0.12)
 
 
 def _left(system: HalfCar) -> Any:

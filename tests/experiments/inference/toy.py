@@ -37,7 +37,7 @@ class Line(System):
         return np.zeros((1, 2))
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
-        bend = points[:, 2:3] if BEND in effects else 0.0
+        bend = points[:, 2:3] if any(effect.family == "bend" for effect in effects) else 0.0
         lines = points[:, :1] + points[:, 1:2] * self.time + bend * self.time**2
         return (self.gain * lines[:, None, None],)
 
