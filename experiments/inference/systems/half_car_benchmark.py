@@ -76,7 +76,7 @@ def answered(kind: str, case: Case, verdict: Verdict) -> dict[str, Any]:
     return {
         "kind": kind, "setting": case.setting, "effects": case.effects, "families": case.families, "place": case.place,
         "said": str(verdict.action), "judged": judged(kind, case, verdict.action),
-        "best": [[r.fit.hypothesis.name, round(r.evidence, 2), round(r.posterior, 4)] for r in verdict.rows[:6]],
+        "table": [[r.fit.hypothesis.name, round(r.evidence, 2), round(r.posterior, 4)] for r in verdict.rows],
         "largest": max((row.evidence for row in best), default=None),
         "own": own, "stated": probability,
         "leads": (state.families, state.unknown) == (frozenset(case.families), case.place),

@@ -232,7 +232,7 @@ def test_a_weak_damper_is_named_with_its_size():
     case = truth.make(np.random.default_rng(11), "effect", "home", "weak damper")
     verdict = infer(HalfCar(case.record), LIBRARY)
     row = answered("effect", case, verdict)
-    assert row["judged"] == "right" and row["best"][0][0] == case.effects[0]
+    assert row["judged"] == "right" and row["table"][0][0] == case.effects[0]
     assert row["covered"] and max(abs(error) for error in row["covered"].values()) < 4.0
 
 
