@@ -8,7 +8,7 @@ at a place is the wide prior of that place's level.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -146,9 +146,7 @@ class Group:
 
 
 class System(Protocol):
-    """Physics and sources of error of one record; makes no decisions. A class that names `System` as its base has
-    `about`.
-    """
+    """Physics and sources of error of one record; makes no decisions."""
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -179,8 +177,16 @@ class System(Protocol):
 
     def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "System":
         """The system with what it knows at a state: the mean of a measured input given its error's level (`psi`, None =
-        as stated), and what the mean of the predictions there lies off from one run. Itself where nothing is to know.
+        as stated), and what the mean of the predictions there lies off from one run.
         """
+        ...
+
+
+class Still:
+    """A system that knows everywhere the same."""
+
+    def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> Self:
+        """Itself."""
         del x, effects, psi
         return self
 

@@ -1,7 +1,7 @@
 """Verdict: what every hypothesis is worth, and the statement with the least expected loss."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,11 +75,7 @@ class Verdict:
 
     def posterior(self) -> dict[State, float]:
         """Of what may be true."""
-        found: dict[State, float] = {}
-        for row in self.rows:
-            state = State.of(row.fit.hypothesis)
-            found[state] = found.get(state, 0.0) + row.posterior
-        return found
+        return by_state([row.fit.hypothesis for row in self.rows], [row.posterior for row in self.rows])
 
 
 def log_prior(hypothesis: Hypothesis, library: Library, places: Sequence[str], policy: Policy) -> float:
@@ -131,7 +127,7 @@ def loss(action: Action, state: State, losses: Losses) -> float:
     return losses.half * 1.5 * (missed + added) if added else losses.half * missed
 
 
-def actions(posterior: dict[State, float]) -> list[Action]:
+def actions(posterior: Mapping[State, float]) -> list[Action]:
     """All that is worth saying: sets of the likeliest families, every pair and every unknown that was looked at."""
     weight: dict[str, float] = {}
     for state, probability in posterior.items():
@@ -151,26 +147,40 @@ def actions(posterior: dict[State, float]) -> list[Action]:
     return found
 
 
+def weigh(
+    hypotheses: Sequence[Hypothesis], evidence: np.ndarray, library: Library, places: Sequence[str], policy: Policy
+) -> tuple[np.ndarray, np.ndarray]:
+    """Log prior and posterior probability of each hypothesis."""
+    priors = np.array([log_prior(one, library, places, policy) for one in hypotheses])
+    shares = np.exp(evidence + priors - (evidence + priors).max())
+    return priors, shares / shares.sum()
+
+
+def by_state(hypotheses: Sequence[Hypothesis], shares: Sequence[float] | np.ndarray) -> dict[State, float]:
+    """Probability of what may be true."""
+    found: dict[State, float] = {}
+    for hypothesis, share in zip(hypotheses, shares, strict=True):
+        state = State.of(hypothesis)
+        found[state] = found.get(state, 0.0) + float(share)
+    return found
+
+
+def expected_losses(posterior: Mapping[State, float], losses: Losses) -> dict[Action, float]:
+    """Of everything that is worth saying."""
+    parts = posterior.items()
+    return {one: sum(share * loss(one, state, losses) for state, share in parts) for one in actions(posterior)}
+
+
 def decide(
     fits: Sequence[Fit], library: Library, places: Sequence[str], policy: Policy,
     not_tried: Sequence[str] = (), steps: Sequence[str] = (),
 ) -> Verdict:  # fmt: skip
     """The verdict over these fits, of which one is of `none`."""
     base = next(fit.evidence for fit in fits if fit.hypothesis.name == "none")
-    priors = np.array([log_prior(fit.hypothesis, library, places, policy) for fit in fits])
-    weights = np.array([fit.evidence for fit in fits]) + priors
-    shares = np.exp(weights - weights.max())
-    shares /= shares.sum()
-    rows = [
-        Row(fit, fit.evidence - base, float(prior), float(share))
-        for fit, prior, share in zip(fits, priors, shares, strict=True)
-    ]
-    rows.sort(key=lambda row: -row.posterior)
-    verdict = Verdict(Action("none"), tuple(rows), {}, tuple(not_tried), tuple(steps))
-    posterior = verdict.posterior()
-    expected = {
-        action: sum(probability * loss(action, state, policy.losses) for state, probability in posterior.items())
-        for action in actions(posterior)
-    }
+    hypotheses, evidence = [fit.hypothesis for fit in fits], np.array([fit.evidence - base for fit in fits])
+    priors, shares = weigh(hypotheses, evidence, library, places, policy)
+    parts = zip(fits, evidence, priors, shares, strict=True)
+    rows = sorted((Row(fit, *map(float, numbers)) for fit, *numbers in parts), key=lambda row: -row.posterior)
+    expected = expected_losses(by_state(hypotheses, shares), policy.losses)
     best = min(expected, key=lambda action: expected[action])
     return Verdict(best, tuple(rows), {str(a): e for a, e in expected.items()}, tuple(not_tried), tuple(steps))

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from experiments.inference.healthy import learned_scales, rescaled
-from experiments.inference.model import Coordinate, Effect, Fit, Level, Library, System
+from experiments.inference.model import Coordinate, Effect, Fit, Level, Library, Still
 from experiments.inference.policy import Policy
 from experiments.inference.priors import HalfNormal, LogNormal
 from experiments.inference.search import infer
@@ -94,7 +94,7 @@ UNSEEN = Gaussian(np.zeros(len(CAMERA)), np.diag(CAMERA_SPREAD**2))
 
 
 @dataclass(frozen=True, eq=False)
-class Ball(System):
+class Ball(Still):
     """The drops of one ball; a `System` of the inference. Coordinates of the camera are normal and independent,
     `root` turns them into those of `CAMERA`.
     """

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy import fft
 
-from experiments.inference.model import Coordinate, Effect, Level, System
+from experiments.inference.model import Coordinate, Effect, Level
 from experiments.inference.priors import HalfNormal, LogNormal, Prior
 from experiments.inference.systems.half_car_frames import Frames
 from experiments.inference.systems.half_car_kernel import GRID, OUTPUTS, many
@@ -112,7 +112,7 @@ class Surveyed:
     @cached_property
     def lines(self) -> np.ndarray:
         """Spectrum of the survey."""
-        return fft.rfft(self.heights - self._level)
+        return np.asarray(fft.rfft(self.heights - self._level))
 
     @cached_property
     def _bands(self) -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +133,7 @@ class Surveyed:
         """Heights [m]."""
         if self.error == 0.0:
             return self.heights
-        return self._level + fft.irfft(self.lines * self.share(self.waves), len(self.heights))
+        return self._level + np.asarray(fft.irfft(self.lines * self.share(self.waves), len(self.heights)))
 
     def sides(self, pairs: int) -> list[np.ndarray]:
         """Roads on both sides of the mean, as far off as its error lets them be; phases by the golden ratio."""
@@ -142,7 +142,7 @@ class Surveyed:
         found = []
         for pair in range(1, pairs + 1):
             turn = np.exp(2j * np.pi * (ratio * number * (number + pair) % 1.0))
-            error = fft.irfft(size * turn, len(self.heights))
+            error = np.asarray(fft.irfft(size * turn, len(self.heights)))
             found += [self.mean + error, self.mean - error]
         return found
 
@@ -159,7 +159,7 @@ class Transfers:
 
 
 @dataclass(frozen=True, eq=False)
-class HalfCar(System):
+class HalfCar:
     """A record of a half car. `scales` of the healthy levels by name; `survey_level` [of the stated error] by which the
     road is taken as its mean given the survey, None = as surveyed; `offset` (F, frames, channels) of the predictions.
     """
@@ -173,6 +173,10 @@ class HalfCar(System):
     @property
     def levels(self) -> tuple[Level, ...]:
         """Sensors, survey, latent forces and readings."""
+        return self.healthy_levels()
+
+    def healthy_levels(self) -> tuple[Level, ...]:
+        """With half-normal latent ones."""
         survey: Prior = LogNormal(1.0, 0.5 if self.record.survey else 1.2)
         return (
             *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in CHANNELS),
@@ -253,7 +257,7 @@ class HalfCar(System):
         different, which = np.unique(delays, axis=0, return_inverse=True)
         turn = np.exp(-2j * np.pi * different[..., None] * fft.rfftfreq(samples, 1.0 / rate))
         turn = turn if len(turn) == 1 else turn[which.ravel()]
-        out[:, : len(CHANNELS)] = fft.irfft(fft.rfft(out[:, : len(CHANNELS)]) * turn, samples)
+        out[:, : len(CHANNELS)] = np.asarray(fft.irfft(np.asarray(fft.rfft(out[:, : len(CHANNELS)])) * turn, samples))
         out[:, : len(CHANNELS)] *= np.exp(gains)[..., None]
         return out
 

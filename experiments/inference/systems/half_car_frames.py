@@ -53,7 +53,7 @@ class Frames:
     def analyse(self, record: np.ndarray) -> np.ndarray:
         """(..., F, frames, channels) of a record (..., channels, samples)."""
         frames = np.lib.stride_tricks.sliding_window_view(record, self.size, axis=-1)[..., :: self.size // 2, :]
-        spectra = fft.rfft(frames * self.sine, axis=-1)[..., self.kept]
+        spectra = np.asarray(fft.rfft(frames * self.sine, axis=-1))[..., self.kept]
         return np.moveaxis(spectra, (-3, -1), (-1, -3))
 
     def synthesise(self, values: np.ndarray) -> np.ndarray:

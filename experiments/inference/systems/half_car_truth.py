@@ -32,7 +32,7 @@ FAMILIES = ("soft spring", "weak damper", "friction", "stop", "gain", "delay", "
 LAWS = ("hysteresis", "fading damper", "flexible axle", "one-sided damper", "square damper", "distorted", "dropout")
 """Foreign ones: the last two are of a sensor."""
 
-DURATION = 16.0  # s
+DURATION = 16.0  # s, of a record where nothing else is said
 REST = 4.0  # s of motion before the record
 TAIL = 0.5  # s after it, so that delays have something to take
 SURVEY = 2e-4  # m, as stated
@@ -129,6 +129,7 @@ class Car:
     extra: list[tuple[float, float, float]] = field(default_factory=list)
     sensor: tuple[str, int, float] | None = None
     sizes: dict[str, float] = field(default_factory=dict)
+    duration: float = DURATION
 
 
 @dataclass(frozen=True)
@@ -209,7 +210,7 @@ def _tone(car: Car) -> str:
 
 
 def _dip(car: Car) -> str:
-    time, sign = car.rng.uniform(0.1, 0.9) * DURATION, car.rng.choice([-1, 1])
+    time, sign = car.rng.uniform(0.1, 0.9) * car.duration, car.rng.choice([-1, 1])
     depth, length = car.rng.uniform(0.0015, 0.006), car.rng.uniform(0.4, 1.0)
     car.extra.append((time, sign * depth, length))
     car.sizes |= {"depth": sign * depth, "log length": float(np.log(length))}
@@ -254,9 +255,14 @@ def _foreign(car: Car, law: str) -> str:
     return FORCES[i]
 
 
-def make(rng: np.random.Generator, kind: str = "null", setting: str = "home", family: str = "") -> Case:
-    """A case: `kind` "null", "effect", "pair" or "foreign"; `family` of the effect, or the foreign law ("" = drawn)."""
+def make(
+    rng: np.random.Generator, kind: str = "null", setting: str = "home", family: str = "", duration: float = DURATION
+) -> Case:
+    """A case of `duration` [s]. `kind` : "null", "effect", "pair" or "foreign"; `family` : of the effect, or the
+    foreign law ("" = drawn).
+    """
     car, effects, families, place = healthy_car(rng, setting), (), (), None
+    car.duration = duration
     if kind == "effect":
         families = (family or str(rng.choice(FAMILIES)),)
     elif kind == "pair":
@@ -303,7 +309,7 @@ def _measured(car: Car) -> Record:
     speed, times = (28.0, 3.0) if setting == "rough and fast" else (20.0, 1.0)
     rate = 100.0 if setting == "100 Hz" else 200.0
     first = speed * REST + 10.0
-    size = round((speed * (REST + DURATION + TAIL) + 40.0) / GRID)
+    size = round((speed * (REST + car.duration + TAIL) + 40.0) / GRID)
     road = rough_road(rng, size, times)
     along = np.arange(size) * GRID
     true = road + sum((dip(along - first - speed * t, depth, length) for t, depth, length in car.extra), np.zeros(size))
@@ -318,12 +324,14 @@ def ride(car: Car, road: np.ndarray, speed: float, rate: float, first: float) ->
     """(channels, samples) with gains and delays."""
     runge = car.setting != "integrator"
     sub = round(1.0 / rate / (5e-4 if runge else 1.25e-3))
-    h, samples = 1.0 / rate / sub, round(DURATION * rate)
+    h, samples = 1.0 / rate / sub, round(car.duration * rate)
     after, lead = round(TAIL * rate), round(REST / h)
     before = round(TAIL * rate)
     time = (np.arange(2 * (lead + (samples + after) * sub) + 4) - 1) * 0.5 * h - REST
     wander = (
-        0.03 * car.rng.standard_normal(WANDERS) @ np.sin(np.arange(1, WANDERS + 1)[:, None] * np.pi * time / DURATION)
+        0.03
+        * car.rng.standard_normal(WANDERS)
+        @ np.sin(np.arange(1, WANDERS + 1)[:, None] * np.pi * time / car.duration)
     )
     place = first + 0.05 * car.rng.standard_normal() + speed * (1.0 + 1e-3 * car.rng.standard_normal()) * time + wander
     rows = np.zeros((2, len(time)))

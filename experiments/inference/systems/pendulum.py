@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from experiments.inference.model import Coordinate, Effect, Level, Library, System
+from experiments.inference.model import Coordinate, Effect, Level, Library, Still
 from experiments.inference.priors import HalfNormal, LogNormal
 from railsim.errors import InputError
 
@@ -72,7 +72,7 @@ def read_pendulum(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 @dataclass(frozen=True, eq=False)
-class Pendulum(System):
+class Pendulum(Still):
     """A record of a pendulum; a `System` of the inference. `angle` (samples,) [rad] at equal steps of `step` [s]."""
 
     angle: np.ndarray

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from experiments.inference.model import Coordinate, Effect, Level, Library, System
+from experiments.inference.model import Coordinate, Effect, Level, Library, Still
 from experiments.inference.priors import HalfNormal, LogNormal
 
 BEND = Effect("bend", "bend", own=(Coordinate("bend", "1/s2", 0.0, 1.0),), starts=((0.5,), (-0.5,)), place="drift")
@@ -13,7 +13,7 @@ LIBRARY = Library((BEND, STEEP))
 
 
 @dataclass(frozen=True, eq=False)
-class Line(System):
+class Line(Still):
     """y = offset + slope t + bend t^2 with white noise and a latent drift; `gain` turns all of it into other units."""
 
     seen: np.ndarray
