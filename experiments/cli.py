@@ -5,6 +5,7 @@ import argparse
 import ast
 import importlib
 import json
+import logging
 import os
 import signal
 import sys
@@ -20,6 +21,7 @@ import pydantic
 from threadpoolctl import threadpool_limits
 
 from experiments import commands
+from experiments.reporting.logs import LEVELS, LOGGER, logged
 from experiments.reporting.outcome import Outcome
 from railsim.distribution import check_packages
 from railsim.errors import InputError, Noticed, printable
@@ -29,6 +31,12 @@ BAD_INPUT = 2
 UNFORESEEN = 3
 INTERRUPTED = 130
 LATER = 0.05  # s
+SHELLS = ("bash", "zsh", "tcsh")
+EXAMPLES = """examples:
+  railsim run default                      a run with all that is made of it
+  railsim list estimators                  what there is
+  railsim new estimator my_filter          a commented start of your own
+  eval "$(railsim --completion bash)"      complete commands and names in this shell"""
 REPORT = "call it again with --debug and report what is printed, with the input if you can share it"
 
 
@@ -46,13 +54,41 @@ class _CommandParser(_Parser):
 
     def parse_known_args(self, *arguments: Any, **named: Any) -> Any:
         """Let the command add its arguments, then read them."""
+        self.complete_itself()
+        return super().parse_known_args(*arguments, **named)
+
+    def complete_itself(self) -> None:
+        """Let the command add its arguments."""
         if self.module:
             with redirect_stdout(sys.stderr):
                 command = importlib.import_module(self.module)
             command.configure(self)
             self.set_defaults(execute=command.execute)
             self.module = None
-        return super().parse_known_args(*arguments, **named)
+
+
+class _Version(argparse.Action):
+    """Says the version, which is looked up only then."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        """Print and end."""
+        from railsim.distribution import version
+
+        print(f"railsim {version()}")
+        parser.exit()
+
+
+class _Completion(argparse.Action):
+    """Writes what a shell needs to complete commands, options and names."""
+
+    def __call__(self, parser: argparse.ArgumentParser, given: Any, shell: Any, option: Any = None) -> NoReturn:
+        """Print and end."""
+        from experiments.reporting.completion import script
+
+        for command in _commands(parser):
+            command.complete_itself()
+        print(script(parser, shell))
+        parser.exit()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -115,18 +151,35 @@ def _hear_again(lost: Any) -> None:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all commands: one for each public module of `experiments.commands`, none of which is imported."""
-    parser = _Parser(prog="railsim", description="Simulate a railway vehicle, measure, estimate, score.")
+    parser = _Parser(
+        prog="railsim",
+        description="Simulate a railway vehicle, measure, estimate, score.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
+    parser.add_argument(
+        "--completion", action=_Completion, choices=SHELLS, help="print what completes the command in that shell"
+    )
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_CommandParser)
     for path in sorted(Path(commands.__path__[0]).glob("[!_]*.py")):
-        text = _summary(path)
+        text, examples = _summary(path)
         command = subparsers.add_parser(
             path.stem.rstrip("_").replace("_", "-"),  # the module of a Python keyword ends with "_"
             help=text,
             description=text,
+            epilog=examples,
             formatter_class=argparse.RawTextHelpFormatter,
         )
         command.module = f"{commands.__name__}.{path.stem}"
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
+        told = command.add_mutually_exclusive_group()
+        told.add_argument(
+            "--quiet", dest="told", action="store_const", const="quiet", default="usual", help="errors alone on stderr"
+        )
+        told.add_argument(
+            "--verbose", dest="told", action="store_const", const="verbose", help="each step with its time on stderr"
+        )
         command.add_argument("--debug", action="store_true", help="show the traceback of an error nobody foresaw")
         command.add_argument(
             "--plugins", metavar="DIR", action="append", default=[], help="look for plug-ins there too: CONTRIBUTING.md"
@@ -134,15 +187,22 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _summary(path: Path) -> str:
-    """First line of a command's docstring, without its name and the full stop."""
+def _summary(path: Path) -> tuple[str, str | None]:
+    """First line of a command's docstring, without its name and the full stop; and its examples."""
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-    return text.partition("\n")[0].partition(": ")[2].rstrip(".")
+    _, title, examples = text.partition("\nexamples:\n")
+    return text.partition("\n")[0].partition(": ")[2].rstrip("."), f"examples:\n{examples}" if title else None
+
+
+def _commands(parser: argparse.ArgumentParser) -> list[_CommandParser]:
+    """The parsers of all commands."""
+    found = [one for action in parser._actions if isinstance(action.choices, dict) for one in action.choices.values()]
+    return [one for one in found if isinstance(one, _CommandParser)]
 
 
 def _execute(given: argparse.Namespace) -> Outcome:
     """Execute the command; what it prints goes to stderr."""
-    with redirect_stdout(sys.stderr), more_plugins(given.plugins):
+    with logged(LEVELS[given.told]), redirect_stdout(sys.stderr), more_plugins(given.plugins):
         return given.execute(given)
 
 
@@ -153,7 +213,7 @@ def _noticed_in_a_line() -> Iterator[None]:
 
     def show(message: Warning | str, category: type[Warning], *place: Any, **named: Any) -> None:
         if issubclass(category, Noticed):
-            print(f"railsim: {printable(str(message))}", file=sys.stderr)
+            logging.getLogger(LOGGER).warning("railsim: %s", printable(str(message)))
         else:
             usual(message, category, *place, **named)
 

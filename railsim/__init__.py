@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from railsim.simulation import measure, simulate
     from railsim.truth import Truth
 
+    __version__: str
+
 __all__ = ["InputError", "Recording", "Scenario", "Truth", "load_scenario", "measure", "simulate", "simulate_many"]
 
 _HOMES = {"errors": ["InputError"], "recording": ["Recording"], "scenario": ["Scenario", "load_scenario"]} | {
@@ -25,7 +27,9 @@ _HOMES = {"errors": ["InputError"], "recording": ["Recording"], "scenario": ["Sc
 
 
 def __getattr__(name: str) -> Any:
-    """Import one of `__all__` from the module that defines it."""
+    """Import one of `__all__` from the module that defines it; `__version__` is looked up too."""
+    if name == "__version__":
+        return import_module("railsim.distribution").version()
     for module, names in _HOMES.items():
         if name in names:
             return getattr(import_module(f"railsim.{module}"), name)

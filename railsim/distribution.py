@@ -15,6 +15,19 @@ def shipped_folder(*parts: str) -> Path:
     return ROOT.joinpath(*parts)
 
 
+def version() -> str:
+    """Version of railsim, as in pyproject.toml."""
+    from importlib.metadata import PackageNotFoundError
+    from importlib.metadata import version as installed
+
+    try:
+        return installed("railsim")
+    except PackageNotFoundError:  # a tree that was copied and never installed
+        import tomllib
+
+        return str(tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"])
+
+
 def is_ours(file: Path) -> bool:
     """Whether a file of code came with the program."""
     return any(file.is_relative_to(ROOT / package) for package in CODE)

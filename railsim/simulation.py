@@ -3,6 +3,7 @@
 import hashlib
 import importlib
 import json
+import logging
 import pkgutil
 from collections.abc import Iterator
 from functools import cache
@@ -11,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from tqdm import tqdm
 
 from railsim import engines
 from railsim.cache import cached
@@ -19,6 +19,7 @@ from railsim.dynamics.channels import channel_names
 from railsim.engines.interface import Engine, Run
 from railsim.errors import InputError
 from railsim.measurements import Measurements
+from railsim.progress import LOGGER, counting
 from railsim.recording import Recording, software_versions, write_recording
 from railsim.registry import pick, source_digest
 from railsim.room import BYTES, Forecast, check_disk, check_memory
@@ -70,7 +71,11 @@ def simulate(
     load_engine(engine)
     key = run_digest(scenario, engine)
 
+    log = logging.getLogger(LOGGER)
+    log.debug("run %s: %g s of '%s' by engine '%s'", key[:12], scenario.duration, scenario.name, engine)
+
     def write(target: Path) -> None:
+        log.debug("integrating %d rows at %g Hz into '%s'", build_run(scenario).rows, scenario.output_rate, target)
         _integrate(scenario, engine, key, target, progress)
 
     if folder is not None:
@@ -138,6 +143,7 @@ def measure(truth: Truth, scenario: Scenario, seed: int | None = None, folder: P
     InputError : a sensor does not fit the run, the folder cannot be written.
     """
     seed = scenario.seed if seed is None else seed
+    logging.getLogger(LOGGER).debug("measuring by %d sensors, seed %d", len(scenario.sensors), seed)
     frames = _measured(scenario, truth, seed)
     track = _measured_track(scenario, seed)
     about = about_recording(scenario)
@@ -220,7 +226,7 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
     names = channel_names(run.model)
     about = about_run(scenario, run, engine, key)
     check_disk(_bytes(run), target, _described(run), LESS)
-    bar = tqdm(total=run.rows, desc=engine, unit=" rows", delay=2.0, leave=False, disable=None if progress else True)
+    bar = counting(run.rows, engine, "rows", wanted=progress)
     forecast = Forecast(run.rows)
     with TruthWriter(target, names, run.rate, about) as writer, bar:
         for rows in _on_track(load_engine(engine)(run), scenario):

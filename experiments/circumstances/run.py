@@ -1,7 +1,6 @@
 """Run the matrix: a circumstance is simulated and measured once, then every estimator works on it."""
 
 import os
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +10,6 @@ from typing import Any
 
 import joblib
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 from experiments.circumstances import cells, verdicts
 from experiments.circumstances.circumstance import Circumstance
@@ -21,6 +19,7 @@ from experiments.sweep.plan import program_digest
 from experiments.sweep.run import Interrupted
 from railsim.errors import InputError
 from railsim.files import json_text, read_json, replace_file
+from railsim.progress import counting
 from railsim.scenario import digest_of
 
 FORMAT, FORMAT_VERSION = "railsim circumstances", 1
@@ -85,7 +84,7 @@ def run_matrix(matrix: Matrix, names: list[str], jobs: int) -> Done:
         for name in left:
             check(name, matrix.circumstances[name], matrix.fast, matrix.recordings)
         total = sum(map(len, left.values()))
-        with tqdm(total=total, desc="circumstances", unit=" estimates", file=sys.stderr) as bar:
+        with counting(total, "circumstances", "estimates", in_files=True) as bar:
             try:
                 for name, problem in _performed(matrix, left, jobs):
                     bar.update(len(left[name]))

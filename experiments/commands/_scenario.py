@@ -1,8 +1,9 @@
 """Arguments that choose a scenario, and the scenario that they choose."""
 
 import argparse
-import sys
 from typing import TYPE_CHECKING
+
+from experiments.reporting.logs import tell
 
 if TYPE_CHECKING:
     from railsim.scenario import Scenario
@@ -27,5 +28,5 @@ def scenario_of(given: argparse.Namespace) -> "Scenario":
     seed = [] if given.seed is None else [f"seed={given.seed}"]
     scenario = load_scenario(given.scenario, [*given.set, *seed])
     for text in scenario.vehicle.assumptions():
-        print(f"assumed: {text}", file=sys.stderr)
+        tell(f"assumed: {text}")
     return scenario

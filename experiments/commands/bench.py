@@ -1,4 +1,10 @@
-"""`railsim bench`: speed of the engines and estimators."""
+"""`railsim bench`: speed of the engines and estimators.
+
+examples:
+  railsim bench --fast
+  railsim bench --day 1 --format parquet
+  railsim bench --lanes lanes.png
+"""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,9 @@
-"""`railsim check`: run the conformance checks on a plug-in and say what falls short."""
+"""`railsim check`: run the conformance checks on a plug-in and say what falls short.
+
+examples:
+  railsim check weak_yaw_damper
+  railsim check my_plugins/estimators/my_filter.py
+"""
 
 import argparse
 from typing import Any
@@ -15,10 +20,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(given: argparse.Namespace) -> Outcome:
     """A row a check; exit code 1 where something falls short."""
     from experiments.conformance.plugins import subjects
+    from railsim.progress import counted
 
     checks: list[dict[str, Any]] = [
         {"kind": one.kind, "name": one.name, "check": result.check, "ok": result.ok, "message": result.message}
-        for one in subjects(given.plugin)
+        for one in counted(list(subjects(given.plugin)), "checking", "plug-ins")
         for result in one.results()
     ]
     short = [row for row in checks if not row["ok"]]

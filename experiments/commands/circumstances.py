@@ -1,4 +1,9 @@
-"""`railsim circumstances`: every estimator away from home: right, says so, or silently wrong; resumes by itself."""
+"""`railsim circumstances`: every estimator away from home: right, says so, or silently wrong; resumes by itself.
+
+examples:
+  railsim circumstances cross_level --out circumstances
+  railsim circumstances cross_level --out circumstances --fast
+"""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,8 @@
-"""`railsim condition`: what track maintenance needs of estimates: tables, a map and a page with traces."""
+"""`railsim condition`: what track maintenance needs of estimates: tables, a map and a page with traces.
+
+examples:
+  railsim condition results/default/estimates/track_smoother --out condition
+"""
 
 import argparse
 import os

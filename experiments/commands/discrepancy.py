@@ -1,4 +1,8 @@
-"""`railsim discrepancy`: find what is missing in a model, name it, add it and show the gap shrink."""
+"""`railsim discrepancy`: find what is missing in a model, name it, add it and show the gap shrink.
+
+examples:
+  railsim discrepancy recording --model default --out verdict
+"""
 
 import argparse
 from pathlib import Path

@@ -1,10 +1,14 @@
-"""`railsim discrepancy-benchmark`: hidden effects, blind: how often the workflow is right."""
+"""`railsim discrepancy-benchmark`: hidden effects, blind: how often the workflow is right.
+
+examples:
+  railsim discrepancy-benchmark --out benchmark --cases 40
+"""
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
+from experiments.reporting.logs import tell
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
 from railsim.errors import InputError
@@ -55,11 +59,11 @@ def execute(given: argparse.Namespace) -> Outcome:
     cases = Cases(given.model, given.seed, given.duration, given.laws)
     store = Path(given.rows) if given.rows else None
     if given.score:
-        renew_expected(cases, folder, rule, _say)
+        renew_expected(cases, folder, rule, tell)
     else:
         first, step = _part(given.part)
         folder.mkdir(parents=True, exist_ok=True)
-        run_benchmark(cases, folder, range(first, given.cases, step), _say, store)
+        run_benchmark(cases, folder, range(first, given.cases, step), tell, store)
     rows = read_rows(folder, rule, kept(store, rule, given.seed, given.duration) if store else ())
     if given.score and not rows:
         folders = " or ".join(f"'{place}'" for place in (folder / "results", store) if place)
@@ -81,7 +85,7 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
     if not given.data:
         raise InputError(f"--system {given.system}: give --data, the folder of the laboratory's files")
     folder, out = Path(given.data), Path(given.out)
-    told = list((fall if given.system == "balls" else swing)(folder, _say))
+    told = list((fall if given.system == "balls" else swing)(folder, tell))
     text = page(told)
     if given.system == "pendulum":
         powers = predicted_powers(folder, {one.name: one for one in told})
@@ -105,7 +109,7 @@ def _half_car(given: argparse.Namespace) -> Outcome:
         raise InputError("--cases: give a number from 1")
     folder = Path(given.out)
     first, step = _part(given.part)
-    run_benchmark(folder, given.seed, range(first, given.cases, step), _say)
+    run_benchmark(folder, given.seed, range(first, given.cases, step), tell)
     rows = read_rows(folder, given.seed)
     text = page(rows)
     replace_file(folder / "half_car.md", f"{text}\n".encode())
@@ -118,10 +122,6 @@ def _part(text: str) -> tuple[int, int]:
     if len(numbers) == 2 and all(number.isdigit() for number in numbers) and int(numbers[0]) < int(numbers[1]):
         return int(numbers[0]), int(numbers[1])
     raise InputError(f"--part {text}: give I/N with I from 0 to N - 1, for example 0/2")
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr)
 
 
 def _text(scores: dict[str, Any]) -> str:

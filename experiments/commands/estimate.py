@@ -1,12 +1,17 @@
-"""`railsim estimate`: run one estimator on a recording."""
+"""`railsim estimate`: run one estimator on a recording.
+
+examples:
+  railsim estimate speed_refined recording --out estimate
+  railsim estimate my_filter.py recording --out estimate --set window=5
+"""
 
 import argparse
 import shutil
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from experiments.commands._out import add_overwrite, replaces
+from experiments.reporting.logs import tell
 from experiments.reporting.outcome import Outcome
 from railsim.errors import InputError
 
@@ -19,7 +24,9 @@ _VEHICLE = "vehicle."
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Estimator, recording and folder, and what the recording lacks."""
-    parser.add_argument("name", metavar="NAME", help="see 'railsim list estimators'; or the path of a file with one")
+    parser.add_argument(
+        "name", metavar="ESTIMATOR", help="see 'railsim list estimators'; or the path of a file with one"
+    )
     parser.add_argument("recording", metavar="RECORDING", help="folder of a recording")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of the estimate")
     parser.add_argument("--speed-source", metavar="CHANNEL", help="channel that gives the speed, or refined")
@@ -75,16 +82,11 @@ def _kept_sections(estimator: "Estimator", measurements: "Measurements", parts: 
     from experiments.runs.long_record import estimate_sections
 
     try:
-        return estimate_sections(estimator, measurements, parts, recording, _tell)
+        return estimate_sections(estimator, measurements, parts, recording, tell)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted; sections that are done stand in '{parts}': the same command goes on from there"
         ) from None
-
-
-def _tell(line: str) -> None:
-    """Progress, beside the result."""
-    print(line, file=sys.stderr, flush=True)
 
 
 def _changes(texts: list[str]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -1,4 +1,9 @@
-"""`railsim export`: a recording or an estimate as one file for other programs, with units and names."""
+"""`railsim export`: a recording or an estimate as one file for other programs, with units and names.
+
+examples:
+  railsim export recording --to recording.csv
+  railsim export estimate --to condition.geojson --recording recording
+"""
 
 import argparse
 import json

@@ -1,4 +1,9 @@
-"""`railsim figure`: draw figures of the paper and check its claims."""
+"""`railsim figure`: draw figures of the paper and check its claims.
+
+examples:
+  railsim figure fig02 --out figures
+  railsim figure all --out figures --fast
+"""
 
 import argparse
 from typing import Any
@@ -19,11 +24,13 @@ def execute(given: argparse.Namespace) -> Outcome:
     from experiments.figures.interface import FIGURES, publish
     from experiments.reporting.claims import Claim
     from experiments.reporting.size import Size
+    from railsim.progress import counted
 
     chosen = FIGURES.classes().values() if given.name == "all" else [FIGURES.resolve(given.name)]
     asked = {figure.name: figure for figure in (kind() for kind in chosen)}
     size = Size.FAST if given.fast else Size.FULL
-    results: dict[str, Any] = {name: publish(figure, given.out, size) for name, figure in asked.items()}
+    drawn = counted(asked.items(), "drawing", "figures")
+    results: dict[str, Any] = {name: publish(figure, given.out, size) for name, figure in drawn}
     claims = [(name, Claim(**claim)) for name, result in results.items() for claim in result["claims"]]
     rows = [[name, c.claim, c.value, c.target, c.outcome, c.interval] for name, c in claims]
     files = [path for result in results.values() for path in result["files"]]

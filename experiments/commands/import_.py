@@ -1,4 +1,8 @@
-"""`railsim import`: turn measured data into a recording, or a track-recording car's file into a track."""
+"""`railsim import`: turn measured data into a recording, or a track-recording car's file into a track.
+
+examples:
+  railsim import measured.csv --map map.yaml --out recording
+"""
 
 import argparse
 

@@ -1,4 +1,10 @@
-"""`railsim inspect`: check a recording, scenario or track and say what is wrong with it."""
+"""`railsim inspect`: check a recording, scenario or track and say what is wrong with it.
+
+examples:
+  railsim inspect recording
+  railsim inspect recording --repair cleaned
+  railsim inspect default
+"""
 
 import argparse
 import shutil

@@ -1,4 +1,9 @@
-"""`railsim list`: what there is."""
+"""`railsim list`: what there is.
+
+examples:
+  railsim list
+  railsim list estimators --json
+"""
 
 import argparse
 import shutil
@@ -17,7 +22,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Kind."""
-    parser.add_argument("kind", choices=LISTERS, nargs="?", help="all kinds where none is named")
+    parser.add_argument("kind", choices=tuple(LISTERS), nargs="?", help="all kinds where none is named")
 
 
 def execute(given: argparse.Namespace) -> Outcome:

@@ -1,4 +1,8 @@
-"""`railsim robustness`: damage, stops, flipped bits, full disks and foreign homes against railsim itself; resumes."""
+"""`railsim robustness`: damage, stops, flipped bits, full disks and foreign homes against railsim itself; resumes.
+
+examples:
+  railsim robustness --out robustness --share 0.01
+"""
 
 import argparse
 from pathlib import Path

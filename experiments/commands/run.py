@@ -1,4 +1,9 @@
-"""`railsim run`: simulate, measure, estimate, score and draw a scenario."""
+"""`railsim run`: simulate, measure, estimate, score and draw a scenario.
+
+examples:
+  railsim run default
+  railsim run default --engine compiled --set duration=20 vehicle.body_mass=18000
+"""
 
 import argparse
 from pathlib import Path

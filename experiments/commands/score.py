@@ -1,4 +1,8 @@
-"""`railsim score`: compare an estimate with the truth of its recording."""
+"""`railsim score`: compare an estimate with the truth of its recording.
+
+examples:
+  railsim score estimate recording
+"""
 
 import argparse
 

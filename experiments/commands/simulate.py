@@ -1,4 +1,9 @@
-"""`railsim simulate`: make a recording with its truth from a scenario."""
+"""`railsim simulate`: make a recording with its truth from a scenario.
+
+examples:
+  railsim simulate default --out recording
+  railsim simulate curve_s1002 --engine compiled --seed 2 --out recording
+"""
 
 import argparse
 from typing import Any

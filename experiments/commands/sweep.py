@@ -1,4 +1,8 @@
-"""`railsim sweep`: run a design over a scenario's keys on many processes: a table and a report; resumes by itself."""
+"""`railsim sweep`: run a design over a scenario's keys on many processes: a table and a report; resumes by itself.
+
+examples:
+  railsim sweep default_sweep.yaml --out sweep --jobs 2
+"""
 
 import argparse
 import os

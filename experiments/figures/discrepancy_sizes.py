@@ -1,6 +1,5 @@
 """Every effect of the library at three sizes: how surely it is detected and named, expected and in blind runs."""
 
-import sys
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,6 +15,7 @@ from experiments.figures.discrepancy_runs import SIZES, blind, detected, expecte
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, exactly
+from experiments.reporting.logs import tell
 from experiments.reporting.size import Size
 from railsim.scenario import load_scenario
 
@@ -67,7 +67,7 @@ class DiscrepancySizes(Figure):
         """Rows: effect and size; what is done is kept on disk, so that a stopped run goes on."""
         only = FEW if size.reduced else None
         scenario = load_scenario(MODEL, {"duration": SHORT if size.reduced else LONG})
-        sized_effects = expected(scenario, only, _progress)
+        sized_effects = expected(scenario, only, tell)
         rows = []
         for sized, rival in zip(sized_effects, rivals(sized_effects), strict=True):
             row = {
@@ -91,7 +91,7 @@ class DiscrepancySizes(Figure):
                 "blind class": "",
             }
             if row["possible"] and _is_blind(sized.candidate.name, sized.size, size):
-                said = blind(scenario, sized, SEED, only, _progress)
+                said = blind(scenario, sized, SEED, only, tell)
                 row |= {f"blind {key}": said[key] or "" for key in ("status", "effect", "class")}
             rows.append(row)
         return pd.DataFrame(rows)
@@ -154,10 +154,6 @@ class DiscrepancySizes(Figure):
 
 def _is_blind(name: str, of_effect: str, size: Size) -> bool:
     return size.of(name in BLIND, name == FEW[0] and of_effect == SIZES[2], False)
-
-
-def _progress(text: str) -> None:
-    print(text, file=sys.stderr)
 
 
 def _seen(row: dict[Hashable, Any]) -> bool:

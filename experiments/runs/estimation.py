@@ -1,11 +1,13 @@
 """Every estimator that fits a recording, run on it."""
 
+import logging
 from dataclasses import dataclass
 
 from estimators.interface import ESTIMATORS, Estimate, Estimator
 from experiments.reporting.failures import PluginError, plugin_code
 from railsim.errors import InputError
 from railsim.measurements import Measurements
+from railsim.progress import LOGGER, counted
 
 
 @dataclass(frozen=True)
@@ -20,9 +22,8 @@ class Estimates:
 def estimate_all(measured: Measurements, only: frozenset[str] | None = None) -> Estimates:
     """Every estimator whose channels the recording has, or those of them that are named."""
     estimates = Estimates({}, {}, {})
-    for name, kind in ESTIMATORS.classes().items():
-        if only is not None and name not in only:
-            continue
+    kinds = {name: kind for name, kind in ESTIMATORS.classes().items() if only is None or name in only}
+    for name, kind in counted(kinds.items(), "estimating", "estimators"):
         try:
             estimator = kind.build({})
             with plugin_code(name, estimator):
@@ -44,6 +45,7 @@ def estimated(estimator: Estimator, measured: Measurements) -> Estimate:
     InputError : it refuses the recording.
     PluginError : it fails, or gives what is no estimate.
     """
+    logging.getLogger(LOGGER).debug("estimating by '%s'", estimator.name)
     with plugin_code(estimator.name, estimator):
         estimate = estimator.estimate(measured)
         if not isinstance(estimate, Estimate):

@@ -1,14 +1,11 @@
 """Run a sweep to its end: what is finished already is not run again, what fails becomes rows."""
 
 import os
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from tqdm import tqdm
 
 from experiments.sweep.executors import Executor
 from experiments.sweep.plan import Plan, make_plan
@@ -16,6 +13,7 @@ from experiments.sweep.settings import Sweep
 from experiments.sweep.store import TABLE, Store, open_store, write_throughput, write_tracebacks
 from experiments.sweep.table import write_table
 from experiments.sweep.task import Task
+from railsim.progress import counting
 
 ENOUGH = 20  # tasks in a session from which on its speed is worth a number
 ALONE = 0.02  # share of the tasks that are timed again on one worker alone
@@ -81,7 +79,7 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Callable[[Path], Executor]) 
 
 def _planned(sweep: Sweep) -> Plan:
     """The plan, with a bar where building the scenarios takes long."""
-    with tqdm(desc="checking", unit=" points", delay=2.0, leave=False, file=sys.stderr) as bar:
+    with counting(None, "checking", "points") as bar:
 
         def tick(done: int, total: int) -> None:
             bar.total = total
@@ -95,11 +93,7 @@ def _perform(
 ) -> dict[str, float]:
     """Fill `facts`, the rows go to the store; returns when the session began and ended."""
     began = time.time()
-    quiet = not sys.stderr.isatty()
-    with tqdm(
-        total=total, initial=total - len(left), desc="sweep", unit=" tasks", file=sys.stderr, dynamic_ncols=not quiet,
-        mininterval=10.0 if quiet else 0.2, maxinterval=10.0, smoothing=0.05,
-    ) as bar:  # fmt: skip
+    with counting(total, "sweep", "tasks", initial=total - len(left), in_files=True) as bar:
         for task, result in workers.run(left):
             store.keep(task, result)
             facts[task.number] = {name: value for name, value in result.items() if name != "rows"}

@@ -2,12 +2,12 @@
 
 import json
 import re
-import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from experiments.reporting.logs import tell
 from railsim.cache import cache_folder
 
 STAGES = ("registration", "derivatives", "nuisances", "signatures", "fits", "further effects", "last run")
@@ -35,7 +35,7 @@ class Countdown:
         self,
         duration: float = 1.0,
         clock: Callable[[], float] = time.monotonic,
-        say: Callable[[str], None] = lambda text: print(text, file=sys.stderr),
+        say: Callable[[str], None] = tell,
         folder: Path | None = None,
     ) -> None:
         self._clock, self._say = clock, say

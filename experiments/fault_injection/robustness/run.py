@@ -7,13 +7,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from experiments.fault_injection.robustness.study import KINDS, Result
 from experiments.fault_injection.robustness.workshop import make_workshop
 from experiments.reporting.slices import sliced
 from railsim.errors import InputError
 from railsim.files import json_text, replace_file
+from railsim.progress import counted
 from railsim.scratch import scratch_folder
 
 CASES = "cases"
@@ -36,7 +35,7 @@ def perform(folder: Path, kinds: Sequence[str], share: float, part: str | None) 
     wanted = [(kind, number) for kind in kinds for number in range(max(1, round(share * KINDS[kind][1])))]
     wanted = [one for one in sliced(wanted, part) if not _file(folder, *one).is_file()]
     with scratch_folder("railsim-robustness") as scratch:
-        for kind, number in tqdm(wanted, desc="cases", delay=2.0, leave=False, disable=None):
+        for kind, number in counted(wanted, "cases", "cases"):
             with scratch_folder("case", scratch) as aside:
                 place = aside / "place"
                 place.mkdir()
