@@ -39,7 +39,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
             action.complete = {"bash": f"_railsim_names_{len(functions) - 1}"}  # pyright: ignore[reportAttributeAccessIssue]
         else:
             action.complete = shtab.FILE  # pyright: ignore[reportAttributeAccessIssue]
-    return shtab.complete(parser, shell, preamble={"bash": "".join(functions)})
+    return shtab.complete(parser, shell, preamble="".join(functions))
 
 
 def _actions(parser: argparse.ArgumentParser) -> list[argparse.Action]:
