@@ -6,10 +6,13 @@ examples:
 """
 
 import argparse
+import os
+from pathlib import Path
 from typing import Any
 
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
+from railsim.errors import InputError
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -17,20 +20,37 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME|all", help="see 'railsim list figures'")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of the pictures and tables")
     parser.add_argument("--fast", action="store_true", help="shorter runs, the compiled engine")
+    cores = len(os.sched_getaffinity(0))
+    text = f"processes, where all figures are drawn (default: {cores})"
+    parser.add_argument("--jobs", type=int, default=cores, metavar="N", help=text)
 
 
 def execute(given: argparse.Namespace) -> Outcome:
-    """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held."""
+    """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held.
+
+    Of all figures, those that are finished in the folder are not made again.
+    """
     from experiments.figures.interface import FIGURES, publish
+    from experiments.figures.session import publish_all
     from experiments.reporting.claims import Claim
     from experiments.reporting.size import Size
     from railsim.progress import counted
 
+    if given.jobs < 1:
+        raise InputError(f"--jobs {given.jobs}: give a number from 1")
     chosen = FIGURES.classes().values() if given.name == "all" else [FIGURES.resolve(given.name)]
     asked = {figure.name: figure for figure in (kind() for kind in chosen)}
     size = Size.FAST if given.fast else Size.FULL
+<<<<<<< HEAD
     drawn = counted(asked.items(), "drawing", "figures")
     results: dict[str, Any] = {name: publish(figure, given.out, size) for name, figure in drawn}
+=======
+    results: dict[str, Any]
+    if given.name == "all":
+        results = publish_all(list(asked), Path(given.out), size, given.jobs)
+    else:
+        results = {name: publish(figure, given.out, size) for name, figure in asked.items()}
+>>>>>>> d2f7e0d (All figures on all cores: kept as they are finished, resumed, with the time that is left)
     claims = [(name, Claim(**claim)) for name, result in results.items() for claim in result["claims"]]
     rows = [[name, c.claim, c.value, c.target, c.outcome, c.interval] for name, c in claims]
     files = [path for result in results.values() for path in result["files"]]

@@ -125,7 +125,7 @@ class Local:
     def _until_broken(self, tasks: Sequence[Task]) -> Iterator[Finished]:
         if self._pool is None:
             self._pool = ProcessPoolExecutor(
-                max_workers=self._jobs, initializer=_begin, initargs=(os.getpid(),), env=THREADS
+                max_workers=self._jobs, initializer=begin_worker, initargs=(os.getpid(),), env=THREADS
             )
         groups, running = Groups(tasks, self._jobs), {}
         self._idle = False
@@ -251,7 +251,7 @@ def _results(future: "Future[list[dict[str, Any]]] | Any") -> list[dict[str, Any
         raise InputError(str(error)) from None
 
 
-def _begin(parent: int) -> None:
+def begin_worker(parent: int) -> None:
     """At a process's start: Ctrl-C is the parent's business, and without the parent there is nothing to do."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

@@ -1,0 +1,144 @@
+"""All figures in one go: on processes, kept, resumed, with the time that is left."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from experiments.cli import main
+from experiments.figures import costs
+from experiments.figures.kept import FOLDER
+from experiments.figures.session import Countdown, publish_all
+from experiments.reporting.size import Size
+from railsim.cache import VARIABLE as CACHE
+from railsim.errors import InputError
+from railsim.plugins import VARIABLE as PLUGINS
+
+NAMES = ("quick_one", "quick_two")
+FIGURE = """
+import os
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from experiments.figures.interface import Figure
+from experiments.reporting.claims import Claim, exactly
+
+
+class Quick(Figure):
+    def compute(self, size):
+        with Path({log!r}).open("a") as log:
+            log.write(self.name + "\\n")
+        if self.name in os.environ.get("TEST_KILL", ""):
+            {end}
+        return pd.DataFrame({{"x": [1.0]}})
+
+    def draw(self, table):
+        return Picture()
+
+    def check(self, table):
+        return [Claim.definite("one", float(table["x"][0]), exactly(1.0))]
+"""
+
+
+@pytest.fixture
+def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Two figures in a plug-in folder; each writes its name into this file when it is computed."""
+    (tmp_path / "plugins" / "figures").mkdir(parents=True)
+    ends = ("raise KeyboardInterrupt", "os._exit(1)")
+    for name, end in zip(NAMES, ends, strict=True):
+        text = FIGURE.format(log=str(tmp_path / "log"), end=end)
+        (tmp_path / "plugins" / "figures" / f"{name}.py").write_text(text)
+    monkeypatch.setenv(PLUGINS, str(tmp_path / "plugins"))
+    monkeypatch.setenv(CACHE, str(tmp_path / "cache" / "truth"))
+    return tmp_path / "log"
+
+
+def publish(folder: Path, jobs: int = 1, names: tuple[str, ...] = NAMES) -> tuple[dict[str, object], list[str]]:
+    said: list[str] = []
+    return publish_all(names, folder, Size.FAST, jobs, said.append), said
+
+
+def test_two_processes_make_what_one_makes_and_what_is_finished_is_not_made_again(log: Path, tmp_path: Path):
+    together, said = publish(tmp_path / "two", jobs=2)
+    assert said[0].startswith("2 figures, 0 finished before; about 0 s on 2 processes and 2 whose time is not known")
+    assert said[-1].endswith("0 left, about 0 s")
+    assert sorted(log.read_text().split()) == sorted(NAMES)
+    again, said = publish(tmp_path / "two", jobs=2)
+    assert said == ["2 figures, 2 finished before; about 0 s on 2 processes"]
+    assert again == together
+    publish(tmp_path / "one")
+    for name in NAMES:
+        assert (tmp_path / "one" / f"{name}.png").read_bytes() == (tmp_path / "two" / f"{name}.png").read_bytes()
+    assert len(log.read_text().split()) == 4
+
+
+@pytest.mark.parametrize("change", ["table", "kept", "program"])
+def test_what_is_not_as_it_was_is_made_again(log: Path, tmp_path: Path, change: str):
+    publish(tmp_path / "out", names=NAMES[:1])
+    whole = (tmp_path / "out" / "quick_one.csv").read_bytes()
+    if change == "table":
+        (tmp_path / "out" / "quick_one.csv").write_bytes(whole[:-2])
+    elif change == "kept":
+        (tmp_path / "out" / FOLDER / "fast" / "quick_one.json").write_text("{")
+    else:
+        (tmp_path / "plugins" / "figures" / "quick_two.py").write_text("")
+    publish(tmp_path / "out", names=NAMES[:1])
+    assert log.read_text().split() == ["quick_one"] * 2
+    assert (tmp_path / "out" / "quick_one.csv").read_bytes() == whole
+
+
+def test_interrupted_and_resumed(
+    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr("railsim.registry.Kind._origins", lambda _: sorted((log.parent / "plugins").rglob("*.py")))
+    command = ["figure", "all", "--out", str(tmp_path / "out"), "--fast", "--jobs", "1", "--json"]
+    costs.learn(Size.FAST, "quick_two", 2.0)
+    costs.learn(Size.FAST, "quick_one", 1.0)
+    monkeypatch.setenv("TEST_KILL", "quick_one")
+    assert main(command) == 130
+    assert "what is finished is kept: the same command goes on" in capsys.readouterr().err
+    assert log.read_text().split() == ["quick_two", "quick_one"]
+    assert not (tmp_path / "out" / "quick_one.csv").exists()
+    monkeypatch.delenv("TEST_KILL")
+    assert main(command) == 0
+    assert log.read_text().split() == ["quick_two", "quick_one", "quick_one"]
+    assert list(json.loads(capsys.readouterr().out)["figures"]) == list(NAMES)
+
+
+def test_a_lost_process_is_told(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("TEST_KILL", "quick_two")
+    with pytest.raises(InputError, match="killed or ran out of memory; what is finished is kept: call it again"):
+        publish(tmp_path / "out", jobs=2)
+
+
+def test_number_of_processes_is_checked(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["figure", "all", "--out", str(tmp_path), "--jobs", "0"]) == 2
+    assert "--jobs 0: give a number from 1" in capsys.readouterr().err
+
+
+def test_time_that_is_left():
+    now = [0.0]
+    countdown = Countdown(["long", "short", "new"], {"long": 100.0, "short": 20.0}, 2, lambda: now[0])
+    assert countdown.seconds() == 100.0, "the longest one runs alone in the end"
+    assert countdown.beforehand() == "about 100 s on 2 processes and 1 whose time is not known"
+    countdown.begin("long")
+    countdown.begin("short")
+    now[0] = 40.0
+    assert countdown.seconds() == 60.0
+    assert countdown.end("short") == 40.0
+    assert countdown.seconds() == 160.0, "twice as slow as it was known: 200 s in all, of which 40 are gone"
+    assert countdown.status() == "2 left, about 3 min and 1 whose time is not known; now long (40 s)"
+
+
+def test_costs_of_this_machine_go_before_stored_ones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv(CACHE, str(tmp_path / "truth"))
+    monkeypatch.setattr(costs, "STORED", {Size.FAST: {"a": 10.0, "b": 20.0}})
+    monkeypatch.setattr(costs, "machine", lambda: 3.0)
+    monkeypatch.setattr(costs, "REFERENCE", 2.0)
+    assert costs.known(Size.FAST) == {"a": 15.0, "b": 30.0}
+    costs.learn(Size.FAST, "b", 7.0)
+    assert costs.known(Size.FAST) == {"a": 15.0, "b": 7.0}
+    (tmp_path / costs.FILE).write_text('{"fast": 3}')
+    assert costs.known(Size.FAST) == {"a": 15.0, "b": 30.0}
