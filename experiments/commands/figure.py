@@ -34,23 +34,17 @@ def execute(given: argparse.Namespace) -> Outcome:
     from experiments.figures.session import publish_all
     from experiments.reporting.claims import Claim
     from experiments.reporting.size import Size
-    from railsim.progress import counted
 
     if given.jobs < 1:
         raise InputError(f"--jobs {given.jobs}: give a number from 1")
     chosen = FIGURES.classes().values() if given.name == "all" else [FIGURES.resolve(given.name)]
     asked = {figure.name: figure for figure in (kind() for kind in chosen)}
     size = Size.FAST if given.fast else Size.FULL
-<<<<<<< HEAD
-    drawn = counted(asked.items(), "drawing", "figures")
-    results: dict[str, Any] = {name: publish(figure, given.out, size) for name, figure in drawn}
-=======
     results: dict[str, Any]
     if given.name == "all":
         results = publish_all(list(asked), Path(given.out), size, given.jobs)
     else:
         results = {name: publish(figure, given.out, size) for name, figure in asked.items()}
->>>>>>> d2f7e0d (All figures on all cores: kept as they are finished, resumed, with the time that is left)
     claims = [(name, Claim(**claim)) for name, result in results.items() for claim in result["claims"]]
     rows = [[name, c.claim, c.value, c.target, c.outcome, c.interval] for name, c in claims]
     files = [path for result in results.values() for path in result["files"]]

@@ -2,7 +2,6 @@
 
 import os
 import resource
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -15,6 +14,7 @@ from joblib.externals.loky import ProcessPoolExecutor
 from experiments.figures import costs
 from experiments.figures.interface import FIGURES, publish
 from experiments.figures.kept import Kept, inputs_digest
+from experiments.reporting.logs import tell
 from experiments.reporting.size import Size
 from experiments.sweep.executors import THREADS, begin_worker
 from experiments.sweep.run import Interrupted
@@ -25,11 +25,7 @@ LOOK = 60.0  # s between two lines where no figure ends
 Say = Callable[[str], None]
 
 
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
-
-
-def publish_all(names: Sequence[str], folder: Path, size: Size, jobs: int, say: Say = _say) -> dict[str, Any]:
+def publish_all(names: Sequence[str], folder: Path, size: Size, jobs: int, say: Say = tell) -> dict[str, Any]:
     """Publish figures, those that are finished in the folder not again; the dearest ones first.
 
     Parameters
