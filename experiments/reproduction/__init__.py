@@ -1,0 +1,1 @@
+"""Numbers of the documentation's tables, made anew and held against those that are stored."""
