@@ -1,0 +1,90 @@
+"""Recordings of half vehicles on straight track whose truth the inference is not told; and its verdicts on them."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from experiments.inference.policy import Policy
+from experiments.inference.railway.library import Found, found_library
+from experiments.inference.railway.record import Record
+from experiments.inference.railway.system import SHEET, Railway
+from experiments.inference.search import infer
+from experiments.inference.verdict import Verdict
+from railsim.measurements import Measurements
+from railsim.scenario import Scenario, load_scenario
+from railsim.simulation import about_recording, measure, simulate_held
+
+BASE = "straight_erri_low"
+SURVEY = 1e-4  # m; errors of the track file as stated
+DURATION = 12.0  # s
+SENSORS: list[dict[str, Any]] = [
+    {"kind": "accelerometer", "name": "bogie", "body": "bogie", "axes": ["z"], "rate": 256, "errors": "industrial"},
+    {"kind": "accelerometer", "name": "body", "body": "body", "axes": ["z"], "rate": 256, "errors": "industrial"},
+    *({"kind": "accelerometer", "name": f"axlebox{k}_left", "body": f"wheelset{k}", "position": [0, 1.0, 0],
+       "axes": ["z"], "rate": 1024, "errors": "axlebox"} for k in (1, 2)),
+    {"kind": "displacement", "name": "primary1_left", "rate": 256, "errors": "transducer"},
+]  # fmt: skip
+SETTINGS = ("home", "laden", "survey quiet", "survey loud", "other engine", "noise twice")
+
+
+def nominal() -> Scenario:
+    """What the inference is told."""
+    errors = {"vertical_std": SURVEY, "cross_level_std": SURVEY}
+    return load_scenario(
+        BASE, {"vehicle": "class175", "duration": DURATION, "track_errors": errors, "sensors": SENSORS}
+    )
+
+
+def recorded(rng: np.random.Generator, setting: str, effects: Sequence[dict[str, Any]]) -> Measurements:
+    """A recording of a vehicle within its data sheet's tolerances, laden or not, with these effects."""
+    told = nominal()
+    vehicle: dict[str, Any] = {"name": "class175"}
+    for name in type(told.vehicle).model_fields:
+        value, spread = getattr(told.vehicle, name), next((s for end, s in SHEET.items() if name.endswith(end)), None)
+        if spread and isinstance(value, float) and value > 0.0:
+            vehicle[name] = value * float(np.exp(spread * rng.standard_normal()))
+    load = {"kind": "payload", "mass": float(rng.uniform(1000.0, 2500.0) if setting == "laden" else 0.0)}
+    times = {"survey quiet": 0.4, "survey loud": 2.5}.get(setting, 1.0)
+    louder = 2.0 if setting == "noise twice" else 1.0
+    true = told.but(
+        track_errors=told.track_errors.but(vertical_std=SURVEY * times, cross_level_std=SURVEY * times),
+        sensors=tuple(
+            one.but(errors=one.errors.but(noise_density=louder * one.errors.noise_density)) for one in told.sensors
+        ),
+    )
+    values = true.values() | {
+        "vehicle": vehicle, "effects": [load, *effects], "start": told.start + 0.2 * float(rng.standard_normal()),
+        "speed": {"kind": "constant", "speed": 20.0 * (1.0 + 1e-3 * float(rng.standard_normal()))},
+        "seed": int(rng.integers(1, 2**31)),
+    }  # fmt: skip
+    true = Scenario.build(values)
+    found = measure(simulate_held(true, "verlet" if setting == "other engine" else "compiled"), true).measurements
+    about = about_recording(told)  # sheets and errors as they are stated
+    tables: dict[float, dict[str, np.ndarray]] = {}
+    for name in found.channels:
+        rate = found.rate(name)
+        tables.setdefault(rate, {"time [s]": found.time(name)})[name] = found[name]
+    return Measurements(about, tables, found.track)
+
+
+def answer(
+    measured: Measurements,
+    found: Found | None = None,
+    policy: Policy | None = None,
+    say: Callable[[str], None] = print,
+    kinds: Sequence[str] | None = None,
+) -> tuple[Verdict, Found, float]:
+    """Verdict on a recording, the library that was used, and the seconds that it took without making the library.
+
+    `kinds` : plug-ins of which the library is made; None takes all.
+    """
+    record = Record(measured, nominal())
+    if found is None:
+        begin = time.monotonic()
+        found = found_library(Railway(record), kinds)
+        say(f"library: {len(found.library.effects)} effects, {time.monotonic() - begin:.0f} s")
+    begin = time.monotonic()
+    verdict = infer(Railway(record, installed=found.installed), found.library, policy)
+    return verdict, found, time.monotonic() - begin

@@ -1,0 +1,206 @@
+"""Every plug-in effect of the railway as an effect of the inference, by what its plug-in file says of it.
+
+Fault prior: normal about the plug-in's default size, with half its distance from where the effect is absent; on both
+sides of that where the plug-in allows both. An effect whose first signature is that of a coordinate that every
+hypothesis has (a damper's factor and the tolerance of the same damper) is that coordinate with another prior.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args, get_origin
+
+import numpy as np
+
+from experiments.inference.levels import middles
+from experiments.inference.model import Coordinate, Effect, Library
+from experiments.inference.railway.system import Installed, Railway
+from railsim.effects.interface import EFFECTS, Parameter, Setup
+from railsim.effects.interface import Effect as Plugin
+from railsim.errors import InputError
+
+ALIKE = 0.995  # cosine of two whitened signatures from which they are of one thing
+SAME = 0.9999  # cosine of two signatures from which they are one effect
+FIRST = 0.01  # of the default size, at which a first signature is taken
+VISIBLE = 3.0  # standard deviations of noise, survey and healthy levels together, at the default size
+TOLERATED = 3.0  # healthy spreads within which a default size is no fault
+PHASES = 4  # angles of a wheel from which a search begins
+HALF = 0.5  # of a size: spread of its fault prior
+
+
+@dataclass(frozen=True)
+class Found:
+    """The library, how its effects are made, and what is not in it, with the reason."""
+
+    library: Library
+    installed: dict[str, Installed]
+    left_out: tuple[str, ...]
+
+
+def variants(plugin: type[Plugin], system: Railway) -> Iterator[dict[str, Any]]:
+    """Choices of an effect: channels, wheelsets and sides."""
+    choices: dict[str, list[Any]] = {}
+    count = len(system.record.scenario.model.wheelsets)
+    for name, one in plugin.model_fields.items():
+        if plugin.role(name) == "channel":
+            choices[name] = [channel.partition(" [")[0] for channel in system.record.channels]
+        elif get_origin(one.annotation) is Literal:
+            choices[name] = list(get_args(one.annotation))
+        elif name == "wheelset":
+            choices[name] = list(range(1, count + 1))
+    for values in itertools.product(*choices.values()):
+        yield dict(zip(choices, values, strict=True))
+
+
+def prior(name: str, one: Parameter) -> Coordinate:
+    """Fault prior of a number of an effect."""
+    if one.role == "phase":
+        return Coordinate(name, one.unit, math.pi, 2.0)
+    if one.absent is None or one.default == one.absent:
+        return Coordinate(name, one.unit, one.default, max(0.25 * abs(one.default), 0.02 * (one.high - one.low)))
+    size = one.default - one.absent
+    if one.low < one.absent < one.high:
+        return Coordinate(name, one.unit, one.absent, 1.5 * abs(size))
+    return Coordinate(name, one.unit, one.default, HALF * abs(size))
+
+
+def starts(numbers: dict[str, Parameter]) -> tuple[tuple[float, ...], ...]:
+    """The default size, on both sides where both are allowed, at several angles of a wheel."""
+    each = []
+    for one in numbers.values():
+        if one.role == "phase":
+            each.append([2.0 * math.pi * k / PHASES for k in range(PHASES)])
+        elif one.absent is not None and one.low < one.absent < one.high:
+            other = max(2.0 * one.absent - one.default, one.low + 0.1 * (one.absent - one.low))
+            each.append([one.default, other])
+        else:
+            each.append([one.default])
+    return tuple(itertools.product(*each))
+
+
+@dataclass
+class _Maker:
+    """What all effects are compared with: signatures of the healthy coordinates."""
+
+    system: Railway
+
+    def __post_init__(self) -> None:
+        x = np.zeros(len(self.system.coordinates))
+        (parts,) = self.system.covariances(x, ())
+        weights = np.exp(2.0 * middles(self.system.levels))
+        self.root = np.linalg.inv(np.linalg.cholesky(np.tensordot(weights, parts, 1)))
+        steps = np.array([0.02 * one.spread if one.step is None else one.step for one in self.system.coordinates])
+        points = np.concatenate([np.diag(steps), -np.diag(steps)])
+        (outputs,) = self.system.predict(points, ())
+        count = len(steps)
+        self.slopes = self.white((outputs[:count] - outputs[count:]) / (2.0 * steps[:, None, None, None]))
+        (self.nominal,) = self.system.predict(x[None], ())
+
+    def white(self, values: np.ndarray) -> np.ndarray:
+        """(rows, values) real."""
+        found = np.einsum("fcd,rftd->rftc", self.root, values).reshape(len(values), -1)
+        return np.concatenate([found.real, found.imag], axis=1)
+
+    def signatures(self, setups: list[Setup | None]) -> list[np.ndarray | None]:
+        """Whitened changes of the channels; None where there is no setup or its run fails."""
+        present = [(one, 0.0) for one in setups if one is not None]
+        if not present:
+            return [None] * len(setups)
+        outputs = iter(self.white(self.system.outputs(present) - self.nominal[0]))
+        found = [None if one is None else next(outputs) for one in setups]
+        return [one if one is not None and np.isfinite(one).all() else None for one in found]
+
+    def twin(self, first: np.ndarray) -> tuple[int, float] | None:
+        """The coordinate of which this is the signature, and its size."""
+        size, sizes = np.linalg.norm(first), np.linalg.norm(self.slopes, axis=1)
+        alike = self.slopes @ first / np.maximum(size * sizes, 1e-300)
+        best = int(np.argmax(np.abs(alike)))
+        return (best, float(self.slopes[best] @ first / sizes[best] ** 2)) if abs(alike[best]) > ALIKE else None
+
+
+def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
+    """All effects that the record's channels would show; of `kinds` of plug-ins alone where some are given."""
+    entries: list[tuple[str, type[Plugin], dict[str, Any], dict[str, Parameter]]] = []
+    left_out, installed = [], {}
+    for kind, plugin in EFFECTS.classes().items():
+        if kinds is not None and kind not in kinds:
+            continue
+        numbers = {k: one for k, one in plugin.parameters().items() if one.role not in ("onset", "ramp")}
+        if not plugin.named or plugin.by_registration:
+            left_out.append(f"{kind}: no name of a verdict")
+        elif plugin.local() or not any(one.absent is not None for one in numbers.values()):
+            left_out.append(f"{kind}: acts at a place or a time, which is not looked for yet")
+        else:
+            entries += [(kind, plugin, choices, numbers) for choices in variants(plugin, system)]
+    maker, effects, signatures = _Maker(system), [], []
+    firsts = maker.signatures([_setup(system, *entry[1:], share=FIRST) for entry in entries])
+    twins = [None if one is None or len(entry[3]) > 1 else maker.twin(one)
+             for one, entry in zip(firsts, entries, strict=True)]  # fmt: skip
+    wholes = maker.signatures([None if one is None or twin is not None else _setup(system, *entry[1:], share=1.0)
+                               for one, twin, entry in zip(firsts, twins, entries, strict=True)])  # fmt: skip
+    for (kind, plugin, choices, numbers), first, twin, whole in zip(entries, firsts, twins, wholes, strict=True):
+        label = ", ".join(f"{key} {value}" for key, value in choices.items())
+        name = f"{kind} ({label})" if label else kind
+        shown = first / FIRST if twin is not None and first is not None else whole
+        if shown is None:
+            left_out.append(f"{name}: does not fit this vehicle or its sensors, or its run fails")
+        elif np.linalg.norm(shown) < VISIBLE:
+            left_out.append(f"{name}: these channels would not show it")
+        elif (effect := _effect(name, plugin, choices, numbers, twin, system)) is None:
+            left_out.append(f"{name}: within the tolerance of what healthy vehicles have")
+        else:
+            installed[name] = Installed(plugin, dict(choices), tuple(numbers))
+            effects.append(effect)
+            signatures.append(shown)
+    return Found(Library(_distinct(effects, signatures, left_out)), installed, tuple(left_out))
+
+
+def _setup(
+    system: Railway, plugin: type[Plugin], choices: dict[str, Any], numbers: dict[str, Parameter], *, share: float
+) -> Setup | None:
+    values = {
+        name: one.default if one.absent is None else one.absent + share * (one.default - one.absent)
+        for name, one in numbers.items()
+    }
+    try:
+        return system.nominal_with(plugin.build({**choices, **values}))
+    except InputError:
+        return None
+
+
+def _effect(
+    name: str, plugin: type[Plugin], choices: dict[str, Any], numbers: dict[str, Parameter],
+    twin: tuple[int, float] | None, system: Railway,
+) -> Effect | None:  # fmt: skip
+    place = next((channel for channel in system.record.channels
+                  if channel.partition(" [")[0] == choices.get("channel")), None)  # fmt: skip
+    if twin is not None:
+        one, (index, moved) = next(iter(numbers.values())), twin
+        healthy = system.coordinates[index]
+        assert one.absent is not None
+        rate = moved / (FIRST * (one.default - one.absent))
+        mean = rate * (one.default - one.absent)
+        if abs(one.absent - 1.0) < 1e-9 and one.default > 0.0 and healthy.unit == "-":
+            mean = math.copysign(abs(math.log(one.default)), mean)
+        if abs(mean) < TOLERATED * healthy.spread:
+            return None
+        both = one.low < one.absent < one.high
+        fault = Coordinate(healthy.name, healthy.unit, 0.0 if both else mean, (1.5 if both else HALF) * abs(mean))
+        return Effect(name, plugin.equivalence(), (fault,), place=place,
+                      starts=((mean,), (-mean,)) if both else ((mean,), (2.0 * mean,)))  # fmt: skip
+    own = tuple(prior(key, one) for key, one in numbers.items())
+    return Effect(name, plugin.equivalence(), own=own, starts=starts(numbers), place=place)
+
+
+def _distinct(effects: list[Effect], signatures: list[np.ndarray], left_out: list[str]) -> tuple[Effect, ...]:
+    """Of variants of one family that no channel tells apart, the first."""
+    found: list[tuple[Effect, np.ndarray]] = []
+    for one, shown in zip(effects, signatures, strict=True):
+        unit = shown / np.linalg.norm(shown)
+        same = [other for other, seen in found if other.family == one.family and abs(seen @ unit) > SAME]
+        if same:
+            left_out.append(f"{one.name}: these channels do not tell it from {same[0].name}")
+        else:
+            found.append((one, unit))
+    return tuple(one for one, _ in found)

@@ -1,0 +1,88 @@
+"""The track given its file: a file is the track plus errors, so its energy is too large (errors in variables).
+
+Of each column: the mean of the track given the file and the level of its errors, and errors as likely as any other
+(Wiener 1949, by the file's own spectrum).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from railsim.track.survey import TrackErrors, error_of
+from railsim.track.track import Track
+
+USUAL = TrackErrors(vertical_std=2e-4, lateral_std=2e-4, cross_level_std=3e-4, gauge_std=2e-4, curvature_std=2e-6)
+"""Errors of a track file that states none; illustrative."""
+KINDS = ("vertical", "cross_level")
+"""Of errors that vertical channels see, as `TrackErrors` calls them."""
+SMOOTHED = 0.3  # of a wave number, to both sides: over which the file's power is averaged
+UNSURE = 0.01  # share of the errors' power that always stays open
+OVERRUN = 50.0  # m by which the file is continued at its ends
+
+
+@dataclass(frozen=True)
+class Surveyed:
+    """A track file and the stated standard deviations of its errors."""
+
+    track: Track
+    errors: TrackErrors
+
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of errors that the file has."""
+        return tuple(kind for kind in KINDS if getattr(self.errors, f"{kind}_std") > 0.0)
+
+    def expected(self, levels: dict[str, float]) -> Track:
+        """Mean of the track, each kind's errors `levels` times as large as stated."""
+        columns = dict(self.track.columns())
+        for kind in self.kinds():
+            for name, deviation in self._columns(kind, levels[kind]):
+                line = _line(columns[name])
+                rest = columns[name] - line
+                columns[name] = line + _filtered(rest, self._share(rest, deviation))
+        return continued(Track(self.track.s, columns, self.track.name))
+
+    def drawn(self, kind: str, level: float, rng: np.random.Generator) -> Track:
+        """The expected track of that kind's level, with errors as stated in what the file leaves open."""
+        columns = dict(self.expected(dict.fromkeys(self.kinds(), level)).columns())
+        pad = (len(next(iter(columns.values()))) - len(self.track.s)) // 2
+        for name, deviation in self._columns(kind, level):
+            file = self.track.columns()[name]
+            share = np.maximum(self._share(file - _line(file), deviation), UNSURE)
+            error = _filtered(deviation / level * rng.standard_normal(len(file)), np.sqrt(share))
+            columns[name] = columns[name] + np.pad(error, pad)
+        return Track(continued(self.track).s, columns, self.track.name)
+
+    def _columns(self, kind: str, level: float) -> list[tuple[str, float]]:
+        one = TrackErrors(**{f"{kind}_std": getattr(self.errors, f"{kind}_std")})
+        found = [(name, level * error_of(one, name)) for name in self.track.columns()]
+        return [(name, deviation) for name, deviation in found if deviation > 0.0]
+
+    def _share(self, values: np.ndarray, deviation: float) -> np.ndarray:
+        """Of each wave number: the track's share of the file's power."""
+        power = np.abs(np.fft.rfft(values)) ** 2 / len(values)
+        sums = np.concatenate([[0.0], np.cumsum(power)])
+        place = np.arange(len(power))
+        low = np.floor(place * (1.0 - SMOOTHED)).astype(int)
+        high = np.minimum(np.ceil(place * (1.0 + SMOOTHED)).astype(int) + 1, len(power))
+        mean = (sums[high] - sums[low]) / (high - low)
+        return np.clip(1.0 - deviation**2 / np.maximum(mean, 1e-300), 0.0, 1.0)
+
+
+def _line(values: np.ndarray) -> np.ndarray:
+    return np.linspace(values[0], values[-1], values.size)
+
+
+def _filtered(values: np.ndarray, share: np.ndarray) -> np.ndarray:
+    return np.fft.irfft(np.fft.rfft(values) * share, len(values))
+
+
+def continued(track: Track) -> Track:
+    """The track with its ends held, irregularities faded out: a run that begins a little earlier stays on it."""
+    s, count = track.s, round(OVERRUN / track.spacing)
+    before, after = (s[0] - track.spacing * np.arange(count, 0, -1), s[-1] + track.spacing * np.arange(1, count + 1))
+    fade = 0.5 * (1.0 + np.cos(np.pi * np.arange(1, count + 1) / count))
+    columns = {}
+    for name, values in track.columns().items():
+        kept = np.ones(count) if name in ("friction", "stiffness", "curvature", "cant", "gradient") else fade
+        columns[name] = np.concatenate([values[0] * kept[::-1], values, values[-1] * kept])
+    return Track(np.concatenate([before, s, after]), columns, track.name)
