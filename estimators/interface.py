@@ -16,10 +16,11 @@ from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.parquet import read_columns, read_names, write_frame
 from railsim.registry import Kind
+from railsim.shown import html
 from railsim.spec import Spec
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Estimate:
     """Result of one estimator on one recording.
 
@@ -38,6 +39,19 @@ class Estimate:
         first = str(self.series.columns[0]) if len(self.series.columns) else ""
         if first not in ("time [s]", "s [m]"):
             raise ValueError(f"first column of an estimate must be 'time [s]' or 's [m]', not '{first}'")
+
+    def __repr__(self) -> str:
+        """Name, number of rows and columns in one line."""
+        return f"<Estimate of {self.name}: {len(self.series)} rows of {', '.join(map(str, self.series.columns))}>"
+
+    def _repr_html_(self) -> str:
+        """A table of the quantities, for notebooks."""
+        rows = [
+            (name, f"{values.min():.5g}", f"{values.mean():.5g}", f"{values.max():.5g}", int(values.isna().sum()))
+            for name, values in self.series.items()
+        ]
+        title = f"Estimate of {self.name}: {len(self.series)} rows"
+        return html(title, ("quantity", "least", "mean", "most", "withheld"), rows)
 
     def save(
         self,

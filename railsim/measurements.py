@@ -9,6 +9,7 @@ import pandas as pd
 
 from railsim.description import check_description
 from railsim.errors import InputError
+from railsim.shown import html
 from railsim.stamps import usual_step
 
 TIME = "time [s]"
@@ -126,6 +127,39 @@ class Measurements:
                 tables.setdefault(rate, {TIME: self._times[rate][first:last]})[name] = values[first:last]
                 firsts[rate] = int(first)
         return (Measurements(self._about, tables, self._track), firsts) if tables else None
+
+    def frame(self, rate: float) -> pd.DataFrame:
+        """The channels of one sample rate [Hz] side by side, "time [s]" first; NaN is a lost sample.
+
+        Raises
+        ------
+        InputError : no channel has that rate.
+        """
+        if rate not in self._times:
+            known = ", ".join(f"{one:g}" for one in self._times)
+            raise InputError(f"no channel has {rate:g} Hz; there are {known} Hz")
+        columns = {name: values for name, (own, values) in self._channels.items() if own == rate}
+        return pd.DataFrame({TIME: self._times[rate], **columns})
+
+    @property
+    def rates(self) -> list[float]:
+        """Sample rates of the channels, Hz, the lowest first."""
+        return list(self._times)
+
+    def __repr__(self) -> str:
+        """Origin, number of channels, rates and span in one line."""
+        begin, end = self.span()
+        rates = ", ".join(f"{rate:g}" for rate in self._times)
+        origin = self._about["origin"]
+        return f"<Measurements of {origin!r}: {len(self)} channels at {rates} Hz, {begin:g} to {end:g} s>"
+
+    def _repr_html_(self) -> str:
+        """A table of the channels, for notebooks."""
+        rows = [
+            (name, f"{rate:g}", len(values), int(np.isnan(values).sum()))
+            for name, (rate, values) in self._channels.items()
+        ]
+        return html(repr(self), ("channel", "rate [Hz]", "samples", "lost"), rows)
 
     def _find(self, name: str) -> tuple[float, np.ndarray]:
         if name not in self._channels:

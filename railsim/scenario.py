@@ -22,6 +22,7 @@ from railsim.registry import Files, pick
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensors
 from railsim.settings import dump_yaml, load_yaml
+from railsim.shown import html
 from railsim.spec import Spec, quantity
 from railsim.speed import Constant, Driven, Profile, SpeedTables, Traction
 from railsim.track.files import TRACKS, read_track
@@ -154,6 +155,16 @@ class Scenario(Spec, frozen=True):
     def __eq__(self, other: object) -> bool:
         """Whether all fields are the same; what is kept of them (track, model) does not count."""
         return isinstance(other, Scenario) and self.values() == other.values()
+
+    def _repr_html_(self) -> str:
+        """What runs where, for notebooks."""
+        sensors = ", ".join(f"{sensor.name} ({sensor.kind}, {sensor.rate:g} Hz)" for sensor in self.sensors)
+        rows = [
+            ("vehicle", self.vehicle_name), ("track", self.track), ("speed", self.speed.model_dump()["kind"]),
+            ("start", f"{self.start:g} m"), ("duration", f"{self.duration:g} s"), ("seed", self.seed),
+            ("sensors", sensors or "none"), ("effects", ", ".join(map(repr, self.effects)) or "none"),
+        ]  # fmt: skip
+        return html(f"Scenario {self.name}: {self.description}", ("what", "value"), rows)
 
     def __hash__(self) -> int:
         """Hash of the YAML text."""

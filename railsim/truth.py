@@ -16,6 +16,7 @@ from railsim.digests import check_as_written
 from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.parquet import GROUP_ROWS, open_writer, read_column, read_names, write_columns
+from railsim.shown import html
 
 TIME = "time [s]"
 SPEED = "speed [m/s]"
@@ -87,6 +88,16 @@ class Truth:
     def __len__(self) -> int:
         """Number of samples."""
         return self._rows
+
+    def __repr__(self) -> str:
+        """Place, number of channels, rate and duration in one line."""
+        size = f"{len(self.columns)} channels at {self.rate:g} Hz, {self.duration:g} s"
+        return f"<{type(self).__name__} in '{self.folder}': {size}>"
+
+    def _repr_html_(self) -> str:
+        """A table of the channels, for notebooks; none is read for it."""
+        parts = (name.rpartition(" [") for name in self.columns)
+        return html(repr(self), ("channel", "unit"), ((name, unit[:-1]) for name, _, unit in parts))
 
     def __contains__(self, name: object) -> bool:
         """Whether there is a channel of that full name."""
