@@ -1,12 +1,15 @@
 # make run, make bench: each makes .venv first, once, from requirements.lock (what railsim runs with).
 # make all-formats adds requirements-dev.lock: readers of MDF, TDMS and HDF5, clusters, tools and tests; make test calls it.
+# make docs adds requirements-docs.lock and writes results/site; make gallery draws the pictures that its gallery shows.
 PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.complete
 ALL := .venv/.complete-all
+DOCS := .venv/.complete-docs
+TUTORIALS := $(filter-out index,$(basename $(notdir $(wildcard docs/tutorials/*.md))))
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run all-formats test types kernels tests bench system-check clean
+.PHONY: run all-formats test types kernels tests bench docs gallery system-check clean
 .DELETE_ON_ERROR:
 
 run: $(STAMP)
@@ -36,6 +39,16 @@ tests: kernels
 bench: $(STAMP)
 	$(BIN)/railsim bench
 
+# Every tutorial runs from top to bottom, once until its page changes; links and anchors are checked.
+docs: $(DOCS) $(TUTORIALS:%=results/tutorials/%.md)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+results/tutorials/%.md: docs/tutorials/%.md | $(DOCS)
+	$(BIN)/python docs/site/tutorials.py $*
+
+gallery: $(STAMP)
+	$(BIN)/railsim figure all --fast --out results/gallery
+
 # Says what the system lacks (Python 3.11, libGL.so.1, libX11.so.6) before anything is made.
 system-check:
 	@command -v $(PYTHON) >/dev/null || { echo "railsim: $(PYTHON) is not installed: install python3.11 and python3.11-venv (Debian package names)" >&2; exit 2; }
@@ -52,6 +65,11 @@ $(STAMP): requirements.lock pyproject.toml | system-check
 $(ALL): requirements-dev.lock $(STAMP)
 	@echo "Adding requirements-dev.lock to .venv (once, about a minute) ..."
 	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements.lock -r requirements-dev.lock
+	@touch $@
+
+$(DOCS): requirements-docs.lock $(ALL)
+	@echo "Adding requirements-docs.lock to .venv (once, about half a minute) ..."
+	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements.lock -r requirements-dev.lock -r requirements-docs.lock
 	@touch $@
 
 clean:

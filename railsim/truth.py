@@ -119,7 +119,7 @@ class Truth:
     def derived(self, key: Hashable, make: Callable[[], np.ndarray]) -> np.ndarray:
         """What `make` makes of the channels and of `key` alone; a truth in memory makes it once and keeps it.
 
-        It may be read only. What is made of long runs is not kept.
+        Shape and units are those of what `make` returns. It may be read only. What is made of long runs is not kept.
         """
         del key
         return make()

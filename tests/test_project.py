@@ -15,7 +15,8 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("railsim", "estimators", "scenarios", "track_data", "experiments")
 ALLOWED_FOLDERS = {*PACKAGES, "tests", "docs", ".ci"}
 ALLOWED_AT_TOP = {
-    "pyproject.toml", "README.md", "Makefile", "requirements.lock", "requirements-dev.lock", "LICENSE", "CITATION.cff",
+    "pyproject.toml", "README.md", "Makefile", "requirements.lock", "requirements-dev.lock", "requirements-docs.lock",
+    "mkdocs.yml", "LICENSE", "CITATION.cff",
     "CHANGELOG.md", "CONTRIBUTING.md", ".gitignore", ".gitattributes", "conftest.py",
 }  # fmt: skip
 LARGEST_FILE = 2 * 1024 * 1024  # bytes
@@ -204,9 +205,10 @@ def test_lock_pins_every_direct_dependency_with_hashes():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = [name for extra in project["optional-dependencies"].values() for name in extra]
     run_time, development = _pinned("requirements.lock"), _pinned("requirements-dev.lock")
-    assert run_time & development == set()
+    documentation = _pinned("requirements-docs.lock")
+    assert run_time & development == (run_time | development) & documentation == set()
     assert _names(project["dependencies"]) <= run_time
-    assert _names(extras) <= run_time | development
+    assert _names(extras) <= run_time | development | documentation
     assert run_time & _names(extras) == {"setuptools"}, "make run installs what it does not run"
 
 

@@ -125,7 +125,7 @@ class Sensor(Spec, frozen=True):
         return self.errors.logger.instants(truth.time[:: self.step(truth)].size, self.rate, rng.spawn(1)[0])
 
     def table(self, truth: Truth, columns: list[np.ndarray]) -> pd.DataFrame:
-        """Times and measured `columns` in the order of `channels()`."""
+        """Times (s) and measured `columns` in the order and units of `channels()`, each as long as the times."""
         return pd.DataFrame({TIME: truth.time[:: self.step(truth)], **dict(zip(self.channels(), columns, strict=True))})
 
 

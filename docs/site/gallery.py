@@ -1,0 +1,31 @@
+"""The gallery: every figure of `railsim figure`, its caption and, once `make gallery` has run, its picture."""
+
+from pathlib import Path
+
+from experiments.figures.interface import FIGURES
+
+PICTURES = Path(__file__).parents[2] / "results" / "gallery"
+
+
+def pictures() -> dict[str, Path]:
+    """Pictures that have been drawn, by file name."""
+    return {path.name: path for path in sorted(PICTURES.glob("*.png"))}
+
+
+def page() -> str:
+    """One heading a figure: caption, picture, and the command that draws it."""
+    drawn = pictures()
+    parts = [
+        "# Gallery",
+        "Every figure that railsim draws, from the reduced runs of `--fast`. "
+        "Without that option a figure has more runs or longer ones. "
+        "Figures named `fig` and a number follow Ward et al. (2011); their numbers are the paper's.",
+    ]
+    for name, found in FIGURES.classes().items():
+        caption = " ".join((found.__doc__ or "").split())
+        parts += [f"## {name}", caption]
+        parts += [
+            f"![{name}](gallery/{picture})" for picture in drawn if Path(picture).stem.removesuffix("_picture") == name
+        ]
+        parts += [f"`railsim figure {name} --out figures`"]
+    return "\n\n".join(parts)
