@@ -37,6 +37,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="railway, half_car: hidden effects, simulated (default: railway); balls, pendulum: laboratory records",
     )
     parser.add_argument("--data", metavar="FOLDER", default="", help="of the laboratory's files (balls, pendulum)")
+    parser.add_argument(
+        "--study",
+        choices=("sensitivity", "lengths", "errors"),
+        help="half_car: of answered cases, or of healthy records",
+    )
+    parser.add_argument("--policy", metavar="FILE", default="", help="half_car: YAML of numbers and scales to be taken")
+    parser.add_argument("--learn", metavar="FILE", default="", help="half_car: write scales of healthy levels there")
     parser.add_argument("--part", metavar="I/N", default="0/1", help="every N-th case from the I-th on (default: 0/1)")
 
 
@@ -103,18 +110,46 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
 def _half_car(given: argparse.Namespace) -> Outcome:
     """Simulated half cars through the inference: a file each, and a table of all."""
     from experiments.inference.systems.half_car_benchmark import page, read_rows, run_benchmark, score
+    from experiments.inference.systems.half_car_policy import learned_policy, read_policy
     from railsim.files import replace_file
 
     if given.cases < 1:
         raise InputError("--cases: give a number from 1")
+    if given.learn:
+        replace_file(Path(given.learn), learned_policy(tell).encode())
+        return Outcome({"policy": given.learn}, f"{given.learn}: take it by --policy {given.learn}")
     folder = Path(given.out)
     first, step = _part(given.part)
-    run_benchmark(folder, given.seed, range(first, given.cases, step), tell)
+    if given.study:
+        return _study(given, folder, range(first, given.cases, step))
+    policy, scales = read_policy(Path(given.policy)) if given.policy else (None, None)
+    run_benchmark(folder, given.seed, range(first, given.cases, step), tell, policy, scales)
     rows = read_rows(folder, given.seed)
     text = page(rows)
     replace_file(folder / "half_car.md", f"{text}\n".encode())
     names = ("hits", "cases", "share", "low", "high")
     return Outcome({str(title): dict(zip(names, one, strict=True)) for title, *one in score(rows)}, text)
+
+
+def _study(given: argparse.Namespace, folder: Path, indices: range) -> Outcome:
+    """A study of the half car, as a table."""
+    from experiments.inference.systems.half_car_benchmark import read_rows
+    from experiments.inference.systems.half_car_studies import lengths, other_errors, sensitivity
+    from railsim.files import replace_file
+
+    if given.study == "lengths":
+        titles, rows = ["setting", "length [s]", "best effect", "best unknown"], lengths(given.seed, given.cases, tell)
+    elif given.study == "errors":
+        titles, rows = ["latent levels", "kind", "verdict", "cases"], other_errors(given.seed, indices, tell)
+    else:
+        answered = read_rows(folder, given.seed)
+        if not answered:
+            raise InputError(f"--study sensitivity: no answered case of seed {given.seed} in {folder}; ask them first")
+        titles, rows = ["number", "nulls", "effects", "foreign laws", "pairs"], sensitivity(answered)
+    text = table(titles, rows, 1)
+    folder.mkdir(parents=True, exist_ok=True)
+    replace_file(folder / f"half_car_{given.study}.md", f"{text}\n".encode())
+    return Outcome({given.study: rows}, text)
 
 
 def _part(text: str) -> tuple[int, int]:

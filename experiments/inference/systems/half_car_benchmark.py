@@ -51,8 +51,11 @@ def learn(say: Say) -> dict[str, float]:
     return learned_scales(fits, levels)
 
 
-def run_benchmark(folder: Path, seed: int, indices: Iterable[int], say: Say) -> None:
-    """Answer the cases that `folder` does not hold yet, a file each."""
+def run_benchmark(
+    folder: Path, seed: int, indices: Iterable[int], say: Say, policy: Policy | None = None,
+    scales: dict[str, float] | None = None,
+) -> None:  # fmt: skip
+    """Answer the cases that `folder` does not hold yet, a file each; by a policy and scales of one's own."""
     if seed == DEVELOPMENT:
         raise InputError(f"--seed {seed}: the healthy levels were learned from these records; take another")
     folder.mkdir(parents=True, exist_ok=True)
@@ -62,7 +65,8 @@ def run_benchmark(folder: Path, seed: int, indices: Iterable[int], say: Say) -> 
             continue
         kind, case = case_of(seed, index)
         begin = time.monotonic()
-        verdict = infer(HalfCar(case.record), LIBRARY)
+        system = HalfCar(case.record) if scales is None else HalfCar(case.record, scales)
+        verdict = infer(system, LIBRARY, policy)
         row = answered(kind, case, verdict) | {"seed": seed, "index": index, "seconds": time.monotonic() - begin}
         replace_file(path, (json.dumps(row, indent=1) + "\n").encode())
         say(f"{index} {kind} {case.setting} {' + '.join(case.effects) or case.place or ''}: {verdict.action}")

@@ -98,15 +98,17 @@ class OtherErrors(HalfCar):
         )
 
 
-def other_errors(seed: int, indices: Sequence[int], times: float, say: Say) -> list[list[str]]:
-    """Kind of each case and what a verdict without free latent levels is worth."""
-    found = []
+def other_errors(seed: int, indices: Sequence[int], say: Say) -> list[list[Any]]:
+    """Rows of a table: latent levels left out, or held at 1 and 3 times their scales; kind, verdict, and how many."""
+    counted: dict[tuple[str, str, str], int] = {}
     for index in indices:
         kind, case = case_of(seed, index)
-        verdict = infer(OtherErrors(case.record, times=times), LIBRARY)
-        found.append([kind, judged(kind, case, verdict.action)])
-        say(f"{index} {kind} {case.setting} {' + '.join(case.effects) or case.place or ''}: {verdict.action}")
-    return found
+        for title, times in (("none, white noise alone", 0.0), ("held at 1", 1.0), ("held at 3", 3.0)):
+            action = infer(OtherErrors(case.record, times=times), LIBRARY).action
+            key = (title, kind, judged(kind, case, action))
+            counted[key] = counted.get(key, 0) + 1
+            say(f"{index} {kind} {case.setting} {' + '.join(case.effects) or case.place or ''}, {title}: {action}")
+    return [[*key, count] for key, count in sorted(counted.items())]
 
 
 def lengths(seed: int, records: int, say: Say) -> list[list[Any]]:

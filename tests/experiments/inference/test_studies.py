@@ -1,12 +1,17 @@
 """Studies of the half car: verdicts from kept tables are those that were said, other errors, longer records."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from experiments.cli import main
 from experiments.inference.policy import Policy
 from experiments.inference.systems import half_car_truth as truth
 from experiments.inference.systems.half_car import SCALES
+from experiments.inference.systems.half_car_policy import read_policy
 from experiments.inference.systems.half_car_studies import OtherErrors, decided_anew, hypothesis_of, sensitivity
+from railsim.errors import InputError
 
 TABLE = [["rear friction", 8.0, 0.9], ["none", 0.0, 0.1], ["rear friction + small bump", 7.0, 0.0],
          ["unknown: force rear suspension", 1.0, 0.0], ["unknown: law of the rear damper", 2.0, 0.0]]  # fmt: skip
@@ -40,3 +45,31 @@ def test_latent_levels_are_held_or_left_out():
 def test_longer_records_are_longer():
     case = truth.make(np.random.default_rng(2), duration=8.0)
     assert case.record.seen.shape == (5, 1600)
+
+
+def test_a_policy_of_a_file_is_taken(tmp_path: Path):
+    path = tmp_path / "policy.yaml"
+    path.write_text("numbers: {losses.miss: 7.0}\nscales: {force body: 0.02}\n")
+    policy, scales = read_policy(path)
+    assert policy.losses.miss == 7.0 and policy.none == Policy().none
+    assert scales["force body"] == 0.02 and scales["force front axle"] == SCALES["force front axle"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[1]", "give 'numbers' and 'scales'"),
+        ("scales: {force wing: 0.1}", "there is no level 'force wing'"),
+        ("scales: {force body: much}", "must be a number"),
+        ("numbers: {lossses.miss: 1}", "there is no number"),
+    ],
+)
+def test_a_wrong_policy_file_is_refused(tmp_path: Path, text: str, words: str):
+    (tmp_path / "policy.yaml").write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_policy(tmp_path / "policy.yaml")
+
+
+def test_a_study_of_cases_that_were_not_asked_says_so(tmp_path: Path):
+    arguments = ["discrepancy-benchmark", "--system", "half_car", "--study", "sensitivity", "--out", str(tmp_path)]
+    assert main(arguments) == 2
