@@ -33,10 +33,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--system",
         default="railway",
-        choices=("railway", "half_car", "balls", "pendulum"),
-        help="railway, half_car: hidden effects, simulated (default: railway); balls, pendulum: laboratory records",
+        choices=("railway", "half_car", "balls", "pendulum", "double_pendulum"),
+        help="railway, half_car: hidden effects, simulated (default: railway); the others: laboratory records",
     )
-    parser.add_argument("--data", metavar="FOLDER", default="", help="of the laboratory's files (balls, pendulum)")
+    parser.add_argument("--data", metavar="FOLDER", default="", help="of the laboratory's files")
     parser.add_argument(
         "--study",
         choices=("sensitivity", "lengths", "errors"),
@@ -84,7 +84,7 @@ def execute(given: argparse.Namespace) -> Outcome:
 
 def _laboratory(given: argparse.Namespace) -> Outcome:
     """A measured set through the inference: table, picture, and what the others predict."""
-    from experiments.inference.laboratory import fall, page, predicted_powers, swing
+    from experiments.inference.laboratory import SETS, page, predicted_powers
     from experiments.inference.picture import picture
     from experiments.reporting.html import png
     from railsim.files import replace_file
@@ -92,7 +92,7 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
     if not given.data:
         raise InputError(f"--system {given.system}: give --data, the folder of the laboratory's files")
     folder, out = Path(given.data), Path(given.out)
-    told = list((fall if given.system == "balls" else swing)(folder, tell))
+    told = list(SETS[given.system](folder, tell))
     text = page(told)
     if given.system == "pendulum":
         powers = predicted_powers(folder, {one.name: one for one in told})

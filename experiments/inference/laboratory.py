@@ -12,15 +12,17 @@ from experiments.inference.model import Coordinate, Effect, Hypothesis
 from experiments.inference.policy import Policy
 from experiments.inference.priors import LogNormal
 from experiments.inference.search import infer
-from experiments.inference.systems import balls, pendulum
+from experiments.inference.systems import balls, double_pendulum, pendulum
 from experiments.inference.verdict import Verdict
 from experiments.reporting.text import table
 from railsim.errors import InputError
 
 DROPS = "ball_drops.csv"
 PENDULUM = "single_pendulum_{}.csv"
+DOUBLE = "double_pendulum_identify_{}.csv"
 LEARNED = ("identify_1", "identify_2", "identify_3", "identify_4")
 PREDICTED = ("validate_1", "validate_2")
+DOUBLES = range(1, 7)
 SHOWN = 3  # hypotheses of a row
 NOTHING = 1e-6  # a level that does not count
 KNOWN = 1e-3  # sd of what is held
@@ -69,6 +71,22 @@ def swing(folder: Path, say: Say) -> Iterator[Told]:
         say(f"pendulum {name}")
         known, withheld = infer(system, pendulum.LIBRARY), infer(system, unknowing)
         yield Told(name, known, withheld, _friction(known), _law(system, withheld))
+
+
+def swing_double(folder: Path, say: Say) -> Iterator[Told]:
+    """Every record of the double pendulum."""
+    library = double_pendulum.LIBRARY
+    for number in DOUBLES:
+        angles = double_pendulum.read_double_pendulum(folder / DOUBLE.format(number))
+        system = double_pendulum.DoublePendulum(angles)
+        say(f"double pendulum {number}")
+        unknowing = library.without("dry friction", "viscous friction")
+        yield Told(f"identify_{number}", infer(system, library), infer(system, unknowing), "")
+
+
+SETS: dict[str, Callable[[Path, Say], Iterator[Told]]] = {
+    "balls": fall, "pendulum": swing, "double_pendulum": swing_double
+}  # fmt: skip
 
 
 def _friction(verdict: Verdict) -> str:

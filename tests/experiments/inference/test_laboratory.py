@@ -10,7 +10,7 @@ from experiments.inference.fitting import Problem
 from experiments.inference.model import Hypothesis
 from experiments.inference.policy import Policy
 from experiments.inference.search import infer
-from experiments.inference.systems import balls, pendulum
+from experiments.inference.systems import balls, double_pendulum, pendulum
 from railsim.errors import InputError
 from tests.profiles.reference import REFERENCE, needs_reference
 
@@ -88,6 +88,47 @@ def test_a_falling_ball_reaches_its_terminal_speed():
     terminal = np.sqrt(gravity / (0.5 * balls.AIR * 0.5 * ball.area_by_mass))
     fallen = terminal**2 / gravity * np.log(np.cosh(gravity * time / terminal))
     assert height == pytest.approx(-fallen, abs=5e-3)
+
+
+def swung(seed: int = 3) -> tuple[double_pendulum.DoublePendulum, np.ndarray]:
+    """A record that begins anywhere, and a point of the model."""
+    rng = np.random.default_rng(seed)
+    angles = np.pi + 0.3 * np.cumsum(rng.standard_normal((2, 1200)), axis=1) / 100.0
+    x = np.concatenate([np.log([0.45, 0.5, 60.0, 25.0]), np.zeros(4)])
+    return double_pendulum.DoublePendulum(angles), x
+
+
+def test_a_double_pendulum_without_friction_keeps_its_energy():
+    """Kinetic energy v^2 / 2 + B cos(p - q) v w + C w^2 / 2, potential energy -G cos p - H cos q."""
+    system, x = swung()
+    p, q, v, w = np.moveaxis(system.motion(x[None], ())[0], -1, 0)
+    energy = 0.5 * v**2 + 0.45 * np.cos(p - q) * v * w + 0.25 * w**2 - 60.0 * np.cos(p) - 25.0 * np.cos(q)
+    assert np.ptp(energy, axis=1).max() < 1e-4 * 60.0
+    dry = double_pendulum.LIBRARY.effects[1]
+    p, q, v, w = np.moveaxis(system.motion(np.append(x, np.log(0.5))[None], (dry,))[0], -1, 0)
+    lost = 0.5 * v**2 + 0.45 * np.cos(p - q) * v * w + 0.25 * w**2 - 60.0 * np.cos(p) - 25.0 * np.cos(q)
+    assert (lost[:, -1] < lost[:, 0]).all()
+
+
+def test_small_oscillations_of_a_double_pendulum_have_its_two_frequencies():
+    """Eigenvalues of [[G, 0], [0, H]] by [[1, B], [B, C]]."""
+    mass, stiffness = np.array([[1.0, 0.45], [0.45, 0.5]]), np.diag([60.0, 25.0])
+    values, shapes = np.linalg.eig(np.linalg.solve(mass, stiffness))
+    build = double_pendulum._build(np.log([[0.45, 0.5, 60.0, 25.0]]), ())[0, 0]
+    for value, shape in zip(values, shapes.T, strict=True):
+        slope = double_pendulum._slope(np.array([*(1e-4 * shape), 0.0, 0.0]), build, 0.0)
+        assert slope[2:] == pytest.approx(-value * 1e-4 * shape, rel=1e-5)
+
+
+def test_the_linearised_double_pendulum_is_that_of_its_motion():
+    system, x = swung()
+    motion = system.motion(x[None], ())[0]
+    start, _ = system.response(x, motion, ())
+    moved = double_pendulum.DoublePendulum(system.angles)
+    moved.__dict__["begins"] = system.begins + 0.01 * np.repeat(double_pendulum.START_ERROR, 2)
+    difference = (moved.predict(x[None], ())[0] - system.predict(x[None], ())[0]).ravel()
+    predicted = 0.01 * start.sum(axis=1)
+    assert difference == pytest.approx(predicted, abs=0.03 * np.abs(predicted).max())
 
 
 @needs_reference
