@@ -1,7 +1,7 @@
 """A free double pendulum seen by two encoders. The model knows gravity and the coupling of the arms, not the friction.
 
-Data: Kaheman, Fasel, Bramburger, Strom, Kutz and Brunton (2022), The experimental multi-arm pendulum on a cart. Angles p,
-q of the arms from where they hang, over the inertia of both arms about the upper joint (Lagrange):
+Data: Kaheman, Fasel, Bramburger, Strom, Kutz and Brunton (2022), The experimental multi-arm pendulum on a cart. Angles
+p, q of the arms from where they hang, over the inertia of both arms about the upper joint (Lagrange):
 
     p'' + B cos(p - q) q'' = -B sin(p - q) q'^2 - G sin(p) + upper - lower
     B cos(p - q) p'' + C q'' = B sin(p - q) p'^2 - H sin(q) + lower

@@ -8,7 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from experiments.inference.search import infer
+from experiments.inference.fitting import Problem, finish, fit
+from experiments.inference.held_out import held_out, untouched
+from experiments.inference.levels import middles
+from experiments.inference.model import Hypothesis
+from experiments.inference.policy import Policy
+from experiments.inference.search import healthy_fit, infer
 from experiments.inference.systems import half_car_truth as truth
 from experiments.inference.systems.half_car import (
     CHANNELS,
@@ -208,11 +213,6 @@ def test_a_third_body_is_looked_for_at_its_frequency():
 
 def _left(system: HalfCar) -> Any:
     """What the exact build leaves, with healthy levels."""
-    from experiments.inference.fitting import Problem, finish
-    from experiments.inference.levels import middles
-    from experiments.inference.model import Hypothesis
-    from experiments.inference.policy import Policy
-
     problem = Problem(system, Hypothesis(), Policy())
     return finish(problem, NOMINAL, middles(system.levels), problem.groups(NOMINAL, system.covariances(NOMINAL, ())))
 
@@ -234,6 +234,19 @@ def test_a_weak_damper_is_named_with_its_size():
     row = answered("effect", case, verdict)
     assert row["judged"] == "right" and row["table"][0][0] == case.effects[0]
     assert row["covered"] and max(abs(error) for error in row["covered"].values()) < 4.0
+
+
+def test_what_is_missing_shows_in_sections_that_were_not_seen():
+    case = truth.make(np.random.default_rng(11), "effect", "home", "tone")
+    system, policy = HalfCar(case.record), Policy()
+    none = healthy_fit(system, policy)
+    effect = EFFECTS[case.effects[0]].sought(none)
+    found = fit(Problem(system, Hypothesis((effect,)), policy), effect.begins(none.x, system.coordinates)[0])
+    assert found is not None
+    named, nuisances = held_out(found, system, policy), held_out(none, system, policy)
+    assert named is not None and nuisances is not None
+    assert named.power == pytest.approx(1.0, abs=0.15)
+    assert named.gap < 1.4 and named.gap < 0.7 * nuisances.gap < untouched(system, NOMINAL, policy).gap
 
 
 @pytest.mark.parametrize(

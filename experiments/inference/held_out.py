@@ -1,0 +1,103 @@
+"""Sections that a fit did not see: whether what was named improves what comes next.
+
+Sections are interleaved, for alignment does not extrapolate; coordinates and levels are those of the seen sections.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from experiments.inference.curve import whitened_power
+from experiments.inference.fitting import Problem, fit
+from experiments.inference.levels import middles
+from experiments.inference.model import Coordinate, Effect, Fit, Hypothesis, Level, System
+from experiments.inference.policy import Policy
+
+NOTHING = np.log(1e-9)  # of a level that is left out
+EVERY = 6  # sections: of so many in a row the last third is held out
+
+
+@dataclass(frozen=True, eq=False)
+class Sections:
+    """A system of which only some repetitions are seen. `kept` (sections,) their places."""
+
+    system: System
+    kept: np.ndarray
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Those of the system."""
+        return self.system.coordinates
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """Those of the system."""
+        return self.system.levels
+
+    @property
+    def observed(self) -> tuple[np.ndarray, ...]:
+        """The kept repetitions."""
+        return tuple(one[:, self.kept] for one in self.system.observed)
+
+    def starts(self) -> np.ndarray:
+        """Those of the system."""
+        return self.system.starts()
+
+    def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        """The kept repetitions."""
+        return tuple(one[:, :, self.kept] for one in self.system.predict(points, effects))
+
+    def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        """Those of the system."""
+        return self.system.covariances(x, effects)
+
+    def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "Sections":
+        """The system with what it knows at a state."""
+        return Sections(self.system.about(x, effects, psi), self.kept)
+
+
+@dataclass(frozen=True)
+class Held:
+    """Mean square of what is left in sections that were not seen: `power` by all fitted levels (1 is right), `gap` by
+    noise and the input's error as they are stated.
+    """
+
+    power: float
+    gap: float
+
+
+def interleaved(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the seen and of the held-out sections."""
+    held = np.arange(count) % EVERY >= EVERY - EVERY // 3
+    return np.nonzero(~held)[0], np.nonzero(held)[0]
+
+
+def held_out(found: Fit, system: System, policy: Policy) -> Held | None:
+    """A hypothesis fitted to the seen sections, judged by the others; None where no fit is finite."""
+    seen, held = interleaved(system.observed[0].shape[1])
+    slopes = [one[:, :, seen] for one in found.slopes]
+    again = fit(Problem(Sections(system, seen), found.hypothesis, policy), found.x, found.psi, slopes)
+    if again is None:
+        return None
+    other = Problem(
+        Sections(system.about(again.x, again.hypothesis.effects, again.psi), held), again.hypothesis, policy
+    )
+    return _judged(other, again.x, again.psi)
+
+
+def untouched(system: System, start: np.ndarray, policy: Policy) -> Held:
+    """The nominal model at `start`, where it is best aligned, judged by the held-out sections."""
+    _, held = interleaved(system.observed[0].shape[1])
+    problem = Problem(Sections(system.about(start, (), None), held), Hypothesis(), policy)
+    return _judged(problem, start, middles(system.levels))
+
+
+def _judged(problem: Problem, x: np.ndarray, psi: np.ndarray) -> Held:
+    groups = problem.groups(x, problem.system.covariances(x, problem.hypothesis.effects))
+    return Held(whitened_power(groups, psi), whitened_power(groups, _quiet(problem.levels)))
+
+
+def _quiet(levels: Sequence[Level]) -> np.ndarray:
+    """Levels as stated, without the latent ones."""
+    return np.where([one.place is not None for one in levels], NOTHING, middles(levels))
