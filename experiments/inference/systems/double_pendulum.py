@@ -138,7 +138,7 @@ class DoublePendulum(Still):
         """(points, windows, samples, 4): true angles and rates."""
         scale = 1.0 + points[:, None, 6:8]
         angles = (self.begins[:, :2] - points[:, None, 4:6]) / scale
-        state, build = np.concatenate([angles, self.begins[:, 2:] / scale], axis=-1), _build(points, effects)
+        state, build = np.concatenate([angles, self.begins[:, 2:] / scale], axis=-1), built(points, effects)
         rows = [state]
         for _ in range(WINDOW - 1):
             state = self._onwards(state, build)
@@ -149,10 +149,10 @@ class DoublePendulum(Still):
         """States one interval later (Runge and Kutta), with torques (..., 2) [rad/s2] in the joints."""
         h = self.interval / INNER
         for _ in range(INNER):
-            first = _slope(state, build, torque)
-            second = _slope(state + 0.5 * h * first, build, torque)
-            third = _slope(state + 0.5 * h * second, build, torque)
-            fourth = _slope(state + h * third, build, torque)
+            first = slope(state, build, torque)
+            second = slope(state + 0.5 * h * first, build, torque)
+            third = slope(state + 0.5 * h * second, build, torque)
+            fourth = slope(state + h * third, build, torque)
             state = state + h / 6.0 * (first + 2.0 * (second + third) + fourth)
         return state
 
@@ -174,7 +174,7 @@ class DoublePendulum(Still):
         """Of small motions: the angles by the errors of the states at the beginnings (samples, 4 windows), and by a
         torque in each joint that acts for one interval (2, samples, intervals).
         """
-        onwards, pushed = self._linear(motion, _build(x[None], effects)[0])
+        onwards, pushed = self._linear(motion, built(x[None], effects)[0])
         count, size = motion.shape[:2]
         start = np.zeros((2, count, size, count, 4))
         found = np.zeros((2, 2, count, size, count, size))
@@ -206,7 +206,7 @@ class DoublePendulum(Still):
         return np.stack(onwards, axis=-1), np.stack(pushed, axis=-1)
 
 
-def _build(points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
+def built(points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
     """(points, 1, 8): B, C, G, H, dry and viscous friction of both joints."""
     found = np.zeros((len(points), 1, 8))
     found[:, 0, :4] = np.exp(points[:, :4])
@@ -219,7 +219,7 @@ def _build(points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
     return found
 
 
-def _slope(state: np.ndarray, build: np.ndarray, torque: np.ndarray | float) -> np.ndarray:
+def slope(state: np.ndarray, build: np.ndarray, torque: np.ndarray | float) -> np.ndarray:
     """Rates and accelerations of states (..., 4)."""
     p, q, v, w = np.moveaxis(state, -1, 0)
     b, c, g, h, *friction = np.moveaxis(build, -1, 0)

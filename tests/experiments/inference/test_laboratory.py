@@ -114,9 +114,9 @@ def test_small_oscillations_of_a_double_pendulum_have_its_two_frequencies():
     """Eigenvalues of [[G, 0], [0, H]] by [[1, B], [B, C]]."""
     mass, stiffness = np.array([[1.0, 0.45], [0.45, 0.5]]), np.diag([60.0, 25.0])
     values, shapes = np.linalg.eig(np.linalg.solve(mass, stiffness))
-    build = double_pendulum._build(np.log([[0.45, 0.5, 60.0, 25.0]]), ())[0, 0]
+    build = double_pendulum.built(np.log([[0.45, 0.5, 60.0, 25.0]]), ())[0, 0]
     for value, shape in zip(values, shapes.T, strict=True):
-        slope = double_pendulum._slope(np.array([*(1e-4 * shape), 0.0, 0.0]), build, 0.0)
+        slope = double_pendulum.slope(np.array([*(1e-4 * shape), 0.0, 0.0]), build, 0.0)
         assert slope[2:] == pytest.approx(-value * 1e-4 * shape, rel=1e-5)
 
 
