@@ -5,6 +5,8 @@ best effect (what nuisances can do is no evidence), every effect begins at the f
 and each half of a pair is tried alone from the pair.
 """
 
+import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -42,6 +44,14 @@ class Search:
     fits: dict[str, Fit] = field(default_factory=dict)
     steps: list[str] = field(default_factory=list)
     not_tried: list[str] = field(default_factory=list)
+    end: float = math.inf  # of time.monotonic()
+
+    def late(self, what: str) -> bool:
+        """Whether there is no time left for a hypothesis, which is then noted."""
+        if time.monotonic() < self.end:
+            return False
+        self.not_tried.append(f"{what}: no time left")
+        return True
 
     def verdict(self) -> Verdict:
         """Over all that was fitted."""
@@ -74,19 +84,22 @@ class Search:
         return found.evidence + log_prior(found.hypothesis, self.library, where, self.policy)
 
 
-def infer(system: System, library: Library, policy: Policy | None = None) -> Verdict:
+def infer(system: System, library: Library, policy: Policy | None = None, limit: float = math.inf) -> Verdict:
     """What is missing in a model.
+
+    limit : seconds after which no further hypothesis is begun; the verdict is over those that were fitted and says
+    which were not. `none` is always fitted.
 
     Raises
     ------
     InputError : the predictions of the nominal model are not finite.
     """
-    search = Search(system, library, policy or Policy())
+    search = Search(system, library, policy or Policy(), end=time.monotonic() + limit)
     nominal = _none(search)
     if len(library.effects) > search.policy.candidates:
         _effects_in_order(search, nominal)
     else:
-        for effect in (one.sought(search.fits["none"]) for one in library.effects):
+        for effect in (one.sought(search.fits["none"]) for one in library.effects if not search.late(one.name)):
             for begin in _distinct([*effect.begins(search.fits["none"].x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
                 search.take(fit(search.problem(effect), begin), "fitted")
@@ -174,6 +187,8 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     for base, most in ((none, count), (rough, max(1, count // 3))):
         order = _ordered(search, base, search.library.effects)
         for _, effect, x in _chosen(order, most) if base is none else order[:most]:
+            if search.late(effect.name):
+                continue
             tried.add(effect.name)
             search.take(fit(search.problem(effect), x, slopes=base.slopes, rounds=1), "fitted")
         if base is none:
@@ -187,6 +202,8 @@ def _none_again(search: Search) -> None:
     """`none` from the nuisances of the two best effects."""
     count, named = len(search.system.coordinates), search.named()
     for found in named[:2]:
+        if search.late("none from other nuisances"):
+            break
         x = found.x[:count].copy()
         for fault in (one for effect in found.hypothesis.effects for one in effect.faults):
             index = [one.name for one in search.system.coordinates].index(fault.name)
@@ -212,7 +229,7 @@ def _pairs(search: Search) -> None:
         partners = [(other, other.begins(named[0].x, search.system.coordinates)) for other in others]
         search.not_tried += [f"{first.name} + {other.name}" for other, _ in partners[PAIRS:]]
         partners = partners[:PAIRS]
-    for other, begins in partners:
+    for other, begins in (one for one in partners if not search.late(f"{first.name} + {one[0].name}")):
         for begin in begins:
             rounds = 1 if large else ROUNDS
             search.take(fit(search.problem(first, other), begin, None, named[0].slopes, rounds), "fitted")
@@ -246,6 +263,8 @@ def _unknowns(search: Search) -> None:
     best = [one for one in search.named() if len(one.hypothesis.named) == len(one.hypothesis.effects) == 1][:BESIDE]
     for base in (search.fits["none"], *best):
         for level in (one for one in search.system.levels if one.place):
+            if search.late(f"{base.hypothesis.name}, unknown: {level.name}"):
+                continue
             search.take(with_unknown(search.policy, base, level), f"levels of {base.hypothesis.name} fitted anew")
 
 

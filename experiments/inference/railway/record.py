@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from experiments.inference.frames import Frames
 from experiments.inference.railway.survey import USUAL, Surveyed
-from experiments.inference.systems.half_car_frames import Frames
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario

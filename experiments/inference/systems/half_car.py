@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 from scipy import fft
 
+from experiments.inference.frames import Frames
 from experiments.inference.model import Coordinate, Effect, Level
 from experiments.inference.priors import HalfNormal, LogNormal, Prior
-from experiments.inference.systems.half_car_frames import Frames
 from experiments.inference.systems.half_car_kernel import GRID, OUTPUTS, many
 
 CHANNELS = ("front axle acceleration", "rear axle acceleration", "front body acceleration", "rear body acceleration",

@@ -117,6 +117,12 @@ def test_what_healthy_systems_have_a_little_of_is_not_named():
     assert str(verdict.action) == "none" and verdict.rows[0].fit.hypothesis.name == "small bend"
 
 
+def test_a_verdict_without_time_says_what_it_did_not_try():
+    verdict = infer(Line(line(5, bend=0.6)), LIBRARY, limit=0.0)
+    assert [row.fit.hypothesis.name for row in verdict.rows] == ["none"]
+    assert {"bend: no time left", "steep: no time left"} <= set(verdict.not_tried)
+
+
 def test_order_of_the_library_units_and_signs_do_not_matter():
     record = line(5, bend=0.3)
     first = infer(Line(record), LIBRARY)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from experiments.inference.fitting import Problem, finish, fit
+from experiments.inference.frames import Frames
 from experiments.inference.held_out import held_out, untouched
 from experiments.inference.levels import middles
 from experiments.inference.model import Hypothesis
@@ -28,7 +29,6 @@ from experiments.inference.systems.half_car import (
     physical,
 )
 from experiments.inference.systems.half_car_benchmark import answered, case_of, judged, page, read_rows, run_benchmark
-from experiments.inference.systems.half_car_frames import Frames
 from experiments.inference.systems.half_car_library import LIBRARY
 from experiments.inference.verdict import Action
 from railsim.errors import InputError

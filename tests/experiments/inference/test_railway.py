@@ -67,7 +67,7 @@ def test_answer_of_the_body_to_its_suspension_is_that_of_two_masses(system: Rail
     assert np.abs(answers.forces[:, channel, place]) == pytest.approx(np.abs(s**2 * moved), rel=0.03)
 
 
-def test_a_healthy_record_is_as_far_from_its_prediction_as_the_covariance_says(system: Railway) -> None:
+def test_a_grid_finds_the_place_of_a_healthy_record(system: Railway) -> None:
     x = np.zeros(len(system.coordinates))
     (parts,) = system.covariances(x, ())
     assert parts.shape[0] == len(system.levels)
