@@ -63,8 +63,13 @@ def publish(figure: Figure, folder: Path | str, size: Size) -> dict[str, Any]:
     ------
     InputError : the folder cannot be written.
     """
-    _replace(Path(folder), ".probe", lambda path: path.touch(), keep=False)
+    try_folder(folder)
     return publish_table(figure, figure.compute(size), folder)
+
+
+def try_folder(folder: Path | str) -> None:
+    """Raise `InputError` where the folder cannot be written."""
+    _replace(Path(folder), ".probe", lambda path: path.touch(), keep=False)
 
 
 def publish_table(figure: Figure, table: pd.DataFrame, folder: Path | str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Any
 from joblib.externals.loky import ProcessPoolExecutor
 
 from experiments.figures import costs
-from experiments.figures.interface import FIGURES, publish
+from experiments.figures.interface import FIGURES, publish, try_folder
 from experiments.figures.kept import Kept, inputs_digest
 from experiments.reporting.logs import tell
 from experiments.reporting.size import Size
@@ -38,8 +38,10 @@ def publish_all(names: Sequence[str], folder: Path, size: Size, jobs: int, say: 
 
     Raises
     ------
-    InputError : as a figure raises it, or a process is lost. Interrupted : Ctrl-C. What is finished is kept.
+    InputError : as a figure raises it, the folder cannot be written, or a process is lost. Interrupted : Ctrl-C. What
+    is finished is kept.
     """
+    try_folder(folder)
     kept = Kept(folder, size, inputs_digest())
     results = {name: result for name in names if (result := kept.result(name))}
     left = [name for name in names if name not in results]
