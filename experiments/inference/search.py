@@ -193,7 +193,8 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
             search.take(fit(search.problem(effect), x, slopes=base.slopes, rounds=1), "fitted")
         if base is none:
             search.not_tried += [f"{one.name}: first steps gain {gain:.1f} nats" for gain, one, _ in order[most:]]
-    search.not_tried = [text for text in search.not_tried if text.split(":")[0] not in tried]
+    left = (text for text in dict.fromkeys(search.not_tried) if text.rsplit(": ", 1)[0] not in tried)
+    search.not_tried = list(left)
     for found in search.named()[:POLISHED]:
         search.take(fit(search.problem(*found.hypothesis.effects), found.x, found.psi, found.slopes), "fitted on")
 

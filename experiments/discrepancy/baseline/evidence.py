@@ -23,7 +23,7 @@ from railsim.track.track import UNITS, Track
 KINDS = ("accelerometer", "gyro", "displacement")
 """Sensors whose samples are compared; others serve the registration only."""
 
-MOST_AHEAD = 40.0  # m that a run may go beyond the measured track, which is continued there (`forward.continued`)
+MOST_AHEAD = 40.0  # m that a run may go beyond the measured track, which is continued there (`railsim.track.ends`)
 SHORTEST = 12.0  # s; six sections of 2 s: less leaves nothing to hold out
 USUAL_TRACK_ERRORS = TrackErrors(
     vertical_std=2e-4, lateral_std=2e-4, cross_level_std=3e-4, gauge_std=2e-4, curvature_std=2e-6

@@ -19,11 +19,11 @@ from experiments.discrepancy.baseline.nuisances import Nuisance, most_of, nuisan
 from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import Effect, Setup
 from railsim.engines.interface import Run, default_substeps
-from railsim.errors import InputError
 from railsim.sensors.errors import SensorErrors, sample
 from railsim.sensors.interface import Sensor
 from railsim.simulation import load_engine
 from railsim.speed import Profile
+from railsim.track.ends import continued
 from railsim.track.kernel import TrackTables, build_tables
 from railsim.track.track import Track
 
@@ -189,25 +189,9 @@ class Forward:
 
 def forward_over(evidence: Evidence, registration: Registration, law: str = "") -> Forward:
     """The nominal model over the track that the measured one lets expect."""
-    return Forward(evidence, registration, continued(evidence.surveyed.expected), law=law)
+    return Forward(evidence, registration, continued(evidence.surveyed.expected, OVERRUN), law=law)
 
 
 def ideal(errors: SensorErrors) -> SensorErrors:
     """Filter and latency only."""
     return SensorErrors(bandwidth=errors.bandwidth, bandwidth_order=errors.bandwidth_order, latency=errors.latency)
-
-
-def continued(track: Track) -> Track:
-    """The track with its ends held for `OVERRUN` metres, irregularities faded out."""
-    s = track.s
-    if s.size < 4:
-        raise InputError("track.csv: too few rows; give the measured track")
-    step = float(np.median(np.diff(s)))
-    count = int(OVERRUN / step)
-    before, after = s[0] - step * np.arange(count, 0, -1), s[-1] + step * np.arange(1, count + 1)
-    fade = 0.5 * (1.0 + np.cos(np.pi * np.arange(1, count + 1) / count))
-    columns = {}
-    for name, values in track.columns().items():
-        kept = np.ones(count) if name in ("friction", "stiffness", "curvature", "cant", "gradient") else fade
-        columns[name] = np.concatenate([values[0] * kept[::-1], values, values[-1] * kept])
-    return Track(np.concatenate([before, s, after]), columns, track.name)

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.discrepancy.baseline.evidence import Evidence
-from experiments.discrepancy.baseline.forward import Forward, Prediction, continued
+from experiments.discrepancy.baseline.forward import OVERRUN, Forward, Prediction
 from experiments.discrepancy.baseline.frames import REDUNDANCY, Frames, stack
 from experiments.discrepancy.baseline.parallel import in_parallel
 from railsim.effects.interface import Effect
 from railsim.sensors.interface import Sensor
+from railsim.track.ends import continued
 from railsim.track.track import Track
 
 MODEL_ERROR = 0.03  # of the predicted amplitude, each channel on its own; illustrative
@@ -187,7 +188,7 @@ def propagated_track_error(
 def perturbed_tracks(evidence: Evidence, seed: int, count: int) -> list[Track]:
     """Tracks as likely as any other given the measured one; the same for the same seed."""
     rng = np.random.default_rng(seed)
-    return [continued(evidence.surveyed.drawn(rng)) for _ in range(count)]
+    return [continued(evidence.surveyed.drawn(rng), OVERRUN) for _ in range(count)]
 
 
 def _owner(sensors: Sequence[Sensor], channel: str) -> Sensor:

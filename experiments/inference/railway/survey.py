@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from railsim.track.ends import continued
 from railsim.track.survey import TrackErrors, error_of
 from railsim.track.track import Track
 
@@ -39,7 +40,7 @@ class Surveyed:
                 line = _line(columns[name])
                 rest = columns[name] - line
                 columns[name] = line + _filtered(rest, self._share(rest, deviation))
-        return continued(Track(self.track.s, columns, self.track.name))
+        return continued(Track(self.track.s, columns, self.track.name), OVERRUN)
 
     def drawn(self, kind: str, level: float, rng: np.random.Generator) -> Track:
         """The expected track of that kind's level, with errors as stated in what the file leaves open."""
@@ -50,7 +51,7 @@ class Surveyed:
             share = np.maximum(self._share(file - _line(file), deviation), UNSURE)
             error = _filtered(deviation / level * rng.standard_normal(len(file)), np.sqrt(share))
             columns[name] = columns[name] + np.pad(error, pad)
-        return Track(continued(self.track).s, columns, self.track.name)
+        return Track(continued(self.track, OVERRUN).s, columns, self.track.name)
 
     def _columns(self, kind: str, level: float) -> list[tuple[str, float]]:
         one = TrackErrors(**{f"{kind}_std": getattr(self.errors, f"{kind}_std")})
@@ -74,15 +75,3 @@ def _line(values: np.ndarray) -> np.ndarray:
 
 def _filtered(values: np.ndarray, share: np.ndarray) -> np.ndarray:
     return np.fft.irfft(np.fft.rfft(values) * share, len(values))
-
-
-def continued(track: Track) -> Track:
-    """The track with its ends held, irregularities faded out: a run that begins a little earlier stays on it."""
-    s, count = track.s, round(OVERRUN / track.spacing)
-    before, after = (s[0] - track.spacing * np.arange(count, 0, -1), s[-1] + track.spacing * np.arange(1, count + 1))
-    fade = 0.5 * (1.0 + np.cos(np.pi * np.arange(1, count + 1) / count))
-    columns = {}
-    for name, values in track.columns().items():
-        kept = np.ones(count) if name in ("friction", "stiffness", "curvature", "cant", "gradient") else fade
-        columns[name] = np.concatenate([values[0] * kept[::-1], values, values[-1] * kept])
-    return Track(np.concatenate([before, s, after]), columns, track.name)

@@ -16,7 +16,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from experiments.inference.model import Coordinate, Effect, Level, Library, Still
 from experiments.inference.priors import HalfNormal, LogNormal
@@ -30,8 +29,8 @@ from experiments.inference.systems.pendulum import (
     TORQUE,
     WINDOW,
     law_covariance,
+    read_columns,
 )
-from railsim.errors import InputError
 
 ANGLES = ["angle1 [rad]", "angle2 [rad]"]
 INNER = 5  # steps of the integration from one used sample to the next
@@ -66,16 +65,8 @@ LIBRARY = Library(
 
 
 def read_double_pendulum(path: Path) -> np.ndarray:
-    """(2, samples) angles [rad] of a record.
-
-    Raises
-    ------
-    InputError : there is no such file, or it has other columns.
-    """
-    try:
-        return pd.read_csv(path)[ANGLES].to_numpy(float).T
-    except (OSError, KeyError, ValueError) as error:
-        raise InputError(f"cannot read a double pendulum's record '{path}': {str(error).splitlines()[0]}") from None
+    """(2, samples) angles [rad] of a record; raises as `read_columns`."""
+    return read_columns(path, ANGLES)
 
 
 @dataclass(frozen=True, eq=False)

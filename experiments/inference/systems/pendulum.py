@@ -57,18 +57,23 @@ LIBRARY = Library(
 FRICTIONS = ("dry friction", "viscous friction", "air drag")
 
 
-def read_pendulum(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Time [s] and angle [rad] of a record.
+def read_columns(path: Path, names: list[str]) -> np.ndarray:
+    """(columns, samples) of a pendulum's record.
 
     Raises
     ------
     InputError : there is no such file, or it has other columns.
     """
     try:
-        table = pd.read_csv(path)
-        return table["time [s]"].to_numpy(float), table["angle [rad]"].to_numpy(float)
+        return pd.read_csv(path)[names].to_numpy(float).T
     except (OSError, KeyError, ValueError) as error:
         raise InputError(f"cannot read a pendulum's record '{path}': {str(error).splitlines()[0]}") from None
+
+
+def read_pendulum(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Time [s] and angle [rad] of a record; raises as `read_columns`."""
+    time, angle = read_columns(path, ["time [s]", "angle [rad]"])
+    return time, angle
 
 
 @dataclass(frozen=True, eq=False)
