@@ -46,9 +46,7 @@ DENSE = {
     "docs/sensor_sets.md",
     "docs/suspension.md",
     "docs/sweeps.md",
-    "docs/track_condition.md",
     "docs/track_features.md",
-    "docs/track_smoother.md",
     "docs/track_stiffness.md",
     "docs/wheel_rail_geometry.md",
     "docs/whole_vehicle.md",
@@ -73,8 +71,6 @@ WIDE = {
     "docs/roughness.md",
     "docs/sensor_sets.md",
     "docs/suspension.md",
-    "docs/track_condition.md",
-    "docs/track_smoother.md",
     "docs/wheel_rail_geometry.md",
 }
 """Pages whose tables are still wider than a line may be."""
