@@ -46,8 +46,6 @@ DENSE = {
     "docs/sensor_sets.md",
     "docs/suspension.md",
     "docs/sweeps.md",
-    "docs/track_features.md",
-    "docs/track_stiffness.md",
     "docs/wheel_rail_geometry.md",
     "docs/whole_vehicle.md",
 }
