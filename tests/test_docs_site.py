@@ -19,9 +19,9 @@ sys.path.append(str(ROOT / "docs" / "site"))
 reference, tutorials = importlib.import_module("reference"), importlib.import_module("tutorials")
 
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", ROOT / "SECURITY.md", *sorted(DOCS.rglob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 TUTORIALS = [path for path in sorted((DOCS / "tutorials").glob("*.md")) if path.name != "index.md"]
-OUTSIDE = {"overview.md", "contributing.md", "changelog.md", "security.md", "gallery.md"}
+OUTSIDE = {"overview.md", "contributing.md", "changelog.md", "gallery.md"}
 """Pages of the site that docs/site/hooks.py makes of files beside `docs`, or draws up."""
 LONGEST_LINE, LONGEST_SENTENCE = 160, 35  # characters, words
 HASH = re.compile(r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*[0-9])[0-9a-f]{7,40}\b(?!\.\.\.)")

@@ -11,12 +11,7 @@ import tutorials
 from mkdocs.structure.files import File
 
 ROOT = Path(__file__).parents[2]
-ABOVE = {
-    "README.md": "overview.md",
-    "CONTRIBUTING.md": "contributing.md",
-    "CHANGELOG.md": "changelog.md",
-    "SECURITY.md": "security.md",
-}
+ABOVE = {"README.md": "overview.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 """Files beside `docs`, and the page of the site that each becomes."""
 LINK = re.compile(r"(\]\()([^)\s:#]+)((?:#[^)\s]*)?\))")
 LOG = logging.getLogger("mkdocs.hooks.railsim")
