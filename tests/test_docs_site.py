@@ -31,7 +31,6 @@ DENSE = {
     "docs/discrepancy_method.md",
     "docs/flexible_track.md",
     "docs/performance.md",
-    "docs/physics.md",
     "docs/roughness.md",
     "docs/whole_vehicle.md",
 }
@@ -41,7 +40,6 @@ WIDE = {
     "docs/benchmarks/robustness.md",
     "docs/circumstances.md",
     "docs/discrepancy_method.md",
-    "docs/physics.md",
     "docs/roughness.md",
 }
 """Pages whose tables are still wider than a line may be."""
