@@ -21,16 +21,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of the pictures and tables")
     parser.add_argument("--fast", action="store_true", help="shorter runs, the compiled engine")
     cores = len(os.sched_getaffinity(0))
-    text = f"processes, where all figures are drawn (default: {cores})"
+    text = f"processes, where all figures are drawn, or one in parts (default: {cores})"
     parser.add_argument("--jobs", type=int, default=cores, metavar="N", help=text)
 
 
 def execute(given: argparse.Namespace) -> Outcome:
     """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held.
 
-    Of all figures, those that are finished in the folder are not made again.
+    Of all figures, those that are finished in the folder are not made again; of one that was stopped, its parts.
     """
     from experiments.figures.interface import FIGURES, publish
+    from experiments.figures.parted import parts_of
     from experiments.figures.session import publish_all
     from experiments.reporting.claims import Claim
     from experiments.reporting.size import Size
@@ -41,8 +42,8 @@ def execute(given: argparse.Namespace) -> Outcome:
     asked = {figure.name: figure for figure in (kind() for kind in chosen)}
     size = Size.FAST if given.fast else Size.FULL
     results: dict[str, Any]
-    if given.name == "all":
-        results = publish_all(list(asked), Path(given.out), size, given.jobs)
+    if given.name == "all" or any(parts_of(figure, size) for figure in asked.values()):
+        results = publish_all(list(asked), Path(given.out), size, given.jobs, again=given.name != "all")
     else:
         results = {name: publish(figure, given.out, size) for name, figure in asked.items()}
     claims = [(name, Claim(**claim)) for name, result in results.items() for claim in result["claims"]]

@@ -4,16 +4,12 @@ Ward et al. (2011), section 3.1: a wave of 2 mm and 30 m is 0.18 m/s2 at 45 m/s,
 that the signal is likely to drown. Which error of the sensor drowns it, and at which speed, is not said there.
 """
 
-from functools import partial
-from typing import Any
-
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 from matplotlib.figure import Figure as Picture
 
 from experiments.figures.accuracy_claims import LOST, pick
-from experiments.figures.interface import Figure
+from experiments.figures.parted import PartedFigure, Parts, table_of
 from experiments.reporting.claims import Claim, at_least, at_most
 from experiments.reporting.plots import BLUE, GREEN, ORANGE, PURPLE, RED
 from experiments.reporting.size import Size
@@ -21,7 +17,6 @@ from experiments.runs.axlebox_errors import ADDED, CASES, IDEAL, rows
 from experiments.runs.track_accuracy import LENGTHS
 from railsim.analysis.statistics import root_mean_square
 
-PROCESSES = 2
 SPECIMENS = 3
 FAST_LENGTH, SMOKE_LENGTH = 400.0, 250.0  # m
 FAST_SPEEDS, SMOKE_SPEEDS = (15.0, 45.0), (45.0,)  # m/s
@@ -31,23 +26,21 @@ KEPT = 0.1
 COLOURS = {4.0: PURPLE, 8.0: BLUE, 15.0: GREEN, 30.0: ORANGE, 45.0: RED}
 
 
-class AxleboxRange(Figure):
+class AxleboxRange(PartedFigure):
     """Error of D2 over its true size by every error of the sensor and speed; straight track, compiled engine."""
 
-    def compute(self, size: Size) -> pd.DataFrame:
-        """A row a case, speed and specimen."""
+    def parts(self, size: Size) -> Parts:
+        """A part each speed; a row a case, speed and specimen."""
         speeds = size.of(tuple(LENGTHS), FAST_SPEEDS, SMOKE_SPEEDS)
         names = list(size.of(tuple(CASES), tuple(CASES), SMOKE_CASES))
         seeds = size.of(SPECIMENS, 1)
-        tasks = [
-            partial(_rows, speed, size.of(length, min(length, FAST_LENGTH), SMOKE_LENGTH), names, seeds)
+        return {
+            f"{speed:g}_m_s": table_of(
+                rows, speed, size.of(length, min(length, FAST_LENGTH), SMOKE_LENGTH), "compiled", names, seeds
+            )
             for speed, length in LENGTHS.items()
             if speed in speeds
-        ]
-        if size.reduced:
-            return pd.DataFrame([row for task in tasks for row in task()])
-        found: Any = Parallel(n_jobs=PROCESSES)(delayed(_call)(task) for task in tasks)
-        return pd.DataFrame([row for one in found for row in one])
+        }
 
     def draw(self, table: pd.DataFrame) -> Picture:
         """A line a case, a mark a speed."""
@@ -88,14 +81,6 @@ class AxleboxRange(Figure):
                     Claim.definite(what, value, target, len(pick(table, case=name, **{"speed [m/s]": speed})))
                 )
         return claims
-
-
-def _rows(speed: float, length: float, names: list[str], seeds: int) -> list[dict[str, Any]]:
-    return list(rows(speed, length, "compiled", names, seeds))
-
-
-def _call(task: "partial[list[dict[str, Any]]]") -> list[dict[str, Any]]:
-    return task()
 
 
 def _ratio(table: pd.DataFrame, name: str) -> float:

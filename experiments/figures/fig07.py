@@ -5,6 +5,7 @@ every seed and, in the uncertain cases, another error of the track. These two di
 How the conicity's end changes with the size of that error is in `track_error`.
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,11 @@ from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import PARAMETERS
 from experiments.figures import track_error
-from experiments.figures.interface import Figure
+from experiments.figures.parted import PartedFigure, Parts
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most
 from experiments.reporting.size import Size
-from experiments.runs.suspension import CASE, JUDGED, SEED, TIME, over_seeds
+from experiments.runs.suspension import CASE, JUDGED, SEED, TIME, over_time
 from railsim.analysis.statistics import root_mean_square
 
 FULL, REDUCED = "wheelsets, bogie, body", "bogie, body"
@@ -48,17 +49,18 @@ def cases() -> dict[str, tuple[SuspensionRbpf, float]]:
     }
 
 
-class Fig07(Figure):
+class Fig07(PartedFigure):
     """Estimates over time and their spread over the seeds."""
 
-    def compute(self, size: Size) -> pd.DataFrame:
-        """Estimates of every case and seed over time, beside the true values."""
+    def parts(self, size: Size) -> Parts:
+        """Estimates of every case over time, by seeds; and the ends over the track's error, by seeds."""
         engine = "compiled" if size.reduced else "exudyn"
         seeds = size.of(SEEDS, FAST_SEEDS, SMOKE_SEEDS)
         duration = size.of(DURATION, FAST_DURATION, SMOKE_DURATION)
-        table, true = over_seeds(cases(), TRACK, seeds, duration, engine)
-        table = table.assign(**{NOMINAL.format(name): value for name, value in zip(PARAMETERS, true, strict=True)})
-        return pd.concat([table, track_error.sweep(size, duration, engine)], ignore_index=True)
+        runs = {
+            f"seed_{seed}": partial(over_time, cases(), TRACK, seed, duration, engine) for seed in range(1, seeds + 1)
+        }
+        return {**runs, **track_error.parts(size, duration, engine)}
 
     def draw(self, table: pd.DataFrame) -> Picture:
         """The three parameters over time with the spread over the seeds, their relative deviations, and the ends of

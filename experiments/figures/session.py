@@ -2,35 +2,54 @@
 
 import os
 import resource
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from joblib.externals.loky import ProcessPoolExecutor
 
 from experiments.figures import costs
-from experiments.figures.interface import FIGURES, publish, try_folder
+from experiments.figures.countdown import Countdown
+from experiments.figures.interface import FIGURES, publish, publish_table, try_folder
 from experiments.figures.kept import Kept, inputs_digest
+from experiments.figures.parted import PartedFigure, parts_of
 from experiments.reporting.logs import tell
 from experiments.reporting.size import Size
 from experiments.sweep.executors import THREADS, begin_worker
 from experiments.sweep.run import Interrupted
 from railsim.errors import InputError
 
-LOOK = 60.0  # s between two lines where no figure ends
+LOOK = 60.0  # s between two lines where nothing ends
 
 Say = Callable[[str], None]
+Result = dict[str, Any]
 
 
-def publish_all(names: Sequence[str], folder: Path, size: Size, jobs: int, say: Say = tell) -> dict[str, Any]:
-    """Publish figures, those that are finished in the folder not again; the dearest ones first.
+@dataclass(frozen=True)
+class Piece:
+    """What one process does in one go: a part of a figure, or the figure; of parts that are kept, what remains."""
+
+    figure: str
+    part: str = ""
+
+    @property
+    def name(self) -> str:
+        """How progress calls it."""
+        return f"{self.figure}/{self.part}" if self.part else self.figure
+
+
+def publish_all(
+    names: Sequence[str], folder: Path, size: Size, jobs: int, say: Say = tell, again: bool = False
+) -> dict[str, Result]:
+    """Publish figures, those that are finished in the folder not again; the dearest pieces first.
 
     Parameters
     ----------
     names : of the figures. folder : of pictures and tables. jobs : processes. say : is told how far it is.
+    again : finished figures too; parts of one that was stopped still count.
 
     Returns
     -------
@@ -43,121 +62,92 @@ def publish_all(names: Sequence[str], folder: Path, size: Size, jobs: int, say: 
     """
     try_folder(folder)
     kept = Kept(folder, size, inputs_digest())
-    results = {name: result for name in names if (result := kept.result(name))}
+    results = {} if again else {name: result for name in names if (result := kept.result(name))}
     left = [name for name in names if name not in results]
-    countdown = Countdown(left, costs.known(size), jobs)
-    say(f"{len(names)} figures, {len(results)} finished before; {countdown.beforehand()}")
-    order = sorted(left, key=countdown.cost, reverse=True)
-    perform = _here if min(jobs, len(left)) == 1 else _on_processes
+    work = _Work(kept, results, say)
+    pieces = [piece for name in left for piece in work.pieces(name)]
+    work.countdown = Countdown([piece.name for piece in pieces], _costs(pieces, size), jobs)
+    say(f"{len(names)} figures, {len(results)} finished before; {work.countdown.beforehand()}")
+    work.waiting = sorted(reversed(pieces), key=lambda piece: work.countdown.cost(piece.name))
+    perform = _here if min(jobs, len(pieces)) == 1 else _on_processes
     try:
-        perform(order, folder, size, jobs, _Ended(kept, size, results, countdown, say))
+        perform(work, jobs)
     except KeyboardInterrupt:
         raise Interrupted("interrupted; what is finished is kept: the same command goes on") from None
     return {name: results[name] for name in names}
 
 
-class Countdown:
-    """Time that is left, by what figures cost and how fast they were in this session.
-
-    Parameters
-    ----------
-    left : names of the figures to be made. known : processor time by name, s. jobs : processes.
-    clock : seconds, for tests.
-    """
-
-    def __init__(
-        self, left: Sequence[str], known: Mapping[str, float], jobs: int, clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        self._left = {name: known.get(name) for name in left}
-        self._jobs, self._clock = jobs, clock
-        self._began: dict[str, float] = {}
-        self._due = self._took = 0.0
-
-    def cost(self, name: str) -> float:
-        """Processor time, s; infinite where nobody knows, so that such a figure begins early."""
-        seconds = self._left[name]
-        return float("inf") if seconds is None else seconds
-
-    def beforehand(self) -> str:
-        """What all will take, in words."""
-        return f"about {_spoken(self.seconds())} on {self._jobs} processes{self._unknown()}"
-
-    def begin(self, name: str) -> None:
-        """A figure begins."""
-        self._began[name] = self._clock()
-
-    def end(self, name: str) -> float:
-        """A figure has ended; returns how long it took, s."""
-        took = self._clock() - self._began.pop(name)
-        seconds = self._left.pop(name)
-        if seconds is not None:
-            self._due, self._took = self._due + seconds, self._took + took
-        return took
-
-    def seconds(self) -> float:
-        """Time that is left, s: the work shared by the processes, or the longest figure where that takes longer.
-
-        Figures without a known cost are left out.
-        """
-        slower = self._took / self._due if self._due else 1.0
-        rest = [max(0.0, slower * cost - self._gone(name)) for name, cost in self._left.items() if cost is not None]
-        return max(sum(rest) / self._jobs, max(rest, default=0.0))
-
-    def status(self) -> str:
-        """What is going on, in words."""
-        running = ", ".join(f"{name} ({self._gone(name):.0f} s)" for name in self._began)
-        now = f"; now {running}" if running else ""
-        return f"{len(self._left)} left, about {_spoken(self.seconds())}{self._unknown()}{now}"
-
-    def _gone(self, name: str) -> float:
-        return self._clock() - self._began[name] if name in self._began else 0.0
-
-    def _unknown(self) -> str:
-        count = sum(cost is None for cost in self._left.values())
-        return f" and {count} whose time is not known" if count else ""
+def _costs(pieces: Sequence[Piece], size: Size) -> dict[str, float]:
+    """Processor time by piece, s; where a part's is not known, its share of the figure's."""
+    known = costs.known(size)
+    counts = {piece.figure: len(parts_of(FIGURES.pick(piece.figure)(), size)) for piece in pieces if piece.part}
+    found = {piece.name: known[piece.name] for piece in pieces if piece.name in known}
+    for piece in pieces:
+        if piece.part and piece.figure in known:
+            found.setdefault(piece.name, known[piece.figure] / counts[piece.figure])
+    return found
 
 
-class _Ended:
-    """Takes in each figure as it ends."""
+@dataclass
+class _Work:
+    """What waits, the dearest last, and what comes of it."""
 
-    def __init__(self, kept: Kept, size: Size, results: dict[str, Any], countdown: Countdown, say: Say) -> None:
-        self._kept, self._size, self._results, self._say = kept, size, results, say
-        self.countdown = countdown
+    kept: Kept
+    results: dict[str, Result]
+    say: Say
+    countdown: Countdown = field(default_factory=lambda: Countdown([], {}, 1))
+    waiting: list[Piece] = field(default_factory=list)
+    _missing: dict[str, int] = field(default_factory=dict)
 
-    def take(self, name: str, result: dict[str, Any], seconds: float) -> None:
-        """Keep its result and what it cost."""
-        self._kept.keep(name, result)
-        self._results[name] = result
-        costs.learn(self._size, name, seconds)
-        self._say(f"{name}: {self.countdown.end(name):.0f} s; {self.countdown.status()}")
+    def pieces(self, figure: str) -> list[Piece]:
+        """The parts of a figure that are not kept; the figure, where there are none."""
+        parts = parts_of(FIGURES.pick(figure)(), self.kept.size)
+        missing = [Piece(figure, part) for part in parts if self.kept.part(figure, part) is None]
+        self._missing[figure] = len(missing)
+        return missing or [Piece(figure)]
 
-    def wait(self) -> None:
-        """Nothing has ended for a while."""
-        self._say(self.countdown.status())
+    def next(self) -> Piece:
+        """The dearest piece, or what remains of a figure whose parts are there."""
+        piece = self.waiting.pop()
+        self.countdown.begin(piece.name)
+        return piece
+
+    def take(self, piece: Piece, result: Result | None, seconds: float) -> None:
+        """Keep the result and what it cost; of a figure whose last part this was, the rest is next."""
+        if result is not None:
+            self.kept.keep(piece.figure, result)
+            self.results[piece.figure] = result
+        costs.learn(self.kept.size, piece.name, seconds)
+        took = self.countdown.end(piece.name)
+        if piece.part:
+            self._missing[piece.figure] -= 1
+            if not self._missing[piece.figure]:
+                self.waiting.append(Piece(piece.figure))
+                self.countdown.add(piece.figure, 0.0)
+        self.say(f"{piece.name}: {took:.0f} s; {self.countdown.status()}")
 
 
-def _here(order: Sequence[str], folder: Path, size: Size, jobs: int, ended: _Ended) -> None:
+def _here(work: _Work, jobs: int) -> None:
     del jobs
-    for name in order:
-        ended.countdown.begin(name)
-        ended.take(name, *made(name, folder, size))
+    while work.waiting:
+        piece = work.next()
+        work.take(piece, *made(piece, work.kept))
 
 
-def _on_processes(order: Sequence[str], folder: Path, size: Size, jobs: int, ended: _Ended) -> None:
-    """As many figures at a time as there are processes, so that what runs is known; idle ones cost nothing."""
-    waiting, running = list(reversed(order)), dict[Future[Any], str]()
+def _on_processes(work: _Work, jobs: int) -> None:
+    """As many pieces at a time as there are processes, so that what runs is known; idle ones cost nothing."""
+    running = dict[Future[Any], Piece]()
     pool: Any = ProcessPoolExecutor(max_workers=jobs, initializer=begin_worker, initargs=(os.getpid(),), env=THREADS)
     try:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                name = waiting.pop()
-                running[pool.submit(made, name, folder, size)] = name
-                ended.countdown.begin(name)
+        while work.waiting or running:
+            while work.waiting and len(running) < jobs:
+                piece = work.next()
+                running[pool.submit(made, piece, work.kept)] = piece
             done = wait(list(running), LOOK, FIRST_COMPLETED).done
             for future in done:
-                ended.take(running.pop(future), *future.result())
+                work.take(running.pop(future), *future.result())
             if not done:
-                ended.wait()
+                work.say(work.countdown.status())
     except BrokenProcessPool:
         cure = "what is finished is kept: call it again, with --jobs 1 where memory is short"
         raise InputError(f"a process of the figures was killed or ran out of memory; {cure}") from None
@@ -165,17 +155,27 @@ def _on_processes(order: Sequence[str], folder: Path, size: Size, jobs: int, end
         pool.shutdown(wait=True, kill_workers=bool(running))
 
 
-def made(name: str, folder: Path, size: Size) -> tuple[dict[str, Any], float]:
-    """A figure's result, and its processor time in seconds with that of processes it started."""
+def made(piece: Piece, kept: Kept) -> tuple[Result | None, float]:
+    """A figure's result, or None of a part, which is kept; and processor time in seconds, that of a figure with its
+    parts and of processes that it started.
+    """
     before = _processor()
-    result = publish(FIGURES.pick(name)(), folder, size)
-    return result, _processor() - before
+    figure = FIGURES.pick(piece.figure)()
+    if piece.part:
+        table = parts_of(figure, kept.size)[piece.part]()
+        seconds = _processor() - before
+        kept.keep_part(piece.figure, piece.part, table, seconds)
+        return None, seconds
+    if not isinstance(figure, PartedFigure):
+        return publish(figure, kept.folder, kept.size), _processor() - before
+    found = [kept.part(piece.figure, part) for part in figure.parts(kept.size)]
+    tables = [one for one in found if one is not None]
+    if len(tables) < len(found):
+        raise InputError(f"parts of '{piece.figure}' in '{kept.folder}' were removed meanwhile: call it again")
+    result = publish_table(figure, figure.join([table for table, _ in tables]), kept.folder)
+    return result, sum(seconds for _, seconds in tables) + _processor() - before
 
 
 def _processor() -> float:
     used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(one.ru_utime + one.ru_stime for one in used)
-
-
-def _spoken(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"

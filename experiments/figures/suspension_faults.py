@@ -4,18 +4,19 @@ The sweep and the steps are on `straight_erri_low`; every healthy minute is on o
 than those that the model's noise was chosen on. Bogie and body sensors only.
 """
 
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 from matplotlib.figure import Figure as Picture
 
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.verdicts import damper, std_name
 from estimators.vehicle.affine import PARAMETERS, nominal
-from experiments.figures.interface import Figure
+from experiments.figures.parted import PartedFigure, Parts
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_most, exactly
 from experiments.reporting.size import Size
@@ -33,28 +34,27 @@ CLOSE = 0.15  # of the nominal damping: a step has been followed
 LENGTH = 2400.0  # m: more than a vehicle runs in that minute and before
 MINUTES, FAST_MINUTES = 100, 1
 SHORTEST = 35.0  # s of a run that shows no more than that all works
-WORKERS = 2
 EVERY = 4  # samples of 256 Hz: enough for verdicts (C_spsi comes out a few per cent smaller), at a quarter of the work
 FIRST_SEED = 7100
+TOGETHER = 10  # healthy minutes in a part
 
 
-class SuspensionFaults(Figure):
+class SuspensionFaults(PartedFigure):
     """Sweep of the damping, steps, and healthy running."""
 
-    def compute(self, size: Size) -> pd.DataFrame:
+    def parts(self, size: Size) -> Parts:
+        """Sweeps and steps of each pair of dampers; healthy minutes."""
         shares = size.of(SHARES, (1.0, 0.5), (0.5,))
         steps, minutes = size.of((0.5, 0.0), (0.5,)), size.of(MINUTES, FAST_MINUTES)
-        shortest = size.of(None, None, SHORTEST)
-        jobs: list[dict[str, Any]] = []
+        found: dict[str, list[dict[str, Any]]] = {}
         for component in range(size.of(2, 2, 1)):
-            jobs += [{"what": "sweep", "component": component, "share": share} for share in shares]
-            jobs += [{"what": "step", "component": component, "share": share} for share in steps]
-        jobs += [{"what": "healthy", "component": 0, "share": 1.0, "seed": FIRST_SEED + i} for i in range(minutes)]
-        with scratch_folder() as folder:
-            tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(
-                delayed(run)(job, Path(folder), shortest) for job in jobs
-            )
-        return pd.concat(tables, ignore_index=True)
+            jobs = [("sweep", share) for share in shares] + [("step", share) for share in steps]
+            found[EFFECTS[component]] = [{"what": what, "component": component, "share": share} for what, share in jobs]
+        for minute in range(minutes):
+            healthy = {"what": "healthy", "component": 0, "share": 1.0, "seed": FIRST_SEED + minute}
+            found.setdefault(f"healthy_{minute // TOGETHER}", []).append(healthy)
+        shortest = size.of(None, None, SHORTEST)
+        return {name: partial(_runs, jobs, shortest) for name, jobs in found.items()}
 
     def draw(self, table: Any) -> Picture:
         picture = Picture(figsize=(10.0, 3.6), layout="constrained")
@@ -113,6 +113,11 @@ class SuspensionFaults(Figure):
 
     def notes(self) -> list[str]:
         return ["An alarm is a verdict 'degraded' or 'failed' on either pair of dampers; one a run counts once."]
+
+
+def _runs(jobs: Sequence[dict[str, Any]], seconds: float | None) -> pd.DataFrame:
+    with scratch_folder() as folder:
+        return pd.concat([run(job, Path(folder), seconds) for job in jobs], ignore_index=True)
 
 
 def run(job: dict[str, Any], folder: Path, seconds: float | None = None) -> pd.DataFrame:

@@ -2,12 +2,9 @@
 fused estimate's standard deviations on vehicles that are not quite as their papers say.
 """
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from joblib import Parallel, delayed
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
@@ -20,7 +17,7 @@ from experiments.figures.accuracy_claims import (
     share,
     where,
 )
-from experiments.figures.interface import Figure
+from experiments.figures.parted import PartedFigure, Parts, table_of
 from experiments.reporting.claims import HONEST, Claim
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 from experiments.reporting.size import Size
@@ -37,10 +34,7 @@ from experiments.runs.track_accuracy import (
     accuracy_tasks,
     coverage_tasks,
 )
-from experiments.runs.unseen_tracks import write_unseen
-from railsim.scratch import scratch_folder
 
-PROCESSES = 2
 STYLES = {
     FUSED: (BLUE, "o-"),
     WITH_AXLEBOXES: (SKY, "o-"),
@@ -65,18 +59,12 @@ SHOWN = (
 )
 
 
-class TrackAccuracy(Figure):
+class TrackAccuracy(PartedFigure):
     """Errors by band, estimator, speed and grade of sensors; share of points within two standard deviations."""
 
-    def compute(self, size: Size) -> pd.DataFrame:
-        with scratch_folder() as folder:
-            files = {name: str(path) for name, path in write_unseen(Path(folder)).items()}
-            tasks = [*accuracy_tasks(size), *coverage_tasks(size, files)]
-            if size.reduced:
-                return pd.DataFrame([row for task in tasks for row in task()])
-            tasks.sort(key=lambda task: -task.keywords["cost"])
-            found: Any = Parallel(n_jobs=PROCESSES)(delayed(_call)(task) for task in tasks)
-            return pd.DataFrame([row for rows in found for row in rows])
+    def parts(self, size: Size) -> Parts:
+        """Errors by speed; coverage by track, speed and engine."""
+        return {name: table_of(task) for name, task in (accuracy_tasks(size) | coverage_tasks(size)).items()}
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(16.0, 9.0), layout="constrained")
@@ -97,10 +85,6 @@ class TrackAccuracy(Figure):
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         return [*accuracy_claims(table), *honesty_claims(table)]
-
-
-def _call(task: Callable[[], list[dict[str, Any]]]) -> list[dict[str, Any]]:
-    return task()
 
 
 def _errors(axes: Axes, rows: pd.DataFrame) -> None:

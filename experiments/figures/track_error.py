@@ -1,7 +1,8 @@
 """Part of figure 7: where conicity settles over the error of the measured track, by what the filter is told of it."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,12 @@ from matplotlib.axes import Axes
 
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.vehicle.affine import PARAMETERS
+from experiments.figures.parted import Parts
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most, between
 from experiments.reporting.plots import BLUE, GREEN, ORANGE, PURPLE, RED
 from experiments.reporting.size import Size
-from experiments.runs.suspension import CASE, SEED, VALID, over_track_errors
+from experiments.runs.suspension import CASE, SEED, VALID, at_end
 
 ERRORS, FAST_ERRORS, SMOKE_ERRORS = (0.05, 0.2, 0.5, 1.0), (0.05, 1.0), (1.0,)
 """Power of the error of track.csv over that of the track itself; 0.05 is 0.22 of its size, 1 is all of it."""
@@ -34,17 +36,21 @@ CONICITY = PARAMETERS[2]
 LONG = 40.0  # s from which a run is as long as the claims are about
 
 
-def sweep(size: Size, duration: float, engine: str) -> pd.DataFrame:
-    """Ends of all runs: those of `over_track_errors`, with the columns ERROR and ASSUMED."""
-    reduced = SuspensionRbpf(wheelset_sensors=False, keep_every=EVERY, track="uncertain")
-    named = {
-        (share, told): reduced.but(track_error=TOLD[told] * share)
-        for share, told in itertools.product(size.of(ERRORS, FAST_ERRORS, SMOKE_ERRORS), TOLD)
-    }
-    cases = {f"track error {share:g}, told {told}": (one, share) for (share, told), one in named.items()}
+def parts(size: Size, duration: float, engine: str) -> Parts:
+    """Ends of all runs, by seeds: those of `at_end`, with the columns ERROR and ASSUMED."""
     seeds = range(FIRST, FIRST + size.of(SEEDS, FAST_SEEDS, SMOKE_SEEDS))
-    table = over_track_errors(cases, seeds, duration, engine)
-    about = {f"track error {share:g}, told {told}": (share, TOLD[told]) for share, told in named}
+    errors = size.of(ERRORS, FAST_ERRORS, SMOKE_ERRORS)
+    return {f"track_error_{seed}": partial(_ends_of, errors, seed, duration, engine) for seed in seeds}
+
+
+def _ends_of(errors: Sequence[float], seed: int, duration: float, engine: str) -> pd.DataFrame:
+    reduced = SuspensionRbpf(wheelset_sensors=False, keep_every=EVERY, track="uncertain")
+    about = {
+        f"track error {share:g}, told {told}": (share, factor)
+        for share, (told, factor) in itertools.product(errors, TOLD.items())
+    }
+    cases = {case: (reduced.but(track_error=factor * share), share) for case, (share, factor) in about.items()}
+    table = pd.DataFrame(at_end(cases, seed, duration, engine))
     for place, column in enumerate((ERROR, ASSUMED)):
         table[column] = [about[case][place] for case in table[CASE]]
     return table

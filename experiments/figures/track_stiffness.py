@@ -1,5 +1,6 @@
 """Track stiffness found from axleboxes: error beside its Cramer-Rao bound, and how often the stated interval holds."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -7,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure as Picture
 
 from experiments.figures.accuracy_claims import pick
-from experiments.figures.interface import Figure
+from experiments.figures.parted import PartedFigure, Parts
 from experiments.reporting.claims import Claim, at_least, at_most
 from experiments.reporting.intervals import of_mean_share, of_median, of_share
 from experiments.reporting.plots import BLUE, GREY, ORANGE
@@ -15,7 +16,6 @@ from experiments.reporting.size import Size
 from experiments.runs.track_stiffness import CASES, NINETY, SPEEDS, study, summary
 from railsim.analysis.statistics import root_mean_square
 
-PROCESSES = 2
 SEEDS = 3
 SMOKE_CASES = ("soft zone", "rigid rails")
 SHOWN, SHOWN_SPEED = "soft zone", 25.0
@@ -24,14 +24,14 @@ COVERED, TIMES, WRONG = 0.9, 2.0, 0.05
 RUN = ["case", "speed [m/s]", "seed"]
 
 
-class TrackStiffness(Figure):
+class TrackStiffness(PartedFigure):
     """One line, and all cases of the study; half vehicle, compiled engine."""
 
-    def compute(self, size: Size) -> pd.DataFrame:
-        """A row each window of each run."""
+    def parts(self, size: Size) -> Parts:
+        """A part each case; a row each window of each run."""
+        speeds, seeds = size.of(SPEEDS, (25.0, 55.0), (SHOWN_SPEED,)), size.of(SEEDS, 1)
         cases = size.of(tuple(CASES), tuple(CASES), SMOKE_CASES)
-        speeds = size.of(SPEEDS, (25.0, 55.0), (SHOWN_SPEED,))
-        return study(cases, speeds, size.of(SEEDS, 1), 1 if size.reduced else PROCESSES)
+        return {case.replace(" ", "_"): partial(study, case, speeds, seeds) for case in cases}
 
     def draw(self, table: pd.DataFrame) -> Picture:
         """Above one line; below errors and bounds by case."""

@@ -1,12 +1,11 @@
 """Runs for the figures of the suspension: the shipped scenario on other tracks, with many noise seeds, track errors."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 
 from estimators.suspension.suspension_rbpf import SuspensionRbpf
 from estimators.suspension.verdicts import std_name
@@ -14,16 +13,17 @@ from estimators.vehicle.affine import PARAMETERS
 from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements
+from railsim.scenario import Scenario
 from railsim.scratch import scratch_folder
 from railsim.track import spectra, synthesis
 from railsim.track.files import write_track
 from railsim.track.track import Track
+from railsim.truth import Truth
 
 BAND = spectra.Band(shortest=1.0, longest=100.0)
 LENGTH, SPACING = 2000.0, 0.2  # m
 JUDGED = 5107
 """Seed of the track that figures are judged on; nothing was chosen on it."""
-WORKERS = 2
 CASE, SEED, TIME, VALID = "case", "seed", "time [s]", "valid [-]"
 
 
@@ -56,60 +56,58 @@ def write_other(folder: Path, seed: int, length: float = LENGTH) -> Path:
     return path
 
 
-def over_seeds(
-    cases: dict[str, tuple[SuspensionRbpf, float]], track_seed: int, seeds: int, duration: float, engine: str
-) -> tuple[pd.DataFrame, np.ndarray]:
-    """Estimates of every case and noise seed over time, and the true parameters; one run serves all.
+def over_time(
+    cases: Mapping[str, tuple[SuspensionRbpf, float]], track_seed: int, seed: int, duration: float, engine: str
+) -> pd.DataFrame:
+    """Estimates of every case over time with one noise seed.
 
     Parameters
     ----------
     cases : by name, the estimator and the share of the track's power that is error of track.csv.
-    track_seed : of the true track's irregularities.
-    """
-    with scratch_folder() as folder:
-        track = str(write_other(Path(folder), track_seed))
-        scenario = load_scenario("suspension", {"duration": duration, "track": track})
-        truth = simulate(scenario, engine=engine)
-
-    def estimated(name: str, seed: int) -> pd.DataFrame:
-        estimator, share = cases[name]
-        measurements = measure(truth, scenario, seed=seed).measurements
-        if share > 0.0:
-            measurements = with_track_errors(measurements, share, 1000 + seed)
-        series = estimator.but(seed=seed).estimate(measurements).series
-        columns = [TIME, *PARAMETERS, *(std_name(parameter) for parameter in PARAMETERS)]
-        return series[columns].assign(**{CASE: name, SEED: seed})
-
-    jobs = [(name, seed) for seed in range(1, seeds + 1) for name in cases]
-    tables: Any = Parallel(n_jobs=WORKERS, prefer="threads")(delayed(estimated)(*job) for job in jobs)
-    return pd.concat(tables, ignore_index=True), true_parameters(truth)
-
-
-def over_track_errors(
-    cases: Mapping[str, tuple[SuspensionRbpf, float]], seeds: Sequence[int], duration: float, engine: str
-) -> pd.DataFrame:
-    """What every case ends at, by seeds of track, noise and error of the track; see `over_seeds` for the cases.
+    track_seed : of the true track's irregularities. duration : of the run, s.
 
     Returns
     -------
-    A row a case and seed: CASE, SEED, TIME of the end, the parameters, "true" and their name, and `VALID`: whether the
+    Rows over time: CASE, SEED, TIME, the parameters and their deviations, and the true parameters as "true" and their
+    name.
+    """
+    scenario, truth = _run(track_seed, duration, engine)
+    measured = measure(truth, scenario, seed=seed).measurements
+    wanted = [TIME, *PARAMETERS, *(std_name(parameter) for parameter in PARAMETERS)]
+    tables = []
+    for name, (estimator, share) in cases.items():
+        seen = with_track_errors(measured, share, 1000 + seed) if share > 0.0 else measured
+        series = estimator.but(seed=seed).estimate(seen).series
+        tables.append(series[wanted].assign(**{CASE: name, SEED: seed}))
+    return pd.concat(tables, ignore_index=True).assign(**_known(truth))
+
+
+def at_end(
+    cases: Mapping[str, tuple[SuspensionRbpf, float]], seed: int, duration: float, engine: str
+) -> Iterator[dict[str, Any]]:
+    """What every case ends at, by one seed of track, noise and error of the track; see `over_time` for the cases.
+
+    Returns
+    -------
+    A row a case: CASE, SEED, TIME of the end, the parameters, "true" and their name, and `VALID`: whether the
     filter's own check of its innovations lets the estimate stand.
     """
+    scenario, truth = _run(seed, duration, engine)
+    measured = measure(truth, scenario, seed=seed).measurements
+    for name, (estimator, share) in cases.items():
+        wrong = with_track_errors(measured, share, 1000 + seed)
+        last = estimator.but(seed=seed).estimate(wrong).series.iloc[-1]
+        found = {column: float(last[column]) for column in (TIME, *PARAMETERS, VALID)}
+        yield {CASE: name, SEED: seed} | found | _known(truth)
 
-    def ended(seed: int, measurements: Measurements, true: np.ndarray) -> Iterator[dict[str, Any]]:
-        for name, (estimator, share) in cases.items():
-            wrong = with_track_errors(measurements, share, 1000 + seed)
-            last = estimator.but(seed=seed).estimate(wrong).series.iloc[-1]
-            found = {column: float(last[column]) for column in (TIME, *PARAMETERS, VALID)}
-            known = {f"true {column}": float(value) for column, value in zip(PARAMETERS, true, strict=True)}
-            yield {CASE: name, SEED: seed} | found | known
 
-    def of_seed(seed: int) -> list[dict[str, Any]]:
-        with scratch_folder() as folder:
-            track = str(write_other(Path(folder), seed))
-            scenario = load_scenario("suspension", {"duration": duration, "track": track})
-            truth = simulate(scenario, engine=engine)
-        return list(ended(seed, measure(truth, scenario, seed=seed).measurements, true_parameters(truth)))
+def _run(track_seed: int, duration: float, engine: str) -> tuple[Scenario, Truth]:
+    """The shipped scenario on a track of its own; simulated once, then taken from the cache."""
+    with scratch_folder() as folder:
+        track = str(write_other(Path(folder), track_seed))
+        scenario = load_scenario("suspension", {"duration": duration, "track": track})
+        return scenario, simulate(scenario, engine=engine)
 
-    rows: Any = Parallel(n_jobs=WORKERS, prefer="threads")(delayed(of_seed)(seed) for seed in seeds)
-    return pd.DataFrame([row for of in rows for row in of])
+
+def _known(truth: Truth) -> dict[str, float]:
+    return {f"true {name}": float(value) for name, value in zip(PARAMETERS, true_parameters(truth), strict=True)}

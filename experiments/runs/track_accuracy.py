@@ -1,8 +1,9 @@
 """Runs of the figure `track_accuracy`: every estimator at every speed, and vehicles that are off nominal."""
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,12 +24,14 @@ from estimators.track.track_smoother import TrackSmoother
 from experiments.reporting.size import Size
 from experiments.reporting.units import MM
 from experiments.runs.track import POSITIONS, SHARE, gyro_at, sensor_name, sensors
+from experiments.runs.unseen_tracks import write_unseen
 from experiments.scoring.track import band_errors, true_track
 from railsim import measure, simulate
 from railsim.analysis.statistics import root_mean_square
 from railsim.contact.pairs import WheelRailPair
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
+from railsim.scratch import scratch_folder
 from railsim.sensors.accelerometer import AXLEBOX
 from railsim.truth import Truth
 
@@ -64,27 +67,25 @@ FAST_DRAWS, SMOKE_DRAWS = {"compiled": 2}, {"compiled": 1}
 SMOKE_SPEEDS = (PLACED, 45.0)  # m/s
 QUANTITIES = ("vertical", "cross_level", "left_vertical", "right_vertical", "lateral")
 
-Task = partial[list[dict[str, Any]]]
-"""Something to compute; its keyword `cost` says what takes longest."""
+Task = Callable[[], Iterable[dict[str, Any]]]
+"""Rows to compute."""
 
 
-def accuracy_tasks(size: Size) -> list[Task]:
-    """One for each speed; one simulation serves all estimators and grades."""
-    lengths = {speed: size.of(length, min(length, FAST_LENGTH), SMOKE_LENGTH) for speed, length in LENGTHS.items()}
+def accuracy_tasks(size: Size) -> dict[str, Task]:
+    """One for each speed, by name; one simulation serves all estimators and grades."""
     speeds = size.of(tuple(LENGTHS), tuple(LENGTHS), SMOKE_SPEEDS)
-    return [partial(_accuracy, speed, lengths[speed], size.reduced, cost=lengths[speed] / speed) for speed in speeds]
+    lengths = {speed: size.of(length, min(length, FAST_LENGTH), SMOKE_LENGTH) for speed, length in LENGTHS.items()}
+    return {f"accuracy_{speed:g}_m_s": partial(_accuracy, speed, lengths[speed], size.reduced) for speed in speeds}
 
 
-def coverage_tasks(size: Size, files: Mapping[str, str]) -> list[Task]:
-    """One for each track, speed, engine and vehicle; `files` : of the tracks."""
-    tasks = []
+def coverage_tasks(size: Size) -> dict[str, Task]:
+    """One for each track, speed and engine, by name; each draws some vehicles."""
+    tasks: dict[str, Task] = {}
     for track, (whole, vehicle, speeds) in RUNS.items():
         length = size.of(whole, whole, SMOKE_LENGTH)
         draws_of = size.of(DRAWS, FAST_DRAWS, SMOKE_DRAWS)
         for speed, (engine, draws) in itertools.product(size.of(speeds, speeds, speeds[-1:]), draws_of.items()):
-            cost = length / speed / (14.0 if engine == "exudyn" else 60.0)
-            for seed in range(draws):
-                tasks.append(partial(_coverage, track, files[track], vehicle, speed, length, engine, seed, cost=cost))
+            tasks[f"{track}_{speed:g}_m_s_{engine}"] = partial(_coverage, track, vehicle, speed, length, engine, draws)
     return tasks
 
 
@@ -109,9 +110,8 @@ def _tried() -> list[tuple[str, Estimator, str]]:
     return tried
 
 
-def _accuracy(speed: float, length: float, fast: bool, cost: float) -> list[dict[str, Any]]:
+def _accuracy(speed: float, length: float, fast: bool) -> list[dict[str, Any]]:
     """Rows of the table of errors."""
-    del cost
     truth = _truth("straight_erri_low", "manchester", speed, length, "compiled" if fast else "exudyn")
     rows: list[dict[str, Any]] = []
     for grade in GRADES:
@@ -206,10 +206,18 @@ def _rail(heights: np.ndarray, density: float, speed: float) -> dict[str, float]
 
 
 def _coverage(
-    track: str, file: str, vehicle: str, speed: float, length: float, engine: str, seed: int, cost: float
+    track: str, vehicle: str, speed: float, length: float, engine: str, draws: int
+) -> Iterator[dict[str, Any]]:
+    """Rows of the share within two standard deviations of vehicles whose true parameters are drawn."""
+    with scratch_folder() as folder:
+        file = str(write_unseen(Path(folder))[track])
+        for seed in range(draws):
+            yield from _covered(track, file, vehicle, speed, length, engine, seed)
+
+
+def _covered(
+    track: str, file: str, vehicle: str, speed: float, length: float, engine: str, seed: int
 ) -> list[dict[str, Any]]:
-    """Rows of the share within two standard deviations of a vehicle whose true parameters are drawn."""
-    del cost
     rng = np.random.default_rng([96, list(RUNS).index(track), round(speed), seed])
     factors = {name: float(np.exp(spread * rng.standard_normal())) for name, spread in SPREAD.items()}
     conicity = float(np.exp(CONICITY * rng.standard_normal()))

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 
 from estimators.track.track_stiffness import TrackStiffness
 from estimators.vehicle.wheel_on_track import contact_stiffness
@@ -195,18 +194,17 @@ def bound(case: Case, stiffness: float, speed: float, chosen: Scenario) -> float
     return one_pass(stiffness, speed, TrackStiffness().length, lumped, wheel, roughness, NOISE)
 
 
-def study(cases: Sequence[str], speeds: Sequence[float], seeds: int, jobs: int = 1) -> pd.DataFrame:
-    """All runs of some cases; `seeds` of each at each speed, on rigid rails `MORE` times as many."""
-    tasks = [
-        (name, speed, 1000 * list(CASES).index(name) + 10 * i + seed % 10 + 100 * (seed // 10))
-        for name in cases
-        for i, speed in enumerate(speeds)
-        for seed in range(seeds if CASES[name].track is not None else MORE * seeds)
-    ]
-    found: Any = (
-        Parallel(n_jobs=jobs)(delayed(run)(*task) for task in tasks) if jobs > 1 else [run(*one) for one in tasks]
+def study(name: str, speeds: Sequence[float], seeds: int) -> pd.DataFrame:
+    """All runs of a case, `seeds` at each speed; on rigid rails `MORE` times as many."""
+    number = 1000 * list(CASES).index(name)
+    return pd.concat(
+        [
+            run(name, speed, number + 10 * i + seed % 10 + 100 * (seed // 10))
+            for i, speed in enumerate(speeds)
+            for seed in range(seeds if CASES[name].track is not None else MORE * seeds)
+        ],
+        ignore_index=True,
     )
-    return pd.concat(found, ignore_index=True)
 
 
 def summary(table: pd.DataFrame, by: str = "case") -> pd.DataFrame:

@@ -7,9 +7,12 @@ import pytest
 
 from experiments.cli import main
 from experiments.figures import costs
+from experiments.figures.countdown import Countdown
+from experiments.figures.interface import FIGURES
 from experiments.figures.kept import FOLDER
-from experiments.figures.session import Countdown, publish_all
+from experiments.figures.session import Result, publish_all
 from experiments.reporting.size import Size
+from experiments.sweep.run import Interrupted
 from railsim.cache import VARIABLE as CACHE
 from railsim.errors import InputError
 from railsim.plugins import VARIABLE as PLUGINS
@@ -55,7 +58,7 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "log"
 
 
-def publish(folder: Path, jobs: int = 1, names: tuple[str, ...] = NAMES) -> tuple[dict[str, object], list[str]]:
+def publish(folder: Path, jobs: int = 1, names: tuple[str, ...] = NAMES) -> tuple[dict[str, Result], list[str]]:
     said: list[str] = []
     return publish_all(names, folder, Size.FAST, jobs, said.append), said
 
@@ -111,6 +114,98 @@ def test_a_lost_process_is_told(log: Path, tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("TEST_KILL", "quick_two")
     with pytest.raises(InputError, match="killed or ran out of memory; what is finished is kept: call it again"):
         publish(tmp_path / "out", jobs=2)
+
+
+PARTED = """
+import os
+from functools import partial
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure as Picture
+
+from experiments.figures.parted import PartedFigure
+from experiments.reporting.claims import Claim, exactly
+
+
+def part(number):
+    with Path({log!r}).open("a") as log:
+        log.write(f"part_{{number}}\\n")
+    if f"part_{{number}}" in os.environ.get("TEST_KILL", ""):
+        raise KeyboardInterrupt
+    return pd.DataFrame({{"x [m]": [number / 3.0], "name": [f"run {{number}}"], "seed": number}})
+
+
+class Parted(PartedFigure):
+    def parts(self, size):
+        return {{f"part_{{number}}": partial(part, number) for number in range(3)}}
+
+    def draw(self, table):
+        return Picture()
+
+    def check(self, table):
+        return [Claim.definite("one", float(table["x [m]"].sum()), exactly(1.0))]
+"""
+
+
+@pytest.fixture
+def parted(log: Path) -> Path:
+    """A figure of three parts in the plug-in folder; each writes its name into this file when it is computed."""
+    (log.parent / "plugins" / "figures" / "parted.py").write_text(PARTED.format(log=str(log)))
+    return log
+
+
+def test_parts_of_a_figure_are_kept_until_it_is_finished(
+    parted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    command = ["figure", "parted", "--out", str(tmp_path / "out"), "--fast", "--jobs", "1", "--json"]
+    costs.learn(Size.FAST, "parted/part_0", 2.0)
+    costs.learn(Size.FAST, "parted", 3.0)
+    monkeypatch.setenv("TEST_KILL", "part_1")
+    assert main(command) == 130
+    told = capsys.readouterr().err
+    assert "1 figures, 0 finished before; about 4 s on 1 processes" in told, "a third of 3 s where a part is not known"
+    assert "parted/part_0: " in told
+    monkeypatch.delenv("TEST_KILL")
+    assert main(command) == 0
+    assert sorted(parted.read_text().split()) == ["part_0", "part_1", "part_1", "part_2"]
+    assert json.loads(capsys.readouterr().out)["figures"]["parted"]["claims"][0]["held"]
+    whole = FIGURES.pick("parted")().compute(Size.FAST)
+    assert (tmp_path / "out" / "parted.csv").read_text() == whole.to_csv(index=False)
+    assert not list((tmp_path / "out" / FOLDER).rglob("*.parquet"))
+    parted.unlink()
+    assert main(command) == 0
+    assert len(parted.read_text().split()) == 3, "what is asked for by its name is made again"
+
+
+def test_parts_run_on_processes_beside_other_figures(parted: Path, tmp_path: Path):
+    _, said = publish(tmp_path / "two", jobs=2, names=(*NAMES, "parted"))
+    assert said[0].startswith("3 figures, 0 finished before; about 0 s on 2 processes and 5 whose time is not known")
+    assert said[-1].startswith("parted: ") and said[-1].endswith("0 left, about 0 s")
+    again, said = publish(tmp_path / "two", jobs=2, names=("parted",))
+    assert said == ["1 figures, 1 finished before; about 0 s on 2 processes"]
+    assert again["parted"]
+
+
+@pytest.mark.parametrize("change", ["broken", "program"])
+def test_a_kept_part_that_is_not_as_it_was_is_made_again(
+    parted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
+):
+    monkeypatch.setenv("TEST_KILL", "part_2")
+    with pytest.raises(Interrupted):
+        publish(tmp_path / "out", names=("parted",))
+    assert parted.read_text().split()[-1] == "part_2"
+    kept = sorted((tmp_path / "out" / FOLDER).rglob("*.parquet"))
+    before = len(parted.read_text().split())
+    assert len(kept) == before - 1
+    if change == "broken":
+        kept[0].write_bytes(kept[0].read_bytes()[:-9])
+    else:
+        (tmp_path / "plugins" / "figures" / "quick_two.py").write_text("")
+    monkeypatch.delenv("TEST_KILL")
+    publish(tmp_path / "out", names=("parted",))
+    made = parted.read_text().split()[before:]
+    assert sorted(made) == (["part_0", "part_2"] if change == "broken" else ["part_0", "part_1", "part_2"])
 
 
 def test_number_of_processes_is_checked(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
