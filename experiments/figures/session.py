@@ -68,7 +68,7 @@ def publish_all(
     pieces = [piece for name in left for piece in work.pieces(name)]
     work.countdown = Countdown([piece.name for piece in pieces], _costs(pieces, size), jobs)
     say(f"{len(names)} figures, {len(results)} finished before; {work.countdown.beforehand()}")
-    work.waiting = sorted(reversed(pieces), key=lambda piece: work.countdown.cost(piece.name))
+    work.waiting = sorted(pieces, key=lambda piece: -work.countdown.cost(piece.name))[::-1]
     perform = _here if min(jobs, len(pieces)) == 1 else _on_processes
     try:
         perform(work, jobs)
