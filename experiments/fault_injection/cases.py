@@ -1,11 +1,9 @@
 """Cases: a run measured, spoilt or not, inspected, repaired, and estimated from again."""
 
-from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from estimators.interface import Estimate
 from experiments.fault_injection.faults import Fault, Spoiler
@@ -20,6 +18,10 @@ from railsim.quality.inspection import inspect
 from railsim.quality.interface import Finding
 from railsim.truth import Truth
 
+HANDFUL = frozenset(
+    {"alignment_vertical", "alignment_lateral", "alignment_displacement", "cross_level", "speed_plain", "speed_refined"}
+)
+"""Estimators of track and speed, quick ones: what is scored in mm and km/h."""
 NEAR = 0.5  # s: as the place of a fault must be found
 GRADES = ("industrial", "mems")
 _ERRORS = "rms error"
@@ -70,20 +72,6 @@ class Study:
         return measure(self.truth(run), scenario(run, grade, self.shift), seed=self.seed + number).measurements
 
 
-def cases(
-    count: int, seed: int, shift: float, fast: bool, every: int, clean: int | None = None
-) -> Iterator[dict[str, Any]]:
-    """`count` spoilt recordings, each kind of fault in turn, then `clean` (None: as many) clean ones: a row each.
-
-    The other parameters are those of `Study`.
-    """
-    study = Study(seed, shift, fast, every)
-    for number in range(count):
-        yield study.spoilt(number)
-    for number in range(count, count + (count if clean is None else clean)):
-        yield study.clean(number)
-
-
 def spoil(measured: Measurements, kind: str, rng: np.random.Generator) -> tuple[Fault, Measurements]:
     """A fault of a kind, and the recording with it."""
     spoiler = Spoiler(measured, rng)
@@ -126,8 +114,10 @@ def restored(
     """Largest rms error of any estimator after the repair, and without it, over that from the clean recording, and
     over that from the clean recording without the samples that the fault touched; how many scores each has lost.
     """
-    before, after, without, gap = (
-        _errors(one, truth, estimators) for one in (clean, inspect(spoilt).cleaned, spoilt, gapped(clean, spoilt))
+    before = _errors(clean, truth, estimators)
+    scored = frozenset(key.partition(":")[0] for key in before)
+    after, without, gap = (
+        _errors(one, truth, scored) for one in (inspect(spoilt).cleaned, spoilt, gapped(clean, spoilt))
     )
     worst = {key: after[key] / value for key, value in before.items() if key in after}
     name = max(worst, key=lambda key: worst[key]) if worst else ""
@@ -180,8 +170,3 @@ def _scores(estimate: Estimate, truth: Truth) -> dict[str, float]:
         return score(estimate, truth)
     except InputError:
         return {}
-
-
-def table(count: int, seed: int, shift: float, fast: bool, every: int, clean: int | None = None) -> pd.DataFrame:
-    """All cases."""
-    return pd.DataFrame(list(cases(count, seed, shift, fast, every, clean)))

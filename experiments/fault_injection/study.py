@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from experiments.fault_injection.cases import Study
+from experiments.fault_injection.cases import HANDFUL, Study
 from experiments.fault_injection.kinds import FAULTS
 from experiments.reporting import intervals
 
@@ -22,10 +22,6 @@ SEED, SHIFT = 760_000, 45.0
 alarm of the seed 740 000 (35 m) was mended since.
 """
 SPOILT, CLEAN = 200, 300
-HANDFUL = frozenset(
-    {"alignment_vertical", "alignment_lateral", "alignment_displacement", "cross_level", "speed_plain", "speed_refined"}
-)
-"""Estimators that are scored: of track and speed; what is scored in mm and km/h."""
 
 
 def computed(folder: Path, options: argparse.Namespace) -> pd.DataFrame:

@@ -1,17 +1,21 @@
 """Verification of recordings: 21 kinds of fault put in at random, and what `railsim inspect` says of them."""
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure as Picture
 
-from experiments.fault_injection.cases import table as cases
+from experiments.fault_injection.cases import HANDFUL, Study
 from experiments.fault_injection.kinds import FAULTS
-from experiments.figures.interface import Figure
+from experiments.figures.parted import PartedFigure, Parts, table_of
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, Target, at_least, at_most, exactly
 from experiments.reporting.size import Size
 
 COUNT, FAST_COUNT, SMOKE_COUNT = 200, 24, 1
+TOGETHER, CLEAN = 7, 50  # spoilt and clean recordings in a part
 SEED, SHIFT = 520_000, 20.0
 """Of the reported cases; limits were chosen on seeds below 10 000 and runs that begin 20 m before these, and with the
 cases from 90 000, 260 000 and 430 000 on it was seen what repairs got wrong.
@@ -21,12 +25,18 @@ GONE = ("stuck", "null", "drop-out", "saturation")
 _GAP = "samples left out, over the clean recording without the same samples"
 
 
-class Inspection(Figure):
+class Inspection(PartedFigure):
     """Confusion of kinds, false alarms on as many clean recordings, scores after the repair."""
 
-    def compute(self, size: Size) -> pd.DataFrame:
-        """A row a recording; `fast`: 24 spoilt and 24 clean ones on the compiled engine instead of 200 on Exudyn."""
-        return cases(size.of(COUNT, FAST_COUNT, SMOKE_COUNT), SEED, SHIFT, size.reduced, every=4 if size.reduced else 5)
+    def parts(self, size: Size) -> Parts:
+        """A row a recording; `fast`: 24 spoilt and 24 clean ones on the compiled engine instead of 200 on Exudyn, and
+        a handful of estimators.
+        """
+        count = size.of(COUNT, FAST_COUNT, SMOKE_COUNT)
+        spoilt, clean = range(count), range(count, 2 * count)
+        groups = [("spoilt", spoilt[first : first + TOGETHER]) for first in range(0, count, TOGETHER)]
+        groups += [("clean", clean[first : first + CLEAN]) for first in range(0, count, CLEAN)]
+        return {f"{kind}_{numbers[0]}": table_of(_rows, size.reduced, numbers, kind) for kind, numbers in groups}
 
     def draw(self, table: pd.DataFrame) -> Picture:
         """What was put in over what was found; scores after the repair."""
@@ -86,6 +96,12 @@ class Inspection(Figure):
             "a sliding wheel and a receiver's outage are notes, not alarms",
             f"left out of the repaired copy, so that estimators see a gap: {', '.join(GONE)}",
         ]
+
+
+def _rows(fast: bool, numbers: range, kind: str) -> Iterator[Mapping[str, Any]]:
+    study = Study(SEED, SHIFT, fast, every=4 if fast else 5, estimators=HANDFUL if fast else None)
+    row = study.spoilt if kind == "spoilt" else study.clean
+    yield from map(row, numbers)
 
 
 def _share(text: str, hits: pd.Series, target: Target) -> Claim:

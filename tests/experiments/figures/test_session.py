@@ -63,20 +63,6 @@ def publish(folder: Path, jobs: int = 1, names: tuple[str, ...] = NAMES) -> tupl
     return publish_all(names, folder, Size.FAST, jobs, said.append), said
 
 
-def test_two_processes_make_what_one_makes_and_what_is_finished_is_not_made_again(log: Path, tmp_path: Path):
-    together, said = publish(tmp_path / "two", jobs=2)
-    assert said[0].startswith("2 figures, 0 finished before; about 0 s on 2 processes and 2 whose time is not known")
-    assert said[-1].endswith("0 left, about 0 s")
-    assert sorted(log.read_text().split()) == sorted(NAMES)
-    again, said = publish(tmp_path / "two", jobs=2)
-    assert said == ["2 figures, 2 finished before; about 0 s on 2 processes"]
-    assert again == together
-    publish(tmp_path / "one")
-    for name in NAMES:
-        assert (tmp_path / "one" / f"{name}.png").read_bytes() == (tmp_path / "two" / f"{name}.png").read_bytes()
-    assert len(log.read_text().split()) == 4
-
-
 @pytest.mark.parametrize("change", ["table", "kept", "program"])
 def test_what_is_not_as_it_was_is_made_again(log: Path, tmp_path: Path, change: str):
     publish(tmp_path / "out", names=NAMES[:1])
@@ -155,6 +141,23 @@ def parted(log: Path) -> Path:
     return log
 
 
+def test_two_processes_make_what_one_makes_and_what_is_finished_is_not_made_again(parted: Path, tmp_path: Path):
+    names = (*NAMES, "parted")
+    together, said = publish(tmp_path / "two", 2, names)
+    assert said[0].startswith("3 figures, 0 finished before; about 0 s on 2 processes and 5 whose time is not known")
+    assert said[-1].endswith("0 left, about 0 s")
+    assert sorted(parted.read_text().split()) == ["part_0", "part_1", "part_2", *sorted(NAMES)]
+    again, said = publish(tmp_path / "two", 2, names)
+    assert said == ["3 figures, 3 finished before; about 0 s on 2 processes"]
+    assert again == together
+    publish(tmp_path / "one", 1, names)
+    for name in names:
+        for ending in ("png", "csv"):
+            one, two = (tmp_path / folder / f"{name}.{ending}" for folder in ("one", "two"))
+            assert one.read_bytes() == two.read_bytes()
+    assert len(parted.read_text().split()) == 10
+
+
 def test_parts_of_a_figure_are_kept_until_it_is_finished(
     parted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
@@ -176,15 +179,6 @@ def test_parts_of_a_figure_are_kept_until_it_is_finished(
     parted.unlink()
     assert main(command) == 0
     assert len(parted.read_text().split()) == 3, "what is asked for by its name is made again"
-
-
-def test_parts_run_on_processes_beside_other_figures(parted: Path, tmp_path: Path):
-    _, said = publish(tmp_path / "two", jobs=2, names=(*NAMES, "parted"))
-    assert said[0].startswith("3 figures, 0 finished before; about 0 s on 2 processes and 5 whose time is not known")
-    assert said[-1].startswith("parted: ") and said[-1].endswith("0 left, about 0 s")
-    again, said = publish(tmp_path / "two", jobs=2, names=("parted",))
-    assert said == ["1 figures, 1 finished before; about 0 s on 2 processes"]
-    assert again["parted"]
 
 
 @pytest.mark.parametrize("change", ["broken", "program"])
