@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, runtime_checkable
 
 import pandas as pd
 
@@ -18,6 +18,9 @@ from railsim.parquet import read_columns, read_names, write_frame
 from railsim.registry import Kind
 from railsim.shown import html
 from railsim.spec import Spec
+
+if TYPE_CHECKING:
+    from railsim.plots.style import Picture
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,6 +55,12 @@ class Estimate:
         ]
         title = f"Estimate of {self.name}: {len(self.series)} rows"
         return html(title, ("quantity", "least", "mean", "most", "withheld"), rows)
+
+    def plot(self) -> "Picture":
+        """A picture of every quantity with two stated deviations, what is not valid, events and warnings."""
+        from railsim.plots.estimate import estimate_picture
+
+        return estimate_picture(self)
 
     def save(
         self,

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +11,9 @@ from railsim.description import check_description
 from railsim.errors import InputError
 from railsim.shown import html
 from railsim.stamps import usual_step
+
+if TYPE_CHECKING:
+    from railsim.plots.style import Picture
 
 TIME = "time [s]"
 _NAME = re.compile(r"\S.* \[[^\[\]]+\]")
@@ -140,6 +143,27 @@ class Measurements:
             raise InputError(f"no channel has {rate:g} Hz; there are {known} Hz")
         columns = {name: values for name, (own, values) in self._channels.items() if own == rate}
         return pd.DataFrame({TIME: self._times[rate], **columns})
+
+    def plot(self, *channels: str, begin: float | None = None, end: float | None = None) -> "Picture":
+        """A picture of channels over time, in panels by sensor and quantity.
+
+        Parameters
+        ----------
+        channels : full names, or patterns without a unit such as "bogie.*"; all channels where none is given.
+        begin, end : first and last time, s; None is that of the record.
+
+        Raises
+        ------
+        InputError : a name fits no channel.
+        """
+        from railsim.plots.channels import channels_picture, chosen, rows_between
+
+        def line(name: str) -> tuple[np.ndarray, np.ndarray]:
+            rows = rows_between(self.time(name), begin, end)
+            return self.time(name)[rows], self[name][rows]
+
+        names = chosen(self.channels, channels) if channels else self.channels
+        return channels_picture(self._about["origin"], names, line, TIME)
 
     @property
     def rates(self) -> list[float]:

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,9 @@ from railsim.errors import InputError
 from railsim.files import read_json, write_folder_atomically, write_json
 from railsim.parquet import GROUP_ROWS, open_writer, read_column, read_names, write_columns
 from railsim.shown import html
+
+if TYPE_CHECKING:
+    from railsim.plots.style import Picture
 
 TIME = "time [s]"
 SPEED = "speed [m/s]"
@@ -127,6 +130,26 @@ class Truth:
     def frame(self, names: Iterable[str] | None = None) -> pd.DataFrame:
         """The channels `names` (all where None) side by side, without an index of their own."""
         return pd.DataFrame({name: self[name] for name in (self.columns if names is None else names)})
+
+    def plot(self, *channels: str, begin: float | None = None, end: float | None = None, over: str = TIME) -> "Picture":
+        """A picture of channels over time or distance, in panels by body and quantity.
+
+        Parameters
+        ----------
+        channels : full names, or patterns without a unit such as "wheelset1.*"; a usual choice where none is given.
+        begin, end : first and last time, s; None is that of the run.
+        over : channel of the horizontal axis, such as "s [m]".
+
+        Raises
+        ------
+        InputError : a name fits no channel.
+        """
+        from railsim.plots.channels import channels_picture, chosen, rows_between, usual
+
+        rows, names = rows_between(self.time, begin, end), self.columns[1:]
+        shown, places = chosen(names, channels) if channels else usual(names), self[over][rows]
+        title = f"truth, {self.rate:g} Hz, {self.duration:g} s"
+        return channels_picture(title, shown, lambda name: (places, self[name][rows]), over)
 
 
 class HeldTruth(Truth):

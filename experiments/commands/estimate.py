@@ -46,8 +46,8 @@ def execute(given: argparse.Namespace) -> Outcome:
     """Write the estimate and its picture; of track geometry also deviations a section and isolated defects."""
     from estimators.interface import ESTIMATORS
     from experiments.maintenance.condition import tables
-    from experiments.reporting.estimate_picture import PICTURE, writer
     from experiments.runs.long_record import in_sections, joined
+    from railsim.plots.estimate import PICTURE, writer
     from railsim.recording import Recording
 
     settings, vehicle = _changes(given.set)

@@ -12,16 +12,12 @@ from matplotlib.figure import Figure
 from experiments.reporting.units import KMH
 from railsim.constants import GRAVITY
 from railsim.measurements import Measurements
+from railsim.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, frame, legend, thin
 from railsim.truth import SPEED, Truth
-
-BLACK, GREY = "#000000", "#8c8c8c"
-BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
-"""Palette of Okabe and Ito (2008), for colour-blind readers too."""
 
 ESTIMATOR_COLOURS = (ORANGE, BLUE, PURPLE, SKY)
 SENSOR_COLOURS = (RED, GREEN, SKY)
 CLOSE = 60.0  # m; length of the stretch that is shown from close by
-MOST_POINTS = 6000  # a line; more are drawn as an envelope of lowest and highest
 
 
 @dataclass(frozen=True)
@@ -151,21 +147,6 @@ PLOTS: dict[str, Callable[[Results], Figure]] = {"speed": speed, "overview": ove
 """Every plot of a run by the name of its file."""
 
 
-def thin(x: np.ndarray, y: np.ndarray, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """The points of a line, or where there are more than `most`, the lowest and the highest of each stretch."""
-    if len(x) <= most:
-        return x, y
-    width = -(-2 * len(x) // most)
-    count = len(x) // width * width
-    parts = y[:count].reshape(-1, width)
-    lost = np.isnan(parts).all(axis=1)
-    low = np.where(np.isnan(parts), np.inf, parts).argmin(axis=1)
-    high = np.where(np.isnan(parts), -np.inf, parts).argmax(axis=1)
-    first = np.arange(len(parts)) * width
-    rows = np.sort(np.column_stack([first + low, np.where(lost, first + low, first + high)]), axis=1).ravel()
-    return x[rows], y[rows]
-
-
 def sensor_label(measured: Measurements, channel: str) -> str:
     """Kind and name of the sensor that gives a channel; once where both are the same."""
     sheet = measured.sensor(channel)
@@ -200,37 +181,8 @@ def _panels(results: Results, heights: tuple[float, ...], columns: int) -> tuple
     return frame(heights, title, columns)
 
 
-def frame(heights: tuple[float, ...], title: str, columns: int = 1) -> tuple[Figure, np.ndarray]:
-    """Figure and its panels, shape (rows, columns); the panels of a column share their horizontal axis."""
-    figure = Figure(
-        figsize=(10.0 if columns == 1 else 12.0, 1.0 + 1.4 * sum(heights) * (0.75 if columns == 1 else 1.0)),
-        layout="constrained",
-    )
-    widths = (1.0,) if columns == 1 else (1.6, 1.0)
-    panels = figure.subplots(
-        len(heights), columns, sharex="col", sharey="row", height_ratios=heights, width_ratios=widths, squeeze=False
-    )
-    figure.suptitle(title, fontsize=11)
-    for panel in panels.ravel():
-        panel.grid(True, color="#dddddd", lw=0.6)
-        panel.set_axisbelow(True)
-        panel.spines[["top", "right"]].set_visible(False)
-        panel.margins(x=0.0)
-    figure.align_ylabels(panels[:, 0])
-    return figure, panels
-
-
 def _line(axes: Axes, x: np.ndarray, y: np.ndarray, **style: object) -> None:
     axes.plot(*thin(x, y), **style)  # pyright: ignore[reportArgumentType]
-
-
-def legend(axes: Axes, wanted: bool = True) -> None:
-    """Above the panel, so that it covers nothing."""
-    count = len(axes.get_legend_handles_labels()[1])
-    if wanted and count:
-        axes.legend(
-            loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=count, frameon=False, fontsize=9, borderaxespad=0.1
-        )
 
 
 def _limit(axes: Axes, size: float) -> None:

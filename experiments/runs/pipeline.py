@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from estimators.interface import Estimate
-from experiments.reporting.estimate_picture import PICTURE, writer
 from experiments.reporting.failures import PluginError, plugin_code
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.plots import PLOTS, Results, sensor_label
@@ -20,6 +19,7 @@ from experiments.scoring.score import score_rows, scores_and_problems, unscored
 from experiments.scoring.speed import all_speed_errors
 from railsim.files import write_folder_atomically, write_json
 from railsim.measurements import Measurements
+from railsim.plots.estimate import PICTURE, writer
 from railsim.recording import software_versions
 from railsim.scenario import Scenario
 from railsim.simulation import check_measured, measure, simulate

@@ -8,8 +8,9 @@ import pytest
 
 from estimators.interface import Estimate
 from experiments.cli import main
-from experiments.reporting import estimate_picture as estimate_picture_module
-from experiments.reporting.estimate_picture import MOST, PICTURE, estimate_picture, panels_of
+from railsim.plots import estimate as estimate_picture_module
+from railsim.plots.estimate import PICTURE, estimate_picture, panels_of
+from railsim.plots.style import MOST_PANELS
 
 S = np.linspace(0.0, 1000.0, 400)
 
@@ -35,10 +36,10 @@ def test_band_is_two_deviations_in_the_units_of_the_picture() -> None:
 
 
 def test_what_does_not_fit_is_named_and_warnings_are_shown() -> None:
-    many = {f"q{i} [m]": S for i in range(MOST + 2)}
-    many |= {f"q{i}_std [m]": S for i in range(MOST + 2)}
+    many = {f"q{i} [m]": S for i in range(MOST_PANELS + 2)}
+    many |= {f"q{i}_std [m]": S for i in range(MOST_PANELS + 2)}
     title = estimate_picture(estimate(many, warnings=["the wheels slide"])).get_suptitle()
-    assert f"not drawn: q{MOST} [m], q{MOST + 1} [m]" in title
+    assert f"not drawn: q{MOST_PANELS} [m], q{MOST_PANELS + 1} [m]" in title
     assert "warning: the wheels slide" in title
 
 

@@ -4,29 +4,20 @@ import textwrap
 from collections.abc import Callable
 from itertools import cycle
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from estimators.interface import Estimate
-from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, frame, legend, thin
+from railsim.plots.style import COLOURS, GREY, MOST_LINES, MOST_PANELS, RED, SHOWN, Picture, frame, legend, thin
 
-MOST = 8
-"""Panels in a picture; quantities beyond are named below it."""
-LINES = 4
-"""Lines in a panel of quantities that have no deviation."""
 MANY_ROWS, MANY_EVENTS = 100_000, 200
 """Beyond these, rows are drawn by their outline and events in one piece."""
 FEW_ROWS = 40
 """Below this many rows, each is marked and bears its deviation."""
 NAMED = 5
 """Columns that are named where they are not drawn."""
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
-SHOWN = {"m": ("mm", 1e3), "m/s": ("km/h", 3.6), "m/m": ("mm/m", 1e3), "1/m": ("1/km", 1e3), "N/m": ("MN/m", 1e-6)}
-"""Units of a picture, and the factor to them."""
 APART = ("s", "time", "valid")
 FIRST = ("vertical_d1", "vertical_d2", "lateral_d1", "lateral_d2", "cross_level_d1", "cross_level_d2")
 """Names that come first where there are more than fit."""
@@ -36,7 +27,26 @@ PICTURE = "estimate.png"
 """Name of the file in an estimate's folder."""
 
 
-def writer(estimate: Estimate) -> Callable[[Path], None]:
+class Estimated(Protocol):
+    """What is drawn of an estimate."""
+
+    @property
+    def name(self) -> str:
+        """Of the estimator."""
+        ...
+
+    @property
+    def series(self) -> pd.DataFrame:
+        """First column `"time [s]"` or `"s [m]"`, then quantities and their deviations."""
+        ...
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """Warnings and events, if any."""
+        ...
+
+
+def writer(estimate: Estimated) -> Callable[[Path], None]:
     """What draws an estimate into a file."""
     return lambda path: estimate_picture(estimate).savefig(path, dpi=110)
 
@@ -48,7 +58,7 @@ class Panel(NamedTuple):
     columns: tuple[str, ...]
 
 
-def estimate_picture(estimate: Estimate) -> Figure:
+def estimate_picture(estimate: Estimated) -> Picture:
     """Panels over distance or time, those with a stated deviation first.
 
     Quantities of one unit without a deviation share a panel; one that is withheld throughout has none. What the
@@ -56,7 +66,7 @@ def estimate_picture(estimate: Estimate) -> Figure:
     """
     series = estimate.series
     panels = panels_of([str(name) for name in series.columns if _is_drawn(series, str(name))])
-    shown, left_out = panels[:MOST], [name for panel in panels[MOST:] for name in panel.columns]
+    shown, left_out = panels[:MOST_PANELS], [name for panel in panels[MOST_PANELS:] for name in panel.columns]
     figure, axes = frame((1.5,) * max(1, len(shown)), _title(estimate, left_out))
     x, label = _along(estimate)
     for number, (panel, place) in enumerate(zip(shown, axes[:, 0], strict=False)):
@@ -74,12 +84,12 @@ def panels_of(columns: list[str]) -> list[Panel]:
         plain, _, unit = name.partition(" [")
         if plain not in APART and name not in banded and not plain.endswith("_std"):
             others.setdefault(unit.removesuffix("]"), []).append(name)
-    if len(banded) > MOST:
+    if len(banded) > MOST_PANELS:
         banded.sort(key=lambda name: name.partition(" [")[0] not in FIRST)
     panels = [Panel(_label(name), (name,)) for name in banded]
     for unit, names in others.items():
-        for first in range(0, len(names), LINES):
-            panels.append(Panel(f"[{SHOWN.get(unit, (unit, 1.0))[0]}]", tuple(names[first : first + LINES])))
+        for first in range(0, len(names), MOST_LINES):
+            panels.append(Panel(f"[{SHOWN.get(unit, (unit, 1.0))[0]}]", tuple(names[first : first + MOST_LINES])))
     return panels
 
 
@@ -88,7 +98,7 @@ def _is_drawn(series: pd.DataFrame, name: str) -> bool:
     return series[name].dtype.kind in "fiub" and not np.isnan(series[name].to_numpy(dtype=float)).all()
 
 
-def _draw(axes: Axes, estimate: Estimate, panel: Panel, x: np.ndarray) -> None:
+def _draw(axes: Axes, estimate: Estimated, panel: Panel, x: np.ndarray) -> None:
     series, ranges = estimate.series, list[np.ndarray]()
     for name, colour in zip(panel.columns, cycle(COLOURS), strict=False):
         factor = _unit(name)[1]
@@ -138,7 +148,7 @@ def _keep_to(axes: Axes, values: np.ndarray) -> None:
         axes.set_ylim(low - reach, high + reach)
 
 
-def _along(estimate: Estimate) -> tuple[np.ndarray, str]:
+def _along(estimate: Estimated) -> tuple[np.ndarray, str]:
     first = str(estimate.series.columns[0])
     values = estimate.series[first].to_numpy(dtype=float)
     if first == "s [m]" and values.size and np.ptp(values) > 3000.0:
@@ -146,7 +156,7 @@ def _along(estimate: Estimate) -> tuple[np.ndarray, str]:
     return values, "distance [m]" if first == "s [m]" else "time [s]"
 
 
-def _events(estimate: Estimate) -> list[float]:
+def _events(estimate: Estimated) -> list[float]:
     """Places of events along the picture's axis, of joints and switches for example."""
     along = str(estimate.series.columns[0])
     scale = 1e-3 if _along(estimate)[1].endswith("[km]") else 1.0
@@ -155,7 +165,7 @@ def _events(estimate: Estimate) -> list[float]:
     return [scale * float(place) for place in found if isinstance(place, int | float)]
 
 
-def _title(estimate: Estimate, left_out: list[str]) -> str:
+def _title(estimate: Estimated, left_out: list[str]) -> str:
     lines = [estimate.name]
     warnings = estimate.about.get("warnings")
     for warning in warnings[:3] if isinstance(warnings, list) else []:
