@@ -14,11 +14,12 @@ from railsim.measurements import Measurements
 
 
 class AdhesionCreepForces(CreepForceEstimator, frozen=True):
-    """Net lateral force and yaw moment of each wheelset as the rails' unknown inputs, by a Kalman filter.
+    """Net lateral force and yaw moment of each wheelset, from accelerometers and gyros; no creep law is assumed.
 
-    The filter knows no creep law and no profile: the vehicle floats on its contacts. Gravity's force on a wheelset that
-    stands aside is in the lateral force (`adhesion_creep_forces_profile` takes it out). Wheelset sensors are used where
-    there are any; with bogie and body sensors alone only the sums over the bogie are known, and `_std` says so.
+    The forces are the rails' unknown inputs to a Kalman smoother. The filter knows no creep law and no profile: the
+    vehicle floats on its contacts. Gravity's force on a wheelset that stands aside is in the lateral force
+    (`adhesion_creep_forces_profile` takes it out). Wheelset sensors are used where there are any; with bogie and body
+    sensors alone only the sums over the bogie are known, and `_std` says so.
     """
 
     def estimate(self, measurements: Measurements) -> Estimate:

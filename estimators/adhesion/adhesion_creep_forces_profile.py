@@ -26,7 +26,7 @@ MIDDLE = 0.2  # share of Kalker's slope where nothing is known of it: the middle
 
 
 class AdhesionCreepForcesProfile(CalibratedEstimator, frozen=True):
-    """Net lateral creep force and yaw moment of each wheelset, with gravity's force taken out by the nominal profile.
+    """Lateral creep force and yaw moment of each wheelset; gravity's force is taken out with the nominal profile.
 
     Net forces are those of `adhesion_creep_forces`. Gravity's is what a second filter finds, whose linear creep law has
     the slope of `adhesion_level` on the same record; the law's error, first-order noise on every force, is estimated

@@ -33,7 +33,7 @@ class Windows(NamedTuple):
 
 
 class AdhesionLevel(CalibratedEstimator, frozen=True):
-    """Dry, wet, low or very low from spectra of the creep force filter's estimates; braking is not needed.
+    """Level of adhesion (dry, wet, low, very low) without braking, from spectra of the creep forces.
 
     Each window of 10 s is compared with a calibration on simulated runs of the same vehicle over other tracks
     (`adhesion_calibration.json`). Windows without a full set of wheelset sensors go by those of bogie and body alone.

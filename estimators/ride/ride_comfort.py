@@ -40,7 +40,7 @@ def block_rms(values: np.ndarray, rate: float, gain: Gain) -> np.ndarray:
 
 
 class RideComfort(Estimator, frozen=True):
-    """Weighted accelerations of the body every 5 s (EN 12299) and Sperling's Wz, with mean comfort where it can be.
+    """Ride comfort in the body: weighted accelerations every 5 s, mean comfort N_MV (EN 12299), Sperling's Wz.
 
     N_MV = 6 sqrt(a_x95^2 + a_y95^2 + a_z95^2), the 95th percentiles of the rms values of 5 s over five minutes on the
     floor. The latest five minutes count at each time; no N_MV is given before. The index is of the sensor's place.

@@ -33,10 +33,11 @@ class Windows(NamedTuple):
 
 
 class RunningStability(Estimator, frozen=True):
-    """Rms of the bogie's lateral acceleration over 100 m, within 2 Hz of its dominant frequency, beside the limit.
+    """Running stability: rms of the bogie's lateral acceleration over 100 m beside the limit (after EN 14363).
 
-    The simplified method of EN 14363 has the sensor on the frame above the axlebox and the limit (12 - m / 5) / 2 m/s2,
-    m the bogie's mass in t, wheelsets in it. Of a sensor elsewhere on the frame the value is an indicator.
+    The rms is that within 2 Hz of the dominant frequency. The simplified method of EN 14363 has the sensor on the frame
+    above the axlebox and the limit (12 - m / 5) / 2 m/s2, m the bogie's mass in t, wheelsets in it. Of a sensor
+    elsewhere on the frame the value is an indicator.
     """
 
     speed_source: SpeedSource = quantity("tachometer", unit="-", source="Ward et al. 2011, section 3.1")

@@ -7,7 +7,10 @@ from estimators.suspension.augmented_state import JointEstimator, Matrices
 
 
 class SuspensionEkf(JointEstimator, frozen=True):
-    """First order in the product of state and parameters (Jazwinski 1970); needs a start that is not far off."""
+    """Lateral and yaw damping and conicity of a half vehicle, by an extended Kalman filter.
+
+    It is of first order in the product of state and parameters (Jazwinski 1970), and needs a start that is not far off.
+    """
 
     def begin(self, now: Matrices, mean: np.ndarray, covariance: np.ndarray, walk: float) -> "_Filter":
         """The filter at its start."""

@@ -18,10 +18,11 @@ REGULAR = 1e-9
 
 
 class SuspensionMl(SuspensionEstimator, frozen=True):
-    """Parameters that are constant over the record, at the largest likelihood of the same Kalman filters.
+    """Lateral and yaw damping and conicity of a half vehicle, by maximum likelihood over the whole record.
 
-    The standard deviations are those of the inverse Hessian of the logarithm of the likelihood, which is multiplied by
-    the share of independent samples as in `suspension_rbpf`: the Cramer-Rao bound of the model, were it right.
+    The likelihood is that of the Kalman filters of `suspension_rbpf`. The standard deviations are those of the inverse
+    Hessian of the logarithm of the likelihood, which is multiplied by the share of independent samples as in
+    `suspension_rbpf`: the Cramer-Rao bound of the model, were it right.
     """
 
     fit_level: bool = quantity(

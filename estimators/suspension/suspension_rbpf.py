@@ -27,16 +27,17 @@ COLUMNS = ("effective_share [-]", "degenerate [-]", "valid [-]")
 
 
 class SuspensionRbpf(SuspensionEstimator, frozen=True):
-    """Particles in the box of possible parameters, weighted by the likelihood of the readings.
+    """Lateral and yaw damping and conicity of a half vehicle, by a particle filter that runs sample by sample.
 
-    At the end of every stretch of 1 s (1/8 s at first) the weights are updated, in logarithms. Where the effective
-    sample size falls below `resample_below` of the particles they are resampled systematically (Kitagawa 1996), and
-    moved by the kernel of Liu and West (2001): theta' = a theta + (1 - a) mean + sqrt(1 - a^2) noise of the sample's
-    covariance, a = (3 discount - 1) / (2 discount), which keeps mean and variance. A stretch that would leave fewer
-    than `smallest_share` of the particles is taken in parts: a power of its likelihood, resampling, the rest (Oudjane
-    and Musso 2000). Between stretches every parameter walks at random, and with a small probability one jumps anywhere
-    (a component fails); more particles jump than that, at a lower weight. The logarithm of the likelihood is multiplied
-    by the share of independent samples.
+    Particles in the box of possible parameters are weighted by the likelihood of the readings. At the end of every
+    stretch of 1 s (1/8 s at first) the weights are updated, in logarithms. Where the effective sample size falls below
+    `resample_below` of the particles they are resampled systematically (Kitagawa 1996), and moved by the kernel of Liu
+    and West (2001): theta' = a theta + (1 - a) mean + sqrt(1 - a^2) noise of the sample's covariance, a = (3 discount -
+    1) / (2 discount), which keeps mean and variance. A stretch that would leave fewer than `smallest_share` of the
+    particles is taken in parts: a power of its likelihood, resampling, the rest (Oudjane and Musso 2000). Between
+    stretches every parameter walks at random, and with a small probability one jumps anywhere (a component fails); more
+    particles jump than that, at a lower weight. The logarithm of the likelihood is multiplied by the share of
+    independent samples.
     """
 
     particles: int = quantity(1000, unit="-", source="docs/suspension.md: more do not help", ge=10)

@@ -70,7 +70,10 @@ class _Fitted(NamedTuple):
 
 
 class SuspensionSpectral(SuspensionSettings, frozen=True):
-    """Dampers and conicity that are constant over the record, with payload, creep, contact and levels as unknowns."""
+    """Dampers and conicity of half and whole vehicles whose load, adhesion and wheels are unknown.
+
+    Dampers and conicity are constant over the record.
+    """
 
     track: Literal["uncertain", "unknown"] = quantity(
         "uncertain", unit="uncertain or unknown", source="whether track.csv is used; never without an error of its own"

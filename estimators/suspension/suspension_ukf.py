@@ -9,7 +9,10 @@ KAPPA = 0.0  # all weights positive, so that covariances stay so (Julier and Uhl
 
 
 class SuspensionUkf(JointEstimator, frozen=True):
-    """Sigma points through the product of state and parameters (Julier and Uhlmann 1997)."""
+    """Lateral and yaw damping and conicity of a half vehicle, by an unscented Kalman filter.
+
+    Sigma points go through the product of state and parameters (Julier and Uhlmann 1997).
+    """
 
     def begin(self, now: Matrices, mean: np.ndarray, covariance: np.ndarray, walk: float) -> "_Filter":
         """The filter at its start."""

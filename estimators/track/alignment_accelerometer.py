@@ -23,12 +23,13 @@ MEMORY = 30.0  # m; the inverse of the mean of both wheelsets rings no longer
 
 
 class AlignmentAccelerometer(TrackEstimator, frozen=True):
-    """Vertical acceleration twice integrated, the path of the bogie at the sensor's place.
+    """Vertical alignment from one accelerometer on the bogie.
 
-    In space: acceleration over the square of speed is curvature, as with a gyro. In time: integrated with a high pass
-    whose corner is the median speed over `cut`, then put on the grid. Where on the bogie the sensor stands matters: in
-    its middle it feels the mean of both wheelsets, which hides waves of four semi wheelbases. `compensate` undoes what
-    can be undone of that and of the primary suspension, with the vehicle's nominal parameters (Wiener filter).
+    The acceleration is integrated twice, which gives the path of the bogie at the sensor's place. In space:
+    acceleration over the square of speed is curvature, as with a gyro. In time: integrated with a high pass whose
+    corner is the median speed over `cut`, then put on the grid. Where on the bogie the sensor stands matters: in its
+    middle it feels the mean of both wheelsets, which hides waves of four semi wheelbases. `compensate` undoes what can
+    be undone of that and of the primary suspension, with the vehicle's nominal parameters (Wiener filter).
     """
 
     requires: ClassVar[tuple[str, ...]] = ("bogie.acceleration_z [m/s2]",)

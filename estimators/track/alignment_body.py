@@ -35,7 +35,7 @@ class Known(NamedTuple):
 
 
 class AlignmentBody(TrackEstimator, frozen=True):
-    """Vertical acceleration of the body over a bogie, taken back through both suspensions as far as these are known.
+    """Vertical alignment from one accelerometer on the body over a bogie, as far as both suspensions are known.
 
     Among linear filters it has the least mean square error for a track of ERRI B176's shape, a sensor of the stated
     noise, and vehicles whose payload, springs and dampers scatter as data sheets leave them (Wiener filter). Short

@@ -23,11 +23,12 @@ LEFT, RIGHT = "primary1_left.displacement [m]", "primary1_right.displacement [m]
 
 
 class AlignmentDisplacement(TrackEstimator, frozen=True):
-    """Path of the bogie frame above the leading wheelset, less the length of the primary suspension there.
+    """Vertical alignment from an accelerometer on the bogie and displacement of the primary suspension.
 
-    The sensor set that Ward et al. 2011, section 3.1 name for what axlebox accelerometers lose: a sensitive
-    accelerometer on the bogie, displacement down to both axleboxes. The pitch rate carries the acceleration from the
-    sensor's place to that above the wheelset. With the roll rate, left and right rail come apart.
+    It is the path of the bogie frame above the leading wheelset, less the length of the primary suspension there. Ward
+    et al. 2011, section 3.1, name these sensors for what axlebox accelerometers lose: a sensitive accelerometer on the
+    bogie, displacement down to both axleboxes. The pitch rate carries the acceleration from the sensor's place to that
+    above the wheelset. With the roll rate, left and right rail come apart.
     """
 
     requires: ClassVar[tuple[str, ...]] = (ACCELERATION, PITCH, LEFT, RIGHT)

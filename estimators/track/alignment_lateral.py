@@ -25,8 +25,9 @@ MEMORY = 150.0  # m; the bogie's kinematic oscillation has decayed
 
 
 class AlignmentLateral(TrackEstimator, frozen=True):
-    """Yaw rate over speed is curvature; on a grid of 0.125 m, twice integrated, long waves cut with zero phase.
+    """Lateral alignment from the yaw rate of the bogie and the speed.
 
+    Yaw rate over speed is curvature. It is integrated twice on a grid of 0.125 m; long waves are cut with zero phase.
     The bogie does not follow the rails sideways as it does upwards: its wheelsets run on creep, and cross level turns
     it too. `compensation` inverts the transfer function from the rails' position to the bogie's yaw at the speed of
     each place (Ward et al. 2011, section 3.1, reference [11] there), from a linear model on the vehicle's nominal

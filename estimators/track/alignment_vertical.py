@@ -22,11 +22,12 @@ MEMORY = 30.0  # m; the inverse of the chord rings no longer
 
 
 class AlignmentVertical(TrackEstimator, frozen=True):
-    """Pitch rate over speed is curvature; on a grid of 0.125 m, twice integrated, long waves cut with zero phase.
+    """Vertical alignment from the pitch rate of the bogie and the speed.
 
-    The chain of Ward et al. 2011, section 3.2 (reference [10] there). The bogie's slope is that of the chord between
-    its wheelsets, which shows a wave k only as sin(k Lb) / (k Lb) of itself, and the primary suspension filters it;
-    `compensate` takes both out with the vehicle's nominal parameters.
+    Pitch rate over speed is curvature. It is integrated twice on a grid of 0.125 m; long waves are cut with zero phase.
+    This is the chain of Ward et al. 2011, section 3.2 (reference [10] there). The bogie's slope is that of the chord
+    between its wheelsets, which shows a wave k only as sin(k Lb) / (k Lb) of itself, and the primary suspension filters
+    it; `compensate` takes both out with the vehicle's nominal parameters.
     """
 
     requires: ClassVar[tuple[str, ...]] = (RATE,)

@@ -19,11 +19,11 @@ LEFT, RIGHT = "axlebox1_left.acceleration_z [m/s2]", "axlebox1_right.acceleratio
 
 
 class AxleboxProfile(TrackEstimator, frozen=True):
-    """Vertical accelerations of the axleboxes over the square of speed, twice integrated in space.
+    """Vertical profile of each rail up to 25 m, from accelerometers on both axleboxes of an axle.
 
-    The wheelset is rigid between its axleboxes, so their mean is the mean of the rails and their difference its roll.
-    A range of 100 g leaves noise that buries long waves (Ward et al. 2011, section 3.1); `cut` is therefore short, and
-    bands beyond it are not given.
+    Acceleration over the square of speed is integrated twice in space. The wheelset is rigid between its axleboxes, so
+    their mean is the mean of the rails and their difference its roll. A range of 100 g leaves noise that buries long
+    waves (Ward et al. 2011, section 3.1); `cut` is therefore short, and bands beyond it are not given.
     """
 
     requires: ClassVar[tuple[str, ...]] = (LEFT, RIGHT)

@@ -39,10 +39,11 @@ LEANING = (
 
 
 class CrossLevel(TrackEstimator, frozen=True):
-    """Roll rate over speed, integrated, is the roll of the track; cross level is -1.5 m times that.
+    """Cross level, cant and twist from the roll rate of the bogie and the speed.
 
-    The bogie rolls by the mean of its wheelsets, which does not show waves of four semi wheelbases, through the primary
-    suspension; `compensate` takes that out as far as can be, with the vehicle's nominal parameters.
+    Roll rate over speed, integrated, is the roll of the track; cross level is -1.5 m times that. The bogie rolls by the
+    mean of its wheelsets, which does not show waves of four semi wheelbases, through the primary suspension;
+    `compensate` takes that out as far as can be, with the vehicle's nominal parameters.
 
     Absolute roll: a lateral accelerometer feels V yaw rate + g roll, which holds over long waves; the roll rate holds
     over short ones (`observations.attitude`). Straight track is taken to

@@ -46,10 +46,11 @@ ROUNDS = 2
 
 
 class DippedJoints(EventEstimator, frozen=True):
-    """A pair of opposite curvature steps one wheelbase apart, found by matched filters in space.
+    """Dipped rail joints, with place, depth and angle, from gyros on the bogie.
 
-    Needs the pitch gyro and a speed. With a vertical accelerometer on the bogie the sizes are better; with a roll gyro
-    the rail is told, and joints on one rail alone are found more surely. How far joints are apart is not used.
+    A joint is a pair of opposite steps of the curvature one wheelbase apart. Matched filters in space find it. It needs
+    the pitch gyro and a speed. With a vertical accelerometer on the bogie the sizes are better; with a roll gyro it
+    names the rail, and finds joints on one rail alone more surely. The spacing of joints is not used.
     """
 
     threshold: float = quantity(5.0, unit="-", source="tuned on jointed_60ft: in white noise once in 50 km", ge=3.0)

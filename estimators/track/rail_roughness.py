@@ -22,10 +22,11 @@ FINEST = 0.0025
 
 
 class RailRoughness(AxleEstimator, frozen=True):
-    """Axlebox accelerations twice integrated and taken back through the wheel on its contact and its rail.
+    """Roughness of both rails, from accelerometers on both axleboxes of an axle.
 
-    Rms roughness by place in the bands of EN 13231 (10 to 30, 30 to 100, 100 to 300, 300 to 1000 mm), and the spectrum
-    of the record in one-third octaves beside the limit of ISO 3095. The track's give is hardly ever known: it is drawn
+    Accelerations are integrated twice and taken back through the wheel on its contact and its rail. The result is rms
+    roughness by place in the bands of EN 13231 (10 to 30, 30 to 100, 100 to 300, 300 to 1000 mm), and the spectrum of
+    the record in one-third octaves beside the limit of ISO 3095. The track's give is hardly ever known: it is drawn
     evenly between rigid and twice `track_compliance`, and what that changes is the deviation.
     """
 

@@ -44,7 +44,10 @@ class DetectedCrossover(NamedTuple):
 
 
 class Switches(EventEstimator, frozen=True):
-    """Crossovers, each with the events A (toe), B (heel), C and D (crossings), E (heel), F (toe) that are found."""
+    """Crossovers of two turnouts, with the places of toes, heels and crossings, from a yaw gyro.
+
+    Events are A (toe), B (heel), C and D (crossings), E (heel), F (toe).
+    """
 
     slowest: float = quantity(1.5, unit="m/s", source="illustrative: gyro noise over speed", ge=0.5)
     threshold: float = quantity(4.5, unit="-", source="illustrative: five dips at known parts of a turn", ge=3.0)

@@ -76,7 +76,10 @@ The spread of the last was narrowed from 1.5 after a stop on jointed track, wher
 
 
 class TrackSmoother(Estimator, frozen=True):
-    """Vertical alignment by Kalman filter and smoother: bogie gyros, accelerometers and displacement transducers."""
+    """Vertical and lateral alignment, cross level and both rails, from all sensors of a vehicle together.
+
+    A Kalman filter and smoother with the vehicle's model.
+    """
 
     speed_source: SpeedSource = quantity("tachometer", unit="-", source="tachometer or refined")
     slowest: float = quantity(1.0, unit="m/s", source="illustrative", gt=0.0)

@@ -22,10 +22,11 @@ MOST = 200
 
 
 class TrackStiffness(AxleboxEstimator, frozen=True):
-    """Stiffness of a rail under a wheel at rest, in windows along the line, by a likelihood of the axleboxes' spectra.
+    """Vertical stiffness of the track along the line, from accelerometers on both axleboxes of an axle.
 
-    The unsprung mass on the track resonates at 25 to 80 Hz, and the softer the track the lower. Roughness excites it;
-    its spectrum is unknown but smooth. Level and ratio have deviations of their own: what data sheets leave open of
+    It is the stiffness of a rail under a wheel at rest, in windows, by a likelihood of the axleboxes' spectra. The
+    unsprung mass on the track resonates at 25 to 80 Hz, and the softer the track the lower. Roughness excites it; its
+    spectrum is unknown but smooth. Level and ratio have deviations of their own: what data sheets leave open of
     wheelset and track moves all windows alike.
     """
 

@@ -12,12 +12,12 @@ TWIN = 0.9
 
 
 class ConicityEkfTable(ContactEstimator, frozen=True):
-    """The filter with unknown track, and the conicity looked up over y - d (Ward et al. 2011, section 4.3.2).
+    """Conicity over the shift of a single wheelset, as a table, by a Kalman filter (Ward et al. 2011, section 4.3.2).
 
-    The nodes of the table are states. The conicity moves with the shift by d(lambda)/dt = (d lambda / dy) x' (equation
-    2), each measurement corrects the nodes beside the present shift, and by their correlation those around.
-    `conicity [-]` is the cone's that fits the table best over the last seconds; the table is in
-    `about["conicity_function"]`, secant conicities.
+    The track is unknown; the conicity is looked up over y - d. The nodes of the table are states. The conicity moves
+    with the shift by d(lambda)/dt = (d lambda / dy) x' (equation 2), each measurement corrects the nodes beside the
+    present shift, and by their correlation those around. `conicity [-]` is the cone's that fits the table best over the
+    last seconds; the table is in `about["conicity_function"]`, secant conicities.
     """
 
     reach: float = quantity(5e-3, unit="m", source="beyond the shifts on straight track", gt=1e-3, le=0.02)

@@ -52,11 +52,12 @@ class Fit:
 
 
 class ConicityLeastSquares(Estimator, frozen=True):
-    """Rolling radius over lateral shift from yaw rate, lateral path and the measured track, on the simplified model.
+    """Rolling radius over the shift of a single wheelset, from yaw rate, lateral path and the measured track.
 
-    The rolling radius of a wheel is a sum of cubic B-splines over the shift towards its own rail; the difference of
-    both wheels is what the yaw equation (18) sees, as in the regression (4). The number of pieces and the penalty on
-    curvature are those that foretell blocks of the record best which were left out of the fit.
+    It fits the simplified model. The rolling radius of a wheel is a sum of cubic B-splines over the shift towards its
+    own rail; the difference of both wheels is what the yaw equation (18) sees, as in the regression (4). The number of
+    pieces and the penalty on curvature are those that predict best those blocks of the record which were left out of
+    the fit.
     """
 
     pieces: tuple[int, ...] = quantity(

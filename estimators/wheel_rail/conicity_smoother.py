@@ -32,9 +32,10 @@ BRIDGED = 0.05  # s; samples in longer gaps are left out
 
 
 class ConicitySmoother(Estimator, frozen=True):
-    """Yaw gyro, lateral accelerometer of the mass above, transducer between it and the wheelset, speed: nothing else.
+    """Conicity over the shift of a single wheelset; the track need not be known.
 
-    The rails are a random process of which the spectrum's shape is known and the level is not. Without that shape the
+    It takes yaw gyro, lateral accelerometer of the mass above, transducer between it and the wheelset, and speed. The
+    rails are a random process of which the spectrum's shape is known and the level is not. Without that shape the
     conicity cannot be found: every conicity has rails that explain the sensors exactly. What is found is the function
     at mean gauge. Where the gauge is known to be constant, say `gauge` = 0: faster, and smaller deviations.
     """

@@ -128,12 +128,13 @@ class Stretches:
 
 
 class ConicitySpectral(Estimator, frozen=True):
-    """Least squares on Fourier coefficients: yaw rate = response (conicity, creep) times the measured track.
+    """Conicity from a yaw gyro, the speed and the measured track.
 
-    The use of "frequency analysis of output signals along a known section of track" is what Ward et al. (2011), section
-    4.4, propose as a way out. It takes a yaw gyro on the wheelset or, on a half vehicle, on the bogie, and the wheel's
-    speed; where the record lies on the track is found by the yaw rate itself. One conicity for the whole section.
-    The creep share is averaged over, and where no response fits, the conicity is withheld.
+    Least squares on Fourier coefficients: yaw rate = response (conicity, creep) times the measured track. The use of
+    "frequency analysis of output signals along a known section of track" is what Ward et al. (2011), section 4.4,
+    propose as a way out. It takes a yaw gyro on the wheelset or, on a half vehicle, on the bogie, and the wheel's
+    speed; where the record lies on the track is found by the yaw rate itself. One conicity for the whole section. The
+    creep share is averaged over, and where no response fits, the conicity is withheld.
     """
 
     block: float = quantity(200.0, unit="m", source="illustrative: several memories of the hunting motion", gt=50.0)

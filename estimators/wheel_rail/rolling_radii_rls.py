@@ -43,11 +43,13 @@ COLUMNS = {
 
 
 class RollingRadiiRls(Estimator, frozen=True):
-    """(r_L + r_R), (r_L - r_R), (delta_L + delta_R), (delta_L - delta_R) per section of y - d, equations (5) to (8).
+    """Sums and differences of rolling radii and contact angles over the shift of a single wheelset.
 
-    The recursion runs sample by sample; y, psi and the rails under the wheelset, which the article takes as measured,
-    come from zero-phase filters over the record. What the regression finds is joined with what is known beforehand of
-    wheels and creep coefficients, so that a quantity that the data do not bear keeps its prior value and spread.
+    Recursive least squares of (r_L + r_R), (r_L - r_R), (delta_L + delta_R), (delta_L - delta_R) for each section of
+    the shift, equations (5) to (8). The recursion runs sample by sample; y, psi and the rails under the wheelset, which
+    the article takes as measured, come from zero-phase filters over the record. What the regression finds is joined
+    with what is known beforehand of wheels and creep coefficients, so that a quantity that the data do not bear keeps
+    its prior value and spread.
     """
 
     width: float = quantity(5e-4, unit="m, of a section of y - d", source="illustrative", gt=0.0)

@@ -40,9 +40,10 @@ class Found(NamedTuple):
 
 
 class WheelRoundness(AxleEstimator, frozen=True):
-    """Orders of the wheels' radii by averaging over turns, and flats, with what the rail and the track leave unknown.
+    """Out-of-roundness and flats of both wheels of an axle, from its axlebox accelerometers.
 
-    The path of each wheel's centre over whole turns is taken back through the wheel on its contact and rail. What the
+    Orders of the wheels' radii come from averaging over turns. Deviations hold what rail and track leave unknown. The
+    path of each wheel's centre over whole turns is taken back through the wheel on its contact and rail. What the
     orders scatter by from window to window, the rail's share of it above all, is their deviation.
     """
 
