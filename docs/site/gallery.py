@@ -22,8 +22,7 @@ def page() -> str:
         "Figures named `fig` and a number follow Ward et al. (2011); their numbers are the paper's.",
     ]
     for name, found in FIGURES.classes().items():
-        caption = " ".join((found.__doc__ or "").split())
-        parts += [f"## {name}", caption]
+        parts += [f"## {name}", found.summary(), " ".join((found.__doc__ or "").split())]
         parts += [
             f"![{name}](gallery/{picture})" for picture in drawn if Path(picture).stem.removesuffix("_picture") == name
         ]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.reporting.kept_lists import keep, kept
 from experiments.reporting.outcome import Outcome
-from experiments.reporting.text import table
+from experiments.reporting.text import first_sentence, table
 
 if TYPE_CHECKING:
     from railsim.effects.interface import Effect
@@ -61,7 +61,7 @@ def _scenarios() -> dict[str, str]:
 def _estimators() -> dict[str, str]:
     from estimators.interface import ESTIMATORS
 
-    return _first_lines(ESTIMATORS)
+    return _summaries(ESTIMATORS)
 
 
 def _effects() -> dict[str, str]:
@@ -88,7 +88,7 @@ def _unit(unit: str) -> str:
 def _sensors() -> dict[str, str]:
     from railsim.sensors.interface import SENSORS
 
-    return _first_lines(SENSORS)
+    return _summaries(SENSORS)
 
 
 def _vehicles() -> dict[str, str]:
@@ -96,25 +96,25 @@ def _vehicles() -> dict[str, str]:
     from railsim.vehicles.lookup import build_vehicle
 
     sets = {name: f"Parameters that change '{build_vehicle(name).kind}'." for name in PARAMETER_SETS.paths()}
-    return dict(sorted((_first_lines(VEHICLES) | sets).items()))
+    return dict(sorted((_summaries(VEHICLES) | sets).items()))
 
 
 def _tracks() -> dict[str, str]:
     from railsim.track.files import TRACKS, read_track
 
-    return {name: next(iter(read_track(name).comments), "").rstrip(",") for name in TRACKS.paths()}
+    return {name: first_sentence("\n".join(read_track(name).comments)) for name in TRACKS.paths()}
 
 
 def _figures() -> dict[str, str]:
     from experiments.figures.interface import FIGURES
 
-    return _first_lines(FIGURES)
+    return {name: figure.summary() for name, figure in FIGURES.classes().items()}
 
 
 def _scorers() -> dict[str, str]:
     from experiments.scoring.interface import SCORERS
 
-    return _first_lines(SCORERS)
+    return _summaries(SCORERS)
 
 
 def _studies() -> dict[str, str]:
@@ -123,9 +123,9 @@ def _studies() -> dict[str, str]:
     return studies()
 
 
-def _first_lines(kind: "Kind[Any]") -> dict[str, str]:
-    """First line of each plug-in's docstring, by its name."""
-    return {name: (found.__doc__ or "").strip().partition("\n")[0] for name, found in kind.classes().items()}
+def _summaries(kind: "Kind[Any]") -> dict[str, str]:
+    """First sentence of each plug-in's docstring, by its name."""
+    return {name: first_sentence(found.__doc__ or "") for name, found in kind.classes().items()}
 
 
 LISTERS: dict[str, Callable[[], dict[str, str]]] = {

@@ -1,4 +1,4 @@
-"""Figure 16: the same recursive least squares with 2 mm of gauge variation, and why it does not converge."""
+"""Figure 16: the estimates of figure 15 with 2 mm of gauge variation, and why they do not converge."""
 
 import numpy as np
 import pandas as pd

@@ -1,5 +1,6 @@
 """What a figure is: a table that is computed, a picture drawn from it, and claims that it must bear out."""
 
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -11,6 +12,7 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.reporting.claims import Claim
 from experiments.reporting.size import Size
+from experiments.reporting.text import first_sentence
 from railsim.files import new_file
 from railsim.registry import Kind
 
@@ -24,6 +26,11 @@ class Figure(ABC):
     def name(self) -> str:
         """Name of the figure."""
         return type(self).__module__.rpartition(".")[2]
+
+    @classmethod
+    def summary(cls) -> str:
+        """What the figure shows, in one sentence: the first of its module's docstring."""
+        return first_sentence(sys.modules[cls.__module__].__doc__ or cls.__doc__ or "")
 
     @abstractmethod
     def compute(self, size: Size) -> pd.DataFrame:

@@ -1,6 +1,4 @@
-"""Repeated passes over one track at 10, 20 and 40 m/s, and one after a defect has grown: section 3.4 of the paper asks
-for both.
-"""
+"""Repeated passes over one track at 10, 20 and 40 m/s, and one after a defect has grown (section 3.4 of the paper)."""
 
 import itertools
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Bogie and body sensors, track unknown: does the information forbid to tell conicity? Profile likelihood, Fisher.
+"""Can conicity be known from bogie and body sensors on unknown track? Profile likelihood and Fisher information.
 
 The track is shaped noise, whose level is sought with the parameters. The profiles are of Exudyn runs on tracks on which
 nothing was chosen; the information is that of the filter's own model, checked on data that this model made.

@@ -1,5 +1,6 @@
-"""Section 3: accuracy of every track estimator by band and speed beside the information bound, and honesty of the
-fused estimate's standard deviations on vehicles that are not quite as their papers say.
+"""Accuracy of every track estimator by band and speed, beside the bound of information (section 3 of the paper).
+
+On vehicles that are not quite as their papers say, the standard deviations of the fused estimate are checked too.
 """
 
 from typing import Any

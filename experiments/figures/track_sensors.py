@@ -1,6 +1,4 @@
-"""Which sensor finds track geometry how well: the claims of section 3.1 of the paper, over speed and over the sensor's
-place.
-"""
+"""How well each sensor finds track geometry, over speed and over its place (section 3.1 of the paper)."""
 
 import numpy as np
 import pandas as pd

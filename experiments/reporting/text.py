@@ -1,5 +1,6 @@
 """Tables of text for people."""
 
+import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -27,6 +28,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Any]], decimals: int = 
     ]
     rule = "  ".join("-" * width for width in widths)
     return "\n".join(line.rstrip() for line in [lines[0], rule, *lines[1:]])
+
+
+def first_sentence(text: str) -> str:
+    """First sentence of a text's first paragraph, on one line."""
+    line = " ".join(text.strip().partition("\n\n")[0].split())
+    return re.split(r"(?<=[.!?])\s+(?=[A-Z])", line)[0]
 
 
 def _wrapped(row: list[str], width: int) -> list[list[str]]:

@@ -32,7 +32,7 @@ class Class175Gear(RunningGear, frozen=True):
 
 
 class Class175(Class175Gear, HalfVehicle, frozen=True):
-    """Half a coach."""
+    """Half of a Class 175-like coach: one bogie, two wheelsets and half of the body."""
 
     body_mass: float = quantity(17230.0, unit="kg", source=f"{PLAN_VIEW}; half of 34 460 kg", gt=0.0)
     body_roll_inertia: float = quantity(30000.0, unit="kg m2", source=ILLUSTRATIVE, gt=0.0)

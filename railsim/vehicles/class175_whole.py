@@ -7,7 +7,7 @@ from railsim.vehicles.whole_vehicle import WholeVehicle
 
 
 class Class175Whole(Class175Gear, WholeVehicle, frozen=True):
-    """Both bogies under the whole body; yaw dampers in their elastic mounts that blow off."""
+    """Whole Class 175-like coach on two bogies; its yaw dampers have elastic mounts and blow off."""
 
     body_mass: float = quantity(34460.0, unit="kg", source=PLAN_VIEW, gt=0.0)
     body_roll_inertia: float = quantity(60000.0, unit="kg m2", source=ILLUSTRATIVE, gt=0.0)

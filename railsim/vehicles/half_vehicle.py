@@ -15,7 +15,10 @@ HALF = f"{IWNICKI}; half of the whole body"
 
 
 class HalfVehicle(RunningGear, frozen=True):
-    """Parameters per axlebox (primary) and per side (secondary) unless the name says otherwise."""
+    """Half a vehicle: one bogie, two wheelsets and half of the body.
+
+    Parameters are per axlebox (primary) and per side (secondary) unless the name says otherwise.
+    """
 
     body_mass: float = quantity(16000.0, unit="kg", source=HALF, gt=0.0)
     body_roll_inertia: float = quantity(28400.0, unit="kg m2", source=HALF, gt=0.0)

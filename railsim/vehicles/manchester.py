@@ -4,4 +4,7 @@ from railsim.vehicles.half_vehicle import HalfVehicle
 
 
 class Manchester(HalfVehicle, frozen=True):
-    """Half of passenger vehicle 1 (Iwnicki 1998); the defaults of `HalfVehicle` are its numbers, with their sources."""
+    """Half of passenger vehicle 1 of the Manchester benchmarks (Iwnicki 1998).
+
+    The defaults of `HalfVehicle` are its numbers, with their sources.
+    """

@@ -4,4 +4,7 @@ from railsim.vehicles.whole_vehicle import WholeVehicle
 
 
 class ManchesterWhole(WholeVehicle, frozen=True):
-    """Passenger vehicle 1 (Iwnicki 1998); the defaults of `WholeVehicle` are its numbers, with their sources."""
+    """Passenger vehicle 1 of the Manchester benchmarks (Iwnicki 1998), whole.
+
+    The defaults of `WholeVehicle` are its numbers, with their sources.
+    """

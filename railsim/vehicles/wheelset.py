@@ -22,11 +22,12 @@ HELD = 1e6  # kg m2; inertia of the suspended mass, whose rotations are held: se
 
 
 class WheelsetVehicle(Vehicle, frozen=True):
-    """Body `wheelset1` (y, z, roll, yaw and spin) and `body`, the suspended mass, which moves laterally only.
+    """Single wheelset with a suspended mass (Ward et al. 2011, section 4.3).
 
-    A lateral spring and damper join the two at the axle's height; a yaw spring and damper turn the wheelset to the
-    direction of the track. The suspended mass's weight rests on the wheelset. `railsim.wheelset` has the same
-    vehicle's equations in closed form.
+    The bodies are `wheelset1` (y, z, roll, yaw and spin) and `body`, the suspended mass, which moves laterally only. A
+    lateral spring and damper join the two at the axle's height; a yaw spring and damper turn the wheelset to the
+    direction of the track. The suspended mass's weight rests on the wheelset. `railsim.wheelset` has the same vehicle's
+    equations in closed form.
     """
 
     wheelset_mass: float = quantity(1250.0, unit="kg", source=PLAN_VIEW, gt=0.0)

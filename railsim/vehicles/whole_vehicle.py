@@ -70,8 +70,10 @@ class _Dampers(NamedTuple):
 
 
 class WholeVehicle(RunningGear, frozen=True):
-    """Parameters as of `HalfVehicle`, with the whole body's mass and inertia; bogies and wheelsets are free along the
-    track, the body follows the speed that is prescribed.
+    """Whole vehicle: a body on two bogies with four wheelsets.
+
+    Parameters are those of `HalfVehicle`, with the whole body's mass and inertia. Bogies and wheelsets are free along
+    the track; the body follows the speed that is prescribed.
     """
 
     body_mass: float = quantity(32000.0, unit="kg", source=IWNICKI, gt=0.0)

@@ -20,7 +20,7 @@ import pytest
 from estimators.interface import ESTIMATORS, Estimate
 from experiments.cli import build_parser, main
 from experiments.commands.list import LISTERS, execute
-from experiments.reporting.text import table
+from experiments.reporting.text import first_sentence, table
 from railsim import Recording
 from tests.experiments.conftest import ROOT, Command
 
@@ -139,8 +139,17 @@ def test_list_shows_every_kind(railsim_here: Command):
     assert list(found) == list(LISTERS)
     assert {"name", "description"} == set(found["estimators"][0])
     assert {row["name"] for row in found["tracks"]} >= {"curve_r400", "smooth"}
+    assert {row["name"]: row["description"] for row in found["figures"]}["fig04"].startswith("Figure 4: ")
     nameless = [(kind, row) for kind, rows in found.items() for row in rows if not row["description"]]
     assert nameless == []
+
+
+def test_a_sentence_ends_where_another_begins():
+    assert (
+        first_sentence("Speed (Ward et al. 2011) at\n    1.5 m/s. Nothing else.\n\nMore.")
+        == "Speed (Ward et al. 2011) at 1.5 m/s."
+    )
+    assert first_sentence("No full stop\n\nNext.") == "No full stop"
 
 
 def test_long_descriptions_are_wrapped_into_a_terminal_and_nowhere_else(monkeypatch: pytest.MonkeyPatch):
