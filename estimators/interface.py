@@ -104,7 +104,9 @@ class Estimate:
         head = read_json(folder / "about.json", "an estimate")
         check_as_written(folder, "about.json", "estimate.parquet")
         if not isinstance(head.get("name"), str) or not isinstance(head.get("about"), dict):
-            raise InputError(f'\'{folder}\' is not an estimate: its about.json has no "name" or "about"')
+            raise InputError(
+                f'\'{folder}\' is not an estimate: its about.json has no "name" or "about"; name another folder'
+            )
         table = folder / "estimate.parquet"
         names, _ = read_names(table)
         series = pd.DataFrame(read_columns(table, names), copy=False)

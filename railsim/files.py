@@ -114,7 +114,7 @@ def read_json(path: Path, what: str) -> dict[str, Any]:
     except FileNotFoundError:
         raise InputError(f"'{path.parent}' is not {what}: it has no {path.name}; name the right folder") from None
     except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror}") from None
+        raise InputError(f"cannot read '{path}': {error.strerror}; name one that can be read") from None
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise

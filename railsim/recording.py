@@ -86,7 +86,9 @@ def read_measurements(folder: Path | str) -> Measurements:
     folder = Path(folder)
     about = read_json(folder / _ABOUT, _WHAT)
     if about.get("format") != FORMAT:
-        raise InputError(f"'{folder}' is not {_WHAT}: its about.json does not state the format '{FORMAT}'")
+        raise InputError(
+            f"'{folder}' is not {_WHAT}: its about.json does not state the format '{FORMAT}'; name another"
+        )
     if about.get("format_version") != FORMAT_VERSION:
         found = about.get("format_version")
         raise InputError(f"'{folder}' has format version {found!r}; this railsim reads {FORMAT_VERSION}")
@@ -191,7 +193,10 @@ def _read_tables(folder: Path, about: dict[str, Any]) -> dict[float, dict[str, n
     stated = about.get("measured", {path.name: {} for path in paths})
     names = sorted(path.name for path in paths)
     if not names and (folder / "features").is_dir():
-        raise InputError(f"'{folder}' holds no raw data any more: they were reduced to '{folder / 'features'}'")
+        raise InputError(
+            f"'{folder}' holds no raw data any more: they were reduced to '{folder / 'features'}'; read those, or "
+            "import the data again"
+        )
     if not isinstance(stated, dict) or not names or sorted(stated) != names:
         listed = ", ".join(sorted(stated)) if isinstance(stated, dict) else ""
         raise InputError(f"measured/ must hold the tables {listed or '<rate>hz.parquet'}; make or copy it again")

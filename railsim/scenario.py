@@ -200,7 +200,10 @@ class Scenario(Spec, frozen=True):
         count = len(self.model.wheelsets)
         for number, entry in enumerate(self.traction):
             if entry.wheelset > count:
-                raise InputError(f"traction.{number}.wheelset: {entry.wheelset}, but the vehicle has {count} wheelsets")
+                raise InputError(
+                    f"traction.{number}.wheelset: {entry.wheelset}, but the vehicle has {count} wheelsets; "
+                    f"give 1 to {count}"
+                )
 
     def _check_sensors(self) -> None:
         bodies = [body.name for body in self.model.bodies]

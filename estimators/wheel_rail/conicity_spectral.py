@@ -295,7 +295,8 @@ def find(
         candidates.append((float(likeness.max()), float(grid[int(likeness.argmax())]), float(scale)))
     if not candidates:
         raise InputError(
-            f"the record covers {distance[-1]:.0f} m, the measured track {grid[-1]:.0f} m; give that of the whole way"
+            f"the record covers {distance[-1]:.0f} m, the measured track {grid[-1]:.0f} m; "
+            "give the track of the whole way"
         )
     return [(place, scale) for _, place, scale in sorted(candidates, reverse=True)]
 

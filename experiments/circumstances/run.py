@@ -137,7 +137,7 @@ def _open(matrix: Matrix) -> None:
     if path.exists():
         about = read_json(path, "the folder of a matrix")
         if (about.get("format"), about.get("format_version")) != (FORMAT, FORMAT_VERSION):
-            raise InputError(f"'{matrix.folder}' is not the folder of a matrix of version {FORMAT_VERSION}")
+            raise InputError(f"'{matrix.folder}' holds no matrix of version {FORMAT_VERSION}; name another folder")
         if (about.get("program"), about.get("fast")) != (matrix.program, matrix.fast):
             raise InputError(
                 f"'{matrix.folder}' was begun by another version of railsim, or with other --fast; name another folder "

@@ -57,11 +57,15 @@ def laid(earlier: Estimate, latest: Estimate) -> Earlier:
     guide = next((f"{one}_d1 [m]" for one in _ALIGNED_BY if f"{one}_d1 [m]" in shared), None)
     if guide is None:
         raise InputError(
-            f"the estimates of {earlier.name} and {latest.name} have no band D1 in common to align them by"
+            f"the estimates of {earlier.name} and {latest.name} have no band D1 in common to align them by; "
+            "compare estimates of one estimator"
         )
     spacing = _spacing(latest)
     if abs(_spacing(earlier) / spacing - 1.0) > 1e-6:
-        raise InputError(f"the estimates of {earlier.name} and {latest.name} have rows at other distances")
+        raise InputError(
+            f"the estimates of {earlier.name} and {latest.name} have rows at other distances; "
+            "make both with one estimator"
+        )
     now, before = (np.where(valid_of(one.series), one.series[guide].to_numpy(), np.nan) for one in (latest, earlier))
     pairing = match(now, before, spacing)
     if len(pairing.distance) < FEWEST:
@@ -215,7 +219,7 @@ def _spread(values: np.ndarray) -> float:
 def _spacing(estimate: Estimate) -> float:
     distance = estimate.series["s [m]"].to_numpy()
     if len(distance) < 2:
-        raise InputError(f"the estimate of {estimate.name} has fewer than two rows")
+        raise InputError(f"the estimate of {estimate.name} has fewer than two rows; estimate from a longer recording")
     return float(np.median(np.diff(distance)))
 
 

@@ -133,7 +133,10 @@ def _distance(estimate: Estimate, positions: Positions | None, time: np.ndarray)
     if str(estimate.series.columns[0]) == "s [m]":
         return estimate.series["s [m]"].to_numpy(dtype=float)
     if positions is None:
-        raise InputError(f"the estimate of {estimate.name} is over time, and no positions give it a place")
+        raise InputError(
+            f"the estimate of {estimate.name} is over time, and no positions give it a place; "
+            "name by --recording one with latitude and longitude"
+        )
     return positions.distance(time)
 
 

@@ -133,7 +133,8 @@ def read_limits(path: Path) -> Limits:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"--limits: cannot read '{path}': {getattr(error, 'strerror', None) or error}") from None
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"--limits: cannot read '{path}': {reason}; give a YAML file") from None
     return Limits.build(load_yaml(text, f"'{path}'"), f"'{path}'")
 
 

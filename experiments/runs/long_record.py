@@ -100,7 +100,10 @@ def estimate_sections(
             continue
         seen = measurements.between(section.begin - OVERLAP, section.end + OVERLAP)
         if seen is None:
-            raise InputError(f"the recording holds nothing from {section.begin:.6g} to {section.end:.6g} s")
+            raise InputError(
+                f"the recording holds nothing from {section.begin:.6g} to {section.end:.6g} s; "
+                "make a recording of each part around it"
+            )
         apart = Measurements(
             measurements.about, tables_of(seen[0]), measurements.track
         )  # caches may keep what they see
@@ -158,7 +161,7 @@ class _Piece:
 def _keep(estimate: Estimate, section: Section, place: Path) -> None:
     """Write a section; the file that says that it is done comes last."""
     if TIME not in estimate.series.columns:
-        raise InputError(f"{estimate.name} gives no times, by which sections could be joined")
+        raise InputError(f"{estimate.name} gives no times to join sections by; give a shorter record")
     shutil.rmtree(place, ignore_errors=True)
     place.mkdir()
     write_frame(place / "estimate.parquet", estimate.series)

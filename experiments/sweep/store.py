@@ -102,7 +102,7 @@ def read_settings(folder: Path) -> dict[str, Any]:
     """
     settings = read_json(folder / SETTINGS, "the folder of a sweep")
     if (settings.get("format"), settings.get("format_version")) != (FORMAT, FORMAT_VERSION):
-        raise InputError(f"'{folder}' is not the folder of a sweep of format version {FORMAT_VERSION}")
+        raise InputError(f"'{folder}' is not the folder of a sweep of format version {FORMAT_VERSION}; name another")
     return settings
 
 

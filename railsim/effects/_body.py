@@ -26,7 +26,9 @@ def bending(
     """
     free = {body.name: body.free for body in setup.model.bodies}
     if not {"y", "z"} <= set(free.get("body", ())) or NAME in free:
-        raise InputError(f"effect '{effect.kind}': the vehicle needs one body 'body' that is free in y and z")
+        raise InputError(
+            f"effect '{effect.kind}': the vehicle needs one body 'body' that is free in y and z; take another vehicle"
+        )
     if share == 0.0:
         return setup
     return setup.modelled(lambda model: _split(model, share, frequency, lateral_ratio, damping))

@@ -58,7 +58,10 @@ def shifts(
     first = max(run[0][0], reference[0][0] + largest)
     last = min(run[0][-1], reference[0][-1] - largest)
     if last - first < window:
-        raise InputError(f"align: the runs share {max(0.0, last - first):.0f} m, less than a window of {window:g} m")
+        raise InputError(
+            f"align: the runs share {max(0.0, last - first):.0f} m, less than a window of {window:g} m; "
+            "shorten the window"
+        )
     windows, rejected = [], 0
     for centre in np.arange(first + window / 2, last - window / 2 + 1e-9, window / 2):
         best = _shift(run, reference, (float(centre), window, largest, step))

@@ -272,7 +272,10 @@ def _spread(axis: np.ndarray, how: How) -> np.ndarray:
     """
     heads = np.flatnonzero(np.diff(axis, prepend=-np.inf) > 0)
     if heads.size < 3:
-        raise InputError(f"{how.label}: {heads.size} different stamps are too few to spread rows between them")
+        raise InputError(
+            f"{how.label}: {heads.size} different stamps are too few to spread rows between them; "
+            "name a column with more stamps"
+        )
     lag = max(1, min(_GROUPS, heads.size // 10))
     step = float(np.median((axis[heads[lag:]] - axis[heads[:-lag]]) / (heads[lag:] - heads[:-lag])))
     packet = float(np.median(np.diff(heads)))

@@ -139,7 +139,8 @@ def _grid(axis: np.ndarray, step: float, how: How) -> tuple[np.ndarray, float, f
     count = numbered(axis, step)
     if count[-1] > _MOST_ROWS:
         raise InputError(
-            f"{how.label} spans {axis[-1] - axis[0]:.4g} {how.unit}, too long for rows every {step:.4g} {how.unit}"
+            f"{how.label} spans {axis[-1] - axis[0]:.4g} {how.unit}, too long for rows every {step:.4g} {how.unit}; "
+            "check the unit of that column"
         )
     count = count.astype(np.int64)
     slope, first = np.polyfit(count - count.mean(), axis, 1)
@@ -214,7 +215,8 @@ def _resampled(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     if (axis[-1] - axis[0]) / step > _MOST_ROWS:
         raise InputError(
-            f"{how.label} spans {axis[-1] - axis[0]:.4g} {how.unit}, too long for rows every {step:.4g} {how.unit}"
+            f"{how.label} spans {axis[-1] - axis[0]:.4g} {how.unit}, too long for rows every {step:.4g} {how.unit}; "
+            "check the unit of that column"
         )
     grid = axis[0] + step * np.arange(int((axis[-1] - axis[0]) / step + 1e-6) + 1) if onto is None else onto
     resampled = np.array([_interpolated(axis, column, grid, step) for column in values])

@@ -71,7 +71,9 @@ def _changed(raw: np.ndarray, time: np.ndarray, rate: float | None, how: How) ->
     keep = np.concatenate([[True], new.any(axis=0)])
     at = np.flatnonzero(keep)
     if at.size < 3:
-        raise InputError(f"{how.label}: values change {at.size - 1} times, too few for 'rows: changed'")
+        raise InputError(
+            f"{how.label}: values change {at.size - 1} times, too few for 'rows: changed'; leave 'rows' out"
+        )
     if at[1] < 0.9 * np.median(np.diff(at[1:])):
         keep[0] = False  # the first hold was cut: its beginning is not known
         at = at[1:]

@@ -32,7 +32,9 @@ def data_sheets(
         sheet = _sheet(dict(given), rates, f"sensors.{number}")
         for channel in sheet["channels"]:
             if channel in owners:
-                raise InputError(f"sensors.{number}: channel '{channel}' also belongs to sensor {owners[channel]}")
+                raise InputError(
+                    f"sensors.{number}: channel '{channel}' also belongs to sensor {owners[channel]}; give it to one"
+                )
             owners[channel] = str(number)
         sheets.append(sheet)
     bare = [channel for channel in rates if channel not in owners]

@@ -239,5 +239,5 @@ def _signal(mapped: TableMap, table: Table, clock: Clock, name: str) -> Signal:
     time, values = clock.seconds[good], values[good]
     time, first = np.unique(time, return_index=True)
     if time.size < 16:
-        raise InputError(f"tie: '{name}' has {time.size} values only, too few to tie a clock by")
+        raise InputError(f"tie: '{name}' has {time.size} values, too few to tie a clock by; name a longer channel")
     return Signal(time, values[first])

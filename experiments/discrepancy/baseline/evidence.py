@@ -101,7 +101,7 @@ def gather(recording: Path | str, scenario: Scenario, given: GivenTrack = NO_TRA
         )
     if found.duration < SHORTEST:
         raise InputError(
-            f"the recording is {found.duration:.1f} s long; {SHORTEST:g} s are the least that can be judged"
+            f"the recording is {found.duration:.1f} s long, too short to be judged; give {SHORTEST:g} s or more"
         )
     surveyed = given.track or _track(measured)
     stated = measured.about.get("track", {}).get("errors")
@@ -204,9 +204,7 @@ def measured_speed(
             time, receiver = series["gnss"]
             speed *= float(np.median(receiver / np.maximum(np.interp(time, knots, speed), 0.1)))
     if float(np.median(speed)) < SLOW:
-        raise InputError(
-            f"the vehicle moves slower than {SLOW:g} m/s most of the time; such a recording says nothing here"
-        )
+        raise InputError(f"the vehicle moves slower than {SLOW:g} m/s most of the time; give a faster recording")
     return knots, np.maximum(speed, 0.2), scale_std
 
 

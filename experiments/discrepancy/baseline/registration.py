@@ -31,8 +31,8 @@ def register(evidence: Evidence, tries: int = 3) -> Registration:
         time, lag, weight = _lags(evidence, prediction)
         if not len(time):
             raise InputError(
-                "nothing in the recording follows the measured track: it excites too little, "
-                "or the track file or the start is wrong"
+                "nothing in the recording follows the measured track; check the track file and 'start', "
+                "or take a rougher section"
             )
         along = np.interp(time, *evidence.speed[:2]) * lag  # m that the model is behind
         travelled = np.interp(time, evidence.speed[0], _distance(*evidence.speed[:2]))

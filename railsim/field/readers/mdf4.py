@@ -79,7 +79,9 @@ def _table(file: Any, groups: list[Any], number: int, wanted: Wanted, start: tup
         clock = np.asarray(file.get_master(number), dtype=np.float64)
     for name, filled in columns.items():
         if len(filled.values) != rows or (clock is not None and clock.size != rows):
-            raise InputError(f"channel '{name}' has {len(filled.values)} of the {rows} samples that the file states")
+            raise InputError(
+                f"channel '{name}' has {len(filled.values)} of the {rows} samples that the file states; copy it again"
+            )
     return Table(columns, clock, start[0], local=start[1])
 
 
