@@ -33,9 +33,9 @@ INTERRUPTED = 130
 LATER = 0.05  # s
 SHELLS = ("bash", "zsh", "tcsh")
 EXAMPLES = """examples:
-  railsim run default                      a run with all that is made of it
-  railsim list estimators                  what there is
-  railsim new estimator my_filter          a commented start of your own
+  railsim run default                      simulate, measure, estimate and score
+  railsim list estimators                  all estimators, with what they give
+  railsim new estimator my_filter          begin an estimator of your own
   eval "$(railsim --completion bash)"      complete commands and names in this shell"""
 REPORT = "call it again with --debug and report what is printed, with the input if you can share it"
 
@@ -175,14 +175,14 @@ def build_parser() -> argparse.ArgumentParser:
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
         told = command.add_mutually_exclusive_group()
         told.add_argument(
-            "--quiet", dest="told", action="store_const", const="quiet", default="usual", help="errors alone on stderr"
+            "--quiet", dest="told", action="store_const", const="quiet", default="usual", help="only errors on stderr"
         )
         told.add_argument(
             "--verbose", dest="told", action="store_const", const="verbose", help="each step with its time on stderr"
         )
-        command.add_argument("--debug", action="store_true", help="show the traceback of an error nobody foresaw")
+        command.add_argument("--debug", action="store_true", help="show the traceback of an unforeseen error")
         command.add_argument(
-            "--plugins", metavar="DIR", action="append", default=[], help="look for plug-ins there too: CONTRIBUTING.md"
+            "--plugins", metavar="DIR", action="append", default=[], help="look for plug-ins in this folder too"
         )
     return parser
 

@@ -11,7 +11,7 @@ _KINDS = (("recording", "origin"), ("estimate", "about"))
 
 def add_overwrite(parser: argparse.ArgumentParser) -> None:
     """The option by which a folder of another kind may be replaced."""
-    parser.add_argument("--overwrite", action="store_true", help="replace what --out names, of whatever kind it is")
+    parser.add_argument("--overwrite", action="store_true", help="replace what --out names, whatever it is")
 
 
 def replaces(out: str, kind: str, overwrite: bool) -> str | None:

@@ -15,7 +15,9 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--engine", default="exudyn", metavar="NAME", help="exudyn (the reference, default), compiled or verlet"
     )
-    parser.add_argument("--seed", type=int, metavar="N", help="of the sensors' random errors (default: the scenario's)")
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="seed of the sensors' random errors (default: the scenario's)"
+    )
     parser.add_argument(
         "--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="e.g. vehicle.body_mass=18000"
     )

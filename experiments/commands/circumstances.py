@@ -1,4 +1,4 @@
-"""`railsim circumstances`: every estimator away from home: right, says so, or silently wrong; resumes by itself.
+"""`railsim circumstances`: judge estimators on laden, slippery, worn and other unusual runs; resumes by itself.
 
 examples:
   railsim circumstances cross_level --out circumstances

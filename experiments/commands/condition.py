@@ -1,4 +1,4 @@
-"""`railsim condition`: what track maintenance needs of estimates: tables, a map and a page with traces.
+"""`railsim condition`: sections, defects and changes of the track for maintenance: tables, a map and a page.
 
 examples:
   railsim condition results/default/estimates/track_smoother --out condition

@@ -1,4 +1,4 @@
-"""`railsim discrepancy-benchmark`: hidden effects, blind: how often the workflow is right.
+"""`railsim discrepancy-benchmark`: count how often the discrepancy workflow is right on hidden effects.
 
 examples:
   railsim discrepancy-benchmark --out benchmark --cases 40

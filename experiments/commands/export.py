@@ -1,4 +1,4 @@
-"""`railsim export`: a recording or an estimate as one file for other programs, with units and names.
+"""`railsim export`: write a recording or an estimate as one file for other programs, with units and names.
 
 examples:
   railsim export recording --to recording.csv

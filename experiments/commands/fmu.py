@@ -1,4 +1,4 @@
-"""`railsim fmu`: a scenario's vehicle and sensors as an FMI 3.0 co-simulation unit.
+"""`railsim fmu`: write a scenario's vehicle and sensors as an FMI 3.0 co-simulation unit.
 
 examples:
   railsim fmu default --out default.fmu

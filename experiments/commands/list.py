@@ -1,4 +1,4 @@
-"""`railsim list`: what there is.
+"""`railsim list`: list scenarios, estimators, effects and all other plug-ins, with what each is for.
 
 examples:
   railsim list

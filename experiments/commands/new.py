@@ -1,4 +1,4 @@
-"""`railsim new`: a commented start of a scenario, vehicle, estimator or effect of your own.
+"""`railsim new`: write a commented start of a scenario, vehicle, estimator or effect of your own.
 
 examples:
   railsim new estimator my_filter

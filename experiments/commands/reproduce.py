@@ -1,4 +1,4 @@
-"""`railsim reproduce`: make the numbers of the documentation anew and compare them with the stored ones; resumes.
+"""`railsim reproduce`: repeat the numbers of the documentation and compare them with the stored ones; resumes.
 
 examples:
   railsim reproduce --list

@@ -1,4 +1,4 @@
-"""`railsim robustness`: damage, stops, flipped bits, full disks and foreign homes against railsim itself; resumes.
+"""`railsim robustness`: test railsim itself with damaged files, stops, flipped bits and full disks; resumes.
 
 examples:
   railsim robustness --out robustness --share 0.01

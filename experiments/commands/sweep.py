@@ -1,4 +1,4 @@
-"""`railsim sweep`: run a design over a scenario's keys on many processes: a table and a report; resumes by itself.
+"""`railsim sweep`: vary keys of a scenario over many runs, and make a table and a report; resumes by itself.
 
 examples:
   railsim sweep default_sweep.yaml --out sweep --jobs 2
