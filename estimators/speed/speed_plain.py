@@ -21,12 +21,13 @@ COLUMNS = ("speed [m/s]", "speed_std [m/s]", "correlation [-]", "valid [-]")
 
 
 class SpeedPlain(WheelsetCorrelation, frozen=True):
-    """Speed V = 2 Lb / T, equation (9), T the integer lag at the peak of the running cross-correlation, equation (10).
+    """Speed from the delay between both wheelsets, by running cross-correlation: equations (9) and (10).
 
-    The two signals are the wheelsets' vertical accelerations, band limited. Errors to expect: truncation of the lag to
-    whole samples, and a delay of about half a window while the speed changes. Both are in the stated deviation: the
-    latter as half of the change over the last window, which is what a steady acceleration makes of that delay. Where
-    these changes are larger by their mean square over a window, that counts: lags jump where signals are weak.
+    V = 2 Lb / T, with T the integer lag at the peak. The two signals are the wheelsets' vertical accelerations, band
+    limited. Errors to expect: truncation of the lag to whole samples, and a delay of about half a window while the
+    speed changes. Both are in the stated deviation: the latter as half of the change over the last window, which is
+    what a steady acceleration makes of that delay. Where these changes are larger by their mean square over a window,
+    that counts: lags jump where signals are weak.
     """
 
     reach: float = quantity(

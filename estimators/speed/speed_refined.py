@@ -25,18 +25,18 @@ TRIAL = "trial on tests/estimators/bogie_rig.py"
 
 
 class SpeedRefined(WheelsetCorrelation, frozen=True):
-    """Speed from the mismatch w_2''(t) - w_1''(t - T) of the wheelsets' vertical accelerations, V T - a T^2/2 = 2 Lb.
+    """Speed from the delay between both wheelsets' vertical accelerations, tracked with a model of the motion.
 
-    A running correlation finds the travel time coarsely; a bank of extended Kalman filters (steady speed, steady
-    acceleration, change) then drives the mismatch to zero step by step. Their memory is as long as the noise asks for
-    and the motion allows. Errors of the vehicle's parameters that let one wheelset leak into the other are
-    estimated too. Where the bogie's longitudinal acceleration is recorded at the same rate, it drives the motion model,
-    and what is estimated is its bias (sensor, mounting, gradient): manoeuvres are then followed without delay.
-    While the signals are no more than the sensors' noise, as at standstill, no travel time is looked for; a peak that
-    stands in both directions alike is noise of one sensor. Noise that comes up on the way is seen in the mismatch: it
-    takes weight from what is measured, and what of the slopes is noise is not counted as knowledge. After the travel
-    time was lost, the speed of the search's window is carried on with the longitudinal acceleration less its known
-    bias.
+    The mismatch is w_2''(t) - w_1''(t - T), with V T - a T^2/2 = 2 Lb. A running correlation finds the travel time
+    coarsely; a bank of extended Kalman filters (steady speed, steady acceleration, change) then drives the mismatch to
+    zero step by step. Their memory is as long as the noise asks for and the motion allows. Errors of the vehicle's
+    parameters that let one wheelset leak into the other are estimated too. Where the bogie's longitudinal acceleration
+    is recorded at the same rate, it drives the motion model, and what is estimated is its bias (sensor, mounting,
+    gradient): manoeuvres are then followed without delay. While the signals are no more than the sensors' noise, as at
+    standstill, no travel time is looked for; a peak that stands in both directions alike is noise of one sensor. Noise
+    that comes up on the way is seen in the mismatch: it takes weight from what is measured, and what of the slopes is
+    noise is not counted as knowledge. After the travel time was lost, the speed of the search's window is carried on
+    with the longitudinal acceleration less its known bias.
     """
 
     reach: float = quantity(

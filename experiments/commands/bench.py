@@ -1,4 +1,4 @@
-"""`railsim bench`: speed of the engines and estimators.
+"""`railsim bench`: measure the speed of engines and estimators.
 
 examples:
   railsim bench --fast
@@ -19,7 +19,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Size, or a long record in place of the engines."""
     parser.add_argument("--fast", action="store_true", help="a short run, once: to see that it works, not to be quoted")
     parser.add_argument(
-        "--day", type=float, metavar="HOURS", help="time and memory of a record of so many hours, from file to report"
+        "--day", type=float, metavar="HOURS", help="measure a record of so many hours, from file to report"
     )
     parser.add_argument("--format", choices=("parquet", "csv"), default="parquet", help="with --day: of the file")
     parser.add_argument("--lanes", metavar="FILE", help="only runs in lanes, by number of lanes: a picture (PNG)")

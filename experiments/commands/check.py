@@ -1,4 +1,4 @@
-"""`railsim check`: run the conformance checks on a plug-in and say what falls short.
+"""`railsim check`: check a plug-in against the rules of its kind and say what falls short.
 
 examples:
   railsim check weak_yaw_damper

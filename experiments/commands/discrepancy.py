@@ -1,4 +1,4 @@
-"""`railsim discrepancy`: find what is missing in a model, name it, add it and show the gap shrink.
+"""`railsim discrepancy`: find what is missing in a model, name it, and add it to the model.
 
 examples:
   railsim discrepancy recording --model default --out verdict
@@ -16,7 +16,7 @@ from railsim.errors import InputError
 def configure(parser: argparse.ArgumentParser) -> None:
     """Recording, model, folder and what to consider."""
     parser.add_argument("recording", metavar="RECORDING", nargs="?", help="folder; its truth is never read")
-    parser.add_argument("--plan", action="store_true", help="without a recording: what one could show and tell apart")
+    parser.add_argument("--plan", action="store_true", help="without a recording: what one could show")
     parser.add_argument("--model", metavar="SCENARIO", required=True, help="nominal scenario: a name or a YAML file")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of verdict.json, model.yaml, report.html")
     parser.add_argument(
@@ -25,10 +25,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="measured track in place of the recording's: a CSV\nfile, or the folder of an estimate of it",
     )
     parser.add_argument(
-        "--held-out", nargs="+", default=[], metavar="REC", help="recordings that take no part: the gap there too"
+        "--held-out", nargs="+", default=[], metavar="REC", help="recordings that no fit sees; the gap there is told"
     )
     parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
-    parser.add_argument("--engine", default="exudyn", metavar="NAME", help="of the last run (default: exudyn)")
+    parser.add_argument("--engine", default="exudyn", metavar="NAME", help="engine of the last run (default: exudyn)")
 
 
 def execute(given: argparse.Namespace) -> Outcome:

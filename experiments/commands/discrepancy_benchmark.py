@@ -19,16 +19,21 @@ PAGE = "RESULTS.md"
 def configure(parser: argparse.ArgumentParser) -> None:
     """Folder, cases, and which of them to ask or to score."""
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of cases and results; goes on where it was")
-    parser.add_argument("--cases", type=int, default=10, metavar="N", help="how many in all (default: 10)")
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the cases (default: 1)")
-    parser.add_argument("--model", default="yaw_dampers", metavar="SCENARIO", help="nominal (default: yaw_dampers)")
-    parser.add_argument("--duration", type=float, default=40.0, metavar="S", help="of each recording (default: 40)")
-    parser.add_argument("--laws", metavar="FILE", default="", help="YAML list of effects from outside the library")
+    parser.add_argument("--cases", type=int, default=10, metavar="N", help="number of cases in all (default: 10)")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the cases (default: 1)")
     parser.add_argument(
-        "--score", metavar="RULE", default="", help="no new cases: score the rows of that rule, its effects valued anew"
+        "--model", default="yaw_dampers", metavar="SCENARIO", help="nominal scenario (default: yaw_dampers)"
     )
     parser.add_argument(
-        "--rows", metavar="FOLDER", default="", help="answered cases, a file per seed: none is asked again"
+        "--duration", type=float, default=40.0, metavar="S", help="duration of each recording, s (default: 40)"
+    )
+    parser.add_argument("--laws", metavar="FILE", default="", help="YAML list of effects from outside the library")
+    parser.add_argument("--score", metavar="RULE", default="", help="answer no new case: score the rows of that rule")
+    parser.add_argument(
+        "--rows",
+        metavar="FOLDER",
+        default="",
+        help="folder of answered cases, a file for each seed; none is asked again",
     )
     parser.add_argument(
         "--system",
@@ -36,14 +41,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
         choices=("railway", "half_car", "balls", "pendulum", "double_pendulum"),
         help="railway, half_car: hidden effects, simulated (default: railway); the others: laboratory records",
     )
-    parser.add_argument("--data", metavar="FOLDER", default="", help="of the laboratory's files")
+    parser.add_argument("--data", metavar="FOLDER", default="", help="folder of the laboratory's files")
     parser.add_argument(
         "--study",
         choices=("sensitivity", "lengths", "errors"),
-        help="half_car: of answered cases, or of healthy records",
+        help="half_car: study of answered cases, or of healthy records",
     )
-    parser.add_argument("--policy", metavar="FILE", default="", help="half_car: YAML of numbers and scales to be taken")
-    parser.add_argument("--learn", metavar="FILE", default="", help="half_car: write scales of healthy levels there")
+    parser.add_argument(
+        "--policy", metavar="FILE", default="", help="half_car: YAML file of the numbers and scales to use"
+    )
+    parser.add_argument(
+        "--learn", metavar="FILE", default="", help="half_car: file for the scales of healthy levels that are learned"
+    )
     parser.add_argument("--part", metavar="I/N", default="0/1", help="every N-th case from the I-th on (default: 0/1)")
 
 

@@ -1,4 +1,4 @@
-"""`railsim figure`: draw figures of the paper and check its claims.
+"""`railsim figure`: draw figures of the paper and of this project, and check their claims.
 
 examples:
   railsim figure fig02 --out figures

@@ -27,7 +27,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--prune", action="store_true", help="say what a recording would be reduced to: events and features"
     )
-    parser.add_argument("--after", type=float, default=90.0, metavar="DAYS", help="age from which raw data go (90)")
+    parser.add_argument(
+        "--after", type=float, default=90.0, metavar="DAYS", help="keep raw data for so long (default: 90)"
+    )
     parser.add_argument("--yes", action="store_true", help="with --prune: do it")
 
 

@@ -27,7 +27,7 @@ TRY = {
 def configure(parser: argparse.ArgumentParser) -> None:
     """Kind, name and folder."""
     parser.add_argument("kind", choices=tuple(KINDS), help="what to start")
-    parser.add_argument("name", metavar="NAME", help="of the plug-in and its file: letters, digits and '_'")
+    parser.add_argument("name", metavar="NAME", help="name of the plug-in and its file: letters, digits and '_'")
     parser.add_argument(
         "--in", dest="folder", metavar="DIR", default="my_plugins", help="folder of plug-ins (default: my_plugins)"
     )

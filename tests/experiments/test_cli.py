@@ -201,7 +201,7 @@ def test_help_lists_every_command_with_its_line(capsys: pytest.CaptureFixture[st
     assert done.value.code == 0
     listed = dict(re.findall(r"^    (\S+)\s+(.+)$", capsys.readouterr().out, re.MULTILINE))
     assert list(listed) == COMMANDS
-    assert listed["bench"] == "speed of the engines and estimators"
+    assert listed["bench"] == "measure the speed of engines and estimators"
 
 
 @pytest.mark.parametrize("command", COMMANDS)
