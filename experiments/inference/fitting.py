@@ -23,7 +23,7 @@ from experiments.inference.policy import Policy
 STAGES = ((math.log(5.0), 6), (0.0, 4), (None, 12))
 """Logs by which latent levels stand above their healthy middles, None = free; and steps at most."""
 
-DIFFERENCE = 0.02  # of a prior's standard deviation; step of the derivatives
+DIFFERENCE = 0.005  # of a prior's standard deviation; step of the derivatives
 ROUNDS = 5  # of covariance and fit at most
 TRIES = 8  # dampings of a step
 CHORD_TRIES = 2  # with slopes of another point
@@ -78,21 +78,23 @@ class Problem:
         count = len(self.system.coordinates)
         return np.array([k for k, one in enumerate(self.coordinates) if k >= count or one.name in faults], int)
 
-    def slopes(self, x: np.ndarray, which: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
-        """(coordinates, F, T, C) of each group: central differences of the predictions, all runs at once; by those
-        coordinates alone that are asked for.
+    def slopes(
+        self, x: np.ndarray, groups: Sequence[Group], which: np.ndarray | None = None
+    ) -> tuple[np.ndarray, ...]:
+        """(coordinates, F, T, C) of each group: forward differences of the predictions from `groups` at x on, all runs
+        at once; by those coordinates alone that are asked for.
         """
         which = np.arange(len(x)) if which is None else which
         sizes = np.array([one.step or DIFFERENCE * one.spread for one in self.coordinates])
-        steps, count = np.diag(sizes)[which], len(which)
-        outputs = self.system.predict(np.concatenate([x + steps, x - steps]), self.hypothesis.effects)
-        return tuple((one[:count] - one[count:]) / (2.0 * sizes[which].reshape(-1, 1, 1, 1)) for one in outputs)
+        moved = self.residuals(x + np.diag(sizes)[which])
+        parts = zip(groups, moved, strict=True)
+        return tuple((one.residual[None] - other) / sizes[which].reshape(-1, 1, 1, 1) for one, other in parts)
 
-    def renewed(self, x: np.ndarray, old: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    def renewed(self, x: np.ndarray, groups: Sequence[Group], old: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
         """Slopes at x: those of another hypothesis or point, but for the coordinates of the effects."""
         if not len(self.changed):
             return tuple(old)
-        new = self.slopes(x, self.changed)
+        new = self.slopes(x, groups, self.changed)
         both = [np.concatenate([one, np.zeros((len(x) - len(one), *one.shape[1:]), one.dtype)]) for one in old]
         for whole, part in zip(both, new, strict=True):
             whole[self.changed] = part
@@ -155,7 +157,7 @@ def _round(
         return None
     levels, first, anew = problem.levels, psi is None, slopes is None
     latent = np.array([level.place is not None for level in levels])
-    slopes = problem.slopes(x) if slopes is None else problem.renewed(x, slopes)
+    slopes = problem.slopes(x, groups) if slopes is None else problem.renewed(x, groups, slopes)
     for above, steps in STAGES if first else STAGES[-1:]:
         free = above is None
         start = middles(levels) + (latent * above if above is not None else 0.0)
@@ -190,7 +192,7 @@ def _descend(
         else:
             if fresh:
                 break
-            slopes, fresh, damping = problem.slopes(x), True, 1e-3
+            slopes, fresh, damping = problem.slopes(x, groups), True, 1e-3
             continue
         promised = -float(slope @ step + 0.5 * step @ precision @ step)
         gained, total = total - then, then
@@ -198,7 +200,7 @@ def _descend(
         if gained < enough and (fresh or promised < enough):
             break
         fresh = gained < 0.5 * promised
-        slopes = problem.slopes(x) if fresh else problem.renewed(x, slopes)
+        slopes = problem.slopes(x, groups) if fresh else problem.renewed(x, groups, slopes)
     return x, psi, groups, slopes
 
 
@@ -226,7 +228,7 @@ def few_steps(
         return math.inf, x
     total, damping = _levelled(problem, x, psi, sums(groups), False)[0], 1e-3
     for _ in range(steps):
-        slopes = problem.renewed(x, slopes)
+        slopes = problem.renewed(x, groups, slopes)
         slope, precision = newton(problem, x, sums(groups), psi, groups, slopes)
         step = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope)
         step *= min(1.0, problem.policy.longest_step / float(np.abs(step / problem.spreads).max(initial=1e-300)))
@@ -246,7 +248,7 @@ def finish(
     """The fit at x, with its evidence; with new slopes where none are given."""
     parts = sums(groups)
     best = fit_levels(parts, problem.levels, psi)
-    slopes = problem.slopes(x) if slopes is None else tuple(slopes)
+    slopes = problem.slopes(x, groups) if slopes is None else tuple(slopes)
     _, precision = newton(problem, x, parts, best.psi, groups, slopes)
     total = best.cost + problem.prior(x)
     evidence = laplace(total, precision, best.precision)

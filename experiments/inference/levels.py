@@ -7,6 +7,7 @@ half (Mardia and Marshall 1984, Biometrika 71, eqs. 3 and 4).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from experiments.inference.model import Group, Level
 LONGEST = 1.2  # of a step of a log level
 FEWEST = 1e-9  # nats; a step that gains less ends the search
 STEPS = 60
+SAME = 1e-9  # of the standard deviations of all errors together
 RAISED = 2.5  # of the log of a level: where the search for another optimum begins
 
 
@@ -32,6 +34,21 @@ class Sums:
         columns = np.swapaxes(group.residual, 1, 2)
         return cls(columns @ np.conj(np.swapaxes(columns, 1, 2)), group.components, group.residual.shape[1])
 
+    @cached_property
+    def roots(self) -> np.ndarray | None:
+        """(F, C, levels): K_k = r_k r_k^H, where each component is the square of one column (one source that all
+        channels hear); None where one of them is not.
+        """
+        diagonal = np.real(np.einsum("kfcc->kfc", self.components))
+        largest = np.argmax(diagonal, axis=2)[..., None]
+        column = np.take_along_axis(self.components, largest[..., None, :], 3)[..., 0]
+        size = np.sqrt(np.take_along_axis(diagonal, largest, 2))
+        columns = column / np.where(size > 0.0, size, 1.0)
+        square = columns[..., None] * np.conj(columns[..., None, :])
+        whole = np.sqrt(diagonal.sum(axis=0))
+        alike = (np.abs(square - self.components) <= SAME * whole[:, :, None] * whole[:, None, :]).all()
+        return np.ascontiguousarray(np.moveaxis(columns, 0, 2)) if alike else None
+
     def covariance(self, psi: np.ndarray) -> np.ndarray:
         """(F, C, C)."""
         return np.tensordot(np.exp(2.0 * psi), self.components, 1)
@@ -47,13 +64,13 @@ def cost(parts: Sequence[Sums], psi: np.ndarray) -> float:
     total = 0.0
     for one in parts:
         try:
-            root = np.linalg.cholesky(one.covariance(psi))
+            covariance = one.covariance(psi)
+            root = np.linalg.cholesky(covariance)
         except np.linalg.LinAlgError:
             return np.inf
         if not np.isfinite(one.outer).all():
             return np.inf
-        inverse = np.linalg.inv(root)
-        square = np.einsum("fcd,fce,fed->", np.conj(inverse), inverse, one.outer, optimize=True)
+        square = (np.linalg.inv(covariance) * np.swapaxes(one.outer, 1, 2)).sum()
         log_determinant = 2.0 * float(np.log(np.real(np.einsum("fcc->fc", root))).sum())
         total += 0.5 * (one.repeats * log_determinant + float(np.real(square)))
     return total
@@ -65,6 +82,14 @@ def slopes(parts: Sequence[Sums], psi: np.ndarray) -> tuple[np.ndarray, np.ndarr
     slope, fisher = np.zeros(count), np.zeros((count, count))
     for one in parts:
         inverse = np.linalg.inv(one.covariance(psi))
+        if one.roots is not None:
+            seen, twice = inverse @ one.roots, 2.0 * np.exp(2.0 * psi)
+            between = np.conj(np.swapaxes(one.roots, 1, 2)) @ seen
+            trace = np.real(np.einsum("fkk->k", between))
+            square = np.real((np.conj(seen) * (one.outer @ seen)).sum((0, 1)))
+            slope += 0.5 * twice * (one.repeats * trace - square)
+            fisher += 0.5 * one.repeats * np.outer(twice, twice) * (np.abs(between) ** 2).sum(0)
+            continue
         turned = inverse[None] @ (2.0 * np.exp(2.0 * psi)[:, None, None, None] * one.components)
         flat, other = turned.reshape(count, -1), np.swapaxes(turned, -1, -2).reshape(count, -1)
         residual = (inverse @ one.outer).ravel()
@@ -99,24 +124,25 @@ def fit_levels(
 ) -> Levelled:
     """Fisher's scoring with damping from `psi` on, until a step gains less than `tolerance` [nats]."""
     psi, damping = psi.copy(), 1e-3
-    total = cost(parts, psi) + prior_cost(levels, psi)[0]
+    prior = prior_cost(levels, psi)
+    total = cost(parts, psi) + prior[0]
     slope, fisher = slopes(parts, psi)
     for _ in range(steps):
-        _, prior_slope, curvature = prior_cost(levels, psi)
-        precision = fisher + np.diag(curvature)
-        step = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope + prior_slope)
+        precision = fisher + np.diag(prior[2])
+        step = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope + prior[1])
         trial = psi + np.clip(step, -LONGEST, LONGEST)
-        then = cost(parts, trial) + prior_cost(levels, trial)[0]
+        there = prior_cost(levels, trial)
+        then = cost(parts, trial) + there[0]
         if then > total - FEWEST:
             damping = 8.0 * damping + 1e-3
             if damping > 1e5:
                 break
             continue
-        gained, psi, total, damping = total - then, trial, then, max(damping / 6.0, 1e-6)
+        gained, psi, prior, total, damping = total - then, trial, there, then, max(damping / 6.0, 1e-6)
         slope, fisher = slopes(parts, psi)
         if gained < tolerance:
             break
-    return Levelled(psi, total, fisher + np.diag(prior_cost(levels, psi)[2]))
+    return Levelled(psi, total, fisher + np.diag(prior[2]))
 
 
 def best_levels(parts: Sequence[Sums], levels: Sequence[Level], psi: np.ndarray, raised: bool = True) -> Levelled:

@@ -93,7 +93,7 @@ def _apart(true: Fit, other: Fit, system: System, policy: Policy) -> float:
     )
     parts = [Sums(np.zeros(part.shape[1:]), part, one.shape[2]) for part, one in zip(components, ours, strict=True)]
     difference = whitened(parts, true.psi, [a - b for a, b in zip(ours, theirs, strict=True)])[0]
-    slopes = whitened(parts, true.psi, problem.slopes(other.x))
+    slopes = whitened(parts, true.psi, problem.slopes(other.x, problem.groups(other.x, components)))
     matrix = slopes @ slopes.T + other.precision
     rest = difference @ difference - (slopes @ difference) @ np.linalg.solve(matrix, slopes @ difference)
     return 0.5 * float(rest) + _divergence(parts, true.psi, other.psi)

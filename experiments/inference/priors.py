@@ -52,6 +52,7 @@ class HalfNormal:
 
     def cost(self, psi: float) -> tuple[float, float, float]:
         """Minus log density of psi (the amplitude's times exp(psi)), its slope and curvature."""
-        square = math.exp(min(2.0 * (psi - self.middle), 60.0))
-        value = -(psi - self.middle) + 0.5 * square + 0.5 * math.log(0.5 * math.pi)
+        apart = psi - self.middle
+        square = math.exp(min(2.0 * apart, 60.0))
+        value = -apart + 0.5 * square + 0.5 * math.log(0.5 * math.pi)
         return value, square - 1.0, max(2.0 * square, LEAST_CURVATURE)

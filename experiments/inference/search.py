@@ -181,7 +181,7 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     groups = problem.groups(nominal, problem.system.covariances(nominal, ()))
     high, nothing = _high(problem.levels), np.zeros((0, 0))
     total = cost(sums(groups), high) + problem.prior(nominal)
-    slopes = problem.slopes(nominal)
+    slopes = problem.slopes(nominal, groups)
     rough = Fit(Hypothesis(), problem.system, nominal, high, total, -np.inf, nothing, nothing, groups, slopes)
     tried: set[str] = set()
     for base, most in ((none, count), (rough, max(1, count // 3))):
