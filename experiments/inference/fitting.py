@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from experiments.inference.levels import Sums, best_levels, cost, fit_levels, middles, prior_cost, sums
+from experiments.inference.levels import Sums, best_levels, cost, fit_levels, middles, sums
 from experiments.inference.model import Coordinate, Fit, Group, Hypothesis, Level, System
 from experiments.inference.policy import Policy
 
@@ -78,9 +78,7 @@ class Problem:
         count = len(self.system.coordinates)
         return np.array([k for k, one in enumerate(self.coordinates) if k >= count or one.name in faults], int)
 
-    def slopes(
-        self, x: np.ndarray, groups: Sequence[Group], which: np.ndarray | None = None
-    ) -> tuple[np.ndarray, ...]:
+    def slopes(self, x: np.ndarray, groups: Sequence[Group], which: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         """(coordinates, F, T, C) of each group: forward differences of the predictions from `groups` at x on, all runs
         at once; by those coordinates alone that are asked for.
         """
@@ -99,6 +97,11 @@ class Problem:
         for whole, part in zip(both, new, strict=True):
             whole[self.changed] = part
         return tuple(both)
+
+
+def raised(levels: Sequence[Level]) -> np.ndarray:
+    """Levels at their middles, the latent ones as high as where a fit begins."""
+    return middles(levels) + np.array([STAGES[0][0] if one.place else 0.0 for one in levels])
 
 
 def whitened(parts: Sequence[Sums], psi: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -220,25 +223,27 @@ def few_steps(
     problem: Problem, x: np.ndarray, psi: np.ndarray, components: Sequence[np.ndarray], steps: int,
     slopes: Sequence[np.ndarray],
 ) -> tuple[float, np.ndarray]:  # fmt: skip
-    """Cost after so many steps of the mean with the levels held, priors of the levels included, and where they led;
-    infinite where the prediction is not finite. slopes : of a fit nearby.
+    """Cost after so many steps of the mean, with the levels that fit best there, and where they led; infinite where the
+    prediction is not finite. The steps are taken with the latent levels raised as where a fit begins: levels that fit
+    another hypothesis are so low that from afar every step leads uphill. slopes : of a fit nearby.
     """
     groups = problem.groups(x, components)
     if not all(np.isfinite(group.residual).all() for group in groups):
         return math.inf, x
-    total, damping = _levelled(problem, x, psi, sums(groups), False)[0], 1e-3
+    high = np.where([one.place is None for one in problem.levels], psi, np.maximum(psi, raised(problem.levels)))
+    total, damping = _levelled(problem, x, high, sums(groups), False)[0], 1e-3
     for _ in range(steps):
         slopes = problem.renewed(x, groups, slopes)
-        slope, precision = newton(problem, x, sums(groups), psi, groups, slopes)
+        slope, precision = newton(problem, x, sums(groups), high, groups, slopes)
         step = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope)
         step *= min(1.0, problem.policy.longest_step / float(np.abs(step / problem.spreads).max(initial=1e-300)))
         tried = problem.groups(x + step, components)
-        then = _levelled(problem, x + step, psi, sums(tried), False)[0]
+        then = _levelled(problem, x + step, high, sums(tried), False)[0]
         if then < total:
             x, groups, total, damping = x + step, tried, then, damping / 8.0
         else:
             damping = 30.0 * damping + 0.1
-    return cost(sums(groups), psi) + prior_cost(problem.levels, psi)[0] + problem.prior(x), x
+    return _levelled(problem, x, psi, sums(groups), True)[0], x
 
 
 def finish(

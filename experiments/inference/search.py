@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from experiments.inference.fitting import ROUNDS, STAGES, Problem, few_steps, fit, with_unknown
-from experiments.inference.levels import cost, middles, sums
+from experiments.inference.fitting import ROUNDS, Problem, few_steps, fit, raised, with_unknown
+from experiments.inference.levels import cost, sums
 from experiments.inference.model import Effect, Fit, Group, Hypothesis, Level, Library, System
 from experiments.inference.policy import Policy
 from experiments.inference.verdict import Verdict, decide, log_prior
@@ -117,18 +117,13 @@ def healthy_fit(system: System, policy: Policy) -> Fit:
     return search.fits["none"]
 
 
-def _high(levels: Sequence[Level]) -> np.ndarray:
-    """Levels at their middles, the latent ones five times as high."""
-    return middles(levels) + np.array([STAGES[0][0] if level.place else 0.0 for level in levels])
-
-
 def _none(search: Search) -> np.ndarray:
     """Alignment from all starts first, then the fit; gives the nominal build with the best alignment."""
     starts = search.system.starts()
     problem = replace(search.problem(), system=search.system.about(starts[0], (), None))
     components = problem.system.covariances(starts[0], ())
     residuals = problem.residuals(starts)
-    high, costs = _high(problem.levels), []
+    high, costs = raised(problem.levels), []
     for index, start in enumerate(starts):
         groups = [Group(residual[index], part) for residual, part in zip(residuals, components, strict=True)]
         costs.append(cost(sums(groups), high) + problem.prior(start))
@@ -146,30 +141,21 @@ def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
 
 
 def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Ordered]:
-    """What the first steps of each effect beside a fit gain in its covariance [nats], and where they lead; most first.
-    Only an order, nothing is decided by it.
+    """What the first steps of each effect beside a fit gain over the same steps without it, in its covariance [nats],
+    and where they lead; most first. Only an order, nothing is decided by it.
     """
     components, found = [group.components for group in base.groups], []
-    for effect in (one.sought(base) for one in effects):
-        problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, effect)), search.policy)
-        begins = effect.begins(base.x, search.system.coordinates)
+
+    def first(begins: Sequence[np.ndarray], *beside: Effect) -> tuple[float, np.ndarray]:
+        problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, *beside)), search.policy)
         tried = [few_steps(problem, begin, base.psi, components, FIRST_STEPS, base.slopes) for begin in begins]
-        least, x = min(tried, key=lambda one: one[0])
-        found.append((base.cost - least, effect, x))
+        return min(tried, key=lambda one: one[0])
+
+    without, _ = first([base.x])
+    for effect in (one.sought(base) for one in effects):
+        least, x = first(effect.begins(base.x, search.system.coordinates), effect)
+        found.append((without - least, effect, x))
     return sorted(found, key=lambda one: -one[0])
-
-
-def _chosen(order: Sequence[Ordered], most: int) -> list[Ordered]:
-    """The first ones, and of each family that is not among them its first: first steps from afar may gain nothing where
-    a whole fit gains all.
-    """
-    families = {effect.family for _, effect, _ in order[:most]}
-    found = list(order[:most])
-    for one in order[most:]:
-        if one[1].family not in families:
-            families.add(one[1].family)
-            found.append(one)
-    return found
 
 
 def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
@@ -179,14 +165,14 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     none, count = search.fits["none"], search.policy.candidates
     problem = replace(search.problem(), system=search.system.about(nominal, (), None))
     groups = problem.groups(nominal, problem.system.covariances(nominal, ()))
-    high, nothing = _high(problem.levels), np.zeros((0, 0))
+    high, nothing = raised(problem.levels), np.zeros((0, 0))
     total = cost(sums(groups), high) + problem.prior(nominal)
     slopes = problem.slopes(nominal, groups)
     rough = Fit(Hypothesis(), problem.system, nominal, high, total, -np.inf, nothing, nothing, groups, slopes)
     tried: set[str] = set()
     for base, most in ((none, count), (rough, max(1, count // 3))):
         order = _ordered(search, base, search.library.effects)
-        for _, effect, x in _chosen(order, most) if base is none else order[:most]:
+        for _, effect, x in order[:most]:
             if search.late(effect.name):
                 continue
             tried.add(effect.name)
@@ -222,9 +208,8 @@ def _pairs(search: Search) -> None:
     large = len(search.library.effects) > search.policy.candidates
     if large:
         order = _ordered(search, named[0], [one for one in search.library.effects if _differ(first, one)])
-        chosen = _chosen(order, PAIRS)
-        partners = [(other, [x]) for _, other, x in chosen]
-        search.not_tried += [f"{first.name} + {one.name}" for _, one, _ in order if one not in [c[1] for c in chosen]]
+        partners = [(other, [x]) for _, other, x in order[:PAIRS]]
+        search.not_tried += [f"{first.name} + {one.name}" for _, one, _ in order[PAIRS:]]
     else:
         others = [one.hypothesis.effects[0] for one in named[1:] if _differ(first, one.hypothesis.effects[0])]
         partners = [(other, other.begins(named[0].x, search.system.coordinates)) for other in others]
