@@ -1,12 +1,9 @@
 """A long record in sections: what they give is what the whole record gives, also where the run was stopped."""
 
-import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -134,34 +131,49 @@ def test_sections_of_other_settings_are_not_taken(recording: Path, tmp_path: Pat
 
 
 _PROGRAM = """
-import sys
-from pathlib import Path
+import os, sys
 from experiments.runs import long_record
 long_record.LONGEST, long_record.SECTION, long_record.OVERLAP = 100.0, 60.0, 25.0
 from experiments.cli import main
+
+
+class Ended:
+    "Standard error that ends the process by a signal once the first section is said to be done."
+
+    def __init__(self, signal):
+        self.signal, self.to = signal, sys.stderr
+
+    def write(self, text):
+        written = self.to.write(text)
+        if "section 1 of 3: done" in text:
+            self.to.flush()
+            os.kill(os.getpid(), self.signal)
+        return written
+
+    def __getattr__(self, name):
+        return getattr(self.to, name)
+
+
+if len(sys.argv) > 3:
+    sys.stderr = Ended(int(sys.argv[3]))
 sys.exit(main(["estimate", "alignment_vertical", sys.argv[1], "--out", sys.argv[2]]))
 """
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_a_command_that_was_ended_goes_on(how: signal.Signals, recording: Path, tmp_path: Path):
-    def run(out: str, **more: Any) -> "subprocess.Popen[str]":
-        words = [sys.executable, "-c", _PROGRAM, str(recording), str(tmp_path / out)]
-        return subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, **more)
+    def run(out: str, *ended: str) -> "subprocess.CompletedProcess[str]":
+        words = [sys.executable, "-c", _PROGRAM, str(recording), str(tmp_path / out), *ended]
+        return subprocess.run(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, timeout=120)
 
     whole = run("whole")
-    assert "section 3 of 3: done" in whole.communicate(timeout=120)[1] and whole.returncode == 0
-    stopped = run("stopped")
-    first = tmp_path / "stopped.sections" / "0000" / "section.json"
-    deadline = time.monotonic() + 60.0
-    while not first.is_file() and time.monotonic() < deadline:
-        time.sleep(0.001)
-    os.kill(stopped.pid, how)
-    said = stopped.communicate(timeout=60)[1]
-    assert how == signal.SIGKILL or "the same command goes on from there" in said
+    assert "section 3 of 3: done" in whole.stderr and whole.returncode == 0
+    stopped = run("stopped", str(int(how)))
+    assert how == signal.SIGKILL or "the same command goes on from there" in stopped.stderr
     assert stopped.returncode != 0 and not (tmp_path / "stopped").exists()
+    assert (tmp_path / "stopped.sections" / "0000" / "section.json").is_file()
     again = run("stopped")
-    assert "section 1 of 3: done before" in again.communicate(timeout=120)[1] and again.returncode == 0
+    assert "section 1 of 3: done before" in again.stderr and again.returncode == 0
     assert not (tmp_path / "stopped.sections").exists()
     table = (tmp_path / "whole" / "estimate.parquet").read_bytes()
     assert (tmp_path / "stopped" / "estimate.parquet").read_bytes() == table
