@@ -13,6 +13,7 @@ import pytest
 import yaml
 
 from experiments.cli import build_parser
+from railsim.scenario import Scenario, load_scenario
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT / "docs" / "site"))
@@ -57,6 +58,12 @@ def test_the_reference_names_every_plugin_and_command():
     assert "| `duration` | must be given | s |" in pages["reference/scenario.md"]
     assert "| `factor` |" in pages["reference/effects.md"].partition("## weak_yaw_damper")[2].partition("\n## ")[0]
     assert "--line-speed KMH|FILE" in pages["reference/commands.md"]
+
+
+@pytest.mark.parametrize("key", reference.WRITTEN)
+def test_examples_of_scenario_keys_are_taken(key: str):
+    assert key in Scenario.model_fields
+    assert getattr(load_scenario("curve_r400", [f"{key}={reference.WRITTEN[key][0]}", "duration=20"]), key)
 
 
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)

@@ -9,6 +9,7 @@ from typing import Any
 from estimators.interface import ESTIMATORS
 from experiments import commands
 from experiments.cli import build_parser
+from experiments.reporting.text import first_sentence
 from railsim.effects.interface import EFFECTS
 from railsim.scenario import Scenario, described_scenarios
 from railsim.sensors.errors import SensorErrors
@@ -18,6 +19,7 @@ from railsim.spec import Spec
 from railsim.speed import Constant, Driven, Profile
 from railsim.track.files import TRACKS, read_track
 from railsim.track.flexible import FlexibleTrack
+from railsim.track.survey import TrackErrors
 from railsim.vehicles.interface import PARAMETER_SETS, VEHICLES
 
 PUBLIC: Mapping[str, tuple[str, ...]] = {
@@ -55,6 +57,25 @@ PUBLIC: Mapping[str, tuple[str, ...]] = {
 """Public names of Python, by what they are for: a check of their docstrings goes by this table too."""
 
 
+WRITTEN: Mapping[str, tuple[str, str]] = {
+    "track": ("curve_r400", "name of a [track](scenarios.md#tracks), or path of a CSV file"),
+    "track_errors": ("{vertical_std: 0.0002}", "errors of the surveyed track in the recording, below"),
+    "vehicle": ("{name: manchester, body_mass: 18000}", "[vehicle](vehicles.md) and its parameters, or its name alone"),
+    "flexible_track": ("{}", "rails that give, below"),
+    "effects": ("[{kind: weak_yaw_damper, factor: 0.2}]", "list of [effects](effects.md), unknown to estimators"),
+    "sensors": (
+        "[{kind: gyro, name: bogie, body: bogie, axes: [pitch], rate: 256, errors: mems}]",
+        "list of [sensors](sensors.md)",
+    ),
+    "speed": ("{kind: constant, speed: 20}", "one of three kinds, below"),
+    "traction": (
+        "[{wheelset: 1, time: [0, 10], torque: [0, 2000]}]",
+        "`torque`, `brake` or `slip` of wheelsets over time",
+    ),
+}
+"""Keys of a scenario that hold more than a number: an example, and what it is."""
+
+
 def pages() -> dict[str, str]:
     """Text of every generated reference page, by its path in the site."""
     return {
@@ -87,12 +108,19 @@ def scenario_page() -> str:
         "# Scenario keys",
         "A scenario is a YAML file. `railsim run SCENARIO --set KEY=VALUE` changes any key; a dot goes deeper: "
         "`--set vehicle.body_mass=20000`. Units are SI. A key without a default must be given.",
+        "Keys that hold more than a number:",
+        "\n".join(
+            ["| key | for example | what it is |", "|---|---|---|"]
+            + [f"| `{key}` | `{example}` | {text} |" for key, (example, text) in WRITTEN.items()]
+        ),
+        "All keys:",
         fields_table(Scenario),
     ]
     for title, part in (
         ("speed: {kind: constant}", Constant),
         ("speed: {kind: profile}", Profile),
         ("speed: {kind: driven}", Driven),
+        ("track_errors", TrackErrors),
         ("flexible_track", FlexibleTrack),
         ("errors of a sensor", SensorErrors),
         ("logger, among the errors of a sensor", LoggerErrors),
@@ -118,11 +146,15 @@ def estimators_page() -> str:
     for name, found in ESTIMATORS.classes().items():
         parts += [f"## {name}", first_line(found)]
         parts += [bullets("Needs", (f"`{channel}`" for channel in found.requires))] if found.requires else []
-        parts += (
-            [bullets("Can do without", (f"`{key}`: {text}" for key, text in found.adds.items()))] if found.adds else []
-        )
+        parts += [bullets("With more channels", more(found.adds))] if found.adds else []
         parts += [fields_table(found)]
     return "\n\n".join(part for part in parts if part)
+
+
+def more(adds: Mapping[str, str]) -> Iterable[str]:
+    """What channels add, one line each thing."""
+    for text in dict.fromkeys(adds.values()):
+        yield f"{text}: " + ", ".join(f"`{key}`" for key, what in adds.items() if what == text)
 
 
 def sensors_page() -> str:
@@ -158,7 +190,8 @@ def vehicles_page() -> str:
 def scenarios_page() -> str:
     """Shipped scenarios and tracks."""
     scenarios = [f"| `{name}` | {cell(text)} |" for name, text in described_scenarios().items()]
-    tracks = [f"| `{name}` | {cell(next(iter(read_track(name).comments), ''))} |" for name in TRACKS.paths()]
+    comments = {name: "\n".join(read_track(name).comments) for name in TRACKS.paths()}
+    tracks = [f"| `{name}` | {cell(first_sentence(text))} |" for name, text in comments.items()]
     head = "| name | what it is |\n|---|---|"
     return "\n".join(
         ["# Scenarios and tracks\n", "## Scenarios\n", head, *scenarios, "", "## Tracks\n", head, *tracks, ""]
@@ -182,7 +215,9 @@ def fields_table(spec: type[Spec]) -> str:
 def _shown(value: Any) -> str:
     if isinstance(value, Spec):
         return "its own defaults"
-    text = f"{value:g}" if isinstance(value, float) else str(value)
+    if value is None or value == ():
+        return "none"
+    text = f"{value:g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
     return f"`{text if len(text) <= 60 else text[:57] + '...'}`" if text else "empty"
 
 
