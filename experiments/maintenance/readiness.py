@@ -88,13 +88,23 @@ def readiness_text(found: Sequence[Readiness], columns: int | None = None) -> st
     lines.append(table(["estimator", "ready", "missing"], rows, columns=columns))
     brings: dict[str, list[str]] = {}
     for thing, what in what_each_brings(found).items():
-        brings.setdefault("; ".join(what), []).append(notes.of(thing) if thing in notes.numbers else thing)
+        brings.setdefault(_together(what), []).append(notes.of(thing) if thing in notes.numbers else thing)
     if notes.numbers:
         lines += ["", *(f"{notes.of(text)} {text}" for text in notes.numbers)]
     if brings:
-        each = [[what, ", ".join(things)] for what, things in brings.items()]
-        lines += ["", "What one thing more would bring:", "", table(["brings", "add"], each, columns=columns)]
+        each = [[", ".join(things), what] for what, things in brings.items()]
+        lines += ["", "What one thing more would bring:", "", table(["add", "brings"], each, columns=columns)]
     return "\n".join(lines)
+
+
+def _together(what: Iterable[str]) -> str:
+    """Estimators that could run, then those that would give more, each gain once."""
+    gains: dict[str, list[str]] = {}
+    for one in what:
+        name, _, gain = one.partition(": ")
+        gains.setdefault(gain, []).append(name)
+    groups = sorted(gains.items(), key=lambda item: item[0] != "")
+    return "; ".join(", ".join(names) + (f": {gain}" if gain else "") for gain, names in groups)
 
 
 def needs_page() -> str:

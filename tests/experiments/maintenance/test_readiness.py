@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from estimators.interface import ESTIMATORS
+from estimators.interface import ESTIMATORS, Missing
 from experiments.cli import main
 from experiments.conformance.recordings import recording
-from experiments.maintenance.readiness import needs_page, readiness, readiness_text, what_each_brings
+from experiments.maintenance.readiness import Readiness, needs_page, readiness, readiness_text, what_each_brings
 from railsim import InputError
 from railsim.measurements import Measurements
 from railsim.quality.draft import tables_of
@@ -71,6 +71,15 @@ def test_the_table_ends_the_inspection(tmp_path: Path, capsys: pytest.CaptureFix
     stated = json.loads(capsys.readouterr().out)["inspected"][0]
     assert {one["estimator"] for one in stated["estimators"]} == set(ESTIMATORS.classes())
     assert any(one["ready"] for one in stated["estimators"])
+
+
+def test_a_gain_of_several_estimators_is_said_once() -> None:
+    found = [
+        Readiness("one", Missing(), {"a [m]": "more"}),
+        Readiness("two", Missing(channels=("a [m]",)), {}),
+        Readiness("three", Missing(), {"a [m]": "more"}),
+    ]
+    assert readiness_text(found).splitlines()[-1] == "a [m]  two; one, three: more"
 
 
 def test_text_names_every_estimator_and_every_note() -> None:
