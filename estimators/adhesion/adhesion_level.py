@@ -62,7 +62,7 @@ class AdhesionLevel(CalibratedEstimator, frozen=True):
         table = undecided(table, reasons)
         warnings = health.warnings()
         if not table["wheelset_sensors [-]"].to_numpy().any():
-            warnings.append("no full set of wheelset sensors: adhesion goes by the sensors of bogie and body")
+            warnings.append("no full set of wheelset sensors: adhesion is judged by the sensors of bogie and body")
         return Estimate(self.name, table, self._about(table, changes, health, warnings, reasons))
 
     def _of_bogie(self, measurements: Measurements, health: Health, place: BogiePlace) -> Windows:

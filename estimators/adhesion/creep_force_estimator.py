@@ -44,7 +44,7 @@ class CreepForceEstimator(Estimator, frozen=True):
     )
     adds: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
-            f"wheelset{number}.{quantity}": "forces and level by the wheelsets' own sensors (all six)"
+            f"wheelset{number}.{quantity}": "forces of each wheelset, a surer level (all six sensors of the wheelsets)"
             for number in (1, 2)
             for quantity in ("acceleration_y [m/s2]", "rate_yaw [rad/s]", "rate_roll [rad/s]")
         }

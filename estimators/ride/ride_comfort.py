@@ -153,7 +153,7 @@ class RideComfort(Estimator, frozen=True):
         warnings = []
         lowest = min(measurements.rate(self._channel(axis)) for axis in axes)
         if lowest < FAST:
-            missing = f"what is faster than {lowest / 2:g} Hz is missing, and in the deviations by a guess"
+            missing = f"vibration above {lowest / 2:g} Hz is missing; the deviations hold a guess of it"
             warnings.append(f"samples at {lowest:g} Hz: {missing}")
         if "x" not in axes:
             warnings.append(f"no mean comfort: it needs '{self._channel('x')}' too")

@@ -47,7 +47,9 @@ class RunningStability(Estimator, frozen=True):
     reach: float = quantity(2.0, unit="Hz on both sides of the dominant frequency", source="EN 14363:2016, 7.5", gt=0.2)
 
     requires: ClassVar[tuple[str, ...]] = (CHANNEL,)
-    adds: ClassVar[Mapping[str, str]] = MappingProxyType({UPWARDS: "a deviation that knows what misalignment brings"})
+    adds: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {UPWARDS: "a deviation that includes misalignment of the sensor"}
+    )
 
     def parameters(self, measurements: Measurements) -> Iterable[str]:
         """What the limit needs."""

@@ -49,7 +49,7 @@ class Health:
             reasons = " and ".join(dict.fromkeys(str(entry["reason"]) for entry in spans))
             total = sum(float(entry["end [s]"]) - float(entry["start [s]"]) for entry in spans)
             what = f"{total:.2f} s" if name in self.good else "all"
-            messages.append(f"'{name}' is {reasons}: {what} of it left out, the rest carries on")
+            messages.append(f"'{name}' is {reasons}: {what} of it is left out; the rest of the record is used")
         return messages
 
 

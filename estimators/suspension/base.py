@@ -40,10 +40,7 @@ SETTLE = 3.0  # s; the filters' start is forgotten, no likelihood is counted
 SPEED_BIN = 0.02  # relative; filters are those of the nearest speed
 SLOWEST = 5.0  # m/s; below, the creep model is not used
 LEAST_FORCE = 1e-3
-HALF = (
-    "half a vehicle, while about.json gives a whole one, whose dampers it would tell wrongly: use suspension_spectral, "
-    "which knows whole vehicles"
-)
+HALF = "half a vehicle, while about.json gives a whole one: use suspension_spectral, which models whole vehicles"
 """What is missing where a vehicle is whole."""
 TUNED = 256.0  # Hz; rate to which the errors of a sample belong
 Track = Literal["exact", "uncertain", "unknown"]
@@ -230,7 +227,7 @@ class SuspensionSettings(Estimator, frozen=True):
     requires: ClassVar[tuple[str, ...]] = WITHOUT_WHEELSETS
     adds: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
-            name: "smaller deviations of conicity and dampers (all four of the wheelsets)"
+            name: "smaller deviations of conicity and dampers (all four sensors of the wheelsets)"
             for name in FULL
             if name.startswith("wheelset")
         }

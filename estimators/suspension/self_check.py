@@ -44,8 +44,8 @@ class Check(NamedTuple):
         if np.isnan(self.ratio[-1]):
             return "the filter has diverged"
         return (
-            f"readings are off by {self.ratio[-1]:.1f} times the power that the filter's model leaves to them "
-            "(chi-square): load, rails, wheels or vehicle are not as it assumes; suspension_spectral fits them"
+            f"readings differ from the filter's model by {self.ratio[-1]:.1f} times the expected power (chi-square): "
+            "load, rails, wheels or vehicle are not as it assumes; use suspension_spectral, which fits them"
         )
 
 

@@ -55,7 +55,7 @@ UNPLACED = (
 )
 STRAIGHT = 20.0  # s of straight track with which curves are left out; with less they are used too (choice)
 CURVED = (
-    "most of the record is curve, where creep forces bend: lateral dampers alone are told; straight track would help"
+    "most of the record is curve, where creep is not linear: only lateral dampers are judged; straight track would help"
 )
 NO_STRETCH = "nothing of the record can be used"
 

@@ -28,8 +28,8 @@ ROLL, YAW = "bogie.rate_roll [rad/s]", "bogie.rate_yaw [rad/s]"
 LATERAL = "bogie.acceleration_y [m/s2]"
 MEMORY = 60.0  # m; the body's roll has decayed
 NOWHERE_STRAIGHT = (
-    "cant: no straight track was found in the record, so what biases of gyro and accelerometer and the mounting make is"
-    " still in it; give a longer record, or one with a standstill"
+    "cant: the record has no straight track, so biases of gyro, accelerometer and mounting are still in it; "
+    "give a longer record, or one with a standstill"
 )
 LONG = 2.0 * np.pi / 150.0  # rad/m; longer waves than D3 are design
 LEANING = (

@@ -60,7 +60,7 @@ class DippedJoints(EventEstimator, frozen=True):
     nearby: ClassVar[bool] = True
     adds: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
-            BOUNCE: "more joints found, by the bounce too",
+            BOUNCE: "more joints",
             ROLL: "which rail a joint is in",
         }
     )

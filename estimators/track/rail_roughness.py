@@ -127,5 +127,5 @@ class RailRoughness(AxleEstimator, frozen=True):
             if not reached[..., column].any():
                 found.append(f"{label} mm: beyond what speed and samples reach")
             elif not known[..., column].any():
-                found.append(f"{label} mm: not clear of noise, or the track's give is too unsure there")
+                found.append(f"{label} mm: not clear of noise, or the compliance of the track is too uncertain there")
         return found

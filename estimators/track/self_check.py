@@ -77,7 +77,7 @@ def checked(
                 columns |= {f"{name} [m]": other, f"{name}_std [m]": spread}
                 words.append(
                     f"{title}: fused estimate and {opinion.estimate.name} differ by {1e3 * apart:.2g} mm, more than "
-                    f"both state; that of {opinion.estimate.name} is given"
+                    f"their deviations allow; the values of {opinion.estimate.name} are given"
                 )
         elif deviations > BEYOND_CHANCE and ratio > UNEXPLAINED:
             columns[f"{name} [m]"] = np.full(len(places), np.nan)

@@ -155,10 +155,10 @@ def too_little(windows: Windows) -> str:
     """Why windows cannot be fitted; empty where they can."""
     used = windows.used.any(axis=0)
     if not used.any():
-        return "no roughness that is clear of noise and does not end lies between the lowest and the highest frequency"
+        return "no roughness is clear of noise between the lowest and the highest frequency"
     low, high = windows.wave_number[np.flatnonzero(used)[[0, -1]]]
     if np.log2(high / low) < OCTAVES or np.mean(windows.used.sum(axis=1) >= 2 * TAPERS) < 1.0:
-        return f"roughness is clear of noise and smooth over {1.0 / high:.2g} to {1.0 / low:.2g} m alone"
+        return f"roughness is clear of noise and smooth only from {1.0 / high:.2g} to {1.0 / low:.2g} m"
     return ""
 
 
@@ -205,7 +205,7 @@ def doubt(evidence: float, misfit: np.ndarray, far: float) -> str:
     if far > UNLIKELY:
         return "what fits the spectra best has masses, springs or dampers that no wheelset on a track has"
     if evidence < EVIDENCE * len(misfit) + ALONE:
-        return "no resonance of the wheelset on its track shows: rails that do not give would do as well"
+        return "no resonance of the wheelset on its track shows: rigid rails explain the spectra as well"
     return ""
 
 

@@ -57,7 +57,7 @@ class Switches(EventEstimator, frozen=True):
     requires: ClassVar[tuple[str, ...]] = (PITCH, YAW)
     adds: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
-            BOUNCE: "smaller errors of place and dip, by the bounce too",
+            BOUNCE: "smaller errors of place and dip",
             ROLL: "which rail a dip is in",
         }
     )

@@ -33,8 +33,8 @@ SHARES = np.geomspace(*CREEP, 9)
 """Creep shares among which the conicity is averaged: nobody knows the friction of a day, all are as likely (-)."""
 UNLIKELY = 1e-3  # chance below which no conicity is taken to make the response; a choice, with two recordings in view
 UNLIKE = (
-    "conicity withheld: the yaw answers the rails as no conicity and no friction would let it (a curve, slip, changing"
-    " speed, or another vehicle); use a section of steady running on straight track"
+    "conicity withheld: no conicity and no friction explains how the yaw follows the rails (a curve, slip, changing "
+    "speed, or another vehicle); use a section of steady running on straight track"
 )
 TYPICAL = (0.15, DRY_WORKING)  # conicity and creep share of the response with which the place is sought (-)
 CANDIDATES = 13  # places of which the one with the most coherent response is taken

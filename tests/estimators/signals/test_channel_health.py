@@ -71,7 +71,7 @@ def test_a_dead_channel_counts_as_absent(value: float):
     health = channel_health(recording(np.full(2560, value)), [NAME])
     assert health.channels == []
     assert len(health.left_out) == 1
-    assert "all of it left out" in health.warnings()[0]
+    assert "all of it is left out" in health.warnings()[0]
 
 
 def test_the_judgement_looks_ahead_by_no_more_than_two_windows():
