@@ -26,7 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(given: argparse.Namespace) -> Outcome:
-    """Write NAME.png and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held.
+    """Write NAME.png, NAME.svg and NAME.csv of each figure that is asked for; exit code 1 where a claim is not held.
 
     Of all figures, those that are finished in the folder are not made again; of one that was stopped, its parts.
     """

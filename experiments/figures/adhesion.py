@@ -28,7 +28,7 @@ class Adhesion(Figure):
         return judged(size)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.5, 8.4), layout="constrained")
+        picture = Picture(figsize=(10.0, 8.4), layout="constrained")
         speed, reliability, slope, change = picture.subplots(2, 2).ravel()
         _draw_speed(speed, table)
         _draw_reliability(reliability, table)
@@ -185,17 +185,28 @@ def _share(text: str, hits: np.ndarray, target: Target) -> Claim:
 
 
 def _draw_speed(axes: Axes, table: pd.DataFrame) -> None:
+    """Shares with their intervals, beside each other at each speed."""
+    series = [(kind, window) for kind in SET_COLOURS for window in (10.0, 4.0)]
+    speeds = sorted({float(speed) for speed in _numbers(_levels(table, "bogie", 10.0), "speed [m/s]")})
+    for number, (kind, window) in enumerate(series):
+        rows, colour = _levels(table, kind, window), SET_COLOURS[kind]
+        of, right = _numbers(rows, "speed [m/s]"), _right(rows)
+        found = [right[of == speed] for speed in speeds]
+        share = np.array([100.0 * one.mean() for one in found])
+        ends = np.array([100.0 * np.array(intervals.of_share(one)[:2]) for one in found])
+        reach = np.clip([share - ends[:, 0], ends[:, 1] - share], 0.0, None)
+        at = np.arange(len(speeds)) + 0.15 * (number - 1.5)
+        face = colour if window == 10.0 else "white"
+        label = f"{SET_NAMES[kind]}, {window:g} s"
+        axes.errorbar(at, share, reach, fmt="o", ms=5, color=colour, mfc=face, capsize=2, label=label)
     for kind, colour in SET_COLOURS.items():
-        for window, style, marker in ((10.0, "-", "o"), (4.0, ":", "s")):
-            rows = _levels(table, kind, window)
-            speeds, right = _numbers(rows, "speed [m/s]"), _right(rows)
-            share = [100.0 * right[speeds == speed].mean() for speed in np.unique(speeds)]
-            label = f"{SET_NAMES[kind]}, {window:g} s"
-            axes.plot(np.unique(speeds), share, style, marker=marker, ms=4, color=colour, label=label)
-        axes.axhline(100.0 * TARGETS[kind], color=colour, lw=0.8, ls="--")
-    axes.set(ylim=(80.0, 101.0), xlabel="speed [m/s]", ylabel="windows with the right level [%]")
-    axes.set_title("level right, by speed (dashed: targets for 10 s)", fontsize=10)
-    axes.legend(frameon=False, fontsize=8, loc="lower right")
+        axes.axhline(100.0 * TARGETS[kind], color=colour, lw=1.0, ls="--")
+    axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
+    low = min(80.0, axes.get_ylim()[0])
+    axes.set(xlim=(-0.6, len(speeds) - 0.4), ylim=(low - 12.0, 102.0))
+    axes.set(xlabel="speed [m/s]", ylabel="windows with the right level [%]")
+    axes.set_title("level right, 95 % intervals (dashed: targets for 10 s)")
+    axes.legend(loc="lower right", fontsize=8, ncols=2, columnspacing=1.0)
 
 
 def _draw_reliability(axes: Axes, table: pd.DataFrame) -> None:
@@ -209,8 +220,8 @@ def _draw_reliability(axes: Axes, table: pd.DataFrame) -> None:
                 100 * stated, 100 * right, s=size, marker=marker, facecolors=face, edgecolors=colour, label=label
             )
     axes.set(xlim=(25, 102), ylim=(20, 104), xlabel="stated probability of the level [%]", ylabel="right [%]")
-    axes.set_title("reliability (larger: more windows)", fontsize=10)
-    axes.legend(frameon=False, fontsize=8, loc="lower right")
+    axes.set_title("reliability (larger: more windows)")
+    axes.legend(loc="lower right")
 
 
 def _draw_slope(axes: Axes, table: pd.DataFrame) -> None:
@@ -229,8 +240,8 @@ def _draw_slope(axes: Axes, table: pd.DataFrame) -> None:
                 aside * true_slopes, middle, reach, fmt="o", ms=5, color=colour, mfc=face, capsize=2, label=label
             )
     axes.set(xscale="log", yscale="log", xlabel="true initial slope over Kalker's [-]", ylabel="estimated [-]")
-    axes.set_title("creep slope in 10 s windows: median, 5 to 95 %", fontsize=10)
-    axes.legend(frameon=False, fontsize=8, loc="lower right")
+    axes.set_title("creep slope in 10 s windows: median, 5 to 95 %")
+    axes.legend(loc="lower right")
 
 
 def _draw_changes(axes: Axes, table: pd.DataFrame) -> None:
@@ -245,5 +256,5 @@ def _draw_changes(axes: Axes, table: pd.DataFrame) -> None:
     for edge in (-LOCATED, LOCATED):
         axes.axvline(edge, color=GREY, lw=0.8, ls="--")
     axes.set(ylim=(0.0, 1.25 * most), xlabel="error of the place of a change [s]", ylabel="changes")
-    axes.set_title("changes from any level to any other", fontsize=10)
-    axes.legend(frameon=False, fontsize=8, loc="upper left")
+    axes.set_title("changes from any level to any other")
+    axes.legend(loc="upper left")

@@ -64,7 +64,7 @@ class AdhesionWheelsets(Figure):
         return pd.DataFrame(rows)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.5, 8.4), layout="constrained")
+        picture = Picture(figsize=(10.0, 8.4), layout="constrained")
         order, apart, error, within = picture.subplots(2, 2).ravel()
         _bars(order, {what: [float(np.mean(_ordered(table, n, what))) for n in WHEELSETS] for what in COLOURS})
         order.set(ylabel="pairs of neighbouring levels in order", ylim=(0.0, 1.05))

@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from estimators.wheel_rail.conicity_ekf_table import ConicityEkfTable
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, Target, above, at_least, at_most, below
+from experiments.reporting.plots import BLACK, GREY, RED
 from experiments.runs.contact import Case, run
 from experiments.scoring.conicity import function_errors
 from experiments.scoring.wheel_rail_truth import contact_truth
@@ -74,16 +75,16 @@ def draw(axes: Axes, table: pd.DataFrame) -> None:
     for place, name in enumerate(names):
         each = np.sqrt(_squares(table, name))
         known = each[np.isfinite(each)]
-        axes.plot(known, np.full(len(known), place), ".", color="0.6", ms=5, label="runs" if place == 0 else None)
-        axes.plot([np.median(each)], [place], "o", color="C1", ms=7, label="median run" if place == 0 else None)
+        axes.plot(known, np.full(len(known), place), ".", color=GREY, ms=5, label="runs" if place == 0 else None)
+        axes.plot([np.median(each)], [place], "o", color=RED, ms=7, label="median run" if place == 0 else None)
         if len(known) < len(each):
             text, where = f"{len(each) - len(known)} without a number", ("axes fraction", "data")
-            axes.annotate(text, (0.99, place), xycoords=where, ha="right", va="bottom", fontsize=7)
-    axes.axvline(AWAY, color="k", lw=0.8, ls="--")
-    axes.set_yticks(range(len(names)), names, fontsize=8)
+            axes.annotate(text, (0.99, place), xycoords=where, ha="right", va="bottom", fontsize=9)
+    axes.axvline(AWAY, color=BLACK, lw=0.8, ls="--")
+    axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
-    axes.set(xscale="log", xlabel="relative error, rms by time")
-    axes.legend(fontsize=8)
+    axes.set(xscale="log", xlabel="relative error, rms by time [-]", title="what makes the spread")
+    axes.legend(loc="upper left")
 
 
 def claims(table: pd.DataFrame) -> Iterator[Claim]:

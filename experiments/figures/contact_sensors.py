@@ -4,12 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure as Picture
 
 from estimators.interface import ESTIMATORS, Estimator
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_most
+from experiments.reporting.plots import ORANGE
 from experiments.reporting.size import Size
+from experiments.reporting.style import as_table
 from experiments.runs.contact import ensemble, run
 from experiments.scoring.score import score
 from railsim.errors import InputError
@@ -40,6 +43,9 @@ PLAIN = "conicity_ekf"
 """Does not converge (figure 11)."""
 MUCH = 1.5
 """An error that is so much larger shows that the sensor is needed (-)."""
+MOST = 5.0
+COLOURS = LinearSegmentedColormap.from_list("cost", ["#ffffff", ORANGE])
+COLOURS.set_bad("#eeeeee")
 CONICITY = 0.06
 """Rms error of the conicity below which an estimator counts as able (-)."""
 
@@ -61,27 +67,37 @@ class ContactSensors(Figure):
         return pd.DataFrame(rows)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        """The table itself."""
-        names, sets = list(dict.fromkeys(table["estimator"])), list(SETS)
-        figure = Picture(figsize=(2.6 + 1.25 * len(sets), 1.6 + 0.42 * len(names)), layout="constrained")
-        axes = figure.subplots()
-        axes.set(xlim=(-0.5, len(sets) - 0.5), ylim=(len(names) - 0.5, -0.5))
-        axes.set_xticks(range(len(sets)), [one.replace(" ", "\n", 2) for one in sets], fontsize=8)
+        """Errors by set of sensors, a column an estimator; cells coloured by what the missing sensors cost."""
+        names = list(dict.fromkeys(table["estimator"]))
+        picture = Picture(figsize=(10.0, 1.4 + 0.42 * len(SETS)), layout="constrained")
+        axes = picture.subplots()
+        error = np.array([[_cell(table, name, label) for name in names] for label in SETS])
+        ratio = error / error[0]
+        image = axes.imshow(ratio, norm=LogNorm(1.0, MOST), cmap=COLOURS, aspect="auto")
+        for (row, column), value in np.ndenumerate(error):
+            text = f"{value:.3f}" if np.isfinite(value) else "cannot"
+            worse = ratio[row, column] > MUCH
+            axes.text(
+                column, row, f"\N{BLACK UP-POINTING TRIANGLE} {text}" if worse else text, ha="center", va="center",
+                fontweight="bold" if worse else "normal", color="black" if np.isfinite(value) else "0.45",
+            )  # fmt: skip
+        units = {
+            str(name): str(score).replace(" rms error", "").replace("_", " ")
+            for name, score in zip(table["estimator"], table["score"], strict=True)
+            if isinstance(score, str) and score
+        }
+        columns = [
+            f"{name.replace('_', chr(10), 1)}\n{units.get(name, '').replace(' of ', chr(10) + 'of ')}" for name in names
+        ]
+        axes.set_xticks(range(len(names)), columns, fontsize=8.5)
         axes.xaxis.tick_top()
-        units = {name: str(score) for name, score in zip(table["estimator"], table["score"], strict=True) if score}
-        axes.set_yticks(range(len(names)), [f"{name}\n{units.get(name, '')}" for name in names], fontsize=8)
-        for number, name in enumerate(names):
-            whole = _cell(table, name, "all")
-            for column, label in enumerate(sets):
-                value = _cell(table, name, label)
-                text = f"{value:.3f}" if np.isfinite(value) else "cannot"
-                worse = np.isfinite(value) and value > MUCH * whole
-                axes.text(column, number, text, ha="center", va="center", fontsize=9, color="C3" if worse else "k")
-        axes.tick_params(length=0)
-        for side in axes.spines.values():
-            side.set_visible(False)
-        axes.set_xlabel("rms error over the runs; red: more than half as large again as with all sensors", fontsize=8)
-        return figure
+        axes.set_yticks(range(len(SETS)), list(SETS))
+        as_table(axes)
+        bar = picture.colorbar(image, ax=axes, location="bottom", shrink=0.5, aspect=40, extend="both")
+        bar.set_ticks([1.0, 1.5, 2.0, 3.0, 5.0], labels=["1", "1.5", "2", "3", "5"])
+        bar.minorticks_off()
+        bar.set_label(f"rms error over that with all sensors [-]; triangle: above {MUCH:g}")
+        return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         """For each estimator of conicity the smallest set that still serves it."""

@@ -16,7 +16,9 @@ from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, exactly
 from experiments.reporting.logs import tell
+from experiments.reporting.plots import BLACK, RED
 from experiments.reporting.size import Size
+from experiments.reporting.style import as_table
 from railsim.scenario import load_scenario
 
 MODEL = "yaw_dampers"
@@ -41,7 +43,7 @@ AGREED = 0.8  # share of blind runs that must turn out as expected
 WORST = 5
 ALIKE = 0.5  # likeness from which two effects are said to be confused
 BANDS = (0.5, 0.8, 0.95)
-COLOURS = ListedColormap(["#f1eee6", "#f6d18b", "#9ccb9a", "#2a7f62"])
+COLOURS = ListedColormap(["#f0f0f0", "#bdd7e7", "#6baed6", "#08519c"])
 MARKS = {
     "named": "✓",
     "wrong": "✗",
@@ -99,20 +101,20 @@ class DiscrepancySizes(Figure):
     def draw(self, table: pd.DataFrame) -> Picture:
         """A table in colours: effects down, sizes across, detection and naming side by side, blind runs as marks."""
         order = _order(table)
-        picture = Picture(figsize=(10.5, 1.9 + 0.215 * len(order)), layout="constrained")
-        detection, naming, rival = picture.subplots(1, 3, width_ratios=(1.0, 1.0, 2.3))
+        picture = Picture(figsize=(11.5, 2.1 + 0.235 * len(order)), layout="constrained")
+        detection, naming, rival = picture.subplots(1, 3, width_ratios=(1.0, 1.0, 2.6))
         image = _cells(detection, table, order, "detected, expected", "detected")
         _cells(naming, table, order, "named, expected", "named right")
         _marks(naming, table, order)
-        detection.set_yticks(range(len(order)), order, fontsize=7.5)
+        detection.set_yticks(range(len(order)), order, fontsize=9)
         naming.set_yticks([])
         _rivals(rival, table, order)
         bar = picture.colorbar(image, ax=[detection, naming], location="bottom", shrink=0.8, pad=0.012, aspect=40)
         bar.set_ticks([0.125, 0.375, 0.625, 0.875], labels=["< 0.5", "0.5 to 0.8", "0.8 to 0.95", "> 0.95"])
-        bar.ax.tick_params(labelsize=7.5)
+        bar.ax.tick_params(labelsize=9)
         bar.set_label(
             "expected probability; blind runs: ✓ right, ≈ ambiguous, ? unknown, ✗ wrong name, – none; / cannot be run",
-            fontsize=8,
+            fontsize=9,
         )
         return picture
 
@@ -205,13 +207,13 @@ def _cells(panel: Axes, table: pd.DataFrame, order: Sequence[str], column: str, 
     wide = table.pivot(index="effect", columns="size", values=column).loc[list(order), list(SIZES)].to_numpy(float)
     banded = np.searchsorted(BANDS, wide, side="right") / 4.0 + 0.125
     image = panel.imshow(banded, aspect="auto", cmap=COLOURS, vmin=0.0, vmax=1.0)
-    panel.set_xticks(range(3), SIZES, fontsize=7.5)
+    panel.set_xticks(range(3), SIZES, fontsize=8.5)
     panel.xaxis.tick_top()
-    panel.set_title(title, fontsize=9)
+    panel.set_title(title)
     panel.set_yticks(np.arange(-0.5, len(order)), minor=True)
     panel.set_xticks(np.arange(-0.5, 3), minor=True)
+    as_table(panel)
     panel.grid(which="minor", color="white", linewidth=1.0)
-    panel.tick_params(which="both", length=0)
     return image
 
 
@@ -222,7 +224,8 @@ def _marks(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
         mark = MARKS["wrong" if wrong else status] if row["possible"] else IMPOSSIBLE
         if mark:
             at = SIZES.index(str(row["size"])), list(order).index(str(row["effect"]))
-            panel.text(*at, mark, ha="center", va="center", fontsize=9, fontweight="bold")
+            colour = "white" if row["named, expected"] > SURE else BLACK
+            panel.text(*at, mark, ha="center", va="center", fontsize=11, fontweight="bold", color=colour)
 
 
 def _rivals(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
@@ -231,13 +234,21 @@ def _rivals(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
     bad = [{str(row["effect"]), str(row["nearest rival"])} for row in worst(table)]
     panel.set(xlim=(0.0, 1.0), ylim=(len(order) - 0.5, -0.5))
     panel.axis("off")
-    panel.set_title("at the middle size: number, nearest rival (likeness), nats between", fontsize=9, loc="left")
+    panel.set_title("at the middle size: number, nearest rival (likeness), nats between", fontsize=9.5, loc="left")
     for line, name in enumerate(order):
         entry = middle[name]
         text = "this vehicle or run cannot have it"
         if entry["possible"]:
             unit = str(entry["unit"]).split(" of ")[0].split(",")[0].strip("-")
             size = f"{entry['parameter']} {entry['value']:.3g} {unit}".strip()
-            text = f"{size};  {entry['nearest rival']} ({entry['likeness']:.2f}), {entry['apart [nats]']:.3g}"
-        colour = "#b03a2e" if {name, str(entry["nearest rival"])} in bad else "#333333"
-        panel.text(0.0, line, text, va="center", fontsize=7.2, color=colour)
+            text = f"{size}; {entry['nearest rival']} ({entry['likeness']:.2f}), {entry['apart [nats]']:.3g}"
+        hard = {name, str(entry["nearest rival"])} in bad
+        panel.text(
+            0.0,
+            line,
+            text,
+            va="center",
+            fontsize=8.5,
+            color=RED if hard else BLACK,
+            fontweight="bold" if hard else None,
+        )

@@ -11,7 +11,7 @@ from estimators.track.alignment_vertical import AlignmentVertical
 from estimators.track.dipped_joints import DippedJoints
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, at_most, exactly, near
-from experiments.reporting.plots import BLACK, BLUE, GREY, RED
+from experiments.reporting.plots import BLACK, BLUE, GREY, RED, legend
 from experiments.reporting.size import Size
 from experiments.scoring.joints import TrueDip, matched, true_dips
 from railsim import measure, simulate
@@ -52,31 +52,27 @@ class Fig02(Figure):
 
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(10.0, 6.4), layout="constrained")
-        axes = picture.subplots()
+        above, below = picture.subplots(2, sharex=True, height_ratios=(1.3, 1.0))
         rows, steps = _parts(table)
         at = rows[S]
-        axes.plot(
-            at, 1e3 * rows["alignment sharp [m]"], color=BLUE, lw=1.6, label="35 m alignment, wheelbase undone [mm]"
-        )
-        axes.plot(
-            at, 1e3 * rows["alignment plain [m]"], color=GREY, lw=1.1, label="35 m alignment as in the paper [mm]"
-        )
-        axes.plot(
-            at,
-            1e3 * (rows["vertical_curvature [1/m]"] - OFFSET),
-            color=RED,
-            lw=1.2,
-            label=f"vertical curvature [1/km], offset by {1e3 * OFFSET:g}",
-        )
+        shown = (at > SHOWN[0]) & (at < SHOWN[1])
+        above.plot(at, 1e3 * rows["alignment sharp [m]"], color=BLUE, lw=1.6, label="wheelbase undone")
+        above.plot(at, 1e3 * rows["alignment plain [m]"], color=GREY, lw=1.1, label="as in the paper")
+        curvature = 1e3 * rows["vertical_curvature [1/m]"]
+        below.plot(at, curvature, color=RED, lw=1.1)
+        low, high = float(curvature[shown].min()) - 1.2, float(curvature[shown].max()) + 0.4
         for joint, first, last in zip(steps["joint s [m]"], steps["up s [m]"], steps["down s [m]"], strict=True):
-            axes.axvline(joint, color=BLACK, lw=0.7, ls=":")
-            axes.plot([first, last], [-1e3 * OFFSET - 7.0] * 2, color=BLACK, lw=2.0)
-        axes.plot([], [], color=BLACK, lw=0.7, ls=":", label="true joints")
-        axes.plot([], [], color=BLACK, lw=2.0, label="from step to step of the curvature")
-        axes.set(xlim=SHOWN, ylim=(-34.0, 12.0), xlabel="distance [m]", ylabel="alignment [mm], curvature [1/km]")
-        axes.legend(loc="upper center", ncols=2, frameon=False, fontsize=9)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.set_title(f"Jointed track at {SPEED:g} m/s: bogie pitch gyro (MEMS) and tachometer")
+            for axes in (above, below):
+                axes.axvline(joint, color=BLACK, lw=0.9, ls=":")
+            below.plot([first, last], [low + 0.4] * 2, color=BLACK, lw=2.4)
+        above.plot([], [], color=BLACK, lw=0.9, ls=":", label="true joints")
+        below.plot([], [], color=BLACK, lw=2.4, label="from step to step of the curvature")
+        above.set(ylabel="35 m alignment [mm]")
+        title = f"Jointed track at {SPEED:g} m/s: bogie pitch gyro (MEMS) and tachometer"
+        below.set(xlim=SHOWN, ylim=(low, high), xlabel="distance [m]", ylabel="vertical curvature [1/km]")
+        for axes in (above, below):
+            legend(axes)
+        above.set_title(title, pad=24)
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

@@ -20,6 +20,7 @@ from experiments.figures import track_error
 from experiments.figures.parted import PartedFigure, Parts
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most
+from experiments.reporting.plots import BLACK, BLUE, GREEN, PURPLE, RED
 from experiments.reporting.size import Size
 from experiments.runs.suspension import CASE, JUDGED, SEED, TIME, over_time
 from railsim.analysis.statistics import root_mean_square
@@ -27,11 +28,13 @@ from railsim.analysis.statistics import root_mean_square
 FULL, REDUCED = "wheelsets, bogie, body", "bogie, body"
 UNCERTAIN, OTHER = "bogie, body; track uncertain", "the same, other assumption"
 SHARE = 0.05  # of the track's power is error: 0.22 of its size
-COLOURS = {FULL: "#0072b2", REDUCED: "#009e73", UNCERTAIN: "#d55e00", OTHER: "#cc79a7"}
+COLOURS = {FULL: BLUE, REDUCED: GREEN, UNCERTAIN: RED, OTHER: PURPLE}
 SEEDS, FAST_SEEDS, SMOKE_SEEDS = 20, 2, 1
 DURATION, FAST_DURATION, SMOKE_DURATION = 65.0, 20.0, 2.0  # s
 TRACK = JUDGED + 3  # of its own: every sample is taken since the figure was seen on JUDGED with every second one
-LABELS = ("$C_{sy}$ in kN s/m", "$C_{s\\psi}$ in kN m s/rad", "conicity $\\lambda$", "standard deviation / estimate")
+LABELS = ("$C_{sy}$ [kN s/m]", "$C_{s\\psi}$ [kN m s/rad]", "conicity $\\lambda$ [-]")
+TITLES = ("(a) secondary lateral dampers", "(b) yaw dampers", "(c) conicity")
+END = 0.1  # s
 SCALES = (1e-3, 1e-3, 1.0)
 NOMINAL = "true {}"
 
@@ -67,29 +70,21 @@ class Fig07(PartedFigure):
         conicity and dampers over the track's error.
         """
         table, ends = _parts(table)
-        figure = Picture(figsize=(13.5, 6.4), layout="constrained")
-        grid = figure.subplots(2, 3)
-        axes = grid[:, :2].ravel()
-        for i, name in enumerate(PARAMETERS):
+        picture = Picture(figsize=(10.0, 11.5), layout="constrained")
+        panels = picture.subplots(3, 2)
+        for axes, name, scale, label, title in zip(panels.flat, PARAMETERS, SCALES, LABELS, TITLES, strict=False):
             for case, colour in COLOURS.items():
-                _band(axes[i], table[table[CASE] == case], name, SCALES[i], colour, case)
-            true = float(table[NOMINAL.format(name)].iloc[0]) * SCALES[i]
-            axes[i].axhline(true, color="black", lw=0.8, ls="--")
-            axes[i].set(xlabel="time in s", ylabel=LABELS[i], title=f"({'abc'[i]})", ylim=(0.0, 2.0 * true))
-        axes[0].legend(fontsize=7, loc="lower right")
-        for case in (FULL, REDUCED):
-            rows: Any = table[table[CASE] == case]
-            for name, style in zip(PARAMETERS, ("-", "--", ":"), strict=True):
-                ratio = (rows[std_name(name)] / rows[name]).groupby(rows[TIME]).mean()
-                label = LABELS[PARAMETERS.index(name)].partition(" in ")[0] if case == FULL else None
-                axes[3].plot(ratio.index, ratio, style, color=COLOURS[case], lw=1.0, label=label)
-        axes[3].set(xlabel="time in s", ylabel=LABELS[3], title="(d)", yscale="log")
-        axes[3].legend(fontsize=7)
-        track_error.draw_conicity(grid[0, 2], ends)
-        grid[0, 2].set(ylabel=f"{LABELS[2]} at the end", title="(e)")
-        track_error.draw_dampers(grid[1, 2], ends)
-        grid[1, 2].set(title="(f)")
-        return figure
+                _band(axes, table[table[CASE] == case], name, scale, colour, case)
+            true = float(table[NOMINAL.format(name)].iloc[0]) * scale
+            axes.axhline(true, color=BLACK, lw=1.0, ls="--", label="true")
+            axes.set(xlabel="time [s]", ylabel=label, title=title, ylim=(0.0, 2.0 * true))
+        _deviations(panels[1, 1], table)
+        track_error.draw_conicity(panels[2, 0], ends)
+        panels[2, 0].set(ylabel=LABELS[2], title="(e) conicity at the end over the error of the track")
+        track_error.draw_dampers(panels[2, 1], ends)
+        panels[2, 1].set(title="(f) dampers at the end over the error of the track")
+        picture.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+        return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
         """The paper's three claims over the seeds: largest errors, means and spreads at the end; the third one over
@@ -107,6 +102,21 @@ def _parts(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Rows over time, and those of the track's error."""
     ends = table[track_error.ERROR].notna().to_numpy()
     return table.loc[~ends], table.loc[ends]
+
+
+def _deviations(axes: Axes, table: pd.DataFrame) -> None:
+    """Relative deviations over time, mean of the seeds; without the end, whose stretch is shorter than the others."""
+    for case in (FULL, REDUCED):
+        rows: Any = table[(table[CASE] == case) & (table[TIME] < table[TIME].max() - END)]
+        for name, line, label in zip(PARAMETERS, ("-", "--", ":"), LABELS, strict=True):
+            ratio = (rows[std_name(name)] / rows[name]).groupby(rows[TIME]).mean()
+            text = label.partition(" [")[0] if case == FULL else None
+            axes.plot(ratio.index, 100.0 * ratio, line, color=COLOURS[case], lw=1.2, label=text)
+    axes.set(
+        xlabel="time [s]", ylabel="standard deviation [% of the estimate]", yscale="log", title="(d) stated deviations"
+    )
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.legend()
 
 
 def _band(axes: Axes, rows: Any, name: str, scale: float, colour: str, label: str) -> None:

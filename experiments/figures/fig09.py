@@ -57,20 +57,20 @@ class Fig09(Figure):
 
     def draw(self, table: pd.DataFrame) -> Picture:
         table, peaks = _parts(table)
-        picture = Picture(figsize=(17.0, 8.4), layout="constrained")
-        axes = picture.subplots(2, 3)
+        picture = Picture(figsize=(10.0, 11.5), layout="constrained")
+        axes = picture.subplots(3, 2)
         for number, wheelset in WHEELSETS.items():
             _draw(axes[0, number - 1], table, number, UNKNOWN, LATERAL)
-            axes[0, number - 1].set_title(f"{wheelset} wheelset: lateral force, {UNKNOWN}", fontsize=10)
+            axes[0, number - 1].set_title(f"{wheelset} wheelset: lateral force, {UNKNOWN}")
             _draw(axes[1, number - 1], table, number, PROFILE, LATERAL)
-            axes[1, number - 1].set_title(f"{wheelset} wheelset: creep force, {PROFILE} (dotted: true)", fontsize=10)
+            axes[1, number - 1].set_title(f"{wheelset} wheelset: creep force,\n{PROFILE} (dotted: true)")
             axes[1, number - 1].set_xlabel("frequency [Hz]")
-        axes[0, 0].legend(frameon=False, fontsize=9)
-        force_peaks.draw_ratios(axes[0, 2], peaks, NAMES)
-        axes[0, 2].legend(frameon=False, fontsize=8, loc="lower left")
-        axes[0, 2].set_title("over wheel-rail pairs: all tracks and speeds, mean", fontsize=10)
-        force_peaks.draw_order(axes[1, 2], peaks, NAMES)
-        picture.suptitle(f"Class 175-like, no braking; left and middle: {TRACK}, {SPEED:g} m/s", fontsize=11)
+        axes[0, 0].legend(ncols=2)
+        force_peaks.draw_ratios(axes[2, 0], peaks, NAMES)
+        axes[2, 0].legend(fontsize=8, loc="lower left")
+        axes[2, 0].set_title("over wheel-rail pairs: all tracks and speeds, mean")
+        force_peaks.draw_order(axes[2, 1], peaks, NAMES)
+        picture.suptitle(f"Class 175-like, no braking; spectra: {TRACK}, {SPEED:g} m/s")
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

@@ -14,6 +14,7 @@ from experiments.bounds.conicity import conicity_bound
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import HONEST, Claim, Target, above, at_least, at_most
+from experiments.reporting.plots import BLACK, BLUE, RED
 from experiments.reporting.size import Size
 from experiments.runs.contact import Case, ensemble, run
 from experiments.scoring.conicity import WINDOW
@@ -62,7 +63,7 @@ class Fig11(Figure):
 
     def draw(self, table: pd.DataFrame) -> Picture:
         """Conicity and track over time; final estimates over the true conicity."""
-        figure = Picture(figsize=(11.0, 6.4), layout="constrained")
+        figure = Picture(figsize=(10.0, 6.8), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(1.6, 1.0))
         top, below, right = (
             figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1]),
@@ -78,9 +79,11 @@ class Fig11(Figure):
         low, high = (seeds["true [-]"] + sign * 2.0 * seeds["bound [-]"] for sign in (-1.0, 1.0))
         inside = low[order], high[order]
         right.fill_between(seeds["true [-]"][order], *inside, color="0.4", alpha=0.4, lw=0, label="2 Cramér-Rao bounds")
-        right.set(xlabel="true conicity", ylabel="estimate, last 20 s; bars: 2 std", title="other tracks and vehicles")
+        right.set(
+            xlabel="true conicity [-]", ylabel="estimate, last 20 s [-]; bars: 2 std", title="other tracks and vehicles"
+        )
         right.set_ylim(0.0, 0.45)
-        right.legend()
+        right.legend(loc="upper left")
         return figure
 
     def check(self, table: pd.DataFrame) -> list[Claim]:
@@ -198,18 +201,20 @@ def _series(case: Case, engine: str) -> pd.DataFrame:
 
 def _draw_time(table: dict[str, np.ndarray], top: Axes, below: Axes) -> None:
     time = table["time [s]"]
-    top.plot(time, table["true [-]"], color="k", lw=1.2, label="true, best cone of 4 s")
-    top.plot(time, table["plain [-]"], color="C0", lw=1.0, label="(a) plain")
-    top.plot(time, table["track [-]"], color="C1", lw=1.2, label="(b) with track")
+    top.plot(time, table["true [-]"], color=BLACK, lw=1.2, label="true, best cone of 4 s")
+    top.plot(time, table["plain [-]"], color=BLUE, lw=1.0, label="(a) plain")
+    top.plot(time, table["track [-]"], color=RED, lw=1.2, label="(b) with track")
     low, high = (table["track [-]"] + sign * 2.0 * table["track std [-]"] for sign in (-1.0, 1.0))
-    top.fill_between(time, low, high, color="C1", alpha=0.2, lw=0)
-    top.set(ylabel="conicity", ylim=(0.0, 0.4), xlim=(0.0, float(time.max())))
-    top.legend(ncols=3, fontsize=8)
+    top.fill_between(time, low, high, color=RED, alpha=0.2, lw=0)
+    top.set(xlabel="time [s]", ylabel="conicity [-]", ylim=(0.0, 0.45), xlim=(0.0, float(time.max())), title="one run")
+    top.legend(ncols=3, loc="upper right")
     shown = time <= 20.0
-    below.plot(time[shown], 1e3 * table["true d [m]"][shown], color="k", lw=1.2, label="true")
-    below.plot(time[shown], 1e3 * table["track d [m]"][shown], color="C1", lw=1.0, label="(b)")
-    below.set(xlabel="time in s", ylabel="track's lateral position d in mm", xlim=(0.0, 20.0))
-    below.legend(fontsize=8)
+    below.plot(time[shown], 1e3 * table["true d [m]"][shown], color=BLACK, lw=1.2, label="true")
+    below.plot(time[shown], 1e3 * table["track d [m]"][shown], color=RED, lw=1.0, label="(b) with track")
+    below.set(xlabel="time [s]", ylabel="track's lateral position d [mm]", xlim=(0.0, 20.0))
+    below.legend(ncols=2, loc="upper right")
+    low, high = below.get_ylim()
+    below.set_ylim(low, high + 0.15 * (high - low))
 
 
 def _of_few(rows: dict[str, np.ndarray]) -> str:

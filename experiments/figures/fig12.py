@@ -16,6 +16,7 @@ from experiments.figures import conicity_spread
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import HONEST, Claim, Target, above, at_most, below
+from experiments.reporting.plots import BLACK, GREY, RED
 from experiments.reporting.size import Size
 from experiments.runs.contact import Case, ensemble, run
 from experiments.scoring.conicity import function_errors
@@ -51,30 +52,35 @@ class Fig12(Figure):
     def draw(self, table: pd.DataFrame) -> Picture:
         """One wheelset's function with its data density, errors of all over the density, and the spread by cause."""
         table, steps = _parts(table)
-        figure = Picture(figsize=(16.0, 5.6), layout="constrained")
-        grid = figure.add_gridspec(2, 3, height_ratios=(2.2, 1.0))
+        figure = Picture(figsize=(10.0, 9.0), layout="constrained")
+        grid = figure.add_gridspec(3, 2, height_ratios=(2.0, 1.0, 3.0))
         left, below, right = (
-            figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1]),
+            figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:2, 1]),
         )  # fmt: skip
         wheelset = table[table["seed"] == table["seed"].iloc[0]]
         shift = 1e3 * wheelset["shift [m]"]
-        left.plot(shift, wheelset["true [-]"], color="k", lw=1.4, label="true (mean over the gauge)")
-        left.plot(shift, wheelset["estimate [-]"], color="C1", lw=1.2, label="look-up table at the end")
+        left.plot(shift, wheelset["true [-]"], color=BLACK, lw=1.4, label="true (mean over the gauge)")
+        left.plot(shift, wheelset["estimate [-]"], color=RED, lw=1.2, label="look-up table at the end")
         low, high = (wheelset["estimate [-]"] + sign * 2.0 * wheelset["std [-]"] for sign in (-1.0, 1.0))
-        left.fill_between(shift, low, high, color="C1", alpha=0.2, lw=0)
-        left.set(ylabel="conicity, secant", ylim=(0.0, 0.5))
-        left.legend(fontsize=8)
-        below.bar(shift, 100 * wheelset["share [-]"], width=0.22, color="0.6")
-        below.set(xlabel="y - d in mm", ylabel="share of time in %", xlim=left.get_xlim())
+        left.fill_between(shift, low, high, color=RED, alpha=0.2, lw=0)
+        left.set(ylabel="secant conicity [-]", ylim=(0.0, 0.5), title="one wheelset; band: 2 std")
+        left.legend(loc="upper right")
+        below.bar(shift, 100 * wheelset["share [-]"], width=0.22, color=GREY)
+        below.set(xlabel="y - d [mm]", ylabel="time [%]", xlim=left.get_xlim())
         bins = _columns(table)
         right.loglog(
-            100 * bins["share [-]"], np.abs(bins["relative [-]"]), ".", ms=3, color="0.6", label="bins of all runs"
+            100 * bins["share [-]"], np.abs(bins["relative [-]"]), ".", ms=3, color=GREY, label="bins of all runs"
         )
         share, error = _bands(bins)
-        right.loglog(100 * share, error, "o-", color="C1", label="rms")
-        right.set(xlabel="share of time in the bin, %", ylabel="relative error of the conicity", ylim=(1e-3, 10.0))
+        right.loglog(100 * share, error, "o-", color=RED, label="rms")
+        right.set(
+            xlabel="share of time in the bin [%]",
+            ylabel="relative error of the conicity [-]",
+            ylim=(1e-3, 10.0),
+            title="all runs",
+        )
         right.legend()
-        conicity_spread.draw(figure.add_subplot(grid[:, 2]), steps)
+        conicity_spread.draw(figure.add_subplot(grid[2, :]), steps)
         return figure
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

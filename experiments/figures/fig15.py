@@ -9,6 +9,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_most
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, RED
 from experiments.reporting.size import Size
+from experiments.reporting.style import line_inside
 from experiments.runs.rolling_radii import FEWEST, RATE, WIDTH, contact, parameters, run, true_geometry
 from experiments.runs.speed import rows_where
 from railsim.wheelset import RollingTable
@@ -126,26 +127,20 @@ def worst(table: pd.DataFrame, name: str) -> float:
 
 def draw(table: pd.DataFrame, title: str, cases: tuple[str, ...]) -> Picture:
     """A panel for each quantity, scaled to the true range and what lies within thrice of it."""
-    picture = Picture(figsize=(11.0, 7.5), layout="constrained")
+    picture = Picture(figsize=(10.0, 7.5), layout="constrained")
     panels = picture.subplots(2, 2)
     for axes, name in zip(panels.flat, NAMES, strict=True):
+        last = rows_where(table, table["case"] == cases[-1])
+        true = 1e3 * last[f"true {name}"].to_numpy()
+        room = 1.5 * float(np.ptp(true))
+        limits = float(np.min(true)) - room, float(np.max(true)) + room
         for case, colour in zip(cases, COLOURS, strict=False):
             rows = rows_where(table, table["case"] == case)
-            axes.plot(
-                1e3 * rows["shift [m]"],
-                1e3 * rows[name],
-                "o-",
-                color=colour,
-                ms=4 if len(rows) < 40 else 1.5,
-                lw=0.9,
-                label=case,
-            )
-        rows = rows_where(table, table["case"] == cases[-1])
-        true = 1e3 * rows[f"true {name}"].to_numpy()
-        axes.plot(1e3 * rows["shift [m]"], true, color=BLACK, lw=1.6, label="true")
-        room = 1.5 * float(np.ptp(true))
-        axes.set_ylim(float(np.min(true)) - room, float(np.max(true)) + room)
+            shift, values = (1e3 * rows[column].to_numpy(dtype=float) for column in ("shift [m]", name))
+            size = 4.0 if len(rows) < 40 else 1.5
+            line_inside(axes, shift, values, limits, color=colour, marker="o", ms=size, lw=0.9, label=case)
+        axes.plot(1e3 * last["shift [m]"], true, color=BLACK, lw=1.6, label="true")
         axes.set(xlabel="y - d [mm]", ylabel=LABELS[name])
-    picture.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    picture.suptitle(f"{title}: estimates of each section; what is missing lies far outside")
+    picture.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    picture.suptitle(f"{title}: estimates of each section; triangles: beyond the frame")
     return picture

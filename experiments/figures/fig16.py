@@ -41,7 +41,9 @@ class Fig16(Figure):
         rest = rows_where(table, table["case"] != SQUARES)
         picture = draw(rest, "Recursive least squares with 2 mm of gauge variation", (UNKNOWN, REGRESSOR, STEADY))
         for axes, name in zip(picture.axes, NAMES, strict=True):
-            axes.plot(1e3 * squares["shift [m]"], 1e3 * squares[name], ".", color=SKY, ms=2, zorder=0, label=SQUARES)
+            inside = (1e3 * squares[name]).between(*axes.get_ylim())
+            shown = squares.loc[inside]
+            axes.plot(1e3 * shown["shift [m]"], 1e3 * shown[name], ".", color=SKY, ms=2, zorder=0, label=SQUARES)
         picture.axes[1].legend(handles=picture.axes[1].lines[-1:], markerscale=4, loc="upper left")
         return picture
 

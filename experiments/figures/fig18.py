@@ -11,6 +11,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, at_most, exactly, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 from experiments.reporting.size import Size
+from experiments.reporting.style import dots
 from experiments.reporting.units import KMH
 from experiments.runs.speed import GRADES, error, rows_where, speed_table, truncation
 
@@ -52,11 +53,11 @@ class Fig18(Figure):
         return pd.concat(tables, ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(10.0, 13.5), layout="constrained")
+        picture = Picture(figsize=(10.0, 12.0), layout="constrained")
         panels = picture.subplots(4, 1)
         for axes, (case, rows) in zip(panels, table.groupby("case", sort=False), strict=True):
             _panel(axes, str(case), rows)
-        picture.legend(*panels[-1].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        picture.legend(*panels[-1].get_legend_handles_labels(), loc="outside lower center", ncols=3, markerscale=4.0)
         picture.suptitle(
             "Speed from bogie sensors on curve_r400 (radius 400 m, cant 6°), 1 ms sampling, wheelbase 2.6 m"
         )
@@ -125,7 +126,11 @@ def _panel(axes: Axes, case: str, rows: pd.DataFrame) -> None:
         ("refined industrial", GREEN, 1.3),
         ("refined", BLUE, 1.3),
     ):
-        axes.plot(time, error(rows, name), color=colour, lw=width, label=LABELS[name])
+        shown = error(rows, name)
+        if name == "plain":
+            dots(axes, time, shown, colour, LABELS[name])
+        else:
+            axes.plot(time, np.where(np.abs(shown) <= limit, shown, np.nan), color=colour, lw=width, label=LABELS[name])
     axes.axhline(0.0, color=BLACK, lw=0.8)
     on = time[rows["s [m]"].between(*CURVE)]
     axes.axvspan(on[0], on[-1], color=GREY, alpha=0.12, lw=0, label="transitions and curve")

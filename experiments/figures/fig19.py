@@ -8,6 +8,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_least, below, near
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from experiments.reporting.size import Size
+from experiments.reporting.style import dots
 from experiments.reporting.units import KMH
 from experiments.runs.speed import error, rows_where, speed_table
 from railsim.analysis.statistics import root_mean_square
@@ -40,10 +41,13 @@ class Fig19(Figure):
                 "refined": "refined, ideal sensors",
                 "refined forward": "refined, industrial MEMS and longitudinal accelerometer",
             }
-            top.plot(
-                time, table[f"{name} [km/h]"], color=colour, lw=width, label=label.get(name, "refined, industrial MEMS")
-            )
-            bottom.plot(time, error(table, name), color=colour, lw=width)
+            text = label.get(name, "refined, industrial MEMS")
+            if name == "plain":
+                dots(top, time, table[f"{name} [km/h]"].to_numpy(dtype=float), colour, text)
+                dots(bottom, time, error(table, name), colour, None)
+            else:
+                top.plot(time, table[f"{name} [km/h]"], color=colour, lw=width, label=text)
+                bottom.plot(time, error(table, name), color=colour, lw=width)
         top.plot(time, table["true [km/h]"], color=BLACK, lw=1.0, ls="--", label="true")
         bottom.axhline(0.0, color=BLACK, lw=0.8)
         delayed = -KMH * ACCELERATION * WINDOW / 2.0
@@ -54,7 +58,7 @@ class Fig19(Figure):
         bottom.set_ylim(-4.5, 3.0)
         top.set_xlim(5.0, time[-1])
         top.set_ylim(140.0, 178.0)
-        top.legend(loc="upper left")
+        top.legend(loc="upper left", markerscale=4.0)
         bottom.legend(loc="lower left")
         picture.suptitle("Speed from bogie sensors during acceleration at 1 m/s² (straight_erri_low, 1 ms sampling)")
         return picture

@@ -15,6 +15,7 @@ from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, Target, at_least, at_most, between
 from experiments.reporting.size import Size
+from experiments.reporting.style import as_table
 from railsim.dynamics.channels import channel_names
 from railsim.scenario import Scenario
 from railsim.simulation import build_run, load_engine
@@ -102,19 +103,20 @@ class HalfOrWhole(Figure):
         for line, speed in zip(panels, speeds, strict=True):
             for axes, track in zip(line, tracks, strict=True):
                 image = _draw(axes, _of_run(table, track, speed), speed / SHORTEST)
-                axes.set_title(f"{track}, {speed:g} m/s", fontsize=12, pad=12)
+                axes.set_title(f"{track}, {speed:g} m/s", fontsize=13, pad=12)
         for axes in panels[-1]:
-            axes.set_xlabel("frequency band [Hz]", fontsize=11)
+            axes.set_xlabel("frequency band [Hz]", fontsize=13)
         if image is not None:
             bar = picture.colorbar(image, ax=panels, location="bottom", shrink=0.6, aspect=40, pad=0.02, extend="both")
             ticks = (0.01, 0.03, 0.1, 0.3, 1.0, 2.0)
             bar.set_ticks(ticks, labels=[f"{100.0 * tick:g}" for tick in ticks])
+            bar.ax.tick_params(labelsize=12)
             bar.minorticks_off()
-            bar.set_label("error of the half vehicle [% of the whole one's rms in the band]", fontsize=11)
+            bar.set_label("error of the half vehicle [% of the whole one's rms in the band]", fontsize=13)
         picture.suptitle(
             "What half a vehicle gets wrong: Class 175-like, yaw dampers linear\n"
             f"triangle: frequency of the track's shortest wave, {SHORTEST:g} m; beyond it is what the contacts distort",
-            fontsize=12,
+            fontsize=14,
         )
         return picture
 
@@ -219,16 +221,15 @@ def _draw(axes: Axes, errors: np.ndarray, shortest: float) -> AxesImage:
     for (row, column), error in np.ndenumerate(errors):
         colour = "white" if error > 0.2 else "black"
         text = f"{100.0 * error:.2g}" if error < 0.995 else f"{100.0 * error:.0f}"
-        axes.text(column, row, text, ha="center", va="center", fontsize=9, color=colour)
+        axes.text(column, row, text, ha="center", va="center", fontsize=11.5, color=colour)
     bands = [f"{low:g}–{high:g}" for low, high in BANDS]
-    axes.set_xticks(range(len(bands) + 1), [*bands, f"all to {EVERYTHING[1]:g}"], fontsize=9)
-    axes.set_yticks(range(len(CHANNELS)), list(CHANNELS.values()), fontsize=10)
+    axes.set_xticks(range(len(bands) + 1), [*bands, f"0–{EVERYTHING[1]:g}"], fontsize=11.5, rotation=45)
+    axes.set_yticks(range(len(CHANNELS)), list(CHANNELS.values()), fontsize=12)
     axes.axvline(len(bands) - 0.5, color="white", lw=4)
     place = np.interp(np.log(shortest), np.log(EDGES), np.arange(len(EDGES)) - 0.5)
     axes.plot(float(place), -0.5, "v", ms=9, color="black", clip_on=False)
     for row, channel in enumerate(CHANNELS):
         if channel in FIRST:
             axes.axhline(row - 0.5, color="white", lw=2.5)
-    axes.tick_params(length=0)
-    axes.spines[:].set_visible(False)
+    as_table(axes)
     return image

@@ -4,6 +4,7 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,9 @@ from matplotlib.figure import Figure as Picture
 from experiments.reporting.claims import Claim
 from experiments.reporting.size import Size
 from experiments.reporting.text import first_sentence
+from experiments.reporting.style import save_picture, styled
 from railsim.files import new_file
 from railsim.registry import Kind
-
-DPI = 130
 
 
 class Figure(ABC):
@@ -45,7 +45,7 @@ class Figure(ABC):
         """The claims, each held, not held or undecided."""
 
     def further(self, table: pd.DataFrame) -> Mapping[str, Callable[[Path], object]]:
-        """Files beside NAME.csv and NAME.png: what writes each, by its name. Most figures have none."""
+        """Files beside NAME.csv, NAME.png and NAME.svg: what writes each, by its name. Most figures have none."""
         del table
         return {}
 
@@ -58,7 +58,7 @@ FIGURES = Kind("figures", "experiments.figures", Figure)
 
 
 def publish(figure: Figure, folder: Path | str, size: Size) -> dict[str, Any]:
-    """Compute, draw and check a figure; write NAME.csv, NAME.png and its further files.
+    """Compute, draw and check a figure; write NAME.csv, NAME.png, NAME.svg and its further files.
 
     Each file appears whole or not at all.
 
@@ -82,12 +82,11 @@ def try_folder(folder: Path | str) -> None:
 def publish_table(figure: Figure, table: pd.DataFrame, folder: Path | str) -> dict[str, Any]:
     """Draw and check what a figure has computed; see `publish`."""
     folder = Path(folder)
-    picture = figure.draw(table)
-    files = [
-        _replace(folder, f"{figure.name}.csv", lambda path: table.to_csv(path, index=False)),
-        _replace(folder, f"{figure.name}.png", lambda path: picture.savefig(path, dpi=DPI, format="png")),
-        *(_replace(folder, name, write) for name, write in figure.further(table).items()),
-    ]
+    with styled():
+        picture = figure.draw(table)
+        pictures = {f"{figure.name}.{kind}": partial(save_picture, picture, kind=kind) for kind in ("png", "svg")}
+        writers = {f"{figure.name}.csv": partial(table.to_csv, index=False), **pictures, **figure.further(table)}
+        files = [_replace(folder, name, write) for name, write in writers.items()]
     return {"files": [str(path) for path in files], "claims": [asdict(claim) for claim in figure.check(table)]}
 
 

@@ -60,14 +60,14 @@ def draw_conicity(axes: Axes, table: pd.DataFrame) -> None:
     """Mean conicity at the end with its interval, and the paper's range."""
     for (told, factor), colour in zip(TOLD.items(), (PURPLE, ORANGE, BLUE), strict=True):
         rows: Any = _told(table, factor)
-        _means(axes, rows, CONICITY, 1.0, colour, f"told {told}", 1.0 + 0.05 * np.log2(factor))
+        _means(axes, rows, CONICITY, 1.0, colour, told, 1.0 + 0.05 * np.log2(factor))
     true = float(table[f"true {CONICITY}"].iloc[0])
     axes.axhline(true, color="black", lw=0.8, ls="--")
-    axes.axhspan(*PAPER, color="0.85", lw=0, label="expected")
-    axes.set(xscale="log", xlabel="power of the track's error over the track's", ylim=(0.0, 2.0 * true))
+    axes.axhspan(*PAPER, color="0.85", lw=0, label="expected end")
+    axes.set(xscale="log", xlabel="power of the track's error over the track's [-]", ylim=(0.0, 2.0 * true))
     axes.set_xticks(ERRORS, [f"{error:g}" for error in ERRORS])
     axes.minorticks_off()
-    axes.legend(fontsize=7)
+    axes.legend(title="error that the filter is told")
 
 
 def draw_dampers(axes: Axes, table: pd.DataFrame) -> None:
@@ -78,11 +78,11 @@ def draw_dampers(axes: Axes, table: pd.DataFrame) -> None:
             rows = rows.assign(**{name: 100.0 * (rows[name] / rows[f"true {name}"] - 1.0)})
             _means(axes, rows, name, 1.0, colour, f"{short}, told {told}", 1.0 + 0.05 * np.log2(factor), line)
     axes.axhline(0.0, color="black", lw=0.8, ls="--")
-    axes.set(xscale="log", xlabel="power of the track's error over the track's", ylabel="error of dampers in %")
-    axes.set_ylim(-8.0, 20.0)
+    axes.set(xscale="log", xlabel="power of the track's error over the track's [-]", ylabel="error of the damper [%]")
+    axes.set_ylim(-8.0, 28.0)
     axes.set_xticks(ERRORS, [f"{error:g}" for error in ERRORS])
     axes.minorticks_off()
-    axes.legend(fontsize=6, ncols=2, loc="upper left")
+    axes.legend(fontsize=8, ncols=2, loc="upper left", columnspacing=1.0)
 
 
 def claims(table: pd.DataFrame) -> Iterator[Claim]:

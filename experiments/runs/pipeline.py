@@ -12,6 +12,7 @@ from estimators.interface import Estimate
 from experiments.reporting.failures import PluginError, plugin_code
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.plots import PLOTS, Results, sensor_label
+from experiments.reporting.style import save_picture, styled
 from experiments.reporting.text import score_table, table
 from experiments.reporting.units import KMH
 from experiments.runs.estimation import Estimates, estimate_all
@@ -119,8 +120,9 @@ def sensor_estimates(measured: Measurements) -> dict[str, Estimate]:
 def draw_all(results: Results, folder: Path) -> list[str]:
     """Write every plot; returns their paths in the folder of results."""
     folder.mkdir()
-    for name, draw in PLOTS.items():
-        draw(results).savefig(folder / f"{name}.png", dpi=130)
+    with styled():
+        for name, draw in PLOTS.items():
+            save_picture(draw(results), folder / f"{name}.png", "png")
     return [f"{folder.name}/{name}.png" for name in PLOTS]
 
 
