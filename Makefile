@@ -32,9 +32,10 @@ kernels: $(ALL)
 	@$(BIN)/railsim run default --engine compiled --set duration=5 --out results/.kernels > /dev/null
 	@rm -rf results/.kernels
 
-# The workers are the parallelism: linear algebra in threads of its own would only wait for the others.
+# The workers are the parallelism: linear algebra in threads of its own would only wait for the others. A file is done by
+# one worker; the files that take longest come first (tests/conftest.py), so that neither worker is left with one.
 tests: kernels
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 bench: $(STAMP)
 	$(BIN)/railsim bench

@@ -1,11 +1,36 @@
 """Settings shared by all tests."""
 
 import os
+from pathlib import Path
 
 import matplotlib
+import pytest
 from hypothesis import settings
 
 os.environ.pop("RAILSIM_PLUGINS", None)  # tests of all plug-ins run over those that ship
 matplotlib.use("Agg")  # no test needs a display
 settings.register_profile("railsim", deadline=None, print_blob=True)  # the first call of a kernel compiles it
 settings.load_profile("railsim")
+
+LONGEST = (
+    "experiments/figures/test_every_figure.py", "golden/test_golden.py", "experiments/validation/test_validation.py",
+    "experiments/inference/test_half_car.py", "experiments/discrepancy/select/test_moving.py",
+    "experiments/discrepancy/test_workflow.py", "experiments/discrepancy/blind/test_oracle.py",
+    "quality/test_blocks.py", "test_conformance.py", "experiments/test_day.py", "test_contributing.py",
+    "experiments/test_cli.py", "estimators/suspension/test_suspension_spectral.py", "estimators/test_bad_channels.py",
+    "estimators/wheel_rail/test_gauge_likelihood.py", "experiments/sweep/test_run.py", "analysis/test_curving.py",
+    "estimators/suspension/test_suspension.py", "experiments/discrepancy/select/test_passing.py",
+    "engines/test_static.py", "experiments/runs/test_long_record.py", "engines/test_agreement.py",
+    "experiments/inference/test_railway.py", "experiments/maintenance/test_retention.py",
+    "experiments/inference/test_laboratory.py", "experiments/reproduction/test_reproduce.py",
+)  # fmt: skip
+"""Files whose tests take longest, in this order: begun first, so that no worker ends with one of them."""
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where workers share the tests, the longest files first."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        here = Path(__file__).parent
+        ranks = {here / name: rank for rank, name in enumerate(LONGEST)}
+        items.sort(key=lambda item: ranks.get(item.path, len(ranks)))

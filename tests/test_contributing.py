@@ -161,7 +161,7 @@ def test_track_of_the_example_is_inspected(call: Any):
 
 def test_figure_of_the_example(call: Any):
     made = call("figure", "bounce", "--out", "figures", "--fast")["figures"]["bounce"]
-    assert sorted(Path(file).name for file in made["files"]) == ["bounce.csv", "bounce.png"]
+    assert sorted(Path(file).name for file in made["files"]) == ["bounce.csv", "bounce.png", "bounce.svg"]
     assert [claim["held"] for claim in made["claims"]] == [True]
 
 

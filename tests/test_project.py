@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -54,10 +55,16 @@ def lines_that_match(pattern: re.Pattern[str], paths: list[Path]) -> list[str]:
     ]
 
 
+@cache
+def nodes_of(text: str) -> list[ast.AST]:
+    """All nodes of a Python file's text; several tests ask for the same files."""
+    return list(ast.walk(ast.parse(text)))
+
+
 def imports_of(path: Path) -> set[str]:
     """Full names that a Python file imports, at any depth: modules, and names taken from modules."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(text_of(path))):
+    for node in nodes_of(text_of(path)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -144,16 +151,16 @@ def private_names(path: Path) -> list[str]:
 
 def attributes_of(path: Path) -> set[str]:
     """Full names `module.name` or `Class.name` that a file reads of what it has imported from this project."""
-    tree = ast.parse(text_of(path))
+    nodes = nodes_of(text_of(path))
     meaning = {
         alias.asname or alias.name: f"{node.module}.{alias.name}"
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.ImportFrom) and node.module and not node.level
         for alias in node.names
     }
     return {
         f"{meaning[node.value.id]}.{node.attr}"
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in meaning
     }
 

@@ -68,7 +68,7 @@ class AdhesionWheelsets(Figure):
         order, apart, error, within = picture.subplots(2, 2).ravel()
         _bars(order, {what: [float(np.mean(_ordered(table, n, what))) for n in WHEELSETS] for what in COLOURS})
         order.set(ylabel="pairs of neighbouring levels in order", ylim=(0.0, 1.05))
-        order.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
+        picture.legend(*order.get_legend_handles_labels(), loc="outside upper center", ncols=4)
         _bars(apart, {what: [float(np.mean(_apart(table, n, what))) for n in WHEELSETS] for what in COLOURS})
         apart.set(ylabel="decades between the peaks of dry and very low")
         for axes, columns, limit, label in (

@@ -59,11 +59,12 @@ class ConicityBlind(Figure):
 
     def compute(self, size: Size) -> pd.DataFrame:
         duration = size.of(DURATION, FAST_DURATION, SMOKE_DURATION)
+        cases = size.of(CASES, CASES, {BOUNDED_CASE: CASES[BOUNDED_CASE]})
         speeds = np.linspace(*SPEEDS, FAST_SEEDS if size.reduced else SEEDS)
         rows = [
             run_row(wear, float(speed), duration, FIRST_SEED + seed, gauge, seed < BOUNDED and name == BOUNDED_CASE)
             | {"part": "seed", "case": name}
-            for name, (wear, gauge) in CASES.items()
+            for name, (wear, gauge) in cases.items()
             for seed, speed in enumerate(speeds)
         ]
         engine = "compiled" if size.reduced else "exudyn"
@@ -78,7 +79,7 @@ class ConicityBlind(Figure):
     def draw(self, table: pd.DataFrame) -> Picture:
         picture = Picture(figsize=(11.0, 5.0), layout="constrained")
         left, right = picture.subplots(1, 2)
-        for (name, rows), colour in zip(_cases(table), COLOURS, strict=True):
+        for (name, rows), colour in zip(_cases(table), COLOURS, strict=False):
             left.errorbar(
                 rows["at nominal gauge [-]"],
                 rows["estimate [-]"],
@@ -343,7 +344,7 @@ def _order_claims(wear: pd.DataFrame) -> list[Claim]:
 
 
 def _cases(table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    return [(name, rows_where(table, table["case"] == name)) for name in CASES]
+    return [(name, rows) for name in CASES if len(rows := rows_where(table, table["case"] == name))]
 
 
 def _diagonal(axes: Axes, table: pd.DataFrame) -> None:

@@ -44,8 +44,7 @@ PLAIN = "conicity_ekf"
 MUCH = 1.5
 """An error that is so much larger shows that the sensor is needed (-)."""
 MOST = 5.0
-COLOURS = LinearSegmentedColormap.from_list("cost", ["#ffffff", ORANGE])
-COLOURS.set_bad("#eeeeee")
+COLOURS = LinearSegmentedColormap.from_list("cost", ["#ffffff", ORANGE]).with_extremes(bad="#eeeeee")
 CONICITY = 0.06
 """Rms error of the conicity below which an estimator counts as able (-)."""
 

@@ -82,7 +82,7 @@ class Fig11(Figure):
         right.set(
             xlabel="true conicity [-]", ylabel="estimate, last 20 s [-]; bars: 2 std", title="other tracks and vehicles"
         )
-        right.set_ylim(0.0, 0.45)
+        right.set_ylim(0.0, min(0.45, 1.8 * float(seeds["true [-]"].max())))
         right.legend(loc="upper left")
         return figure
 

@@ -12,7 +12,9 @@ from experiments.fault_injection.kinds import FAULTS
 from experiments.figures.parted import PartedFigure, Parts, table_of
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, Target, at_least, at_most, exactly
+from experiments.reporting.plots import BLUE, RED
 from experiments.reporting.size import Size
+from experiments.reporting.style import as_table
 
 COUNT, FAST_COUNT, SMOKE_COUNT = 200, 24, 1
 TOGETHER, CLEAN = 7, 50  # spoilt and clean recordings in a part
@@ -42,29 +44,30 @@ class Inspection(PartedFigure):
         """What was put in over what was found; scores after the repair."""
         kinds, answers = [*FAULTS, "none"], [*FAULTS, "nothing"]
         counts = pd.crosstab(table["fault"], table["found"]).reindex(index=kinds, columns=answers, fill_value=0)
-        picture = Picture(figsize=(11.0, 5.6), layout="constrained")
+        picture = Picture(figsize=(10.0, 6.6), layout="constrained")
         left, right = picture.subplots(1, 2, width_ratios=[1.35, 1.0])
         share = counts.to_numpy() / np.maximum(1, counts.sum(axis=1).to_numpy())[:, None]
         left.imshow(share, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
         for row, column in np.argwhere(counts.to_numpy() > 0):
             colour = "white" if share[row, column] > 0.6 else "black"
             left.text(column, row, str(counts.iloc[row, column]), ha="center", va="center", color=colour, fontsize=9)
-        left.set_xticks(range(len(answers)), answers, rotation=45, ha="right")
+        as_table(left)
+        left.set_xticks(range(len(answers)), answers, rotation=60, ha="right", rotation_mode="anchor", fontsize=9)
         left.set_yticks(range(len(kinds)), kinds)
         left.set(xlabel="found", ylabel="put in", title="Recordings by kind of fault")
         scored = table.loc[table["repaired over clean"].notna()]
         for number, kind in enumerate(FAULTS):
             rows = scored.loc[scored["fault"] == kind]
             before, after = (rows[f"{name} over clean"].clip(upper=100.0) for name in ("spoilt", "repaired"))
-            right.plot(before, np.full(len(rows), number - 0.15), "x", color="tab:red", ms=6)
-            right.plot(after, np.full(len(rows), number + 0.15), "o", color="tab:blue", ms=5, alpha=0.7)
-        right.plot([], [], "x", color="tab:red", label="as it is")
-        right.plot([], [], "o", color="tab:blue", label="repaired")
+            right.plot(before, np.full(len(rows), number - 0.15), "x", color=RED, ms=6)
+            right.plot(after, np.full(len(rows), number + 0.15), "o", color=BLUE, ms=5, alpha=0.7)
+        right.plot([], [], "x", color=RED, label="as it is")
+        right.plot([], [], "o", color=BLUE, label="repaired")
         right.axvline(1.1, color="0.5", lw=0.8, ls="--")
         right.set_xscale("log")
         right.set_yticks(range(len(FAULTS)), list(FAULTS))
         right.invert_yaxis()
-        right.set(xlabel="worst rms error over the clean recording's")
+        right.set(xlabel="worst rms error over the clean recording's [-]")
         right.set_title("Estimates from the spoilt recording")
         right.legend(loc="upper right")
         return picture

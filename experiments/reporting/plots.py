@@ -15,8 +15,9 @@ from railsim.measurements import Measurements
 from railsim.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, frame, legend, thin
 from railsim.truth import SPEED, Truth
 
-ESTIMATOR_COLOURS = (ORANGE, BLUE, PURPLE, SKY)
-SENSOR_COLOURS = (RED, GREEN, SKY)
+ESTIMATOR_COLOURS = (PURPLE, BLUE, SKY, RED)
+SENSOR_STYLES = ((GREEN, "-"), (ORANGE, (0.0, (4.0, 3.0))))
+"""Colour and line of tachometers; the second one has gaps through which the first is seen."""
 CLOSE = 60.0  # m; length of the stretch that is shown from close by
 
 
@@ -75,6 +76,8 @@ def speed(results: Results) -> Figure:
         _limit(middle, 1.15 * max(spreads))
         _limit(bottom, 1.15 * min(spreads))
     top.set_ylabel("speed [km/h]")
+    beside = top.secondary_yaxis("right", functions=(lambda speed: speed / KMH, lambda speed: KMH * speed))
+    beside.set_ylabel("speed [m/s]")
     middle.set_ylabel("error [km/h]")
     bottom.set_ylabel("error, closer [km/h]")
     bottom.set_xlabel("time [s]")
@@ -194,10 +197,10 @@ def _sensors(results: Results, top: Axes, middle: Axes) -> None:
     """Tachometers and GNSS, behind the estimates."""
     truth, measured = results.truth, results.measured
     names = [name for name in measured.channels if name.endswith(f".{SPEED}")]
-    colours = iter(SENSOR_COLOURS)
+    styles = iter(SENSOR_STYLES)
     for name in names:
-        colour = GREY if measured.sensor(name)["kind"] == "gnss" else next(colours, GREY)
+        colour, line = (GREY, "-") if measured.sensor(name)["kind"] == "gnss" else next(styles, (GREY, "-."))
         time, values = measured.time(name), measured[name]
-        _line(top, time, KMH * values, color=colour, lw=1.4, label=sensor_label(measured, name), zorder=2)
+        _line(top, time, KMH * values, color=colour, ls=line, lw=1.8, label=sensor_label(measured, name), zorder=2)
         error = values - np.interp(time, truth.time, truth[SPEED])
-        _line(middle, time, KMH * error, color=colour, lw=0.9, zorder=2)
+        _line(middle, time, KMH * error, color=colour, ls=line, lw=1.2, zorder=2)

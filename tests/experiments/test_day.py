@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from experiments.benchmarks import day
 from experiments.benchmarks.day import day_rows, measured, steps, tree_memory
 from experiments.benchmarks.day_data import write_day
 from experiments.cli import main
@@ -23,7 +24,8 @@ def test_a_day_has_twelve_channels_and_times_that_go_on(ending: str, tmp_path: P
     assert len(mapped["tables"][0]["channels"]) == 12 and (tmp_path / "map.yaml").is_file()
 
 
-def test_every_step_is_measured(tmp_path: Path):
+def test_every_step_is_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(day, "ESTIMATORS", ("speed_refined", "alignment_vertical"))
     rows = day_rows(80.0 / 3600.0, folder=tmp_path)
     named = {row["name"]: row["value"] for row in rows}
     wanted = steps(tmp_path, tmp_path / "day.parquet")

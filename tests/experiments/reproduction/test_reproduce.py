@@ -30,21 +30,21 @@ def test_stored_numbers_belong_to_slices():
     assert {name for name, _ in read_stored()} <= set(slices())
 
 
-def test_fast_slices_give_the_stored_numbers(railsim: Command, tmp_path: Path):
-    done = railsim("reproduce", "--fast", "--out", "reproduced", "--json")
+def test_fast_slices_give_the_stored_numbers(railsim_here: Command, tmp_path: Path):
+    done = railsim_here("reproduce", "--fast", "--out", "reproduced", "--json")
     assert done.returncode == 0, done.stdout + done.stderr
     rows = json.loads(done.stdout)["numbers"]
     assert len(rows) >= len([one for one in slices().values() if one.fast])
     kept = sorted((tmp_path / "reproduced").glob("*.fast.json"))
     before = {path: path.stat().st_mtime_ns for path in kept}
     assert before
-    assert railsim("reproduce", "--fast", "--out", "reproduced").returncode == 0
+    assert railsim_here("reproduce", "--fast", "--out", "reproduced").returncode == 0
     assert {path: path.stat().st_mtime_ns for path in kept} == before
     changed = json.loads(kept[0].read_text())
     name = next(iter(changed["numbers"]))
     changed["numbers"][name] += 1.0
     kept[0].write_text(json.dumps(changed))
-    worse = railsim("reproduce", "--fast", "--out", "reproduced")
+    worse = railsim_here("reproduce", "--fast", "--out", "reproduced")
     assert worse.returncode == 1 and name in worse.stdout
 
 
