@@ -77,7 +77,7 @@ class ConicityBlind(Figure):
         return pd.DataFrame(rows)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.0, 5.0), layout="constrained")
+        picture = Picture(figsize=(10.0, 5.0), layout="constrained")
         left, right = picture.subplots(1, 2)
         for (name, rows), colour in zip(_cases(table), COLOURS, strict=False):
             left.errorbar(

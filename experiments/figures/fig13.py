@@ -61,7 +61,7 @@ class Fig13(Figure):
         return pd.concat(tables, ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.0, 7.5), layout="constrained")
+        picture = Picture(figsize=(10.0, 7.5), layout="constrained")
         panels = picture.subplots(2, 2)
         for axes, name in zip(panels.flat, CASES, strict=True):
             rows = rows_where(table, table["case"] == name)

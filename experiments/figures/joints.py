@@ -52,7 +52,7 @@ class Joints(Figure):
         return pd.concat(tables, ignore_index=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.0, 4.6), layout="constrained")
+        picture = Picture(figsize=(10.0, 4.8), layout="constrained")
         counts, errors, scatter = picture.subplots(1, 3, width_ratios=(1, 1, 1.15))
         for sensors, colour in COLOURS.items():
             parts = {speed: _part(table, sensors, speed) for speed in _speeds(table)}
@@ -68,7 +68,7 @@ class Joints(Figure):
             )
         counts.plot([], [], "x:", color=GREY, label="precision (line: recall)")
         counts.axhline(RECALL, color=BLACK, lw=0.8, ls="--")
-        counts.set(ylim=(0.8, 1.01), xlabel="speed [m/s]", ylabel="recall, precision")
+        counts.set(ylim=(0.8, 1.01), xlabel="speed [m/s]", ylabel="recall, precision [-]")
         counts.legend(loc="lower left", frameon=False, fontsize=8)
         errors.plot([], [], "_", color=GREY, ms=16, mew=2, label="stated standard deviation")
         errors.plot([], [], ":", color=GREY, label="Cramer-Rao bound")

@@ -98,7 +98,7 @@ class Passes(Figure):
         return pd.DataFrame(columns)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.0, 10.5), layout="constrained")
+        picture = Picture(figsize=(10.0, 11.0), layout="constrained")
         *panels, last = picture.subplots(4, 1, height_ratios=(1.0, 1.4, 1.0, 1.0))
         _draw_shares(last, table)
         table = _distance_rows(table)
@@ -172,14 +172,17 @@ def _sizes(table: pd.DataFrame) -> list[float]:
 
 def _draw_shares(axes: Axes, table: pd.DataFrame) -> None:
     sizes = _sizes(table)
-    for kind, colour in zip(KINDS, (BLUE, ORANGE, GREEN, RED), strict=True):
-        axes.plot(sizes, [_share(table, kind, size) for size in sizes], "o-", color=colour, label=kind)
+    width = 0.8 / len(KINDS)
+    for number, (kind, colour) in enumerate(zip(KINDS, (BLUE, ORANGE, GREEN, RED), strict=True)):
+        at = np.arange(len(sizes)) + width * (number - 0.5 * (len(KINDS) - 1))
+        axes.bar(at, [_share(table, kind, size) for size in sizes], 0.9 * width, color=colour, label=kind)
+    axes.set_xticks(range(len(sizes)), [f"{size:g}" for size in sizes])
     passes = len(table.loc[table["seed [-]"].notna().to_numpy(), ["seed [-]", "size [mm]"]].drop_duplicates())
-    axes.set(title=f"{passes} later passes: share found; reported elsewhere: {_elsewhere(table)}", ylim=(-0.05, 1.1))
-    axes.set(xlabel="growth of the defect [mm]", ylabel="share found")
+    axes.set(title=f"{passes} later passes: share found; reported elsewhere: {_elsewhere(table)}", ylim=(0.0, 1.1))
+    axes.set(xlabel="growth of the defect [mm]", ylabel="share found [-]")
     axes.grid(True, color="#dddddd", lw=0.6)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False, fontsize=9, loc="center right")
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
 def _study_claims(table: pd.DataFrame) -> list[Claim]:

@@ -19,6 +19,7 @@ from estimators.vehicle.affine import PARAMETERS, nominal
 from experiments.figures.parted import PartedFigure, Parts
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_most, exactly
+from experiments.reporting.plots import BLUE, RED
 from experiments.reporting.size import Size
 from experiments.runs.suspension import write_other
 from railsim import load_scenario, measure, simulate
@@ -57,9 +58,9 @@ class SuspensionFaults(PartedFigure):
         return {name: partial(_runs, jobs, shortest) for name, jobs in found.items()}
 
     def draw(self, table: Any) -> Picture:
-        picture = Picture(figsize=(10.0, 3.6), layout="constrained")
+        picture = Picture(figsize=(10.0, 4.0), layout="constrained")
         axes = picture.subplots(1, 3)
-        for component, colour in enumerate(("#0072b2", "#d55e00")):
+        for component, colour in enumerate((BLUE, RED)):
             rows = last(table, "sweep", component)
             axes[0].errorbar(
                 100 * rows["share"], 100 * rows["health"], 200 * rows["std"], fmt="o-", color=colour, ms=4, capsize=2
@@ -73,15 +74,19 @@ class SuspensionFaults(PartedFigure):
             values = 100 * healthy.loc[healthy[TIME] >= SETTLED, ["health", "health of yaw dampers"][component]]
             axes[2].hist(values, bins=np.arange(50, 151, 2).tolist(), color=colour, alpha=0.5, label=NAMES[component])
         axes[0].plot([0, 100], [0, 100], color="black", lw=0.7, ls="--")
-        axes[0].set(xlabel="true damping in % of new", ylabel="estimated, with two deviations", title="60 s of running")
+        axes[0].set(
+            xlabel="true damping [% of new]",
+            ylabel="estimated, with two deviations [% of new]",
+            title="60 s of running",
+        )
         axes[1].axvline(ONSET, color="black", lw=0.7)
         axes[1].set(
-            xlabel="time in s", ylabel="estimated damping in % of new", title="a damper fails at 30 s", ylim=(0, 150)
+            xlabel="time [s]", ylabel="estimated damping [% of new]", title="a damper fails at 30 s", ylim=(0, 150)
         )
-        axes[1].legend(fontsize=7)
+        axes[1].legend(fontsize=8, loc="lower left")
         axes[2].axvline(75, color="black", lw=0.7, ls="--")
-        axes[2].set(xlabel="estimated damping in % of new", ylabel="seconds", title="healthy running, other tracks")
-        axes[2].legend(fontsize=7)
+        axes[2].set(xlabel="estimated damping [% of new]", ylabel="time [s]", title="healthy running, other tracks")
+        axes[2].legend(fontsize=8, loc="upper right")
         return picture
 
     def check(self, table: Any) -> list[Claim]:

@@ -22,6 +22,7 @@ from estimators.suspension.verdicts import std_name
 from estimators.vehicle.affine import PARAMETERS, WITHOUT_WHEELSETS, half_vehicle
 from experiments.figures.interface import Figure
 from experiments.reporting.claims import Claim, at_most, between
+from experiments.reporting.plots import BLUE, RED
 from experiments.reporting.size import Size
 from experiments.runs.suspension import JUDGED, write_other
 from experiments.scoring.suspension import true_parameters
@@ -62,7 +63,7 @@ class SuspensionIdentifiability(Figure):
         return pd.DataFrame(rows)
 
     def draw(self, table: Any) -> Picture:
-        picture = Picture(figsize=(9.0, 3.8), layout="constrained")
+        picture = Picture(figsize=(10.0, 4.4), layout="constrained")
         axes = picture.subplots(1, 2)
         profiles = table[table[WHAT] == "profile"]
         top = profiles[VALUE].max()
@@ -73,25 +74,25 @@ class SuspensionIdentifiability(Figure):
         axes[0].plot(best.index, best - top, "k--", lw=1.6, label="best of these levels")
         axes[0].axvline(0.15, color="black", lw=0.7)
         axes[0].set(
-            xlabel="conicity",
-            ylabel="logarithm of the likelihood",
+            xlabel="conicity [-]",
+            ylabel="log likelihood below the best [-]",
             title="bogie, body; track unknown",
-            ylim=(-1300, 40),
+            ylim=(max(-1300.0, 2.6 * float((profiles[VALUE] - top).min())), 40),
         )
         axes[0].set_xticks([0.05, 0.1, 0.15, 0.2, 0.25])
-        axes[0].legend(fontsize=7, loc="lower center")
+        axes[0].legend(fontsize=8, loc="lower center")
         bounds = table[table[WHAT] == "bound"]
-        for known, label, colour in ((1.0, "level known", "#0072b2"), (0.0, "level unknown", "#d55e00")):
+        for known, label, colour in ((1.0, "level known", BLUE), (0.0, "level unknown", RED)):
             std = float(bounds.loc[bounds["known"] == known, VALUE].iloc[0])
             axes[1].loglog(SECONDS, [std * np.sqrt(60.0 / one) for one in SECONDS], color=colour, label=label)
         made = table[table[WHAT] == "curvature"]
-        for known, colour in ((1.0, "#0072b2"), (0.0, "#d55e00")):
+        for known, colour in ((1.0, BLUE), (0.0, RED)):
             rows = made[made["known"] == known]
             label = "curvature, data of the model" if known else None
             axes[1].loglog(rows["seconds"], rows[VALUE], "o", color=colour, ms=5, label=label)
         axes[1].axhline(0.03, color="black", lw=0.7, ls="--")
-        axes[1].set(xlabel="length of the record in s", ylabel="deviation of the conicity", title="Cramér-Rao bound")
-        axes[1].legend(fontsize=7)
+        axes[1].set(xlabel="length of the record [s]", ylabel="deviation of the conicity [-]", title="Cramér-Rao bound")
+        axes[1].legend()
         return picture
 
     def check(self, table: Any) -> list[Claim]:

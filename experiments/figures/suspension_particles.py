@@ -14,6 +14,7 @@ from estimators.vehicle.affine import PARAMETERS
 from experiments.figures.interface import Figure
 from experiments.reporting import intervals
 from experiments.reporting.claims import Claim, at_least, at_most
+from experiments.reporting.plots import RED
 from experiments.reporting.size import Size
 from railsim import load_scenario, measure, simulate
 
@@ -46,19 +47,20 @@ class SuspensionParticles(Figure):
         return pd.DataFrame(rows)
 
     def draw(self, table: Any) -> Picture:
-        picture = Picture(figsize=(9.0, 3.6), layout="constrained")
+        picture = Picture(figsize=(9.0, 4.0), layout="constrained")
         axes = picture.subplots(1, 2)
         for name, label in zip(PARAMETERS, LABELS, strict=True):
             spread = _spread(table, name)
             axes[0].loglog(spread.index, spread, "o-", lw=1.2, ms=4, label=label)
         counts = np.array(sorted(set(table["particles"])), dtype=float)
         axes[0].loglog(counts, np.sqrt(30.0 / counts), "k--", lw=0.7, label="1 / square root")
-        axes[0].set(xlabel="particles", ylabel="spread over seeds / standard deviation", title="accuracy")
-        axes[0].legend(fontsize=8)
+        axes[0].set(xlabel="particles", ylabel="spread over seeds / standard deviation [-]", title="accuracy")
+        axes[0].legend()
         speed = table.groupby("particles")["speed [s/s]"].median()
-        axes[1].loglog(speed.index, speed, "o-", color="#d55e00", ms=4)
-        axes[1].axhline(REAL_TIME, color="black", lw=0.7, ls="--")
-        axes[1].set(xlabel="particles", ylabel="times real time, one core", title="speed at 256 Hz, seven channels")
+        axes[1].loglog(speed.index, speed, "o-", color=RED, ms=4)
+        axes[1].axhline(REAL_TIME, color="black", lw=1.0, ls="--", label="target")
+        axes[1].legend()
+        axes[1].set(xlabel="particles", ylabel="times real time, one core [-]", title="speed at 256 Hz, seven channels")
         for panel in axes:
             panel.minorticks_off()  # their labels stand in each other
             panel.set_xticks(counts, [f"{count:.0f}" for count in counts])

@@ -5,6 +5,7 @@ On vehicles that are not quite as their papers say, the standard deviations of t
 
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
@@ -44,20 +45,18 @@ STYLES = {
     ACCELEROMETER: (RED, "^-"),
     DISPLACEMENT: (PURPLE, "v-"),
     AXLEBOXES: (ORANGE, "D-"),
-    PLAIN: (GREEN, "P--"),
-    "alignment_lateral": (GREEN, "P-"),
-    "cross_level": (RED, "X--"),
+    PLAIN: (RED, "P--"),
+    "alignment_lateral": (ORANGE, "P-"),
+    "cross_level": (ORANGE, "X--"),
     LEVEL: (RED, "X-"),
 }
 """Colour and line of each estimator."""
 SHOWN = (
-    ("vertical", "d1"),
-    ("vertical", "d2"),
-    ("lateral", "d1"),
-    ("cross_level", "d1"),
-    ("cross_level", "d2"),
-    ("left_vertical", "d1"),
+    (("vertical", "d1"), ("vertical", "d2")),
+    (("cross_level", "d1"), ("cross_level", "d2")),
+    (("lateral", "d1"), ("left_vertical", "d1")),
 )
+"""Quantities and bands of the panels, by rows."""
 
 
 class TrackAccuracy(PartedFigure):
@@ -68,17 +67,20 @@ class TrackAccuracy(PartedFigure):
         return {name: table_of(task) for name, task in (accuracy_tasks(size) | coverage_tasks(size)).items()}
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(16.0, 9.0), layout="constrained")
-        panels = picture.subplots(2, 4)
-        for axes, (quantity, band) in zip(panels.flat, SHOWN, strict=False):
-            _errors(axes, pick(table, part="accuracy", quantity=quantity, band=band, grade="mems"))
-            axes.set_title(f"{quantity.replace('_', ' ')} {band.upper()}", loc="left")
-        _over_position(panels[1][2], pick(table, part="place", band="d1"))
-        _honesty(panels[1][3], pick(table, part="coverage"))
-        shown: dict[str, Any] = {}
-        for axes in panels.flat[: len(SHOWN)]:
-            shown |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-        picture.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=5, frameon=False)
+        """Rows of two panels, each row with the legend of what it shows."""
+        picture = Picture(figsize=(10.0, 16.0), layout="constrained")
+        *rows, last = np.ravel(picture.subfigures(len(SHOWN) + 1, 1))
+        for row, shown in zip(rows, SHOWN, strict=True):
+            panels = row.subplots(1, 2)
+            entries: dict[str, Any] = {}
+            for axes, (quantity, band) in zip(panels, shown, strict=True):
+                _errors(axes, pick(table, part="accuracy", quantity=quantity, band=band, grade="mems"))
+                axes.set_title(f"{quantity.replace('_', ' ')} {band.upper()}")
+                entries |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+            row.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=3)
+        place, vehicles = last.subplots(1, 2)
+        _over_position(place, pick(table, part="place", band="d1"))
+        _honesty(vehicles, pick(table, part="coverage"))
         picture.suptitle(
             "Track geometry on straight_erri_low, Manchester vehicle, consumer MEMS on the bogie: error against truth"
         )
@@ -138,8 +140,8 @@ def _over_position(axes: Axes, rows: pd.DataFrame) -> None:
         colour, line = STYLES[name]
         axes.plot(mean.index, mean, line, color=colour, ms=4, label=name)
     axes.set(ylim=(0.0, None), xlabel="place before the bogie's centre [m]", ylabel="rms error [mm]")
-    axes.set_title(f"vertical D1 at {PLACED:g} m/s by place", loc="left")
-    axes.legend(frameon=False, fontsize=7)
+    axes.set_title(f"vertical D1 at {PLACED:g} m/s by place")
+    axes.legend()
 
 
 def _honesty(axes: Axes, rows: pd.DataFrame) -> None:
@@ -164,8 +166,8 @@ def _honesty(axes: Axes, rows: pd.DataFrame) -> None:
                     named.add(label)
         labels.append(f"{str(track).removeprefix('unseen_')}, {speed:g}")
     axes.axhspan(HONEST.low, HONEST.high, color=GREY, alpha=0.25, lw=0)
-    axes.set_xticks(range(len(labels)), labels, rotation=60, ha="right", fontsize=7)
+    axes.set_xticks(range(len(labels)), labels, rotation=50, ha="right", rotation_mode="anchor", fontsize=8.5)
     axes.set_ylim(0.5, 1.01)
     axes.set_ylabel("within two standard deviations [-]")
-    axes.set_title("vehicles off nominal", loc="left")
-    axes.legend(frameon=False, loc="lower left", fontsize=7, ncols=2)
+    axes.set_title("vehicles off nominal, by track and speed in m/s")
+    axes.legend(loc="lower left", ncols=2, fontsize=8.5)

@@ -54,7 +54,7 @@ class TrackSensors(Figure):
         return table.loc[np.isin(table["band"].to_numpy(str), ("D1", "D2"))].reset_index(drop=True)
 
     def draw(self, table: pd.DataFrame) -> Picture:
-        picture = Picture(figsize=(11.5, 8.2), layout="constrained")
+        picture = Picture(figsize=(10.0, 8.6), layout="constrained")
         long, rails, over_position, lateral = picture.subplots(2, 2).ravel()
         names = (GYRO, ACCELEROMETER, DISPLACEMENT, AXLEBOXES)
         _over_speed(long, table, "vertical", "D2", names, "Vertical, waves of 25 to 70 m (D2)")
@@ -62,7 +62,7 @@ class TrackSensors(Figure):
         speeds = np.geomspace(SPEEDS[0], SPEEDS[-1], 60)
         limit = [1e3 * SHARE * noise_limit(AXLEBOX.noise_density, v, "vertical", "D1", 2) for v in speeds]
         rails.plot(speeds, limit, color=ORANGE, ls=":", lw=1.5, label="limit by axlebox noise")
-        rails.axhline(APART, color=RED, lw=0.8, ls="--", label="0.3 mm")
+        rails.axhline(APART, color=BLACK, lw=1.0, ls="-.", label="0.3 mm")
         _over_speed(lateral, table, "lateral", "D1", (PLAIN, COMPENSATED), "Lateral, 3 to 25 m (D1)")
         for name in (ACCELEROMETER, GYRO):
             rows = _rows(table, name, "vertical", "D1", MIDDLE, placed=True)

@@ -46,14 +46,14 @@ class TrackStiffness(PartedFigure):
         )  # fmt: skip
         above.plot(s, found / 1e6, ".-", color=BLUE, label="found")
         above.plot(s, true / 1e6, color=ORANGE, lw=2.0, label="true")
-        above.set(xlabel="distance in m", ylabel="stiffness of a rail in MN/m", ylim=(0.0, None))
+        above.set(xlabel="distance [m]", ylabel="stiffness of a rail [MN/m]", ylim=(0.0, None))
         above.set_title(f"{SHOWN}, {SHOWN_SPEED:g} m/s: windows of 20 m", loc="left")
         rows = summary(table).iloc[[name != RIGID for name in dict.fromkeys(table["case"])]]
         places = np.arange(len(rows))
         for column, colour, label, mark in (
             ("rms", BLUE, "error", "o"),
             ("ratio rms", ORANGE, "error of the ratio to the line's mean", "s"),
-            ("bound", GREY, "Cramér-Rao bound of one window", "|"),
+            ("bound", GREY, "Cramér-Rao bound", "|"),
         ):
             below.plot(100.0 * rows[column], places, mark, color=colour, label=label, ms=7, mew=2 if mark == "|" else 1)
         names = [f"{row['case']} ({100.0 * row['answered']:.0f} %)" for _, row in rows.iterrows()]
@@ -67,7 +67,8 @@ class TrackStiffness(PartedFigure):
         for axes in (above, below):
             axes.spines[["top", "right"]].set_visible(False)
             axes.set_axisbelow(True)
-            axes.legend(frameon=False, fontsize=9)
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
+            axes.set_title(axes.get_title(loc="left"), loc="left", pad=24)
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

@@ -37,17 +37,18 @@ class Validation(Figure):
         """How much of its limit each comparison uses."""
         parts = [(part, [row for row in _rows(part, table) if row.used is not None]) for part in _checked(table)]
         parts = [(part, rows) for part, rows in parts if rows]
-        picture = Picture(figsize=(11.0, 1.6 + 0.42 * len(parts)), layout="constrained")
+        picture = Picture(figsize=(10.0, 1.6 + 0.42 * len(parts)), layout="constrained")
         axes = picture.subplots()
         for line, (_, rows) in enumerate(parts):
             used = np.clip([row.used or 0.0 for row in rows], 1e-4, 100.0)
             spread = np.linspace(-0.25, 0.25, len(used)) if len(used) > 1 else np.zeros(1)
-            colours = [BLUE if row.held else RED for row in rows]
-            axes.scatter(used, line + spread, s=18, color=colours, zorder=3)
+            held = np.array([bool(row.held) for row in rows])
+            for chosen, colour, marker in ((held, BLUE, "o"), (~held, RED, "X")):
+                axes.scatter(used[chosen], (line + spread)[chosen], s=30, marker=marker, color=colour, zorder=3)
         axes.axvline(1.0, color=RED, lw=1.0, ls=":")
         axes.set_yticks(range(len(parts)), [f"{part.number}  {part.title}" for part, _ in parts])
         axes.invert_yaxis()
-        axes.set(xscale="log", xlabel="share of the limit that is used (left end: 0.0001 or less; red: not held)")
+        axes.set(xscale="log", xlabel="share of the limit that is used [-] (left end: 0.0001 or less; cross: not held)")
         axes.grid(True, color="#dddddd", lw=0.6)
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
 DPI = 130
-SETTINGS = {
+SETTINGS: dict[Any, Any] = {
     "font.size": 10.0,
     "axes.titlesize": 10.5,
     "axes.labelsize": 10.0,

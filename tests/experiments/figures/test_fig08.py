@@ -20,7 +20,7 @@ def test_claims_are_held_and_files_written(tmp_path: Path) -> None:
         for what in ("largest creep force", "initial slope")
         for pair in ("dry over wet", "wet over low", "low over very low")
     ]
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["fig08.csv", "fig08.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["fig08.csv", "fig08.png", "fig08.svg"]
 
 
 def test_table_has_forces_of_both_laws_below_friction_times_load() -> None:

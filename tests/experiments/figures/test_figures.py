@@ -51,7 +51,7 @@ def test_figure_writes_picture_and_table_and_tells_claims(
 ):
     assert main(["figure", parabola, "--out", str(tmp_path / "out"), "--fast", "--json"]) == 1
     result = json.loads(capsys.readouterr().out)["figures"][parabola]
-    assert [Path(path).name for path in result["files"]] == [f"{parabola}.csv", f"{parabola}.png"]
+    assert [Path(path).name for path in result["files"]] == [f"{parabola}.{kind}" for kind in ("csv", "png", "svg")]
     assert all(set(claim) == {"claim", "value", "target", "held", "low", "high", "cases"} for claim in result["claims"])
     assert [tuple(claim.values())[:4] for claim in result["claims"]] == [
         ("end is four", 4.0, "4", True),
@@ -62,7 +62,9 @@ def test_figure_writes_picture_and_table_and_tells_claims(
     assert [claim["cases"] for claim in result["claims"]] == [None, None, 2]
     assert len(pd.read_csv(tmp_path / "out" / f"{parabola}.csv")) == 5
     assert (tmp_path / "out" / f"{parabola}.png").read_bytes().startswith(b"\x89PNG")
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {f"{parabola}.csv", f"{parabola}.png"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        f"{parabola}.{kind}" for kind in ("csv", "png", "svg")
+    }
 
 
 def test_claims_are_printed(parabola: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
