@@ -13,8 +13,8 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.reporting.claims import Claim
 from experiments.reporting.size import Size
-from experiments.reporting.text import first_sentence
 from experiments.reporting.style import save_picture, styled
+from experiments.reporting.text import first_sentence
 from railsim.files import new_file
 from railsim.registry import Kind
 

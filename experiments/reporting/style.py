@@ -11,7 +11,7 @@ from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from railsim.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
 DPI = 130
 SETTINGS: dict[Any, Any] = {
