@@ -5,7 +5,6 @@ On vehicles that are not quite as their papers say, the standard deviations of t
 
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
@@ -69,7 +68,8 @@ class TrackAccuracy(PartedFigure):
     def draw(self, table: pd.DataFrame) -> Picture:
         """Rows of two panels, each row with the legend of what it shows."""
         picture = Picture(figsize=(10.0, 16.0), layout="constrained")
-        *rows, last = np.ravel(picture.subfigures(len(SHOWN) + 1, 1))
+        found: Any = picture.subfigures(len(SHOWN) + 1, 1)
+        *rows, last = found
         for row, shown in zip(rows, SHOWN, strict=True):
             panels = row.subplots(1, 2)
             entries: dict[str, Any] = {}
