@@ -168,7 +168,7 @@ class Estimator(Spec, frozen=True):
     Attributes
     ----------
     requires : channels without which it gives nothing.
-    adds : channels that it can do without, and what it gives or betters with each.
+    adds : channels that it can do without, and what each of them brings.
     nearby : whether what it gives at a place depends on the record nearby alone, so that it may work on a long record
         section by section: its series has rows of one spacing over "s [m]", or rows over "time [s]".
     """

@@ -37,7 +37,7 @@ class Measurements:
     Raises
     ------
     InputError : a part of the description is missing or cannot be used; times do not increase, do not fit the rate;
-        columns of unequal length; a channel that stands twice or holds infinity.
+        columns of unequal length; a channel that appears twice or holds infinity.
     """
 
     def __init__(self, about: dict[str, Any], tables: Mapping[float, Table], track: pd.DataFrame | None = None) -> None:
@@ -201,7 +201,7 @@ class Measurements:
             if not _NAME.fullmatch(name):
                 raise InputError(f"column '{name}' at {rate:g} Hz: name it \"<sensor>.<quantity> [unit]\"")
             if name in self._channels:
-                raise InputError(f"channel '{name}' stands twice; rename one of the two sensors")
+                raise InputError(f"channel '{name}' appears twice; rename one of the two sensors")
             values = _numbers(table[name], name)
             if values.shape != time.shape:
                 raise InputError(f"channel '{name}' has {values.size} samples for {time.size} times; make them equal")

@@ -212,7 +212,7 @@ def _read_table(path: Path, stated: Any) -> tuple[float, dict[str, np.ndarray]]:
     if rows != due:
         raise InputError(f"'{path}' has {rows} rows where about.json states {due}; make or copy it again")
     if len(set(names)) != len(names):
-        raise InputError(f"'{path}': a column stands twice; rename one")
+        raise InputError(f"'{path}': a column appears twice; rename one")
     return float(rate[1]), read_columns(path, names)
 
 

@@ -25,7 +25,7 @@ def load_yaml(text: str, where: str) -> Any:
 
     Raises
     ------
-    InputError : not YAML, an unsafe tag, a key that stands twice, too large, too deep or too many aliases.
+    InputError : not YAML, an unsafe tag, a key that appears twice, too large, too deep or too many aliases.
     """
     if len(text) > MOST_CHARACTERS:
         raise InputError(f"{where} has {len(text)} characters, more than {MOST_CHARACTERS}; is it the right file?")
@@ -105,5 +105,5 @@ def _check_keys(node: yaml.MappingNode, where: str) -> None:
     for key, _ in node.value:
         if isinstance(key, yaml.ScalarNode) and key.tag != "tag:yaml.org,2002:merge":
             if key.value in seen:
-                raise InputError(f"{where} line {key.start_mark.line + 1}: key '{key.value}' stands twice; keep one")
+                raise InputError(f"{where} line {key.start_mark.line + 1}: key '{key.value}' appears twice; keep one")
             seen.add(key.value)

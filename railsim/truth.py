@@ -217,7 +217,7 @@ class TruthWriter:
         if not columns or columns[0] != TIME:
             raise ValueError(f"the first column must be '{TIME}'")
         if len(set(columns)) != len(columns):
-            raise ValueError("a column name stands twice")
+            raise ValueError("a column name appears twice")
         self.folder = Path(folder)
         self.columns = list(columns)
         self.rate = float(rate)

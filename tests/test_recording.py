@@ -187,7 +187,7 @@ TIME = np.arange(10) / 8
         ({8: {"time [s]": TIME, "a.b": TIME}}, "name it"),
         ({8: {"time [s]": TIME, "a.b [m]": np.full(10, np.inf)}}, "holds infinity"),
         ({8: {"time [s]": TIME, "a.b [m]": ["x"] * 10}}, "not a number"),
-        ({8: {"time [s]": TIME, "a.b [m]": TIME}, 16: {"time [s]": TIME / 2, "a.b [m]": TIME}}, "stands twice"),
+        ({8: {"time [s]": TIME, "a.b [m]": TIME}, 16: {"time [s]": TIME / 2, "a.b [m]": TIME}}, "appears twice"),
     ],
 )
 def test_tables_that_cannot_be_used_are_one_clear_line(tables: dict[float, Any], line: str) -> None:

@@ -15,7 +15,7 @@ LAUGHS = "a0: &a0 [x,x]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for
         (LAUGHS, "values once its aliases are written out"),
         ("a: &a [*a]", "holds it; write it out"),
         ("[" * 5000, "nests deeper than 50 levels"),
-        ("a: 1\na: 2", "line 2: key 'a' stands twice"),
+        ("a: 1\na: 2", "line 2: key 'a' appears twice"),
         ("a: 2024-13-45", "holds a value that YAML cannot read"),
         ("a: [1", "is not YAML"),
         ("a: \x00", "is not YAML"),

@@ -142,7 +142,10 @@ def python_page() -> str:
 
 def estimators_page() -> str:
     """Each estimator: what it needs, what more brings, its settings."""
-    parts = ["# Estimators", "Channels that each needs, channels that better it, and its settings."]
+    parts = [
+        "# Estimators",
+        "For each estimator: the channels that it needs, what more channels bring, and its settings.",
+    ]
     for name, found in ESTIMATORS.classes().items():
         parts += [f"## {name}", first_line(found)]
         parts += [bullets("Needs", (f"`{channel}`" for channel in found.requires))] if found.requires else []

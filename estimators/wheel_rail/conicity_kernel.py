@@ -77,7 +77,7 @@ def half_difference(table, spacing, x):
 def step(x, F, table, spacing, numbers, v, h, acceleration):
     """Move the mean `x` on by h seconds at speed v, and fill its transition matrix `F`; return what the noise needs.
 
-    The moment is taken as linear over the step (first-order hold), from the shift at its start to the one foretold for
+    The moment is taken as linear over the step (first-order hold), from the shift at its start to the one predicted for
     its end: with the middle's shift alone the yaw rate lags by half a step, which is a fifth of the kinematic motion's
     damping at 30 m/s and 0.3 m.
     """

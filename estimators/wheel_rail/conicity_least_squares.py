@@ -188,7 +188,7 @@ def solve(equation: Equation, pieces: Pieces, penalty: float) -> Fit:
 
 
 def left_out(equation: Equation, pieces: Pieces, penalties: tuple[float, ...], folds: int) -> list[float]:
-    """Error (rms, m) by penalty of every block of rows as foretold by the others."""
+    """Error (rms, m) by penalty of every block of rows as predicted by the others."""
     blocks = np.array_split(equation.rows, folds)
     regressors = [_regressors(equation, pieces, block) for block in blocks]
     normals = [one.T @ one for one in regressors]

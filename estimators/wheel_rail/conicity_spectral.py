@@ -192,7 +192,7 @@ class ConicitySpectral(Estimator, frozen=True):
         solution = self._fit(blocks, respond, deviation)
         offset += float(solution.x[2])
         blocks = stretches.at(survey, offset, scale)
-        misfit = Misfit.of(blocks, _foretold(blocks, respond, np.array([*solution.x[:2], 0.0])))
+        misfit = Misfit.of(blocks, _predicted(blocks, respond, np.array([*solution.x[:2], 0.0])))
         conicity, spread, creep = averaged(blocks, respond, misfit, float(solution.x[0]))
         share = self.bogie_error if channel == BOGIE else self.model_error
         fits = misfit.chance >= UNLIKELY or misfit.wrong <= share
@@ -350,11 +350,11 @@ class Misfit(NamedTuple):
     wrong: float
 
     @staticmethod
-    def of(blocks: Blocks, foretold: np.ndarray) -> "Misfit":
+    def of(blocks: Blocks, predicted: np.ndarray) -> "Misfit":
         count, waves = blocks.turning.shape
         q, free = blocks.inputs, max(count - blocks.inputs, 1)
         left = np.sum(np.abs(_left(blocks)) ** 2, axis=0)
-        more = np.sum(np.abs(blocks.turning - foretold) ** 2, axis=0) - left
+        more = np.sum(np.abs(blocks.turning - predicted) ** 2, axis=0) - left
         size = uniform_filter1d(left, SMOOTH) / free
         dispersion = max(float(np.mean(more / size)) / q, 0.0)
         power = np.sum(np.abs(blocks.turning) ** 2, axis=0)
@@ -384,7 +384,7 @@ def _channel(measurements: Measurements) -> str | None:
     return BOGIE if BOGIE in measurements and given(measurements.vehicle, lateral_roll.NEEDED) else None
 
 
-def _foretold(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
+def _predicted(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
     """Turning of every block (b, m); one response serves blocks of about the same speed."""
     conicity, creep = np.exp(x[:2])
     near, which = blocks.near
@@ -396,11 +396,11 @@ def _foretold(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
 
 
 def _residual(blocks: Blocks, respond: Response, x: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    wrong = (blocks.turning - _foretold(blocks, respond, x)) / deviation
+    wrong = (blocks.turning - _predicted(blocks, respond, x)) / deviation
     return np.concatenate([wrong.real.ravel(), wrong.imag.ravel()])
 
 
 def _deviation(blocks: Blocks, respond: Response, x: np.ndarray) -> np.ndarray:
     """Standard deviation of each part (real, imaginary) of what the fit leaves, smoothed over wave numbers (m,)."""
-    left = np.abs(blocks.turning - _foretold(blocks, respond, x)) ** 2
+    left = np.abs(blocks.turning - _predicted(blocks, respond, x)) ** 2
     return np.sqrt(uniform_filter1d(left.mean(axis=0), SMOOTH) / 2.0)

@@ -6,7 +6,7 @@ Both wheels have one function F of their shift towards their rail, so that with 
     D = (F(x - g/2) - F(-x - g/2)) / 2 + noise,
 
 one equation for two unknown inputs. d and g are independent processes over distance with known shapes of spectra, each
-foretold from its own last positions (`wheel_rail.rail_process`). What is not foretold is 0.1 mm a step, over which F is
+predicted from its own last positions (`wheel_rail.rail_process`). The rest is 0.1 mm a step, over which F is
 a line, whereas what is known of g is as wide as the gauge's whole variation, where F is far from one: so particles
 carry the last positions of d and g, and each is moved with the line at its own likeliest place (optimal proposal;
 Doucet, Godsill and Andrieu 2000), weights made exact.

@@ -97,7 +97,7 @@ class Survey:
 
 
 def centre_fit(measurements: Measurements, motion: WheelsetMotion, survey: Survey) -> tuple[float, float]:
-    """Offset (m) and scale (-) of the way for which the yaw rate is foretold best by the shift on a cone.
+    """Offset (m) and scale (-) of the way for which the yaw rate is predicted best by the shift on a cone.
 
     Klingel's motion with the nominal suspension: -r0 l psi' / V = lambda (y - d) + moment / f11, lambda and f11 free.
     """

@@ -1,4 +1,4 @@
-"""Rails or gauge at equal steps of distance, foretold from their own last positions: what their spectrum says.
+"""Rails or gauge at equal steps of distance, predicted from their own last positions: what their spectrum says.
 
 A process with the one-sided spectrum q^2 / ((W^2 + a^2) (W^2 + b^2)) up to the shortest wave that a track's spectrum
 describes, and less beyond: without that end a model with steps of 0.3 m expects two fifths of its band to be filled

@@ -53,7 +53,7 @@ class Fig16(Figure):
         angles = {name: typical(rows, "sum_of_angles") for name, rows in by_case.items()}
         signal = float(by_case[UNKNOWN]["angle_signal [-]"].iloc[0])
         own = float(by_case[STEADY]["angle_signal [-]"].iloc[0])
-        foretold = float(by_case[UNKNOWN]["angle_std [rad]"].iloc[0])
+        predicted = float(by_case[UNKNOWN]["angle_std [rad]"].iloc[0])
         extent = float(np.ptp(by_case[UNKNOWN]["true sum_of_angles"]))
         condition = float(np.max(by_case[UNKNOWN]["condition [-]"].to_numpy()))
         spread = radii[UNKNOWN] / max(radii[STEADY], 1e-12)
@@ -86,7 +86,7 @@ class Fig16(Figure):
             "condition number of the scaled regressors": (condition, at_most(20.0)),
             "moment by (d_L + d_R) psi over the rest of the equation: what spoils it": (signal, at_most(0.05)),
             "the same without gauge variation": (own, above(0.05)),
-            "standard deviation of (d_L + d_R) by that noise over its range": (foretold / extent, above(1.0)),
+            "standard deviation of (d_L + d_R) by that noise over its range": (predicted / extent, above(1.0)),
             "(r_L - r_R), gauge known: largest error over the range": (
                 worst(by_case[REGRESSOR], "difference_of_radii"),
                 at_most(0.05),

@@ -34,13 +34,13 @@ def slices(file: Path = FILE) -> dict[str, Slice]:
 
     Raises
     ------
-    InputError : a wrong key, or a name that stands twice.
+    InputError : a wrong key, or a name that appears twice.
     """
     listed = load_yaml(file.read_text(encoding="utf-8"), f"'{file.name}'")
     found: dict[str, Slice] = {}
     for number, values in enumerate(listed):
         one = Slice.build(values, f"{file.name}: {number}")
         if one.name in found:
-            raise InputError(f"{file.name}: slice '{one.name}' stands twice; rename one")
+            raise InputError(f"{file.name}: slice '{one.name}' appears twice; rename one")
         found[one.name] = one
     return found

@@ -189,7 +189,7 @@ def _levels(named: Mapping[Any, dict[str, Any]], given: Any, where: str) -> tupl
     if not named:
         raise InputError(f"{where}: has no values; give at least one")
     if len(named) != len(given):
-        raise InputError(f"{where}: a value stands twice; keep one")
+        raise InputError(f"{where}: a value appears twice; keep one")
     return tuple(named.items())
 
 

@@ -172,7 +172,7 @@ def _variants(given: Any) -> tuple[Variant, ...]:
     labels = [variant.label for variant in made]
     twice = [label for label in labels if labels.count(label) > 1]
     if twice:
-        raise InputError(f"estimators: '{twice[0]}' stands twice; give one of them another label")
+        raise InputError(f"estimators: '{twice[0]}' appears twice; give one of them another label")
     for variant in made:
         variant.build({})
     return made
@@ -195,7 +195,7 @@ def _seeds(given: Any) -> tuple[int, ...]:
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise InputError(f"seeds.{number}: give a whole number from 0 (got {seed!r})")
         if seed in given[:number]:
-            raise InputError(f"seeds.{number}: {seed} stands twice; keep one")
+            raise InputError(f"seeds.{number}: {seed} appears twice; keep one")
     return tuple(given)
 
 

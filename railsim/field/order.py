@@ -1,8 +1,8 @@
-"""Rows whose time (or place) goes back or stands twice: the likeliest cause by its signs, and its own repair.
+"""Rows whose time (or place) goes back or appears twice: the likeliest cause by its signs, and its own repair.
 
 Time goes back where packets came out of order (`sort`), where a clock was set back, by an hour in autumn or by a
 synchronisation (`continue`, or the zone's name), where a stamp is wrong (`drop_outliers`), where a counter wraps and
-where a recording began again. A time stands twice where a row was written twice (`drop_duplicates`) or where several
+where a recording began again. A time appears twice where a row was written twice (`drop_duplicates`) or where several
 samples share a stamp (`spread`).
 """
 
@@ -240,7 +240,7 @@ def _distinct(axis: np.ndarray, values: np.ndarray, how: How) -> Rows:
         return axis[~double], values[:, ~double]
     row = int(double.argmax())
     where = (
-        f"{how.label} {axis[row]:.10g} {how.unit} stands twice ({int(double.sum())} such rows, row {row + 1} of the "
+        f"{how.label} {axis[row]:.10g} {how.unit} appears twice ({int(double.sum())} such rows, row {row + 1} of the "
         "data first)"
     )
     if shared and how.mixed is None:

@@ -19,7 +19,7 @@ class Layout:
         first = self.size
         for name in names:
             if name in self.rows:
-                raise ValueError(f"row {name} stands twice")
+                raise ValueError(f"row {name} appears twice")
             self.rows[name] = self.size
             self.size += 1
         return first

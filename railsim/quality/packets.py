@@ -1,4 +1,4 @@
-"""What checks of packets share: channels of one sensor, rows that stand twice, how roughly rows follow each other."""
+"""What checks of packets share: channels of one sensor, rows that appear twice, how roughly rows follow each other."""
 
 import math
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ def sensors(measured: Measurements) -> list[list[str]]:
 
 
 def copies(rows: np.ndarray) -> list[tuple[int, int, int]]:
-    """First row, one past the last and first row of the original of each stretch of rows that stands twice.
+    """First row, one past the last and first row of the original of each stretch of rows that appears twice.
 
     Sums over windows of rows, each row a pseudorandom number, are sorted, so that equal windows meet: n log n.
 

@@ -1,4 +1,4 @@
-"""Packets that stand twice in a record on an even grid."""
+"""Packets that appear twice in a record on an even grid."""
 
 from typing import ClassVar
 
@@ -37,7 +37,7 @@ class Repeated(Check, frozen=True):
         repair: Repair = Close() if put_in else Blank()
         what = "beside the right rows: all later ones came too late" if put_in else "in the place of others"
         done = "the rows after them are moved back" if put_in else "treat the stretch as a gap"
-        extent = f"{len(found)} packets of {(found[0][1] - found[0][0]) / rate:.3g} s stand twice, {what}"
+        extent = f"{len(found)} packets of {(found[0][1] - found[0][0]) / rate:.3g} s appear twice, {what}"
         advice = f"drop packets whose number came before; {done}"
         return [
             Finding(

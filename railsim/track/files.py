@@ -103,7 +103,7 @@ def _header(line: str, where: str) -> list[str]:
         raise InputError(f'{where}: first column is "{titles[0][:60]}"; it must be "{DISTANCE}" (columns with commas)')
     for i, title in enumerate(titles[1:], 1):
         if title in titles[:i]:
-            raise InputError(f'{where}: column "{title}" stands twice; keep one')
+            raise InputError(f'{where}: column "{title}" appears twice; keep one')
         if title not in _TITLES:
             raise InputError(f'{where}: unknown column "{title[:60]}"; a track knows {", ".join(_TITLES)}')
     return ["s", *(_TITLES[title] for title in titles[1:])]

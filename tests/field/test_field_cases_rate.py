@@ -1,4 +1,4 @@
-"""Rates of stamps that are rounded, jitter or have gaps; snap; times that go back or stand twice."""
+"""Rates of stamps that are rounded, jitter or have gaps; snap; times that go back or appear twice."""
 
 from pathlib import Path
 from typing import Any

@@ -116,7 +116,7 @@ def test_sides_as_seen_up_the_kilometrage(tmp_path: Path, curve: Track):
     ("table", "change", "line"),
     [
         ({"km": [3, 2, 1, 0]}, {}, "goes back from 3000 to 2000 m at row 2"),
-        ({"km": [0, 1, 1, 2]}, {}, "1000 m stands twice"),
+        ({"km": [0, 1, 1, 2]}, {}, "1000 m appears twice"),
         ({"vertical": [0, 1, None, 2]}, {}, r"vertical: 1 of 4 values are lost \(the first at 2000 m\).*'fill'"),
         ({}, {"unit": "s"}, "'s' cannot become 'm'"),
         ({}, {"column": "place"}, "no column 'place'"),

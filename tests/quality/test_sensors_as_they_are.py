@@ -80,7 +80,7 @@ def test_a_packet_in_the_place_of_the_next_is_left_out(clean: Measurements):
 
 
 def test_equal_rows_of_a_rounded_signal_are_no_packets():
-    """Whole numbers from -2 to 2: many short stretches stand twice by chance."""
+    """Whole numbers from -2 to 2: many short stretches appear twice by chance."""
     rows = np.random.default_rng(1).integers(-2, 3, (1, 8000)).astype(float)
     assert copies(rows) == []
     rows[0, 5000:5064] = rows[0, 1000:1064]

@@ -90,7 +90,7 @@ BAD = {
     "not first": ("vertical [m],s [m]\n0,0\n", "first column is"),
     "unknown column": ("s [m],height [m]\n0,0\n", 'unknown column "height [m]"; a track knows curvature [1/m]'),
     "wrong unit": ("s [m],vertical [mm]\n0,0\n", 'unknown column "vertical [mm]"'),
-    "twice": ("s [m],cant [m],cant [m]\n0,0,0\n", 'column "cant [m]" stands twice'),
+    "twice": ("s [m],cant [m],cant [m]\n0,0,0\n", 'column "cant [m]" appears twice'),
     "backwards": ("# c\ns [m]\n0\n1\n\n0.5\n2\n", "line 6: s goes from 1 to 0.5 m"),
     "standing": ("s [m]\n0\n1\n1\n2\n", "line 4: s goes from 1 to 1 m"),
     "NaN": ("s [m],lateral [m],cant [m]\n0,0,0\n1,0,nan\n2,0,0\n3,0,0\n", "line 3: cant is nan"),

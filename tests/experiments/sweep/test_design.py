@@ -84,7 +84,7 @@ def test_columns_are_numbers_or_texts():
         ({"kind": "star", "keys": {"a": [1]}}, "design.kind: unknown design 'star'; there are: grid, sobol"),
         ({"keys": {}}, "design.keys: give at least one dotted key"),
         ({"keys": {"a": []}}, "design.keys.a: has no values"),
-        ({"keys": {"a": [1, 1]}}, "design.keys.a: a value stands twice"),
+        ({"keys": {"a": [1, 1]}}, "design.keys.a: a value appears twice"),
         ({"keys": {"a": {"low": 3, "high": 2}}}, "design.keys.a.high: 2 must be greater than low"),
         ({"keys": {"a": {"low": "x", "high": 2}}}, "design.keys.a.low: 'x' is not a number"),
         ({"keys": {"a": {"low": 0, "high": 2, "scale": "log"}}}, "design.keys.a.low: 0; a logarithmic scale"),

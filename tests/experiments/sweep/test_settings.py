@@ -20,11 +20,11 @@ from tests.experiments.sweep.conftest import POINTS, RUNS, SWEEP
         ("scenario: straight_erri_low", "scenario: nix", "no point of the design can be simulated; the first says: no"),
         ("scenario: straight_erri_low", "scenario: smooth\nengine: steam", "engine: unknown engine 'steam'"),
         ("seeds: [3, 1]", "seeds: 3", "seeds: give a list of whole numbers"),
-        ("seeds: [3, 1]", "seeds: [3, 3]", "seeds.1: 3 stands twice"),
+        ("seeds: [3, 1]", "seeds: [3, 3]", "seeds.1: 3 appears twice"),
         ("seeds: [3, 1]", "seeds: [-1]", "seeds.0: give a whole number from 0 (got -1)"),
         ("name: speed_plain", "name: speed_plane", "unknown estimator 'speed_plane'; did you mean 'sp"),
         ("slowest: 20", "slowest: -20", "estimators.plain.slowest: Input should be greater than 0.5"),
-        ("slowest: 20}]", "slowest: 20}, plain]", "estimators: 'plain' stands twice"),
+        ("slowest: 20}]", "slowest: 20}, plain]", "estimators: 'plain' appears twice"),
         ("[{name: speed_plain, label: plain, slowest: 20}]", "[speed_plain, 3]", "estimators.1: give the name"),
         ("estimators.plain.window", "estimators.other.window", "write estimators.LABEL.SETTING; labels are: plain"),
         ("[0.8, 1.0]", "[0.8, 100]", "estimators.plain.window: Input should be less than or equal to 60"),
@@ -112,7 +112,7 @@ def test_the_example_of_the_docs_is_a_sweep(tmp_path: Path):
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("scenario: a\nscenario: b\n", "key 'scenario' stands twice"),
+        ("scenario: a\nscenario: b\n", "key 'scenario' appears twice"),
         ("[" * 5000, "nests deeper than 50 levels"),
         (
             "a0: &a0 [x,x]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for i in range(1, 30)),
