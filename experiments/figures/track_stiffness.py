@@ -31,7 +31,7 @@ class TrackStiffness(PartedFigure):
         """A part each case; a row each window of each run."""
         speeds, seeds = size.of(SPEEDS, (25.0, 55.0), (SHOWN_SPEED,)), size.of(SEEDS, 1)
         cases = size.of(tuple(CASES), tuple(CASES), SMOKE_CASES)
-        return {case.replace(" ", "_"): partial(study, case, speeds, seeds) for case in cases}
+        return {case.replace(" ", "_").replace("/", "_"): partial(study, case, speeds, seeds) for case in cases}
 
     def draw(self, table: pd.DataFrame) -> Picture:
         """Above one line; below errors and bounds by case."""
