@@ -1,5 +1,7 @@
 """Pictures of a sweep: responses over factors, indices, cost against score, memory."""
 
+import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -7,7 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 from experiments.sweep.analysis import Frame
@@ -31,7 +33,7 @@ def main_effects(means: Frame, response: str, factors: Sequence[str]) -> Figure:
     for panel, factor in zip(panels, shown, strict=False):
         for number, label in enumerate(labels):
             _effect(panel, means[means["estimator"] == label], factor, number, len(labels), label)
-        panel.set_xlabel(factor)
+        panel.set_xlabel(_named(factor))
         _tidy(panel)
     for panel in panels[len(shown) :]:
         panel.set_axis_off()
@@ -70,11 +72,13 @@ def interaction(means: Frame, response: str, factors: Sequence[str]) -> Figure |
                 panel.plot(
                     value.index, value, marker=MARKERS[number % 8], ms=4, lw=1.4, color=colour, label=_text(line)
                 )
+            if part["value"].dropna().empty:
+                panel.text(0.5, 0.5, "no value in any run", transform=panel.transAxes, ha="center", color="0.4")
             panel.set_title(label if level is None else f"{label}, {_short(third)} {_text(level)}", fontsize=9)
             _tidy(panel)
         panel_row[0].set_ylabel(response, fontsize=9)
     for panel in panels[-1]:
-        panel.set_xlabel(over)
+        panel.set_xlabel(_named(over))
     _scale(panels[0, 0], means["value"].to_numpy())
     handles, names = panels[0, 0].get_legend_handles_labels()
     room = max(1, int(figure.get_figwidth() / 1.3))
@@ -108,9 +112,9 @@ def pareto(tables: Mapping[str, tuple[str, Frame]]) -> Figure:
 
     `tables`: by title the score and what `analysis.by_set` gives of it.
     """
-    columns = min(3 if len(tables) > 4 else 2, len(tables))
+    columns = min(2, len(tables))
     rows = -(-len(tables) // columns)
-    figure = Figure(figsize=(0.6 + 5.4 * columns, 0.6 + 4.4 * rows), layout="constrained")
+    figure = Figure(figsize=(0.6 + 4.8 * columns, 0.6 + 4.2 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel, (title, (response, table)) in zip(panels, tables.items(), strict=False):
         _cloud(panel, table, response, "" if title == response else title)
@@ -183,16 +187,16 @@ def _cloud(panel: Axes, table: Frame, response: str, title: str) -> None:
     for number, (cost, value) in enumerate(zip(pareto_front["cost"], pareto_front["value"], strict=True), 1):
         panel.annotate(str(number), (cost, value), (4, 4), textcoords="offset points", fontsize=9, color=BLACK)
     names = "\n".join(f"{number}  {name}" for number, name in enumerate(pareto_front["sensors"], 1))
-    panel.text(0.0, -0.2, names, transform=panel.transAxes, va="top", fontsize=8, color=BLACK)
-    panel.set(xlabel="cost class of the sensor set", ylabel=response, xlim=(0.0, 1.05 * right))
+    panel.text(0.0, -0.2, names, transform=panel.transAxes, va="top", fontsize=9, color=BLACK)
+    panel.set(xlabel="cost class of the sensor set", ylabel=textwrap.fill(response, 30), xlim=(0.0, 1.05 * right))
     _scale(panel, table["value"].to_numpy())
     if panel.get_yscale() == "linear" and float(table["value"].min()) >= 0.0:
         panel.set_ylim(0.0, 1.2 * max(float(table["value"].max()), 1e-12))
     _tidy(panel)
-    columns = 2 if table["estimator"].nunique() > 2 else 3
+    columns = 2
     panel.legend(
-        frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, title=title or None,
-        title_fontproperties={"weight": "bold", "size": 9}, alignment="left", handletextpad=0.3, borderaxespad=0.1,
+        frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, title=title or None,
+        title_fontproperties={"weight": "bold", "size": 10}, alignment="left", handletextpad=0.3, borderaxespad=0.1,
     )  # fmt: skip
 
 
@@ -201,6 +205,9 @@ def _scale(panel: Axes, values: np.ndarray) -> None:
     good = values[np.isfinite(values)]
     if good.size and good.min() > 0 and good.max() > 30 * good.min():
         panel.set_yscale("log")
+        panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        panel.yaxis.set_major_formatter("{x:g}")
+        panel.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _tidy(panel: Axes) -> None:
@@ -211,6 +218,12 @@ def _tidy(panel: Axes) -> None:
 
 def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _named(key: str) -> str:
+    """A key as the label of an axis: effects, which are numbered from 0 there, in words."""
+    found = re.fullmatch(r"effects\.(\d+)\.(.+)", key)
+    return f"{found[2].replace('_', ' ')} of effect {int(found[1]) + 1}" if found else key
 
 
 def _short(name: str | None) -> str:

@@ -12,9 +12,10 @@ from experiments.discrepancy.fit.fitting import Problem
 from experiments.discrepancy.screen.latent import LatentForce
 from experiments.discrepancy.screen.locate import BANDS
 from experiments.discrepancy.select.decide import Judged
+from railsim.plots.style import BLUE, GREEN, ORANGE, PURPLE, RED
 from railsim.track.track import Track
 
-BEFORE, NUISANCE, AFTER, MEASURED = "#c44e52", "#dd8452", "#2a7f62", "#333333"
+BEFORE, NUISANCE, AFTER, MEASURED = RED, ORANGE, GREEN, "#333333"
 MOST_SPECTRA = 4
 
 
@@ -39,13 +40,13 @@ def heat_maps(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Fig
             panel.text(column, row, f"{value:.1f}", ha="center", va="center", fontsize=7, color=colour)
         panel.set_title(title, fontsize=10)
         panel.set_xticks(range(len(pairs)), [f"{a:g}–{b:g}" for a, b in pairs], fontsize=8, rotation=30)
-        panel.set_xlabel("Hz")
+        panel.set_xlabel("frequency band [Hz]")
     panels[0].set_yticks(range(len(channels)), [short(name) for name in channels], fontsize=8)
     if image is not None:
         figure.colorbar(
             image,
             ax=list(panels),
-            label="residual over stated noise (rms)",
+            label="residual over stated noise, rms [-]",
             shrink=0.9,
             ticks=[1, 3, 10, 30],
             format="%g",
@@ -82,17 +83,17 @@ def along_track(problem: Problem, track: Track, s: np.ndarray, states: Sequence[
     top.yaxis.set_minor_formatter(NullFormatter())
     low, high = top.get_ylim()
     top.set_ylim(min(low, 0.8), 1.6 * high)
-    top.set_ylabel("residual over noise (rms)")
+    top.set_ylabel("residual over noise, rms [-]")
     top.legend(fontsize=8, ncols=3, loc="upper right")
     top.set_title("along the track (grey: held out of every fit; 1 = stated noise only)", fontsize=10)
     shown = (track.s >= s[0] - step) & (track.s <= s[-1] + step)
     total = track.totals()
     vertical = 0.5 * (total["left_vertical"] + total["right_vertical"])
     lateral = 0.5 * (total["left_lateral"] + total["right_lateral"])
-    bottom.plot(track.s[shown], 1e3 * vertical[shown], color="#4c72b0", linewidth=0.6, label="vertical")
-    bottom.plot(track.s[shown], 1e3 * lateral[shown], color="#8172b3", linewidth=0.6, label="lateral")
-    bottom.legend(fontsize=7, ncols=2, loc="upper right")
-    bottom.set(xlabel="distance in m", ylabel="track in mm")
+    bottom.plot(track.s[shown], 1e3 * vertical[shown], color=BLUE, linewidth=0.6, label="vertical")
+    bottom.plot(track.s[shown], 1e3 * lateral[shown], color=PURPLE, linewidth=0.6, label="lateral")
+    bottom.legend(fontsize=8, ncols=2, loc="upper right")
+    bottom.set(xlabel="distance [m]", ylabel="track [mm]")
     return figure
 
 
@@ -121,7 +122,7 @@ def spectra(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Figur
     for panel in panels[len(chosen) :]:
         panel.set_visible(False)
     for panel in panels[2:]:
-        panel.set_xlabel("Hz")
+        panel.set_xlabel("frequency [Hz]")
     panels[len(chosen) - 1].legend(fontsize=7, loc="upper right")
     return figure
 
@@ -154,16 +155,23 @@ def latent(forces: Sequence[LatentForce]) -> Figure:
     drawn = [one for one in forces if len(one.curve)]
     places = [one.place for one in drawn]
     shown = [one for n, one in enumerate(drawn) if one.place == places[0] or one.place not in places[:n]]
-    figure = Figure(figsize=(3.4 * max(len(shown), 1), 3.1), layout="constrained")
-    panels: list[Axes] = list(np.atleast_1d(figure.subplots(1, max(len(shown), 1))))
+    columns = min(2, max(len(shown), 1))
+    rows = -(-len(shown) // columns) or 1
+    figure = Figure(figsize=(1.0 + 4.4 * columns, 3.4 * rows), layout="constrained")
+    panels: list[Axes] = list(np.ravel(figure.subplots(rows, columns, squeeze=False)))
+    for panel in panels[len(shown) :]:
+        panel.remove()
     for panel, one in zip(panels, shown, strict=False):
         panel.errorbar(one.curve[:, 0], one.curve[:, 1], one.curve[:, 2], color=AFTER, marker="o", markersize=3)
         panel.axhline(0.0, color="#bbbbbb", linewidth=0.6)
         state, _, unit = one.state.rstrip("]").partition(" [")
         panel.set(xlabel=state, ylabel="missing force")
-        panel.set_title(f"{one.place.label}\nevidence {one.gain:.0f} nats, follows it to {one.follows:.0%}", fontsize=8)
+        panel.set_title(
+            f"{one.place.label}\n{one.gain:.0f} nats; this state explains {100.0 * one.follows:.0f} % of its power",
+            fontsize=10,
+        )
         panel.xaxis.set_major_locator(MaxNLocator(3))
-        panel.tick_params(labelsize=8)
+        panel.tick_params(labelsize=9)
         panel.xaxis.set_major_formatter(EngFormatter(unit))
         panel.yaxis.set_major_formatter(EngFormatter(one.place.unit))
     return figure

@@ -160,20 +160,29 @@ sys.exit(main(["estimate", "alignment_vertical", sys.argv[1], "--out", sys.argv[
 """
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-def test_a_command_that_was_ended_goes_on(how: signal.Signals, recording: Path, tmp_path: Path):
-    def run(out: str, *ended: str) -> "subprocess.CompletedProcess[str]":
-        words = [sys.executable, "-c", _PROGRAM, str(recording), str(tmp_path / out), *ended]
-        return subprocess.run(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, timeout=120)
+def command(recording: Path, out: Path, *ended: str) -> "subprocess.CompletedProcess[str]":
+    """The command in a process of its own; `ended`: the signal that ends it after the first section."""
+    words = [sys.executable, "-c", _PROGRAM, str(recording), str(out), *ended]
+    return subprocess.run(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, timeout=120)
 
-    whole = run("whole")
-    assert "section 3 of 3: done" in whole.stderr and whole.returncode == 0
-    stopped = run("stopped", str(int(how)))
+
+@pytest.fixture(scope="module")
+def whole(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The estimate of a command that nobody ended."""
+    out = tmp_path_factory.mktemp("whole") / "estimate"
+    done = command(recording, out)
+    assert "section 3 of 3: done" in done.stderr and done.returncode == 0
+    return out
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_a_command_that_was_ended_goes_on(how: signal.Signals, recording: Path, whole: Path, tmp_path: Path):
+    stopped = command(recording, tmp_path / "stopped", str(int(how)))
     assert how == signal.SIGKILL or "the same command goes on from there" in stopped.stderr
     assert stopped.returncode != 0 and not (tmp_path / "stopped").exists()
     assert (tmp_path / "stopped.sections" / "0000" / "section.json").is_file()
-    again = run("stopped")
+    again = command(recording, tmp_path / "stopped")
     assert "section 1 of 3: done before" in again.stderr and again.returncode == 0
     assert not (tmp_path / "stopped.sections").exists()
-    table = (tmp_path / "whole" / "estimate.parquet").read_bytes()
+    table = (whole / "estimate.parquet").read_bytes()
     assert (tmp_path / "stopped" / "estimate.parquet").read_bytes() == table

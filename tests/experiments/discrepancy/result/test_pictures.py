@@ -26,7 +26,7 @@ def test_only_the_first_place_shows_all_of_its_states():
     nothing = LatentForce(reading, 0.1, 50.0, np.zeros(1), np.zeros(1), "", np.zeros((0, 3)), 0.0)
     titles = [panel.get_title() for panel in latent([*forces, nothing]).axes]
     assert [title.split("\n")[0] for title in titles] == [joint.label, joint.label, body.label]
-    assert titles[-1].endswith("30%")
+    assert titles[-1].endswith("explains 30 % of its power")
 
 
 def test_the_noise_of_lost_frames_is_not_drawn():
