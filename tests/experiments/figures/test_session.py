@@ -221,6 +221,10 @@ def test_time_that_is_left():
     assert countdown.status() == "2 left, about 3 min and 1 whose time is not known; now long (40 s)"
 
 
+def test_what_every_figure_takes_in_its_fast_form_is_stored():
+    assert set(costs.STORED[Size.FAST]) == set(FIGURES.classes())
+
+
 def test_costs_of_this_machine_go_before_stored_ones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv(CACHE, str(tmp_path / "truth"))
     monkeypatch.setattr(costs, "STORED", {Size.FAST: {"a": 10.0, "b": 20.0}})
