@@ -25,9 +25,25 @@ _SMALLER = ("error", "bias", "deviation", "false", "delay", "rms", "std [")
 
 def scored(frame: Frame) -> Frame:
     """The rows that hold a number, with the column "response" (`"score [unit]"`)."""
-    rows = frame[(frame["status"] == OK) & frame["value"].notna()].copy()
-    rows[RESPONSE] = rows["score"] + " [" + rows["unit"] + "]"
-    return rows
+    return with_response(frame[is_scored(frame)])
+
+
+def is_scored(frame: Frame) -> Any:
+    """Which rows hold a number."""
+    return (frame["status"] == OK) & frame["value"].notna()
+
+
+def with_response(rows: Frame) -> Frame:
+    """The rows with the column "response"; rows of one score share its text."""
+    pairs = rows[["score", "unit"]].drop_duplicates()
+    names = {(score, unit): f"{score} [{unit}]" for score, unit in pairs.itertuples(index=False, name=None)}
+    found = [names[pair] for pair in zip(rows["score"], rows["unit"], strict=True)]
+    return rows.assign(**{RESPONSE: pd.Series(found, rows.index, dtype=rows["score"].dtype)})
+
+
+def needs_a_word(frame: Frame) -> Any:
+    """Which rows failed or say something."""
+    return (frame["status"] != OK) | (frame["message"] != "")
 
 
 def responses(scores: Frame, wanted: Sequence[str]) -> list[str]:
@@ -62,9 +78,8 @@ def extremes(scores: Frame, response: str, factors: Sequence[str]) -> Frame:
     return pd.concat(parts) if parts else pd.DataFrame()
 
 
-def messages(frame: Frame) -> Frame:
+def messages(bad: Frame) -> Frame:
     """Failures and notes by status and estimator, with the number of rows and the first point."""
-    bad = frame[(frame["status"] != OK) | (frame["message"] != "")]
     keys = ["status", "estimator", "message"]
     counted = bad.groupby(keys, sort=False, dropna=False, as_index=False).agg(
         rows=("point", "size"), first_point=("point", "min")
@@ -139,11 +154,14 @@ def _pareto_front(cost: np.ndarray, value: np.ndarray, smaller: bool) -> np.ndar
     return ~np.array(beaten, dtype=bool)
 
 
-def smallest_sets(frame: Frame, scores: Frame, costs: Mapping[str, float], panels: Mapping[str, Any]) -> Frame:
+def smallest_sets(
+    estimators: Sequence[str], bad: Frame, scores: Frame, costs: Mapping[str, float], panels: Mapping[str, Any]
+) -> Frame:
     """For every panel and estimator the cheapest set that serves it, and the cheapest within 10 % of its best.
 
     Parameters
     ----------
+    estimators : of the sweep, in their order. bad : rows that failed or say something.
     panels : by title "score" and "at"; an estimator that has none of their scores stands with its own first error, and
         one that no set serves with the reason.
     """
@@ -155,13 +173,13 @@ def smallest_sets(frame: Frame, scores: Frame, costs: Mapping[str, float], panel
             if row:
                 shown.add(label)
                 rows.append({"quantity": title, "estimator": label} | row)
-    for label in dict.fromkeys(frame["estimator"]):
+    for label in estimators:
         mine = scores[scores["estimator"] == label]
         if label in shown:
             continue
         if mine.empty:
-            bad = frame[(frame["estimator"] == label)]
-            why = bad[bad["status"] != UNFIT] if (bad["status"] != UNFIT).any() else bad
+            own = bad[bad["estimator"] == label]
+            why = own[own["status"] != UNFIT] if (own["status"] != UNFIT).any() else own
             rows.append({"quantity": "", "estimator": label, "score": f"none: {next(iter(why['message']))}"})
             continue
         row = _smallest(mine, _main_response(mine), costs)

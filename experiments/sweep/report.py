@@ -12,8 +12,8 @@ from experiments.reporting import html
 from experiments.reporting.text import cell
 from experiments.sweep import analysis, pictures
 from experiments.sweep.analysis import Frame
+from experiments.sweep.contents import Contents, read_contents
 from experiments.sweep.store import REPORT, TABLE, read_settings, task_facts
-from experiments.sweep.table import read_table
 from railsim.files import read_json, replace_file
 
 DPI = 110
@@ -28,19 +28,18 @@ def write_report(folder: Path) -> Path:
     InputError : the folder holds no finished sweep, or cannot be written.
     """
     settings = read_settings(folder)
-    frame = read_table(folder / TABLE)
-    page = _Page(folder)
-    _head(page, settings, frame)
-    scored = analysis.scored(frame)
     factors = list(settings["factors"])
+    contents = read_contents(folder / TABLE, factors)
+    page, scored = _Page(folder), contents.scored
+    _head(page, settings, contents)
     names = analysis.responses(scored, settings["responses"])
     means = {name: analysis.per_point(scored, name, factors) for name in names}
-    _sensor_sets(page, settings, frame, scored)
+    _sensor_sets(page, settings, contents)
     if names:
         _responses(page, means, factors)
         _indices(page, settings, scored, factors, names)
         _extremes(page, scored, factors, names)
-    _messages(page, frame)
+    _messages(page, contents.bad)
     _speed(page, folder)
     replace_file(folder / REPORT, page.text(settings["name"]).encode())
     return folder / REPORT
@@ -87,15 +86,15 @@ def _shown(value: Any, decimals: int) -> str:
     return "" if missing else escape(cell(value, decimals))
 
 
-def _head(page: _Page, settings: Mapping[str, Any], frame: Frame) -> None:
+def _head(page: _Page, settings: Mapping[str, Any], contents: Contents) -> None:
     if settings["description"]:
         page.line(settings["description"])
-    statuses = ", ".join(f"{count} {name}" for name, count in frame["status"].value_counts().items())
+    statuses = ", ".join(f"{count} {name}" for name, count in contents.status.items())
     page.line(
         f"Scenario {settings['scenario']}, engine {settings['engine']}; design {settings['design']['kind']} over "
         f"{', '.join(settings['factors'])}: {settings['design']['points']} points, {settings['tasks']} simulated runs; "
         f"estimators {', '.join(settings['estimators'])}; {len(settings['seeds'])} noise seeds; "
-        f"{len(frame)} rows ({statuses})."
+        f"{contents.rows} rows ({statuses})."
     )
 
 
@@ -138,7 +137,8 @@ def _extremes(page: _Page, scored: Frame, factors: Sequence[str], names: Sequenc
         page.table(analysis.extremes(scored, name, factors))
 
 
-def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, scored: Frame) -> None:
+def _sensor_sets(page: _Page, settings: Mapping[str, Any], contents: Contents) -> None:
+    scored = contents.scored
     costs = {name: chosen["cost"] for name, chosen in settings["sensors"].items() if chosen["cost"] is not None}
     if not costs:
         return
@@ -161,7 +161,7 @@ def _sensor_sets(page: _Page, settings: Mapping[str, Any], frame: Frame, scored:
         "By quantity and estimator: the cheapest set that serves it, and the cheapest with a score within 10 % of its "
         "best. Values are means over points and seeds, of errors the mean size."
     )
-    page.table(analysis.smallest_sets(frame, scored, costs, panels))
+    page.table(analysis.smallest_sets(contents.estimators, contents.bad, scored, costs, panels))
     for title, (score, table) in tables.items():
         positions = "; ".join(_positions(panels[title]["at"]).values())
         page.line(f"{title}: {score}{f' ({positions})' if positions else ''}")
@@ -179,8 +179,8 @@ def _positions(at: Mapping[str, Any]) -> dict[str, str]:
     return {"at": "; ".join(f"{name} {', '.join(map(str, one))}" for name, one in at.items())} if at else {}
 
 
-def _messages(page: _Page, frame: Frame) -> None:
-    bad = analysis.messages(frame)
+def _messages(page: _Page, rows: Frame) -> None:
+    bad = analysis.messages(rows)
     page.heading("Failures and notes")
     if bad.empty:
         page.line("None.")

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -99,10 +100,23 @@ def _writer(path: Path, schema: pa.Schema) -> pq.ParquetWriter:
     )
 
 
+def table_parts(path: Path, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
+    """Some columns of the table in parts of at most `_GROUP_ROWS` rows; raises as `read_table`."""
+    with _told(path), pq.ParquetFile(path) as file:
+        for part in file.iter_batches(_GROUP_ROWS, columns=list(columns)):
+            yield part.to_pandas()
+
+
 def read_table(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """The table as a frame, all of its columns or some; raises `InputError` where there is none."""
-    try:
+    with _told(path):
         return pq.read_table(path, columns=list(columns) if columns else None).to_pandas()
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    try:
+        yield
     except FileNotFoundError:
         raise InputError(f"'{path.parent}' has no table yet; run the sweep to its end first") from None
     except (OSError, pa.ArrowException):

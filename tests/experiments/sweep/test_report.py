@@ -7,8 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.sweep.analysis import RESPONSE, by_set, memory, messages, smallest_sets
+from experiments.sweep import table
+from experiments.sweep.analysis import RESPONSE, by_set, memory, messages, scored, smallest_sets
+from experiments.sweep.contents import read_contents
 from experiments.sweep.report import write_report
+from experiments.sweep.store import TABLE, read_settings
+from experiments.sweep.table import read_table
 from railsim.errors import InputError
 from tests.experiments.sweep.conftest import SWEEP, Sweeping
 
@@ -41,6 +45,19 @@ def test_page_of_a_sweep_with_costs_shows_sets(sweep_file: Path, tmp_path: Path,
     assert (tmp_path / "out" / "pictures" / "pareto.png").exists()
 
 
+def test_a_table_is_read_in_parts_without_what_no_page_shows(whole: Path, monkeypatch: pytest.MonkeyPatch):
+    page = write_report(whole).read_text()
+    factors = list(read_settings(whole)["factors"])
+    frame = read_table(whole / TABLE)
+    monkeypatch.setattr(table, "_GROUP_ROWS", 7)
+    assert sum(1 for _ in table.table_parts(whole / TABLE, ["point"])) > 2
+    contents = read_contents(whole / TABLE, factors)
+    assert contents.rows == len(frame) and contents.status == frame["status"].value_counts().to_dict()
+    assert list(contents.scored) == ["point", *factors, "sensors", "estimator", RESPONSE, "value"]
+    pd.testing.assert_frame_equal(contents.scored, scored(frame)[list(contents.scored)].reset_index(drop=True))
+    assert write_report(whole).read_text() == page
+
+
 def test_no_report_before_the_end(whole: Path, tmp_path: Path):
     (tmp_path / "sweep.json").write_bytes((whole / "sweep.json").read_bytes())
     with pytest.raises(InputError, match="has no table yet; run the sweep to its end first"):
@@ -59,31 +76,32 @@ def test_no_report_before_the_end(whole: Path, tmp_path: Path):
 )
 def test_front_and_smallest_sets(values: dict[str, float], front: list[str], near: str):
     found = frame_of(values)
-    table = by_set(found, ERROR, COSTS)
-    assert list(table.loc[table["front"], "sensors"]) == front
-    row = smallest_sets(found, found, COSTS, {}).iloc[0]
+    sets = by_set(found, ERROR, COSTS)
+    assert list(sets.loc[sets["front"], "sensors"]) == front
+    row = smallest_sets(["it"], found, found, COSTS, {}).iloc[0]
     assert row["cheapest"] == next(iter(values))
     assert row["cheapest near best"] == near
 
 
 def test_errors_with_a_sign_count_by_their_size():
     found = pd.concat([frame_of({"cheap": -3.0, "good": 1.0}), frame_of({"cheap": 3.0, "good": 1.0})])
-    table = by_set(found, ERROR, COSTS).set_index("sensors")
-    assert table["value"].to_dict() == {"cheap": 3.0, "good": 1.0}
-    assert list(table["front"]) == [True, True]
+    sets = by_set(found, ERROR, COSTS).set_index("sensors")
+    assert sets["value"].to_dict() == {"cheap": 3.0, "good": 1.0}
+    assert list(sets["front"]) == [True, True]
 
 
 def test_a_panel_compares_the_points_that_it_names():
     here, there = frame_of({"cheap": 3.0, "dear": 1.0}), frame_of({"cheap": 9.0, "dear": 1.0})
     found = pd.concat([here.assign(place="here"), there.assign(place="there")], ignore_index=True)
     panels = {"it all": {"score": ERROR, "at": {"place": ["here"]}}}
-    rows = smallest_sets(found, found, COSTS, panels)
+    rows = smallest_sets(["it"], found, found, COSTS, panels)
     assert rows[["quantity", "cheapest", "value", "best value"]].to_numpy().tolist() == [["it all", "cheap", 3.0, 1.0]]
 
 
 def test_estimator_that_nothing_serves_has_a_row():
     bad = pd.DataFrame([{"estimator": "it", "sensors": "cheap", "status": "does not fit", "message": "needs more"}])
-    row = smallest_sets(bad, frame_of({}).reindex(columns=["estimator", RESPONSE, "value"]), COSTS, {}).iloc[0]
+    none = frame_of({}).reindex(columns=["estimator", RESPONSE, "value"])
+    row = smallest_sets(["it"], bad, none, COSTS, {}).iloc[0]
     assert (row["estimator"], row["score"]) == ("it", "none: needs more")
 
 
