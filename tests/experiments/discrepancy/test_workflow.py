@@ -140,7 +140,7 @@ def _nothing(table: pd.DataFrame) -> pd.DataFrame:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (_short, "8.0 s long; 12 s are the least"),
+        (_short, "8.0 s long, too short to be judged; give 12 s or more"),
         (_standing, "moves slower than 2 m/s"),
         (_noise, "nothing in the recording follows the measured track"),
         (_nothing, "no channel of accelerometer, gyro, displacement that can be compared"),
