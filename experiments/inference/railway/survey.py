@@ -16,8 +16,8 @@ USUAL = TrackErrors(vertical_std=2e-4, lateral_std=2e-4, cross_level_std=3e-4, g
 """Errors of a track file that states none; illustrative."""
 KINDS = ("vertical", "cross_level")
 """Of errors that vertical channels see, as `TrackErrors` calls them."""
-SMOOTHED = 0.3  # of a wave number, to both sides: over which the file's power is averaged
-UNSURE = 0.01  # share of the errors' power that always stays open
+BENT = 2.0  # standard deviation by which the slope of a track's spectrum (log by log) changes over an octave; illustrative
+STEPS, SETTLED, LONGEST = 60, 1e-3, 2.0  # of the spectrum's fit: at most so many, until so small, logs at most
 OVERRUN = 50.0  # m by which the file is continued at its ends
 
 
@@ -48,7 +48,7 @@ class Surveyed:
         pad = (len(next(iter(columns.values()))) - len(self.track.s)) // 2
         for name, deviation in self._columns(kind, level):
             file = self.track.columns()[name]
-            share = np.maximum(self._share(file - _line(file), deviation), UNSURE)
+            share = self._share(file - _line(file), deviation)
             error = _filtered(deviation / level * rng.standard_normal(len(file)), np.sqrt(share))
             columns[name] = columns[name] + np.pad(error, pad)
         return Track(continued(self.track, OVERRUN).s, columns, self.track.name)
@@ -61,12 +61,32 @@ class Surveyed:
     def _share(self, values: np.ndarray, deviation: float) -> np.ndarray:
         """Of each wave number: the track's share of the file's power."""
         power = np.abs(np.fft.rfft(values)) ** 2 / len(values)
-        sums = np.concatenate([[0.0], np.cumsum(power)])
-        place = np.arange(len(power))
-        low = np.floor(place * (1.0 - SMOOTHED)).astype(int)
-        high = np.minimum(np.ceil(place * (1.0 + SMOOTHED)).astype(int) + 1, len(power))
-        mean = (sums[high] - sums[low]) / (high - low)
-        return np.clip(1.0 - deviation**2 / np.maximum(mean, 1e-300), 0.0, 1.0)
+        track = spectrum(power[1:], deviation**2)
+        return np.concatenate([[1.0], track / (track + deviation**2)])
+
+
+def spectrum(power: np.ndarray, error: float) -> np.ndarray:
+    """(lines,) mean power of a track of which `power` was seen with white errors of mean power `error`, lines evenly
+    from the first wave number on.
+
+    A broken line in logs, a knot an octave, of the greatest likelihood of independent lines (Whittle 1953, Ark. Mat. 2)
+    with its bends held by their prior: where the errors hide the track it goes on as a power of the wave number.
+    """
+    octave = np.log2(np.arange(1, len(power) + 1))
+    knots = np.arange(np.ceil(octave[-1]) + 1.0)
+    basis = np.stack([np.interp(octave, knots, one) for one in np.eye(len(knots))], axis=1)
+    bend = np.diff(np.eye(len(knots)), 2, axis=0) / BENT
+    held = bend.T @ bend + 1e-9 * np.eye(len(knots))
+    logs = np.log(np.maximum(basis.T @ power / basis.sum(axis=0), 1e-12 * power.max() + 1e-300))
+    for _ in range(STEPS):
+        track = np.exp(basis @ logs)
+        share = track / (track + error)
+        slope = basis.T @ (share * (power / (track + error) - 1.0)) - held @ logs
+        step = np.linalg.solve((basis * share[:, None] ** 2).T @ basis + held, slope)
+        logs = logs + np.clip(step, -LONGEST, LONGEST)
+        if np.abs(step).max() < SETTLED:
+            break
+    return np.exp(basis @ logs)
 
 
 def _line(values: np.ndarray) -> np.ndarray:
