@@ -60,7 +60,7 @@ def recorded(rng: np.random.Generator, setting: str, effects: Sequence[dict[str,
         "seed": int(rng.integers(1, 2**31)),
     }  # fmt: skip
     true = Scenario.build(values)
-    found = measure(simulate_held(true, "verlet" if setting == "other engine" else "compiled"), true).measurements
+    found = measure(simulate_held(true, "exudyn" if setting == "other engine" else "compiled"), true).measurements
     about = about_recording(told)  # sheets and errors as they are stated
     tables: dict[float, dict[str, np.ndarray]] = {}
     for name in found.channels:

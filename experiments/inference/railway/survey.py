@@ -16,6 +16,8 @@ USUAL = TrackErrors(vertical_std=2e-4, lateral_std=2e-4, cross_level_std=3e-4, g
 """Errors of a track file that states none; illustrative."""
 KINDS = ("vertical", "cross_level")
 """Of errors that vertical channels see, as `TrackErrors` calls them."""
+HIDDEN = ", hidden"  # of names of errors
+SHOWN = 0.1  # share of the track in the file's power from which the file shows it
 BENT = 2.0  # standard deviation by which the slope of a track's spectrum (log by log) changes over an octave; illustrative
 STEPS, SETTLED, LONGEST = 60, 1e-3, 2.0  # of the spectrum's fit: at most so many, until so small, logs at most
 OVERRUN = 50.0  # m by which the file is continued at its ends
@@ -32,6 +34,12 @@ class Surveyed:
         """Kinds of errors that the file has."""
         return tuple(kind for kind in KINDS if getattr(self.errors, f"{kind}_std") > 0.0)
 
+    def sources(self) -> tuple[str, ...]:
+        """Kinds of errors, of each what the file shows and what it hides: two levels, for nobody knows how a track goes
+        on below the errors of its file.
+        """
+        return tuple(kind + part for kind in self.kinds() for part in ("", HIDDEN))
+
     def expected(self, levels: dict[str, float]) -> Track:
         """Mean of the track, each kind's errors `levels` times as large as stated."""
         columns = dict(self.track.columns())
@@ -43,12 +51,16 @@ class Surveyed:
         return continued(Track(self.track.s, columns, self.track.name), OVERRUN)
 
     def drawn(self, kind: str, level: float, rng: np.random.Generator) -> Track:
-        """The expected track of that kind's level, with errors as stated in what the file leaves open."""
+        """The expected track of that kind's level, with errors as stated in what the file leaves open: where it shows
+        the track, or (`kind` ending in HIDDEN) where nothing but the slope of its spectrum tells of it.
+        """
+        hidden, kind = kind.endswith(HIDDEN), kind.removesuffix(HIDDEN)
         columns = dict(self.expected(dict.fromkeys(self.kinds(), level)).columns())
         pad = (len(next(iter(columns.values()))) - len(self.track.s)) // 2
         for name, deviation in self._columns(kind, level):
             file = self.track.columns()[name]
             share = self._share(file - _line(file), deviation)
+            share = np.where((share < SHOWN) == hidden, share, 0.0)
             error = _filtered(deviation / level * rng.standard_normal(len(file)), np.sqrt(share))
             columns[name] = columns[name] + np.pad(error, pad)
         return Track(continued(self.track, OVERRUN).s, columns, self.track.name)

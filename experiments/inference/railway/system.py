@@ -16,7 +16,7 @@ from experiments.inference.priors import HalfNormal, LogNormal
 from experiments.inference.railway.answers import Answers, force_of
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.runs import run_all
-from experiments.inference.railway.survey import Surveyed
+from experiments.inference.railway.survey import HIDDEN, Surveyed
 from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import EFFECTS, Setup
 from railsim.effects.interface import Effect as Plugin
@@ -33,6 +33,7 @@ SHEET = {"_mass": 0.02, "_inertia": 0.04, "_stiffness": 0.06, "_damping": 0.10, 
 PAYLOAD = 1500.0  # kg; spread of what nobody has weighed
 OFFSET, SCALE, WANDER, WANDERS = 0.3, 2e-3, 0.02, 2  # m at mid-run, -, m; number of slow sines
 GAIN, DELAY = 0.01, 2e-4  # -, s; where the data sheet states no spread of the scale
+HIDDEN_SPREAD = 1.5  # of the log of the level of what the track file hides: a power of ten and a half
 HEALTHY = 0.005  # scale of latent levels before any are learned, relative to what acts at the place
 SEEN = 0.1  # standard deviations of the noise: what moves the record less is no coordinate
 DRAWS = 8  # tracks with other errors, of which the survey's covariance is made
@@ -123,7 +124,8 @@ class Railway:
         names = [one.name for one in self._answers.places]
         return (
             *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in channels),
-            *(Level(f"survey {kind}", "input", LogNormal(1.0, spread)) for kind in self._surveyed.kinds()),
+            *(Level(f"survey {kind}", "input", LogNormal(1.0, HIDDEN_SPREAD if kind.endswith(HIDDEN) else spread))
+              for kind in self._surveyed.sources()),
             *(Level(f"force {n}", "force", HalfNormal(self.scales.get(f"force {n}", HEALTHY)), n) for n in names),
             *(Level(f"reading {n}", "reading", HalfNormal(self.scales.get(f"reading {n}", HEALTHY)), n)
               for n in channels),
@@ -166,7 +168,7 @@ class Railway:
         }  # fmt: skip
         eye, parts = np.eye(count), [d * np.eye(count)[[k]].T @ np.eye(count)[[k]] for k, d in enumerate(self._noise)]
         whole = [np.broadcast_to(one, (len(f), count, count)) for one in parts]
-        whole += [self._survey[kind] for kind in self._surveyed.kinds()]
+        whole += [self._survey[kind] for kind in self._surveyed.sources()]
         for number, place in enumerate(answers.places):
             power = np.mean(np.abs(force_of(place, self._nominal.model, frames, f)) ** 2, axis=1)
             one = answers.forces[:, :, number]
@@ -238,7 +240,7 @@ class Railway:
         """(F, channels, channels) of each kind of error, as loud as stated, from runs over other tracks."""
         rng, found = np.random.default_rng(SEED), {}
         nominal = self.outputs([(self._nominal, 0.0)])[0]
-        for kind in self._surveyed.kinds():
+        for kind in self._surveyed.sources():
             tracks = [self._surveyed.drawn(kind, self.survey_level, rng) for _ in range(DRAWS)]
             change = self.outputs([(self._nominal.but(track=one), 0.0) for one in tracks]) - nominal
             outer = np.einsum("rftc,rftd->fcd", change, np.conj(change)) / (change.shape[0] * change.shape[2])
