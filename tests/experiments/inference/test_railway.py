@@ -8,7 +8,7 @@ from experiments.inference.railway.answers import Answers
 from experiments.inference.railway.cases import nominal, recorded
 from experiments.inference.railway.library import found_library
 from experiments.inference.railway.record import Record, frames
-from experiments.inference.railway.survey import Surveyed
+from experiments.inference.railway.survey import HIDDEN, Surveyed, spectrum
 from experiments.inference.railway.system import Railway
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -41,11 +41,26 @@ def test_expected_track_is_nearer_than_its_file_and_draws_are_as_far_off_as_it()
     inner = slice(250, -250)
     left = (surveyed.expected({"vertical": 1.0}).columns()["vertical"][inner] - true).std()
     expected = surveyed.expected({"vertical": 1.0}).columns()["vertical"]
-    drawn = (surveyed.drawn("vertical", 1.0, rng).columns()["vertical"] - expected)[inner].std()
+    parts = [surveyed.drawn(kind, 1.0, rng).columns()["vertical"] - expected for kind in surveyed.sources()]
+    drawn = np.sum(parts, axis=0)[inner].std()
     ideal = 4e-6 * shape**2 / (4e-6 * shape**2 + 1e-8)  # share of the true spectra, not of the file's
     assert left < 0.6e-4
     assert left == pytest.approx(1e-4 * np.sqrt(ideal.mean()), rel=0.15)
     assert drawn == pytest.approx(left, rel=0.2)
+    assert surveyed.sources() == ("vertical", "vertical" + HIDDEN) and 0.0 < parts[1].std() < 0.5 * parts[0].std()
+
+
+def test_a_track_s_spectrum_is_found_above_and_below_the_errors_of_its_file() -> None:
+    """Of a power law of two bends, seen as independent lines: down to a hundredth of the errors, near where they hide it."""
+    rng = np.random.default_rng(4)
+    waves = np.arange(1, 4097) / 1638.4
+    true = 4e-6 / ((1.0 + (waves / 0.05) ** 2) * (1.0 + (waves / 0.2) ** 2))
+    found = spectrum((true + 1e-8) * rng.exponential(size=len(waves)), 1e-8)
+    clear, faint = true > 1e-9, (true > 1e-10) & (true < 1e-9)
+    assert clear.sum() > 500 and faint.sum() > 500
+    apart = np.log(found / true)
+    assert np.sqrt(np.mean(apart[clear] ** 2)) < 0.25
+    assert abs(apart[faint].mean()) < 0.7
 
 
 def test_answer_of_the_body_to_its_suspension_is_that_of_two_masses(system: Railway) -> None:
