@@ -30,6 +30,7 @@ from experiments.inference.systems.half_car import (
 )
 from experiments.inference.systems.half_car_benchmark import answered, case_of, judged, page, read_rows, run_benchmark
 from experiments.inference.systems.half_car_library import LIBRARY
+from experiments.inference.systems.half_car_picture import picture
 from experiments.inference.verdict import Action
 from railsim.errors import InputError
 
@@ -226,6 +227,9 @@ def test_a_healthy_record_misses_nothing_and_is_not_asked_twice(tmp_path: Path):
     assert said == ["0 null home : none"]
     (row,) = read_rows(tmp_path, 7)
     assert row["judged"] == "right" and "nulls right" in page([row])
+    left, right = picture([row]).axes
+    assert [one.get_text().split("\n")[1] for one in left.get_xticklabels()] == ["1 cases"]
+    assert [one.get_text() for one in right.get_yticklabels()] == ["home\n1 of 1"]
 
 
 def test_a_weak_damper_is_named_with_its_size():
