@@ -223,27 +223,22 @@ def few_steps(
     problem: Problem, x: np.ndarray, psi: np.ndarray, components: Sequence[np.ndarray], steps: int,
     slopes: Sequence[np.ndarray],
 ) -> tuple[float, np.ndarray]:  # fmt: skip
-    """Cost after so many steps of the mean, with the levels that fit best there, and where they led; infinite where the
-    prediction is not finite. The steps are taken with the latent levels raised as where a fit begins: levels that fit
-    another hypothesis are so low that from afar every step leads uphill. slopes : of a fit nearby.
+    """Evidence after so many steps of the mean, with the levels that fit best there, and where they led; minus infinite
+    where the prediction is not finite. The steps are taken with the latent levels raised as where a fit begins, for in
+    levels that fit another hypothesis every step from afar leads uphill; and one more in these, for what is small.
+    slopes : of a fit nearby.
     """
     groups = problem.groups(x, components)
     if not all(np.isfinite(group.residual).all() for group in groups):
-        return math.inf, x
+        return -math.inf, x
     high = np.where([one.place is None for one in problem.levels], psi, np.maximum(psi, raised(problem.levels)))
-    total, damping = _levelled(problem, x, high, sums(groups), False)[0], 1e-3
-    for _ in range(steps):
-        slopes = problem.renewed(x, groups, slopes)
-        slope, precision = newton(problem, x, sums(groups), high, groups, slopes)
-        step = -np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope)
-        step *= min(1.0, problem.policy.longest_step / float(np.abs(step / problem.spreads).max(initial=1e-300)))
-        tried = problem.groups(x + step, components)
-        then = _levelled(problem, x + step, high, sums(tried), False)[0]
-        if then < total:
-            x, groups, total, damping = x + step, tried, then, damping / 8.0
-        else:
-            damping = 30.0 * damping + 0.1
-    return _levelled(problem, x, psi, sums(groups), True)[0], x
+    slopes = problem.renewed(x, groups, slopes)
+    for held, most in ((high, steps), (psi, 1)):
+        x, _, groups, slopes = _descend(problem, x, held, groups, components, most, False, slopes)
+    parts = sums(groups)
+    best = fit_levels(parts, problem.levels, psi, steps=8)
+    _, precision = newton(problem, x, parts, best.psi, groups, slopes)
+    return laplace(best.cost + problem.prior(x), precision, best.precision), x
 
 
 def finish(

@@ -149,12 +149,12 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Order
     def first(begins: Sequence[np.ndarray], *beside: Effect) -> tuple[float, np.ndarray]:
         problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, *beside)), search.policy)
         tried = [few_steps(problem, begin, base.psi, components, FIRST_STEPS, base.slopes) for begin in begins]
-        return min(tried, key=lambda one: one[0])
+        return max(tried, key=lambda one: one[0])
 
     without, _ = first([base.x])
     for effect in (one.sought(base) for one in effects):
-        least, x = first(effect.begins(base.x, search.system.coordinates), effect)
-        found.append((without - least, effect, x))
+        evidence, x = first(effect.begins(base.x, search.system.coordinates), effect)
+        found.append((evidence - without, effect, x))
     return sorted(found, key=lambda one: -one[0])
 
 
