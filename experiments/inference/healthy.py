@@ -3,6 +3,8 @@
 Amplitudes of a level over healthy systems are half-normal; the scale is their root mean square. Each record's amplitude
 is fitted with the scale so far, the scale follows from all of them and two records more that had the first one (two
 pseudo-records: forgotten with twenty real ones), and so on until nothing moves (EM: Dempster, Laird and Rubin 1977).
+A mean square is that of a log-normal number as far as the record tells the level; where it tells nothing, the level is
+the prior's, whose mean square is that of its mode.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from experiments.inference.levels import fit_levels, sums
+from experiments.inference.levels import fit_levels, prior_cost, sums
 from experiments.inference.model import Fit, Level
 from experiments.inference.priors import HalfNormal
 
@@ -34,7 +36,8 @@ def learned_scales(fits: Sequence[Fit], levels: Sequence[Level]) -> dict[str, fl
             best = fit_levels(one, current, psis[index], steps=20)
             psis[index] = best.psi
             spread = np.diag(np.linalg.inv(best.precision))
-            squares.append(np.exp(2.0 * best.psi + np.minimum(2.0 * spread, 1.0)))
+            told = 1.0 - np.minimum(prior_cost(current, best.psi)[2] * spread, 1.0)  # by the record, not by the prior
+            squares.append(np.exp(2.0 * best.psi + np.minimum(2.0 * spread * told, 1.0)))
         mean = np.sum(squares, axis=0)
         for index, level in enumerate(levels):
             if level.name in scales:

@@ -153,6 +153,26 @@ def test_scales_of_latent_levels_are_learned():
     assert 0.04 < scale < 0.25
 
 
+def test_a_level_that_no_record_tells_keeps_its_first_scale():
+    """A drift of which a record shows nothing: its scale neither grows nor falls over the rounds."""
+    system = Line(line(30))
+    hidden = Level("hidden", "force", HalfNormal(0.02), "hidden")
+    fits = []
+    for seed in range(30, 36):
+        found = fit(Problem(_Hidden(line(seed), levels=(*system.levels, hidden)), Hypothesis(), POLICY), np.zeros(2))
+        assert found is not None
+        fits.append(found)
+    assert learned_scales(fits, (*system.levels, hidden))["hidden"] == pytest.approx(0.02, rel=0.02)
+
+
+class _Hidden(Line):
+    """A line with a third source that it does not hear."""
+
+    def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        (parts,) = super().covariances(x, effects)
+        return (np.concatenate([parts, 0.0 * parts[:1]]),)
+
+
 def test_levels_are_found_where_they_are():
     rng = np.random.default_rng(8)
     eye = np.eye(1)[None, None]
