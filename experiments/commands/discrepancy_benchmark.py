@@ -122,6 +122,7 @@ def _half_car(given: argparse.Namespace) -> Outcome:
     from experiments.inference.systems.half_car_picture import picture
     from experiments.inference.systems.half_car_policy import learned_policy, read_policy
     from experiments.reporting.html import png
+    from experiments.reporting.style import styled
     from railsim.files import replace_file
 
     if given.cases < 1:
@@ -138,7 +139,8 @@ def _half_car(given: argparse.Namespace) -> Outcome:
     rows = read_rows(folder, given.seed)
     text = page(rows)
     replace_file(folder / "half_car.md", f"{text}\n".encode())
-    replace_file(folder / "half_car.png", png(picture(rows), 150))
+    with styled():
+        replace_file(folder / "half_car.png", png(picture(rows), 150))
     names = ("hits", "cases", "share", "low", "high")
     return Outcome({str(title): dict(zip(names, one, strict=True)) for title, *one in score(rows)}, text)
 

@@ -99,9 +99,9 @@ class Problem:
         return tuple(both)
 
 
-def raised(levels: Sequence[Level]) -> np.ndarray:
-    """Levels at their middles, the latent ones as high as where a fit begins."""
-    return middles(levels) + np.array([STAGES[0][0] if one.place else 0.0 for one in levels])
+def raised(levels: Sequence[Level], above: float = STAGES[0][0]) -> np.ndarray:
+    """Levels at their middles, the latent ones above them by a log: as high as where a fit begins."""
+    return middles(levels) + np.array([above if one.place else 0.0 for one in levels])
 
 
 def whitened(parts: Sequence[Sums], psi: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -159,13 +159,13 @@ def _round(
     if not all(np.isfinite(group.residual).all() for group in groups):
         return None
     levels, first, anew = problem.levels, psi is None, slopes is None
-    latent = np.array([level.place is not None for level in levels])
     slopes = problem.slopes(x, groups) if slopes is None else problem.renewed(x, groups, slopes)
     for above, steps in STAGES if first else STAGES[-1:]:
         free = above is None
-        start = middles(levels) + (latent * above if above is not None else 0.0)
         if free:
             start = best_levels(sums(groups), levels, middles(levels) if psi is None else psi, anew).psi
+        else:
+            start = raised(levels, above)
         x, psi, groups, slopes = _descend(problem, x, start, groups, components, steps, free, slopes)
     assert psi is not None
     return finish(problem, x, psi, groups)

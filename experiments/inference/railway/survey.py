@@ -18,9 +18,7 @@ KINDS = ("vertical", "cross_level")
 """Of errors that vertical channels see, as `TrackErrors` calls them."""
 HIDDEN = ", hidden"  # of names of errors
 SHOWN = 0.1  # share of the track in the file's power from which the file shows it
-BENT = (
-    2.0  # standard deviation by which the slope of a track's spectrum (log by log) changes over an octave; illustrative
-)
+BENT = 2.0  # deviation of the change of a spectrum's slope (log by log) over an octave; illustrative
 STEPS, SETTLED, LONGEST = 60, 1e-3, 2.0  # of the spectrum's fit: at most so many, until so small, logs at most
 OVERRUN = 50.0  # m by which the file is continued at its ends
 

@@ -17,15 +17,11 @@ AIM = 0.97  # of healthy ones right in each setting
 
 
 def picture(rows: Sequence[Mapping[str, Any]]) -> Figure:
-    """Reliability to the left, settings to the right; bars are 95 % (Clopper and Pearson)."""
+    """Reliability to the left, settings to the right; bars are 95 % (Clopper and Pearson). Drawn inside `styled`."""
     figure = Figure(figsize=(11.0, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2)
     _reliability(left, rows)
     _settings(right, [row for row in rows if row["kind"] == "null"])
-    for panel in (left, right):
-        panel.grid(True, color="#dddddd", lw=0.6)
-        panel.set_axisbelow(True)
-        panel.spines[["top", "right"]].set_visible(False)
     return figure
 
 
@@ -38,13 +34,15 @@ def _reliability(panel: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     stated = [float(np.mean([row["stated"] for row in here])) for _, _, here in bins]
     panel.plot(range(len(bins)), stated, "_", color=ORANGE, ms=26, mew=2.0, label="stated, mean")
     panel.plot([], [], "o", color=BLUE, ms=5, label="came true, 95 %")
-    panel.set_xticks(range(len(bins)), [f"{low:g} to {high:g}\n{len(here)} cases" for low, high, here in bins])
+    panel.set_xticks(
+        range(len(bins)), [f"{low:g} to {high:g}\n{len(here)} cases" for low, high, here in bins], fontsize=8
+    )
     panel.set_xlim(-0.5, len(bins) - 0.5)
     panel.set_ylim(0.0, 1.05)
     panel.set_xlabel("stated probability of what leads")
     panel.set_ylabel("share")
-    panel.set_title("Do stated probabilities come true?", fontsize=10)
-    panel.legend(loc="lower right", fontsize=8)
+    panel.set_title("Do stated probabilities come true?")
+    panel.legend(loc="lower right")
 
 
 def _settings(panel: Axes, nulls: Sequence[Mapping[str, Any]]) -> None:
@@ -58,8 +56,8 @@ def _settings(panel: Axes, nulls: Sequence[Mapping[str, Any]]) -> None:
     panel.set_yticks(range(len(names)), labels, fontsize=8)
     panel.set_ylim(len(names) - 0.4, -0.6)
     panel.set_xlabel("share of healthy records that are called healthy, 95 %")
-    panel.set_title("Healthy records by setting", fontsize=10)
-    panel.legend(loc="lower left", fontsize=8)
+    panel.set_title("Healthy records by setting")
+    panel.legend(loc="lower left")
 
 
 def _share(panel: Axes, place: float, hits: Sequence[bool], *, upright: bool) -> None:
