@@ -11,6 +11,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from experiments.sweep.task import resident_bytes
+
 LONGEST = 30.0  # s of a processor
 PATIENCE = 4.0  # times as long by the clock, as other work may hold the processors
 MOST_MEMORY = 2 * 1024**3  # bytes
@@ -44,7 +46,9 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Ending:
-    """How a call ended: exit code (negative: the signal), s by the clock and of a processor, bytes, what it printed."""
+    """How a call ended: exit code (negative: the signal), s by the clock and of a processor, bytes beyond those of the
+    process that made it, what it printed.
+    """
 
     code: int
     seconds: float
@@ -74,7 +78,7 @@ def ended(attempt: Attempt) -> Ending:
     """Make the call in a fork of this process, which has all modules loaded, and wait for its end."""
     sys.stdout.flush()
     sys.stderr.flush()
-    began = time.monotonic()
+    began, before = time.monotonic(), resident_bytes()
     child = os.fork()
     if not child:
         _perform(attempt)
@@ -83,7 +87,8 @@ def ended(attempt: Attempt) -> Ending:
     text = attempt.said.read_text(encoding="utf-8", errors="replace") if attempt.said.exists() else ""
     processor = usage.ru_utime + usage.ru_stime
     code = os.waitstatus_to_exitcode(status)
-    return Ending(code, seconds, processor, usage.ru_maxrss * 1024, text, attempt.longest)
+    memory = max(0, usage.ru_maxrss * 1024 - before)
+    return Ending(code, seconds, processor, memory, text, attempt.longest)
 
 
 def _waited(child: int, attempt: Attempt, began: float) -> tuple[int, resource.struct_rusage]:

@@ -99,7 +99,7 @@ def test_coverage_of_a_single_vehicle_is_undecided():
 def test_picture_shows_every_panel():
     panels = TrackAccuracy().draw(_table(0.12, 0.95)).axes
     assert len(panels) == 8
-    assert all(axes.get_title(loc="left") for axes in panels)
+    assert all(axes.get_title() for axes in panels)
 
 
 def test_bound_of_axleboxes_is_the_noise_limit_where_the_track_is_large():

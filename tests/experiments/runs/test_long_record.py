@@ -131,7 +131,8 @@ def test_sections_of_other_settings_are_not_taken(recording: Path, tmp_path: Pat
 
 
 _PROGRAM = """
-import os, sys
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # processes in the background are born deaf to it
 from experiments.runs import long_record
 long_record.LONGEST, long_record.SECTION, long_record.OVERLAP = 100.0, 60.0, 25.0
 from experiments.cli import main
