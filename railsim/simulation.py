@@ -226,9 +226,11 @@ def _integrate(scenario: Scenario, engine: str, key: str, target: Path, progress
     names = channel_names(run.model)
     about = about_run(scenario, run, engine, key)
     check_disk(_bytes(run), target, _described(run), LESS)
-    bar = counting(run.rows, engine, "rows", wanted=progress)
     forecast = Forecast(run.rows)
-    with TruthWriter(target, names, run.rate, about) as writer, bar:
+    with (
+        TruthWriter(target, names, run.rate, about) as writer,
+        counting(run.rows, engine, "rows", wanted=progress) as bar,
+    ):
         for rows in _on_track(load_engine(engine)(run), scenario):
             writer.append(rows)
             bar.update(len(rows))

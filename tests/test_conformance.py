@@ -96,6 +96,17 @@ def test_what_falls_short_of_an_estimator_is_told(tmp_path: Path):
 
 
 MUTE = "track: smooth\nvehicle: manchester\nspeed: {kind: constant, speed: 9}\nduration: 1\n"
+HEAVY = '''"""A vehicle with passengers, in a folder that nobody has named."""
+
+from railsim.spec import quantity
+from railsim.vehicles.half_vehicle import HalfVehicle
+
+
+class Heavy(HalfVehicle, frozen=True):
+    """Forty passengers in each half."""
+
+    body_mass: float = quantity(19200.0, unit="kg", source="illustrative: 40 passengers of 80 kg", gt=0.0)
+'''
 
 
 @pytest.mark.parametrize(
@@ -103,11 +114,9 @@ MUTE = "track: smooth\nvehicle: manchester\nspeed: {kind: constant, speed: 9}\nd
     [
         ("laden.yaml", "base: manchester\nbody_mass: 20000\n", ""),
         ("rough.csv", "s [m],vertical [m]\n0,0\n1,0\n2,0.5\n3,0\n4,0\n5,0\n6,0\n", "says where it is from: begin the"),
-        (
-            "mute.yaml",
-            "track: smooth\nvehicle: manchester\nspeed: {kind: constant, speed: 9}\nduration: 1\n",
-            "no estim",
-        ),
+        ("mute.yaml", MUTE, "no estim"),
+        ("heavy.py", HEAVY, ""),
+        ("by_path.yaml", MUTE.replace("manchester", "heavy.py"), "put it into FOLDER/vehicles"),
     ],
 )
 def test_what_falls_short_of_a_file_is_told(
@@ -117,6 +126,18 @@ def test_what_falls_short_of_a_file_is_told(
     code = main(["check", str(tmp_path / name)])
     assert code == (1 if told else 0)
     assert told in capsys.readouterr().out
+
+
+def test_a_scenario_with_the_file_of_a_vehicle_beside_it_conforms(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    (tmp_path / "scenario").mkdir()
+    (tmp_path / "laden.yaml").write_text("base: manchester\nbody_mass: 20000\n")
+    gyro = "sensors: [{kind: gyro, name: bogie, body: bogie, axes: [pitch], rate: 256}]\n"
+    text = "description: laden\n" + MUTE.replace("manchester", "../laden.yaml") + gyro
+    (tmp_path / "scenario" / "ride.yaml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "scenario/ride.yaml"]) == 0, capsys.readouterr().out
 
 
 def test_exit_codes_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

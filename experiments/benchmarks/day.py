@@ -12,6 +12,7 @@ from typing import Any
 
 from experiments.benchmarks.day_data import write_day
 from railsim.errors import InputError
+from railsim.progress import counted, counting
 
 ESTIMATORS = ("speed_refined", "alignment_vertical", "cross_level", "dipped_joints")
 LOOK = 0.05  # s between two looks at the memory
@@ -41,8 +42,9 @@ def day_rows(hours: float, ending: str = ".parquet", folder: Path | None = None)
         place.mkdir(parents=True, exist_ok=True)
         data = place / f"day{ending}"
         if not data.is_file():
-            write_day(data, 3600.0 * hours)
-        costs = {name: measured(words) for name, words in steps(place, data).items()}
+            with counting(None, f"writing {data.name}", "s", by_clock=True):
+                write_day(data, 3600.0 * hours)
+        costs = {name: measured(words) for name, words in counted(steps(place, data).items(), "measuring", "commands")}
     rows = []
     for name, cost in costs.items():
         rows += [_row(f"{name}, {hours:g} h", cost.seconds, "s"), _row(f"{name}, memory", cost.memory / GIB, "GiB")]

@@ -14,6 +14,7 @@ from experiments.reporting.plots import BLACK, BLUE, GREEN, ORANGE
 from railsim.lanes.buffers import Buffers
 from railsim.lanes.fleet import Job, advance, prepare
 from railsim.many import simulate_many
+from railsim.progress import counted
 from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import build_run, load_engine, simulate_held
 
@@ -32,15 +33,20 @@ FELT = [f"{body}.specific_force_{axis} [m/s2]" for body in ("body", "bogie", "wh
 ONE_BY_ONE = 4  # runs of a case by the compiled engine: their mean stands for all
 
 
-def lane_rows(fast: bool = False, repeats: int = 3) -> list[dict[str, Any]]:
-    """Rows of the benchmark, see `speed.bench_rows`; `fast`: half vehicle only, short runs."""
+def lane_sections(fast: bool = False, repeats: int = 3) -> list[Callable[[], list[dict[str, Any]]]]:
+    """What measures rows of the benchmark, see `speed.bench_rows`; `fast`: half vehicle only, short runs."""
     duration, repeats = (FAST_DURATION, 1) if fast else (DURATION, repeats)
-    rows = []
-    for case in list(CASES)[:1] if fast else CASES:
-        rows += _case(case, _scenarios(case, RUNS, duration), repeats)
     first = next(iter(CASES))
-    rows += _threads(_scenarios(first, 2 * RUNS, duration), repeats)
-    return rows + _derivatives(_scenarios(first, 1 + NUISANCES, 4.0 * duration if fast else LONG), repeats)
+    cases = [partial(_measured, case, duration, repeats) for case in (list(CASES)[:1] if fast else CASES)]
+    return [
+        *cases,
+        lambda: _threads(_scenarios(first, 2 * RUNS, duration), repeats),
+        lambda: _derivatives(_scenarios(first, 1 + NUISANCES, 4.0 * duration if fast else LONG), repeats),
+    ]
+
+
+def _measured(case: str, duration: float, repeats: int) -> list[dict[str, Any]]:
+    return _case(case, _scenarios(case, RUNS, duration), repeats)
 
 
 def _scenarios(case: str, count: int, duration: float) -> list[Scenario]:
@@ -87,7 +93,7 @@ def width_rows(fast: bool = False) -> list[dict[str, Any]]:
     `fast`: half vehicle, narrow lanes, short runs.
     """
     rows = []
-    for case in list(CASES)[:1] if fast else CASES:
+    for case in counted(list(CASES)[:1] if fast else CASES, "measuring", "cases"):
         scenarios = _scenarios(case, RUNS, FAST_DURATION if fast else DURATION)
         prepare(0, build_run(scenarios[0]))  # loads the kernels
         before = time.process_time()

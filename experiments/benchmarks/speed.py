@@ -13,11 +13,12 @@ from scipy.integrate import solve_ivp
 
 from estimators.interface import ESTIMATORS, Estimator, OnlineEstimator
 from estimators.track.dipped_joints import DippedJoints
-from experiments.benchmarks.lanes import lane_rows
+from experiments.benchmarks.lanes import lane_sections
 from experiments.benchmarks.suspension import suspension_rows
 from railsim.engines.compiled import right_hand_side
 from railsim.engines.interface import Run
 from railsim.errors import InputError
+from railsim.progress import counted
 from railsim.scenario import Scenario, load_scenario
 from railsim.scratch import scratch_folder
 from railsim.simulation import build_run, load_engine, measure, simulate
@@ -63,15 +64,22 @@ def bench_rows(fast: bool = False) -> list[dict[str, Any]]:
     scenario = load_scenario(SCENARIO, {"duration": FAST_DURATION} if fast else {})
     repeats = 1 if fast else REPEATS
     shorter = {"duration": FAST_DURATION} if fast else {}
+    duration = FAST_DURATION if fast else None
     variants = {name: load_scenario(SCENARIO, {**shorter, **changes}) for name, changes in VARIANTS.items()}
-    dense = joint_rows(repeats, FAST_DURATION if fast else None)
-    wheelset = estimator_rows(load_scenario(WHEELSET, shorter), repeats, kind=OnlineEstimator)
-    wheelset += estimator_rows(load_scenario(WHEELSET, shorter), repeats, RECURSIVE)
+    wheelset = load_scenario(WHEELSET, shorter)
     plain = load_scenario(ADHESION, {"duration": 2.0 * FAST_DURATION} if fast else {})
-    adhesion = estimator_rows(plain, repeats, ADHESION_ESTIMATORS)
-    engines = [*engine_rows(scenario, repeats, variants), *contact_rows(repeats, FAST_DURATION if fast else None)]
-    known = [*engines, *estimator_rows(scenario, repeats), *dense, *wheelset]
-    return [*known, *adhesion, *suspension_rows(fast), *lane_rows(fast)]
+    sections: list[Callable[[], list[dict[str, Any]]]] = [
+        lambda: engine_rows(scenario, repeats, variants),
+        lambda: contact_rows(repeats, duration),
+        lambda: estimator_rows(scenario, repeats),
+        lambda: joint_rows(repeats, duration),
+        lambda: estimator_rows(wheelset, repeats, kind=OnlineEstimator),
+        lambda: estimator_rows(wheelset, repeats, RECURSIVE),
+        lambda: estimator_rows(plain, repeats, ADHESION_ESTIMATORS),
+        lambda: suspension_rows(fast),
+        *lane_sections(fast),
+    ]
+    return [row for section in counted(sections, "measuring", "sections") for row in section()]
 
 
 def engine_rows(

@@ -30,9 +30,9 @@ def execute(given: argparse.Namespace) -> Outcome:
 
     Of all figures, those that are finished in the folder are not made again; of one that was stopped, its parts.
     """
-    from experiments.figures.interface import FIGURES, publish
+    from experiments.figures.interface import FIGURES
     from experiments.figures.parted import parts_of
-    from experiments.figures.session import publish_all
+    from experiments.figures.session import publish_all, publish_one
     from experiments.reporting.claims import Claim
     from experiments.reporting.size import Size
 
@@ -45,7 +45,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     if given.name == "all" or any(parts_of(figure, size) for figure in asked.values()):
         results = publish_all(list(asked), Path(given.out), size, given.jobs, again=given.name != "all")
     else:
-        results = {name: publish(figure, given.out, size) for name, figure in asked.items()}
+        results = {name: publish_one(figure, Path(given.out), size) for name, figure in asked.items()}
     claims = [(name, Claim(**claim)) for name, result in results.items() for claim in result["claims"]]
     rows = [[name, c.claim, c.value, c.target, c.outcome, c.interval] for name, c in claims]
     files = [path for result in results.values() for path in result["files"]]

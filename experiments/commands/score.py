@@ -27,6 +27,6 @@ def execute(given: argparse.Namespace) -> Outcome:
     truth = Recording.open(given.recording).truth
     if truth is None:
         raise InputError(f"'{given.recording}' has no truth to score against; name the recording of a simulation")
-    rows = score_rows(estimate.name, score(estimate, truth))
+    rows = score_rows(estimate.name, score(estimate, truth, progress=True))
     notes = [] if rows else [unscored(estimate)]
     return Outcome({"scores": rows, "notes": notes}, score_table(rows) if rows else f"Note: {notes[0]}")

@@ -13,7 +13,7 @@ from joblib.externals.loky import ProcessPoolExecutor
 
 from experiments.figures import costs
 from experiments.figures.countdown import Countdown
-from experiments.figures.interface import FIGURES, publish, publish_table, try_folder
+from experiments.figures.interface import FIGURES, Figure, publish, publish_table, try_folder
 from experiments.figures.kept import Kept, inputs_digest
 from experiments.figures.parted import PartedFigure, parts_of
 from experiments.reporting.logs import tell
@@ -21,6 +21,7 @@ from experiments.reporting.size import Size
 from experiments.sweep.executors import THREADS, begin_worker
 from experiments.sweep.run import Interrupted
 from railsim.errors import InputError
+from railsim.progress import counting
 
 LOOK = 60.0  # s between two lines where nothing ends
 
@@ -75,6 +76,15 @@ def publish_all(
     except KeyboardInterrupt:
         raise Interrupted("interrupted; what is finished is kept: the same command goes on") from None
     return {name: results[name] for name in names}
+
+
+def publish_one(figure: Figure, folder: Path, size: Size) -> Result:
+    """Publish a figure in one piece, with a bar by the time that it took last; as of `publish`."""
+    before = _processor()
+    with counting(costs.known(size).get(figure.name), figure.name, "s", by_clock=True):
+        result = publish(figure, folder, size)
+    costs.learn(size, figure.name, _processor() - before)
+    return result
 
 
 def _costs(pieces: Sequence[Piece], size: Size) -> dict[str, float]:

@@ -83,7 +83,7 @@ def _recording(what: str) -> Report:
     }
     header = ["channel", "rate [Hz]", "samples", "lost", "lowest", "mean", "highest", "std"]
     rows = [[name, measured.rate(name), *_statistics(measured[name])] for name in measured.channels]
-    inspection = inspect(measured, clean=False)
+    inspection = inspect(measured, clean=False, progress=True)
     stated = [finding.stated() for finding in inspection.findings]
     notes = texts(finding for finding in inspection.findings if finding.severity == "note")
     suspicious = texts(inspection.faults)
@@ -100,7 +100,7 @@ def repair(what: str, folder: str) -> Inspection:
     recording = Recording.open(what)
     if Path(folder).resolve() == recording.folder.resolve():
         raise InputError(f"'{folder}' is the recording itself; name another folder for the cleaned copy")
-    inspection = inspect(recording.measurements)
+    inspection = inspect(recording.measurements, progress=True)
     write_repaired(recording, inspection.cleaned, inspection.findings, folder)
     return inspection
 

@@ -58,7 +58,7 @@ def prune(folder: Path, after: float, really: bool) -> Outcome:
     if age < after:
         text = f"{folder}: {age:.1f} days old ({by}), raw data stay until {after:g} days"
         return Outcome({**facts, "pruned": False, "due": False}, text)
-    inspection = inspect(recording.measurements)
+    inspection = inspect(recording.measurements, progress=True)
     estimates = estimate_all(inspection.cleaned)
     if estimates.failed:
         failed = [str(failure) for failure in estimates.failed.values()]

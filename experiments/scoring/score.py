@@ -8,6 +8,7 @@ from estimators.interface import Estimate
 from experiments.reporting.failures import PluginError, plugin_code
 from experiments.scoring.interface import SCORERS, Scorer
 from railsim.errors import InputError
+from railsim.progress import counted
 from railsim.truth import TIME, Truth
 
 _KEY = re.compile(r"(?P<score>.+) \[(?P<unit>[^\]]*)\]")
@@ -20,27 +21,29 @@ def scorers() -> dict[str, Scorer]:
     return {name: kind() for name, kind in SCORERS.classes().items()}
 
 
-def score(estimate: Estimate, truth: Truth) -> dict[str, float]:
+def score(estimate: Estimate, truth: Truth, progress: bool = False) -> dict[str, float]:
     """How good an estimate is, by `"score [unit]"`; empty where nothing scores it, and `unscored` says why.
+
+    `progress`: show it on stderr, where that is a terminal.
 
     Raises
     ------
     InputError : a scorer cannot compare the estimate with this truth, for example as it lies outside it in time.
     PluginError : a scorer fails.
     """
-    scores, problems = scores_and_problems(estimate, truth)
+    scores, problems = scores_and_problems(estimate, truth, progress)
     for problem in problems.values():
         raise problem
     return scores
 
 
 def scores_and_problems(
-    estimate: Estimate, truth: Truth
+    estimate: Estimate, truth: Truth, progress: bool = False
 ) -> tuple[dict[str, float], dict[str, InputError | PluginError]]:
     """Scores of all scorers that can compare the estimate with this truth, and by scorer why others cannot."""
     scores: dict[str, float] = {}
     problems: dict[str, InputError | PluginError] = {}
-    for name, scorer in scorers().items():
+    for name, scorer in counted(scorers().items(), "scoring", "scorers", wanted=progress):
         try:
             with plugin_code(f"scorer '{name}' of '{estimate.name}'", scorer):
                 if scorer.columns_of(estimate) and not scorer.lacking(estimate):

@@ -15,6 +15,7 @@ from railsim.field.map import Csv
 from railsim.field.readers.interface import Wanted
 from railsim.field.tables import Notes, Table
 from railsim.field.text import read_text
+from railsim.progress import counted, counting
 
 _SIGNATURES = (
     (b"PAR1", "parquet"), (b"MDF     ", "mdf4"), (b"TDSm", "tdms"), (b"MATLAB 5", "mat"), (b"MATLAB 7", "mat"),
@@ -122,10 +123,14 @@ def _guarded(guard: Guard, kind: str, path: Path, wanted: Sequence[Wanted]) -> l
     reading process never holds a day's data.
     """
     if kind != "parquet":
-        return guard.read(kind, path, list(wanted))
+        with counting(None, f"reading {path.name}", "s", by_clock=True):
+            return guard.read(kind, path, list(wanted))
     tables = []
     for one in wanted:
-        parts = [guard.read(kind, path, [replace(one, columns=(name,))])[0] for name in one.columns]
+        parts = [
+            guard.read(kind, path, [replace(one, columns=(name,))])[0]
+            for name in counted(one.columns, f"reading {path.name}", "columns")
+        ]
         if not parts:
             tables += guard.read(kind, path, [one])
             continue

@@ -16,6 +16,7 @@ from railsim.field.layout import Layout, find_layout
 from railsim.field.lines import TAIL, Sorter
 from railsim.field.map import Csv
 from railsim.field.tables import Notes
+from railsim.progress import counting
 
 LARGE = 50_000_000
 """Bytes from which a text file is read block by block."""
@@ -153,11 +154,12 @@ def _after(first: list[str], rest: Iterator[str]) -> Iterator[str]:
 def _lines(path: Path) -> Iterator[str]:
     """Lines without their ends; the last is what stands after the last end, often nothing."""
     rest = ""
-    with path.open("rb") as file:
+    with path.open("rb") as file, counting(path.stat().st_size / 1e6, f"reading {path.name}", "MB") as bar:
         while block := file.read(BLOCK):
             if block.endswith(b"\r"):
                 block += file.read(1)
             some = (rest + block.decode("ascii").replace("\r\n", "\n")).split("\n")
             rest = some.pop()
             yield from some
+            bar.update(len(block) / 1e6)
     yield rest

@@ -18,6 +18,7 @@ from railsim.field.lines import rows_of
 from railsim.field.map import Csv
 from railsim.field.streaming import Placed, Read, is_plain, read_blocks
 from railsim.field.tables import Column, Notes, Table, missing, place_of, same_cell
+from railsim.progress import counting
 
 MOST_BYTES = 4_000_000_000
 _LOOK = 200  # lines from which the layout is found
@@ -66,7 +67,8 @@ def read_text(
     if not where and path.stat().st_size >= streaming.LARGE and is_plain(path, options):
         found = read_blocks(path, options, lost, notes, texts, _LOOK + 2000, placed)
     if found is None:
-        found = _whole(path, options, lost, notes, texts, where, placed)
+        with counting(None, f"reading {path.name}", "s", by_clock=True):
+            found = _whole(path, options, lost, notes, texts, where, placed)
     layout, places, frame = found.layout, found.places, found.frame
     columns = {name: _column(name, frame[name], layout, places[name]) for name in lost}
     mixed = None if where else _mixed(found.head[:_SENSORS], layout, set(places.values()), notes)

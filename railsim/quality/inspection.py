@@ -1,8 +1,10 @@
 """All checks in their order, each on what the repairs of those before it have left."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from railsim.measurements import Measurements
+from railsim.progress import counting
 from railsim.quality._signals import kind_of
 from railsim.quality.blocks import LONGEST, joined, parts, together
 from railsim.quality.interface import CHECKS, Check, Finding
@@ -34,7 +36,7 @@ SHORTEST = 2.0
 """s; checks compare parts of a record, of which a shorter one has too few."""
 
 
-def inspect(measured: Measurements, clean: bool = True) -> Inspection:
+def inspect(measured: Measurements, clean: bool = True, progress: bool = False) -> Inspection:
     """Verify a recording before use (Ward et al. 2011, section 6); a record of less than `SHORTEST` is only noted.
 
     One of more than `LONGEST` is inspected in parts, and what is alike in several is one finding.
@@ -42,25 +44,28 @@ def inspect(measured: Measurements, clean: bool = True) -> Inspection:
     Parameters
     ----------
     clean : whether the repaired measurements of a record of several parts are wanted; without, they are as they were.
+    progress : show it on stderr, where that is a terminal.
     """
     short = _too_short(measured)
     if short is not None:
         return Inspection([short], measured)
     first, last = measured.span()
-    if last - first <= LONGEST:
-        found, cleaned = _checked(measured)
-        return Inspection(_ordered(found), cleaned)
-    each, mended, count = [], [], 1
-    for part in parts(measured):
-        found, cleaned = _checked(part.measured)
-        each += [(part.number, part.placed(one)) for one in found]
-        mended += [cleaned] if clean else []
-        count = part.count
+    with counting(len(checks()), "inspecting", "checks", wanted=progress) as bar:
+        if last - first <= LONGEST:
+            found, cleaned = _checked(measured, bar.update)
+            return Inspection(_ordered(found), cleaned)
+        each, mended, count = [], [], 1
+        for part in parts(measured):
+            count = part.count
+            bar.total = len(checks()) * count
+            found, cleaned = _checked(part.measured, bar.update)
+            each += [(part.number, part.placed(one)) for one in found]
+            mended += [cleaned] if clean else []
     return Inspection(_ordered(together(each, count)), joined(measured, mended) if clean else measured)
 
 
-def _checked(measured: Measurements) -> tuple[list[Finding], Measurements]:
-    """What all checks find, and the measurements with every lasting repair."""
+def _checked(measured: Measurements, done: Callable[[], object]) -> tuple[list[Finding], Measurements]:
+    """What all checks find, and the measurements with every lasting repair; `done` is called after each check."""
     findings: list[Finding] = []
     cleaned = measured
     for check in checks():
@@ -68,6 +73,7 @@ def _checked(measured: Measurements) -> tuple[list[Finding], Measurements]:
         measured = repaired(measured, new)
         cleaned = repaired(cleaned, [one for one in new if one.repair is not None and one.repair.lasting])
         findings += new
+        done()
     return findings, cleaned
 
 

@@ -43,6 +43,9 @@ def build_vehicle(given: Any, folder: Path = Path()) -> Vehicle:
     name = values.pop("name", None)
     if not isinstance(name, str):
         raise InputError(f"vehicle: give a name, or a name and parameters; there are: {', '.join(vehicle_names())}")
+    if name.endswith(".py"):
+        cure = "put it into FOLDER/vehicles, name it without .py, and add --plugins FOLDER"
+        raise InputError(f"vehicle '{name}': a vehicle in Python has no path in a scenario; {cure}")
     if "base" not in values:
         file = _file(name, folder)
         if file is None:

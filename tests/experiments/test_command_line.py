@@ -200,6 +200,27 @@ def test_progress_says_the_remaining_time(monkeypatch: pytest.MonkeyPatch):
     assert re.search(r"waiting: +\d+%.*\d/8 \[00:\d\d<00:\d\d", terminal.written), terminal.written
 
 
+def test_progress_goes_on_while_nothing_is_counted(monkeypatch: pytest.MonkeyPatch):
+    terminal = _Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    monkeypatch.setattr("railsim.progress.SHOWN_AFTER", 0.05)
+    for total, shown in (
+        (None, r"0\.[1-9] s \[00:00"),
+        (10.0, r"1%.*0\.[1-9]/10\.0 \[00:00<00:\d\d"),
+        (0.2, r" 50%.*0\.1/0\.2"),
+    ):
+        terminal.written = ""
+        with counting(total, "waiting", "s", by_clock=True):
+            time.sleep(0.3)
+        assert re.search(shown, terminal.written), terminal.written
+        assert terminal.written.rpartition("waiting")[2].endswith("\r"), "the bar has gone"
+    terminal.written = ""
+    with counting(4, "waiting", "turns") as bar:
+        time.sleep(0.2)
+        assert re.search(r"0/4", terminal.written), "shown before the first turn ends"
+        bar.update()
+
+
 def test_progress_is_silent_when_quick_or_asked_to_be(monkeypatch: pytest.MonkeyPatch):
     terminal = _Terminal()
     monkeypatch.setattr("sys.stderr", terminal)

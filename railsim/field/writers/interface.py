@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from railsim.measurements import TIME
+from railsim.progress import counted
 
 _NAME = re.compile(r"(.*\S)\s+\[([^\[\]]+)\]")
 
@@ -75,12 +76,12 @@ def parts(sheets: Sequence[Sheet], length: int) -> Iterator[list[np.ndarray]]:
     """
     if len(sheets) == 1:
         columns = list(sheets[0].columns.values())
-        for first in range(0, max(columns[0].size, 1), length):
+        for first in counted(range(0, max(columns[0].size, 1), length), "writing", "blocks"):
             yield [column[first : first + length] for column in columns]
         return
     axis = np.unique(np.concatenate([sheet.axis for sheet in sheets]))
     places = [np.searchsorted(axis, sheet.axis) for sheet in sheets]
-    for first in range(0, max(axis.size, 1), length):
+    for first in counted(range(0, max(axis.size, 1), length), "writing", "blocks"):
         part = axis[first : first + length]
         found = [part]
         for sheet, rows in zip(sheets, places, strict=True):

@@ -7,6 +7,7 @@ from typing import Any
 
 from railsim.errors import InputError
 from railsim.field.writers.interface import Content, Sheet, split_name
+from railsim.progress import counting
 
 _MOST = 2**31 - 1  # bytes of a variable of version 5 that MATLAB reads
 _LONGEST = 63  # characters of a name in MATLAB
@@ -31,7 +32,8 @@ def write(content: Content, path: Path) -> None:
     labels = identifiers(sheet.label for sheet in content.sheets)
     variables: dict[str, Any] = {name: _struct(sheet) for name, sheet in zip(labels, content.sheets, strict=True)}
     about = {"origin": content.origin} | ({} if content.start is None else {"start": content.start.isoformat()})
-    savemat(path, variables | {"about": about}, appendmat=False, long_field_names=True, oned_as="column")
+    with counting(None, f"writing {path.name}", "s", by_clock=True):
+        savemat(path, variables | {"about": about}, appendmat=False, long_field_names=True, oned_as="column")
 
 
 def field_names(sheet: Sheet) -> dict[str, str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from railsim.errors import InputError
 from railsim.field.writers.interface import Content, Sheet, split_name
+from railsim.progress import counting
 
 if TYPE_CHECKING:
     from asammdf import Signal
@@ -29,7 +30,7 @@ def write(content: Content, path: Path) -> None:
         raise InputError(
             "MDF needs asammdf, which is not installed: pip install 'railsim[field]'; or export to .parquet or .mat"
         ) from None
-    with MDF(version="4.10") as file:
+    with counting(None, f"writing {path.name}", "s", by_clock=True), MDF(version="4.10") as file:
         file.header.comment = content.origin
         file.header.start_time = content.start or _UNDATED
         for sheet in content.sheets:
