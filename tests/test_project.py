@@ -17,7 +17,7 @@ PACKAGES = ("railsim", "estimators", "scenarios", "track_data", "experiments")
 ALLOWED_FOLDERS = {*PACKAGES, "tests", "docs", ".ci"}
 ALLOWED_AT_TOP = {
     "pyproject.toml", "README.md", "Makefile", "requirements.lock", "requirements-dev.lock", "requirements-docs.lock",
-    "mkdocs.yml", "LICENSE", "CITATION.cff",
+    "mkdocs.yml", "Containerfile", "LICENSE", "CITATION.cff",
     "CHANGELOG.md", "CONTRIBUTING.md", ".gitignore", ".gitattributes", "conftest.py",
 }  # fmt: skip
 LARGEST_FILE = 2 * 1024 * 1024  # bytes
