@@ -26,7 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--to",
         metavar="FILE",
         required=True,
-        help="file ending in .csv, .parquet, .mat or .mf4; of an estimate also .geojson or .html, a map",
+        help="file ending in .csv, .parquet, .mat, .mf4 or .mcap; of an estimate also .geojson or .html, a map",
     )
     parser.add_argument(
         "--map", metavar="MAP.yaml", help="also write the map by which 'railsim import' reads the file of a recording"
@@ -150,12 +150,13 @@ def _content(folder: Path, kind: str) -> "Content":
 
 
 def _check_map(kind: str, path: Path, map_path: Path, overwrite: bool) -> None:
-    from railsim.field.exporting import check_free
+    from railsim.field.exporting import check_free, check_readable
 
     if kind != "recording":
         raise InputError("--map is for recordings: an estimate is not imported; leave it out")
     if map_path.resolve() == path.resolve():
         raise InputError("--map and --to name the same file; name two")
+    check_readable(path)
     check_free(map_path, overwrite)
 
 

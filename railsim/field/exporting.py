@@ -16,8 +16,10 @@ from railsim.field.writers.mat import field_names, identifiers
 from railsim.files import new_file
 from railsim.measurements import TIME, Measurements
 
-FORMATS = {".csv": "csv", ".parquet": "parquet", ".mat": "mat", ".mf4": "mdf4"}
+FORMATS = {".csv": "csv", ".parquet": "parquet", ".mat": "mat", ".mf4": "mdf4", ".mcap": "mcap"}
 """Writer by the file's ending."""
+READABLE = (".csv", ".parquet", ".mat", ".mf4")
+"""Endings of which `railsim import` makes a recording again."""
 MAPS = (".geojson", ".html")
 """Endings of an estimate on a map, which experiments/maintenance makes."""
 
@@ -79,6 +81,14 @@ def check_free(path: Path, overwrite: bool) -> None:
         raise InputError(f"there is no folder '{path.parent}'; make it, or name a file elsewhere")
 
 
+def check_readable(path: Path) -> None:
+    """Raise `InputError` where `railsim import` does not read what is written to `path`."""
+    ending = path.suffix.lower()
+    if ending in FORMATS and ending not in READABLE:
+        cure = f"leave it out, or export to {', '.join(READABLE)}"
+        raise InputError(f"--map: 'railsim import' does not read {ending}; {cure}")
+
+
 def import_map(seen: Measurements, path: Path) -> dict[str, Any]:
     """The map by which `railsim import` makes the recording of the file again, as it stands in YAML.
 
@@ -86,7 +96,12 @@ def import_map(seen: Measurements, path: Path) -> dict[str, Any]:
     ----------
     seen : the recording's measured channels.
     path : the file, of which the ending tells the format.
+
+    Raises
+    ------
+    InputError : `railsim import` does not read the format.
     """
+    check_readable(path)
     content = recording_content(seen)
     ending = path.suffix.lower()
     labels = identifiers(sheet.label for sheet in content.sheets)

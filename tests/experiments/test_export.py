@@ -1,5 +1,6 @@
 """`railsim export`: what was measured or estimated goes to other programs and comes back."""
 
+import json
 import re
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -18,7 +19,6 @@ from railsim.measurements import Measurements
 from railsim.recording import write_recording
 from tests.experiments.conftest import Command
 
-FORMATS = list(exporting.FORMATS)
 PITCH, GNSS = "bogie.rate_pitch [rad/s]", "gnss.speed [m/s]"
 
 
@@ -49,7 +49,7 @@ def lossy(tmp_path: Path) -> Path:
     return Path(write_recording(tmp_path / "lossy", frames, about))
 
 
-@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("ending", exporting.READABLE)
 def test_recording_comes_back(ending: str, railsim_here: Command, recording: Path, lossy: Path):
     for folder in (recording, lossy):
         file, out = f"{folder.name}{ending}", f"back_{folder.name}"
@@ -86,7 +86,7 @@ def _columns(path: Path) -> dict[str, np.ndarray]:
     return {str(name): table[name].to_numpy() for name in table}
 
 
-@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("ending", exporting.READABLE)
 def test_estimate_in_other_programs(ending: str, railsim_here: Command, tmp_path: Path):
     place = np.arange(50) * 0.125
     series = pd.DataFrame({"s [m]": place, "time [s]": place / 20, "vertical [m]": 1e-3 * np.sin(place)})
@@ -111,6 +111,62 @@ def test_matlab_reads_units_and_names(railsim_here: Command, lossy: Path, tmp_pa
     assert loadmat(tmp_path / "x.mat")["hz_100"]["time"][0, 0].shape == (600, 1)
 
 
+def _messages(path: Path) -> tuple[dict[str, set[str]], list[tuple[str, int, dict[str, float]]], dict[str, str]]:
+    """Fields by topic as the schemas say, the messages in the order of their times, and the metadata, by mcap alone."""
+    from mcap.reader import make_reader
+
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        read = list(reader.iter_messages())
+        said = {one.name: one.metadata for one in reader.iter_metadata()}
+    assert {(channel.message_encoding, schema and schema.encoding) for schema, channel, _ in read} == {
+        ("json", "jsonschema")
+    }
+    fields = {channel.topic: set(json.loads(schema.data)["properties"]) for schema, channel, _ in read if schema}
+    return fields, [(channel.topic, one.log_time, json.loads(one.data)) for _, channel, one in read], said["railsim"]
+
+
+def test_mcap_holds_every_sample(railsim_here: Command, lossy: Path, tmp_path: Path):
+    assert railsim_here("export", lossy, "--to", "x.mcap").returncode == 0
+    fields, messages, said = _messages(tmp_path / "x.mcap")
+    assert fields == {"bogie": {"rate_pitch [rad/s]", "acceleration_z [m/s2]"}, "gnss": {"speed [m/s]"}}
+    start = 1714730400250000000  # ns since 1970 of 2024-05-03 10:00:00.25 UTC
+    assert said == {"origin": "bogie 7, Zürich", "start": "2024-05-03T10:00:00.250000+00:00"}
+    times = [time for _, time, _ in messages]
+    assert times == sorted(times)
+    seen = Recording.open(lossy).measurements
+    for name in seen.channels:
+        topic, field = name.split(".", 1)
+        found = [(time, values[field]) for of, time, values in messages if of == topic and field in values]
+        good = np.isfinite(seen[name])
+        assert [time for time, _ in found] == [start + round(1e9 * one) for one in seen.time(name)[good]]
+        np.testing.assert_array_equal([value for _, value in found], seen[name][good])
+
+
+def test_an_estimate_goes_to_mcap_by_its_times(railsim_here: Command, tmp_path: Path):
+    place = np.arange(5) * 0.125
+    series = pd.DataFrame({"s [m]": place, "time [s]": place / 20, "vertical [m]": [1e-3, np.nan, 2e-3, 3e-3, 4e-3]})
+    Estimate("speed_plain", series, {}).save(tmp_path / "est")
+    Estimate("speed_plain", series.drop(columns="time [s]"), {}).save(tmp_path / "timeless")
+    Estimate("speed_plain", series.assign(**{"time [s]": place - 0.25}), {}).save(tmp_path / "early")
+    assert railsim_here("export", "est", "--to", "x.mcap").returncode == 0
+    _, messages, _ = _messages(tmp_path / "x.mcap")
+    assert messages[:2] == [
+        ("speed_plain", 0, {"s [m]": 0.0, "vertical [m]": 1e-3}),
+        ("speed_plain", 6250000, {"s [m]": 0.125}),
+    ]
+    assert len(messages) == 5
+    refused(railsim_here("export", "timeless", "--to", "y.mcap"), "has no times, which MCAP needs; export to .csv")
+    refused(railsim_here("export", "early", "--to", "y.mcap"), "has times before 0, which MCAP cannot hold")
+    assert not (tmp_path / "y.mcap").exists()
+
+
+def test_no_map_is_written_for_what_cannot_be_imported(railsim_here: Command, lossy: Path, tmp_path: Path):
+    done = railsim_here("export", lossy, "--to", "x.mcap", "--map", "map.yaml")
+    refused(done, "does not read .mcap; leave it out, or export to .csv, .parquet, .mat, .mf4")
+    assert not (tmp_path / "x.mcap").exists()
+
+
 def test_nothing_is_replaced_unasked(railsim_here: Command, lossy: Path, tmp_path: Path):
     (tmp_path / "x.csv").write_text("mine")
     refused(railsim_here("export", lossy, "--to", "x.csv"), "add --overwrite")
@@ -121,7 +177,7 @@ def test_nothing_is_replaced_unasked(railsim_here: Command, lossy: Path, tmp_pat
     assert (tmp_path / "x.csv").read_text().startswith(f"time [s],{GNSS}")
     before = sorted(tmp_path.rglob("*"))
     refused(railsim_here("export", lossy, "--to", lossy / "x.csv"), "lies within the recording itself")
-    refused(railsim_here("export", lossy, "--to", "x.xlsx"), "write to .csv, .parquet, .mat, .mf4")
+    refused(railsim_here("export", lossy, "--to", "x.xlsx"), "write to .csv, .parquet, .mat, .mf4, .mcap")
     refused(railsim_here("export", lossy, "--to", "x.parqet"), "did you mean '.parquet'?")
     refused(railsim_here("export", lossy, "--to", "none/x.csv"), "there is no folder 'none'")
     refused(railsim_here("export", lossy, "--to", "."), "is a folder; name a file")
