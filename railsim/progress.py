@@ -18,6 +18,9 @@ SELDOM = 10.0  # s between lines where stderr is a file
 OFTEN = 0.2  # s between redraws on a terminal
 TICK = 1.0  # s between redraws while nothing is counted
 
+# A bar's own lock is a semaphore of the system, which a killed worker leaves behind, with a warning.
+tqdm.set_lock(threading.RLock())
+
 
 @contextmanager
 def counting(

@@ -122,8 +122,8 @@ def _half_car(given: argparse.Namespace) -> Outcome:
     from experiments.inference.systems.half_car_picture import picture
     from experiments.inference.systems.half_car_policy import learned_policy, read_policy
     from experiments.reporting.html import png
-    from experiments.reporting.style import styled
     from railsim.files import replace_file
+    from railsim.plots.style import styled
 
     if given.cases < 1:
         raise InputError("--cases: give a number from 1")

@@ -34,10 +34,6 @@ class Adhesion(Figure):
         _draw_reliability(reliability, table)
         _draw_slope(slope, table)
         _draw_changes(change, table)
-        for axes in (speed, reliability, slope, change):
-            axes.grid(True, color="#dddddd", lw=0.6)
-            axes.set_axisbelow(True)
-            axes.spines[["top", "right"]].set_visible(False)
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

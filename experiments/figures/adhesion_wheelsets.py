@@ -189,6 +189,3 @@ def _bars(axes: Axes, groups: dict[str, list[float]]) -> None:
         axes.bar(at, values, 0.92 * width, color=COLOURS[what], label=what)
     labels = ["wheelset " + NAMES[number].replace(", ", ",\n") for number in WHEELSETS]
     axes.set_xticks(range(len(WHEELSETS)), labels, fontsize=8)
-    axes.grid(True, axis="y", color="#dddddd", lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)

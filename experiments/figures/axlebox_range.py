@@ -56,11 +56,8 @@ class AxleboxRange(PartedFigure):
         axes.text(1.05 * LOST, len(names) - 0.5, "lost", fontsize=9, va="center")
         axes.set_yticks(range(len(names)), names)
         axes.invert_yaxis()
-        axes.grid(True, color="#dddddd", lw=0.6)
-        axes.set_axisbelow(True)
         axes.set(xlabel="rms error of D2 (25 to 70 m) over its true size")
         axes.set_title("±100 g axlebox accelerometers, each error on its own", loc="left")
-        axes.spines[["top", "right"]].set_visible(False)
         axes.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
         return picture
 

@@ -26,7 +26,6 @@ def single_panel(table: pd.DataFrame, title: str, label: str) -> tuple[Picture, 
     axes = picture.subplots()
     mark(axes, table, 0.94)
     axes.set(xlim=(-60.0, 140.0), xlabel="distance from the middle [m]", ylabel=label, title=title)
-    axes.spines[["top", "right"]].set_visible(False)
     return picture, axes, series(table)
 
 

@@ -33,7 +33,6 @@ class Fig05(CrossoverFigure):
             axes.plot(rows[X], factor * rows[name], color=colour, lw=1.1)
             axes.axhline(0.0 if name != "speed [m/s]" else 5.0, color=GREY, lw=0.7)
             axes.set_ylabel(label)
-            axes.spines[["top", "right"]].set_visible(False)
         for axes, height in zip(panels, (0.94, 0.94, 2.0), strict=True):
             mark(axes, table, height) if height < 1 else None
         panels[2].set(xlim=(-60.0, 140.0), ylim=(4.8, 5.3), xlabel="distance from the middle [m]")

@@ -148,6 +148,3 @@ def _draw(axes: Axes, table: pd.DataFrame, number: int, kind: str, quantity: str
             true = table[_column(number, TRUE, quantity, level)].to_numpy(float)
             axes.plot(frequency, true, color=colour, lw=1.1, ls=":")
     axes.set(xlim=(0.5, HIGHEST), ylim=(1e3, 1e7), yscale="log", ylabel="density [N²/Hz]")
-    axes.grid(True, color="#dddddd", lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)

@@ -122,9 +122,6 @@ def draw_order(axes: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
 
 def _by_pair(axes: Axes) -> None:
     axes.set_xticks(range(len(PAIRS)), list(PAIRS))
-    axes.grid(True, axis="y", color="#dddddd", lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
 
 
 def _peaks(table: pd.DataFrame, pair: str, number: int, kind: str) -> np.ndarray:

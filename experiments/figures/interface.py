@@ -13,9 +13,10 @@ from matplotlib.figure import Figure as Picture
 
 from experiments.reporting.claims import Claim
 from experiments.reporting.size import Size
-from experiments.reporting.style import save_picture, styled
+from experiments.reporting.style import save_picture
 from experiments.reporting.text import first_sentence
 from railsim.files import new_file
+from railsim.plots.style import styled
 from railsim.registry import Kind
 
 

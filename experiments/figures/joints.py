@@ -87,8 +87,6 @@ class Joints(Figure):
         scatter.set(xlim=(0, 6.5), ylim=(0, 7.5), xlabel="true depth, mean of both rails [mm]", ylabel="found [mm]")
         scatter.set_title(f"{max(_speeds(table)):g} m/s, {FULL}", fontsize=10)
         scatter.legend(loc="upper left", frameon=False, fontsize=8)
-        for axes in (counts, errors, scatter):
-            axes.spines[["top", "right"]].set_visible(False)
         picture.suptitle(f"Dipped joints on {LENGTH:g} m of jointed track, MEMS sensors on the bogie")
         return picture
 

@@ -119,9 +119,6 @@ class Passes(Figure):
         labels = ("difference [m]", "D1 [mm]", "change of D1 [mm]")
         for axes, title, label in zip(panels, titles, labels, strict=True):
             axes.set(title=title, xlabel="distance by the first pass's odometer [m]", ylabel=label)
-            axes.grid(True, color="#dddddd", lw=0.6)
-            axes.set_axisbelow(True)
-            axes.spines[["top", "right"]].set_visible(False)
             axes.margins(x=0.0)
             axes.legend(ncols=4, frameon=False, fontsize=9, loc="upper left")
             low, high = axes.get_ylim()
@@ -180,8 +177,6 @@ def _draw_shares(axes: Axes, table: pd.DataFrame) -> None:
     passes = len(table.loc[table["seed [-]"].notna().to_numpy(), ["seed [-]", "size [mm]"]].drop_duplicates())
     axes.set(title=f"{passes} later passes: share found; reported elsewhere: {_elsewhere(table)}", ylim=(0.0, 1.1))
     axes.set(xlabel="growth of the defect [mm]", ylabel="share found [-]")
-    axes.grid(True, color="#dddddd", lw=0.6)
-    axes.spines[["top", "right"]].set_visible(False)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 

@@ -128,7 +128,6 @@ def _ticks(axes: Axes, rows: pd.DataFrame) -> None:
     ticks = [tick for tick in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0) if low <= tick <= high]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
-    axes.grid(True, color="#dddddd", lw=0.6)
     axes.set_xlabel("speed [m/s]")
 
 

@@ -71,9 +71,7 @@ class TrackSensors(Figure):
         over_position.set_xlabel("place before the bogie's centre [m]")
         for axes in (long, rails, lateral, over_position):
             axes.set_ylabel("error [mm rms]")
-            axes.grid(True, color="#dddddd", lw=0.6, which="both")
-            axes.set_axisbelow(True)
-            axes.spines[["top", "right"]].set_visible(False)
+            axes.grid(True, which="both")
             axes.legend(frameon=False, fontsize=8, ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0))
             axes.set_title(axes.get_title(), pad=34)
         return picture

@@ -59,14 +59,11 @@ class TrackStiffness(PartedFigure):
         names = [f"{row['case']} ({100.0 * row['answered']:.0f} %)" for _, row in rows.iterrows()]
         below.set_yticks(places, names)
         below.invert_yaxis()
-        below.grid(True, color="#dddddd", lw=0.6)
         below.set(xlabel="rms in % of the stiffness", xlim=(0.0, None))
         told = np.isfinite(np.asarray(pick(table, case=RIGID)["found [N/m]"]))
         withheld = f"on rigid rails {told.sum()} of {len(told)}"
         below.set_title(f"by case (windows that are answered; {withheld})", loc="left")
         for axes in (above, below):
-            axes.spines[["top", "right"]].set_visible(False)
-            axes.set_axisbelow(True)
             axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
             axes.set_title(axes.get_title(loc="left"), loc="left", pad=24)
         return picture

@@ -49,9 +49,6 @@ class Validation(Figure):
         axes.set_yticks(range(len(parts)), [f"{part.number}  {part.title}" for part, _ in parts])
         axes.invert_yaxis()
         axes.set(xscale="log", xlabel="share of the limit that is used [-] (left end: 0.0001 or less; cross: not held)")
-        axes.grid(True, color="#dddddd", lw=0.6)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
         axes.tick_params(axis="y", length=0, colors=GREY, labelcolor="black")
         return picture
 

@@ -1,43 +1,13 @@
-"""One look of all pictures: type that can be read in a page of text, colours that the colour-blind can tell apart."""
+"""What figures share beside the house style of `railsim.plots.style`: lines that leave a panel, dots, tables, files."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from railsim.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-
 DPI = 130
-SETTINGS: dict[Any, Any] = {
-    "font.size": 10.0,
-    "axes.titlesize": 10.5,
-    "axes.labelsize": 10.0,
-    "legend.fontsize": 9.0,
-    "legend.frameon": False,
-    "axes.prop_cycle": cycler(color=[BLUE, RED, GREEN, ORANGE, PURPLE, SKY, BLACK]),
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 1.4,
-    "image.cmap": "cividis",
-    "svg.hashsalt": "railsim",  # the same picture is the same file
-}
-
-
-@contextmanager
-def styled() -> Iterator[None]:
-    """Figures that are made and saved inside have the look of all."""
-    with mpl.rc_context(SETTINGS):
-        yield
 
 
 def line_inside(axes: Axes, x: np.ndarray, y: np.ndarray, limits: tuple[float, float], **style: Any) -> None:

@@ -12,7 +12,7 @@ from estimators.interface import Estimate
 from experiments.reporting.failures import PluginError, plugin_code
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.plots import PLOTS, Results, sensor_label
-from experiments.reporting.style import save_picture, styled
+from experiments.reporting.style import save_picture
 from experiments.reporting.text import score_table, table
 from experiments.reporting.units import KMH
 from experiments.runs.estimation import Estimates, estimate_all
@@ -21,6 +21,7 @@ from experiments.scoring.speed import all_speed_errors
 from railsim.files import write_folder_atomically, write_json
 from railsim.measurements import Measurements
 from railsim.plots.estimate import PICTURE, writer
+from railsim.plots.style import styled
 from railsim.recording import software_versions
 from railsim.scenario import Scenario
 from railsim.simulation import check_measured, measure, simulate

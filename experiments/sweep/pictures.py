@@ -11,10 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 from experiments.sweep.analysis import Frame
+from railsim.plots.style import BLACK, BLUE, COLOURS, GREY, SKY, dress
 
-COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK, GREY)
 MARKERS = "osD^vPX*"
 MOST_PANELS = 6
 MOST_LEVELS = 12  # of a factor; more are gathered into bins
@@ -34,7 +33,7 @@ def main_effects(means: Frame, response: str, factors: Sequence[str]) -> Figure:
         for number, label in enumerate(labels):
             _effect(panel, means[means["estimator"] == label], factor, number, len(labels), label)
         panel.set_xlabel(_named(factor))
-        _tidy(panel)
+        dress(panel)
     for panel in panels[len(shown) :]:
         panel.set_axis_off()
     for panel in panels[::columns]:
@@ -75,7 +74,7 @@ def interaction(means: Frame, response: str, factors: Sequence[str]) -> Figure |
             if part["value"].dropna().empty:
                 panel.text(0.5, 0.5, "no value in any run", transform=panel.transAxes, ha="center", color="0.4")
             panel.set_title(label if level is None else f"{label}, {_short(third)} {_text(level)}", fontsize=9)
-            _tidy(panel)
+            dress(panel)
         panel_row[0].set_ylabel(response, fontsize=9)
     for panel in panels[-1]:
         panel.set_xlabel(_named(over))
@@ -100,7 +99,7 @@ def index_bars(table: Frame, response: str) -> Figure:
             panel.errorbar(positions + shift, mean, np.maximum(reach, 0.0), fmt="none", ecolor=BLACK, capsize=3, lw=1)
         panel.set_xticks(positions, [_short(str(name)) for name in part["factor"]], rotation=20, ha="right")
         panel.set_title(str(label), fontsize=10)
-        _tidy(panel)
+        dress(panel)
     panels[0].set_ylabel(f"Sobol' index of\n{response}")
     panels[0].legend(frameon=False, fontsize=9)
     return figure
@@ -132,7 +131,7 @@ def memory_plot(series: Mapping[str, np.ndarray]) -> Figure:
     panel.set(xlabel="finished tasks", ylabel="memory [MiB]")
     panel.set_ylim(bottom=0.0)
     panel.xaxis.set_major_locator(MaxNLocator(integer=True))
-    _tidy(panel)
+    dress(panel)
     return figure
 
 
@@ -192,7 +191,7 @@ def _cloud(panel: Axes, table: Frame, response: str, title: str) -> None:
     _scale(panel, table["value"].to_numpy())
     if panel.get_yscale() == "linear" and float(table["value"].min()) >= 0.0:
         panel.set_ylim(0.0, 1.2 * max(float(table["value"].max()), 1e-12))
-    _tidy(panel)
+    dress(panel)
     columns = 2
     panel.legend(
         frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, title=title or None,
@@ -208,12 +207,6 @@ def _scale(panel: Axes, values: np.ndarray) -> None:
         panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         panel.yaxis.set_major_formatter("{x:g}")
         panel.yaxis.set_minor_formatter(NullFormatter())
-
-
-def _tidy(panel: Axes) -> None:
-    panel.grid(True, color="#dddddd", lw=0.6)
-    panel.set_axisbelow(True)
-    panel.spines[["top", "right"]].set_visible(False)
 
 
 def _text(value: Any) -> str:

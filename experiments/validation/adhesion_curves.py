@@ -119,9 +119,6 @@ def draw_curves(table: pd.DataFrame, picture: FigureBase) -> None:
     for axes in (whole, close):
         axes.set_xlabel("longitudinal creepage [%]")
         axes.set_ylabel("creep force [kN]")
-        axes.grid(True, color="#dddddd", lw=0.6)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
     whole.plot([], [], color=GREY, lw=2.0, label="Polach (2005)")
     whole.plot([], [], color=GREY, lw=1.4, ls=":", label="FASTSIM, slope reduced alike")
     whole.legend(loc="upper right", frameon=False, fontsize=9)

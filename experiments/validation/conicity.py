@@ -8,7 +8,6 @@ from matplotlib.figure import FigureBase
 from experiments.reporting.plots import BLUE, GREY, RED
 from experiments.reporting.size import Size
 from experiments.validation.contact_benchmark import PROFILES, profiles
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.reference import read
 from experiments.validation.tables import of, values, where
@@ -130,4 +129,3 @@ def _panel(axes: Axes, part: pd.DataFrame, case: str) -> None:
         axes.annotate("end of\ngiven y ", (last, 0.02), ha="right", va="bottom", color=RED, fontsize=7)
     axes.plot(amplitude, part[COMPUTED], color=BLUE, lw=1.4)
     axes.set(xlabel="amplitude in mm", ylabel="tan γe")
-    grid(axes)

@@ -13,7 +13,7 @@ from scipy.optimize import root_scalar
 
 from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid, limit_lines
+from experiments.validation.drawing import limit_lines
 from experiments.validation.interface import Row, Section, worst
 from experiments.validation.reference import folder, read
 from experiments.validation.tables import values, where
@@ -112,7 +112,6 @@ class ContactBenchmark(Section):
             axes.plot(shift, scale * _theirs(table, what), "o", color=GREY, ms=6, mfc="none", label="CONTACT")
             axes.plot(shift, scale * _ours(table, what), "-", color=BLUE, lw=1.3, label="railsim")
             axes.set(title=what, ylabel=shown)
-            grid(axes)
         panels[0, 0].legend(frameon=False, fontsize=8)
         _draw_forces(panels[2, 1], table, shift)
         axes = panels[2, 2]
@@ -127,7 +126,6 @@ class ContactBenchmark(Section):
         axes.set(title="deviation over limit", yscale="log", ylim=(1e-5, 80.0))
         limit_lines(axes, 1.0)
         axes.legend(frameon=False, fontsize=7, ncols=2, loc="upper right")
-        grid(axes)
         for axes in panels[-1]:
             axes.set_xlabel("lateral shift to the right in mm")
 
@@ -271,4 +269,3 @@ def _draw_forces(axes: Axes, table: pd.DataFrame, shift: np.ndarray) -> None:
     axes.plot([], [], color=RED, ls="--", label="Polach")
     axes.set(title="creep force", ylabel="share of mu N")
     axes.legend(frameon=False, fontsize=7, ncols=2)
-    grid(axes)

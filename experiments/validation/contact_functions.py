@@ -7,7 +7,6 @@ from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values, where
 from railsim.profiles.conicity import equivalent_conicity
@@ -103,7 +102,6 @@ class ContactFunctionsOverGauge(Section):
         panels[1, 2].set_title("radius, left minus right", fontsize=10)
         for axes in panels.flat[:-1]:
             axes.set_xlabel("shift to the left in mm")
-            grid(axes)
         panels[0, 0].legend(title="gauge", frameon=False, fontsize=8)
         _chords(panels[1, 3], of(table, GAUGE, 1435.0))
 
@@ -154,4 +152,3 @@ def _chords(axes: Axes, part: pd.DataFrame) -> None:
     axes.set_title("left: touching places, 1435 mm", fontsize=10)
     axes.set(xlabel="y from the taping line in mm", ylabel="mm")
     axes.set_aspect("equal", adjustable="box")
-    grid(axes)

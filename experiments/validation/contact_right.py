@@ -12,7 +12,6 @@ from scipy.optimize import root_scalar
 from experiments.reporting.plots import BLUE, GREEN, ORANGE, RED
 from experiments.reporting.size import Size
 from experiments.validation.contact_benchmark import BENCHMARK, FRICTION, LAWS, PROFILES, SHIFT, profiles
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section, worst
 from experiments.validation.reference import read
 from experiments.validation.tables import values, where
@@ -140,7 +139,6 @@ class ContactRight(Section):
         ):
             axes.set(title=title, ylabel=unit, xlabel="lateral shift to the right in mm")
             axes.legend(frameon=False, fontsize=7)
-            grid(axes)
 
 
 def _between(given: pd.DataFrame) -> list[dict[str, float]]:

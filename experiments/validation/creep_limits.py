@@ -8,7 +8,6 @@ from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLUE, GREEN, GREY, ORANGE, RED
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values, where
 from railsim.contact.kalker import kalker_coefficients
@@ -134,7 +133,6 @@ class CreepLimits(Section):
         right.set(title="falling friction, 20 m/s", xlabel="creepage in %", ylabel="force in kN", ylim=(0.0, None))
         for axes in (left, middle, right):
             axes.legend(frameon=False, fontsize=8)
-            grid(axes)
 
 
 def _scaled(creep: Creep, factor: float) -> Creep:

@@ -10,7 +10,6 @@ from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLACK, BLUE, ORANGE
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.analysis.hunting import Hunting, hunting
 from railsim.contact.pairs import WheelRailPair
@@ -114,8 +113,6 @@ def draw_critical_speed(table: pd.DataFrame, axes_list: Sequence[Axes]) -> None:
                 part["conicity [-]"], part["V [m/s]"], line, marker=marker, markersize=4, color=colour,
                 label=f"{name}: {label}",
             )  # fmt: skip
-    grid(over)
-    grid(cycle)
     over.set_xlim(left=0.0)
     over.set_ylim(0.0, FASTEST)
     over.set_xlabel("conicity [-]")

@@ -10,7 +10,6 @@ from matplotlib.figure import FigureBase
 from experiments.reporting.claims import Target
 from experiments.reporting.plots import BLUE, ORANGE
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.analysis.curving import Curve, Curving, steady_curving
 from railsim.dynamics.channels import channel_names
@@ -182,7 +181,6 @@ def draw_curving(table: pd.DataFrame, axes: Axes) -> None:
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xlim(left=0.0)
-    grid(axes)
     axes.set_xlabel("difference of run and balance [%]")
     axes.set_title("Steady curving, R 400 m, cant 157 mm, 8 to 24 m/s", fontsize="medium")
     axes.legend(fontsize="small")

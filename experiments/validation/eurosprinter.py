@@ -10,7 +10,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from experiments.reporting.plots import BLUE, GREY, ORANGE, RED
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid, limit_lines
+from experiments.validation.drawing import limit_lines
 from experiments.validation.interface import Row, Section, worst
 from experiments.validation.reference import read
 from experiments.validation.tables import of, values
@@ -101,8 +101,6 @@ class Eurosprinter(Section):
             limit_lines(bottom, *limits[series])
             bottom.set(ylabel="difference in % of mu N", xlabel="creepage in %", ylim=(-4.0, 4.0))
             top.legend(frameon=False, fontsize=8, loc="lower right")
-            grid(top)
-            grid(bottom)
 
     def _largest(self, part: pd.DataFrame, law: str, words: str, limit: float) -> Row:
         ours, theirs = values(part, f"{law} [Fx/N]") / FRICTION, values(part, THEIRS) / FRICTION

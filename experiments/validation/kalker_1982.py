@@ -5,7 +5,6 @@ from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLUE, GREY
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.contact.fastsim import kalker_1982
 
@@ -64,4 +63,3 @@ class Kalker1982(Section):
         axes.set_xticks(columns, [title.replace(" of ", "\n") for title in titles], fontsize=8)
         axes.set(ylabel="from the middle of what is\nprinted, 10⁻⁴ mu N", xlim=(-0.5, len(table) - 0.5))
         axes.legend(frameon=False, loc="upper left")
-        grid(axes)

@@ -7,7 +7,6 @@ from matplotlib.figure import FigureBase
 
 from experiments.reporting.plots import BLACK, BLUE, GREEN, GREY, RED
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.reference import folder
 from experiments.validation.tables import of, values, where
@@ -110,7 +109,6 @@ class MeasuredWheels(Section):
         titles += (f"contact angle of the left wheel on {MEASURED_RAIL}", f"equivalent conicity on {MEASURED_RAIL}")
         for axes, title in zip(panels.flat, titles, strict=True):
             axes.set_title(title, fontsize=10)
-            grid(axes)
         panels[0, 0].set(xlabel="y from the taping line in mm", ylabel="z in mm", aspect="equal")
         panels[0, 0].legend(frameon=False, fontsize=7, loc="lower right")
         panels[0, 1].set(xlabel="y from the taping line in mm", ylabel="mm", xlim=(-40.0, 50.0), ylim=(-4.0, 2.0))

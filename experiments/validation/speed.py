@@ -9,7 +9,6 @@ from matplotlib.figure import FigureBase
 from experiments.benchmarks.speed import SCENARIO, UNIT, rates
 from experiments.reporting.plots import BLUE, GREY
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.tables import of, values
 from railsim.engines.interface import Run
@@ -78,7 +77,6 @@ class Speed(Section):
         axes.invert_yaxis()
         axes.set(xlabel="simulated seconds per second of processor time")
         axes.legend(frameon=False)
-        grid(axes)
 
 
 def _task(run: Run, engine: str) -> Callable[[], object]:

@@ -11,7 +11,6 @@ from experiments.reporting.claims import Target
 from experiments.reporting.plots import BLUE, ORANGE
 from experiments.reporting.size import Size
 from experiments.validation.curving import LIMIT, compared, settled
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from railsim.analysis.curving import Curve, Curving, steady_curving
 from railsim.vehicles.class175_whole import Class175Whole
@@ -102,7 +101,6 @@ class WholeCurving(Section):
         axes.set_xscale("symlog", linthresh=0.1, linscale=0.5)
         axes.set_xlim(left=0.0)
         axes.set_xticks([0.0, 0.1, 0.3, 1.0, 3.0, 10.0], ["0", "0.1", "0.3", "1", "3", "10"])
-        grid(axes)
         axes.set_xlabel("difference of run and balance [%]")
         axes.set_title("Steady curving of whole vehicles, R 300, 400 and 800 m", fontsize="medium")
         axes.legend(fontsize="small")

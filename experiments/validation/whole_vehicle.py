@@ -11,7 +11,6 @@ from scipy.interpolate import CubicSpline
 
 from experiments.reporting.plots import BLUE, GREEN, GREY
 from experiments.reporting.size import Size
-from experiments.validation.drawing import grid
 from experiments.validation.interface import Row, Section
 from experiments.validation.reference import folder
 from experiments.validation.tables import of, values
@@ -133,7 +132,6 @@ class WholeVehicleBesideAnother(Section):
             names = list(dict.fromkeys(own[CHANNEL]))
             axes.set_yticks(range(len(names)), names)
             axes.set(xlabel="error over standard deviation", title=case.name)
-            grid(axes)
         panels[0].invert_yaxis()
         picture.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
 
