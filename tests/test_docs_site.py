@@ -26,10 +26,6 @@ OUTSIDE = {"overview.md", "contributing.md", "changelog.md", "gallery.md"}
 """Pages of the site that docs/site/hooks.py makes of files beside `docs`, or draws up."""
 LONGEST_LINE, LONGEST_SENTENCE = 160, 35  # characters, words
 HASH = re.compile(r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*[0-9])[0-9a-f]{7,40}\b(?!\.\.\.)")
-DENSE = {
-    "docs/performance.md",
-}
-"""Pages whose sentences are still too long: take a page out when it is rewritten, and put none in."""
 
 
 def name_of(page: Path) -> str:
@@ -98,7 +94,7 @@ def test_lines_are_short(page: Path):
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_sentences_are_short(page: Path):
     long = [sentence[:80] for sentence in sentences(page.read_text()) if len(sentence.split()) > LONGEST_SENTENCE]
-    assert bool(long) == (name_of(page) in DENSE), long
+    assert long == []
 
 
 def test_sentences_are_found():
