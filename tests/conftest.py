@@ -1,5 +1,6 @@
 """Settings shared by all tests."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -11,6 +12,9 @@ os.environ.pop("RAILSIM_PLUGINS", None)  # tests of all plug-ins run over those 
 matplotlib.use("Agg")  # no test needs a display
 settings.register_profile("railsim", deadline=None, print_blob=True)  # the first call of a kernel compiles it
 settings.load_profile("railsim")
+
+gc.set_threshold(20_000)
+"""New objects between two looks for garbage: at Python's 700 a fifth of the tests' time went into these looks."""
 
 LONGEST = (
     "golden/test_golden.py", "engines/test_corunning_track.py", "experiments/inference/test_half_car.py",
@@ -40,3 +44,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         here = Path(__file__).parent
         ranks = {here / name: rank for rank, name in enumerate(LONGEST)}
         items.sort(key=lambda item: ranks.get(item.path, len(ranks)))
+
+
+def pytest_collection_finish() -> None:
+    """Modules and collected tests stay to the end: nobody looks through them for garbage again."""
+    gc.collect()
+    gc.freeze()
