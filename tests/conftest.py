@@ -14,7 +14,7 @@ settings.register_profile("railsim", deadline=None, print_blob=True)  # the firs
 settings.load_profile("railsim")
 
 gc.set_threshold(20_000)
-"""New objects between two looks for garbage: at Python's 700 these looks took 7 % of the time of the tests of
+"""New objects between two looks for garbage: at Python's 700 these looks took 5 % of the time of the tests of
 `field`, `formats` and `track`."""
 
 LONGEST = (

@@ -195,7 +195,8 @@ def _cloud(panel: Axes, table: Frame, response: str, title: str) -> None:
     columns = 2
     panel.legend(
         frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, title=title or None,
-        title_fontproperties={"weight": "bold", "size": 10}, alignment="left", handletextpad=0.3, borderaxespad=0.1,
+        title_fontproperties={"weight": "bold", "size": 10}, alignment="left", handletextpad=0.2, borderaxespad=0.1,
+        columnspacing=0.8,
     )  # fmt: skip
 
 
