@@ -73,8 +73,9 @@ class Problem:
 
     @property
     def changed(self) -> np.ndarray:
-        """Places of the coordinates that the effects of the hypothesis bring or give other priors."""
+        """Places of the coordinates that the hypothesis brings or gives other priors."""
         faults = {one.name for effect in self.hypothesis.effects for one in effect.faults}
+        faults |= {one.name for level in self.hypothesis.unknown for one in level.law}
         count = len(self.system.coordinates)
         return np.array([k for k, one in enumerate(self.coordinates) if k >= count or one.name in faults], int)
 
@@ -263,13 +264,13 @@ def laplace(total: float, precision: np.ndarray, level_precision: np.ndarray) ->
     return float(-total + 0.5 * size * math.log(2.0 * math.pi) - 0.5 * determinants)
 
 
-def with_unknown(policy: Policy, base: Fit, level: Level) -> Fit:
-    """The same effects with something unknown at a level: levels fitted anew, and the mean where they changed."""
-    other = Problem(base.system, replace(base.hypothesis, unknown=level), policy)
+def with_unknown(policy: Policy, base: Fit, levels: tuple[Level, ...]) -> Fit:
+    """The same effects with something unknown at these levels: levels fitted anew, and the mean where they changed."""
+    other = Problem(base.system, replace(base.hypothesis, unknown=levels), policy)
     parts = sums(base.groups)
     start = base.psi.copy()
     for index, one in enumerate(other.levels):
-        if one.name == level.name:
+        if one.name in {level.name for level in levels}:
             start[index] = max(start[index], one.prior.middle)
     rough = min(
         (fit_levels(parts, other.levels, one) for one in (base.psi, start)), key=lambda one: one.cost

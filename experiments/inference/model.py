@@ -35,13 +35,15 @@ class Level:
     """The level of an error: amplitude exp(psi), 1 = as its source states it, or as large as what acts at `place`.
 
     `kind`: "sensor", "input", "force", "reading" or "law". `place`: None where no unknown is looked for. `prior`: of a
-    healthy system.
+    healthy system. `law` : wide priors of coordinates of what acts there: where something there is unknown, the part of
+    it that follows the motion is unknown too.
     """
 
     name: str
     kind: str
     prior: Prior
     place: str | None = None
+    law: tuple[Coordinate, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,16 +95,16 @@ class Effect:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Effects of the library, and the level of something unknown (None = no level has the wide prior)."""
+    """Effects of the library, and the levels of a place where something is unknown."""
 
     effects: tuple[Effect, ...] = ()
-    unknown: Level | None = None
+    unknown: tuple[Level, ...] = ()
 
     @property
     def name(self) -> str:
         """`none`, `drag`, `drag + delay`, `unknown: force`, `drag + unknown: force`."""
         parts = [effect.name for effect in self.effects]
-        parts += [] if self.unknown is None else [f"unknown: {self.unknown.name}"]
+        parts += [f"unknown: {self.unknown[0].place}"] if self.unknown else []
         return " + ".join(parts) or "none"
 
     @property
@@ -119,18 +121,19 @@ class Hypothesis:
     def place(self) -> str | None:
         """Where something unknown is."""
         laws = [effect.place for effect in self.effects if effect.kind == "law"]
-        return self.unknown.place if self.unknown else laws[0] if laws else None
+        return self.unknown[0].place if self.unknown else laws[0] if laws else None
 
     def coordinates(self, healthy: Sequence[Coordinate]) -> tuple[Coordinate, ...]:
-        """Those of the system with the fault priors of the effects, then the effects' own."""
-        faults = {one.name: one for effect in self.effects for one in effect.faults}
+        """Those of the system with the priors of the unknown and of the effects, then the effects' own."""
+        faults = {one.name: one for level in self.unknown for one in level.law}
+        faults |= {one.name: one for effect in self.effects for one in effect.faults}
         base = tuple(faults.get(one.name, one) for one in healthy)
         return base + tuple(one for effect in self.effects for one in effect.own)
 
     def levels(self, healthy: Sequence[Level], policy: Policy) -> tuple[Level, ...]:
         """Those of the system, with the wide prior of the unknown."""
-        wide, unknown = LogNormal(policy.unknown_median, policy.unknown_spread), self.unknown
-        return tuple(replace(one, prior=wide) if unknown and one.name == unknown.name else one for one in healthy)
+        wide, names = LogNormal(policy.unknown_median, policy.unknown_spread), {one.name for one in self.unknown}
+        return tuple(replace(one, prior=wide) if one.name in names else one for one in healthy)
 
 
 @dataclass(frozen=True)

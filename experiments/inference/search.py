@@ -23,15 +23,17 @@ PAIRS = 3  # partners of the best effect that are fitted whole
 FIRST_STEPS = 2  # of each effect of a large library, before any is fitted whole
 POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
+WHOLE = 8  # of those that are fitted whole at most
+HOPELESS = 20.0  # nats behind the leader, from where on something unknown is not fitted whole
 
 Ordered = tuple[float, Effect, np.ndarray]
 """What first steps gain, of which effect, and where they lead."""
 
 
 def places(levels: Sequence[Level], library: Library) -> tuple[str, ...]:
-    """Of each level and each law that may be unknown."""
+    """Where something may be unknown, and of each law."""
     laws = [effect.place for effect in library.effects if effect.kind == "law"]
-    return tuple(place for place in (*(level.place for level in levels), *laws) if place is not None)
+    return tuple(place for place in (*dict.fromkeys(level.place for level in levels), *laws) if place is not None)
 
 
 @dataclass
@@ -75,7 +77,7 @@ class Search:
 
     def named(self) -> list[Fit]:
         """Fits with effects that no healthy system has, the likeliest first."""
-        kept = [one for one in self.fits.values() if one.hypothesis.effects and one.hypothesis.unknown is None]
+        kept = [one for one in self.fits.values() if one.hypothesis.effects and not one.hypothesis.unknown]
         return sorted((one for one in kept if not _small(one)), key=lambda one: -self.value(one))
 
     def value(self, found: Fit) -> float:
@@ -245,13 +247,39 @@ def _small_ones(search: Search) -> None:
 
 
 def _unknowns(search: Search) -> None:
-    """Something unknown at each level, beside `none` and beside the best effects."""
+    """Something unknown at each place, beside `none` and beside the best effects."""
     best = [one for one in search.named() if len(one.hypothesis.named) == len(one.hypothesis.effects) == 1][:BESIDE]
+    spots = dict.fromkeys(level.place for level in search.system.levels if level.place)
     for base in (search.fits["none"], *best):
-        for level in (one for one in search.system.levels if one.place):
-            if search.late(f"{base.hypothesis.name}, unknown: {level.name}"):
+        for place in spots:
+            if search.late(f"{base.hypothesis.name}, unknown: {place}"):
                 continue
-            search.take(with_unknown(search.policy, base, level), f"levels of {base.hypothesis.name} fitted anew")
+            levels = tuple(level for level in search.system.levels if level.place == place)
+            search.take(with_unknown(search.policy, base, levels), f"levels of {base.hypothesis.name} fitted anew")
+    _whole(search)
+
+
+def _whole(search: Search) -> None:
+    """What leads of the unknowns, alone and beside an effect, is fitted whole, in covariances of its own, until those
+    that lead were: with those of another hypothesis their evidence is not comparable.
+    """
+    done: set[str] = set()
+    for _ in range(WHOLE):
+        unknown = sorted(
+            (one for one in search.fits.values() if one.hypothesis.unknown), key=lambda f: -search.value(f)
+        )
+        most = max(search.value(one) for one in search.fits.values())
+        leads = [next((f for f in unknown if bool(f.hypothesis.effects) is beside), None) for beside in (False, True)]
+        left = [one for one in leads if one and one.hypothesis.name not in done and search.value(one) > most - HOPELESS]
+        if not left or search.late(f"{left[0].hypothesis.name}, fitted whole"):
+            break
+        name = left[0].hypothesis.name
+        problem = Problem(search.system, left[0].hypothesis, search.policy)
+        again = fit(problem, left[0].x)
+        done.add(name)
+        if again is not None:
+            search.steps.append(f"{name}: fitted whole ({again.evidence - left[0].evidence:+.1f} nats)")
+            search.fits[name] = again
 
 
 def _small(found: Fit) -> bool:

@@ -286,7 +286,7 @@ def infer_together(
 
 def _known(verdict: Verdict) -> Fit:
     """The best fit without anything unknown."""
-    return next(row.fit for row in verdict.rows if row.fit.hypothesis.unknown is None)
+    return next(row.fit for row in verdict.rows if not row.fit.hypothesis.unknown)
 
 
 def _camera(ball: Ball, verdict: Verdict) -> Gaussian:

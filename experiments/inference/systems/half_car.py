@@ -6,11 +6,13 @@ Frames of 2 s; the covariances are stationary, nonlinear suspensions linearised 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from scipy import fft
+from scipy.signal import lfilter
 
 from experiments.inference.frames import Frames
 from experiments.inference.model import Coordinate, Effect, Level
@@ -21,6 +23,12 @@ CHANNELS = ("front axle acceleration", "rear axle acceleration", "front body acc
             "front travel")  # fmt: skip
 SHEET = np.array([0.15, 0.15, 0.02, 0.02, 1e-4])  # m/s2 and m; noise of the sensors as their sheets state it
 FORCES = ("front suspension", "rear suspension", "front axle", "rear axle", "body")
+LATENT = (
+    *((f"{part} force {place}", place) for part in ("spring", "damper") for place in FORCES[:2]),
+    *((f"force {place}", place) for place in FORCES[2:]),
+    *((f"white force {place}", place) for place in FORCES),
+)
+"""Names and places of latent forces, relative to the forces of springs and dampers, or to all that acts at a place."""
 BUILD = {
     "mass": (500.0, 0.10), "inertia": (600.0, 0.10), "front axle": (40.0, 0.03), "rear axle": (40.0, 0.03),
     "front spring": (18e3, 0.05), "rear spring": (16e3, 0.05), "front damper": (1200.0, 0.10),
@@ -35,7 +43,9 @@ LEAD = 2.0  # s of motion before the record
 STATED = 3e-4  # m; error of a survey that states none
 FINER = 4  # times as fine are the steps that the predictions are corrected by
 PAIRS = 3  # of roads on both sides of the mean, over which the predictions are averaged
-PARAMETERS = 31
+RELAXATION = 12.0  # 1/s; of a spring behind a damper (Maxwell 1867), between bounce and axles
+WIDE = 0.5  # of a law that nobody wrote down: half of the force of a spring, or of a damper at the middle rates
+PARAMETERS = 35
 TONES = ("body", "front axle", "rear axle")  # where one may act, in the order of the kernel
 
 _build = tuple(Coordinate(f"log {name}", "-", 0.0, spread) for name, (_, spread) in BUILD.items())
@@ -49,20 +59,35 @@ COORDINATES = (
     *(Coordinate(f"{end} one-sidedness", "-", 0.0, 0.05) for end in ("front", "rear")),
     *(Coordinate(f"{end} square part", "-", 0.0, 0.05) for end in ("front", "rear")),
     Coordinate("tyre progression", "-", 0.0, 0.05),
+    *(Coordinate(f"{end} relaxing spring", "N/m", 0.0, 800.0) for end in ("front", "rear")),
+    *(Coordinate(f"log {end} relaxation", "-", 0.0, 1.0) for end in ("front", "rear")),
 )  # fmt: skip
 INDEX = {one.name: index for index, one in enumerate(COORDINATES)}
 COUNT = len(COORDINATES)
 
 SCALES = {
-    "force front suspension": 0.0040, "force rear suspension": 0.0038, "force front axle": 0.0046,
-    "force rear axle": 0.0046, "force body": 0.0040, "white force front suspension": 0.0052,
-    "white force rear suspension": 0.0052, "white force front axle": 0.0094, "white force rear axle": 0.0083,
-    "white force body": 0.0059, "reading front axle acceleration": 0.0047, "reading rear axle acceleration": 0.0045,
-    "reading front body acceleration": 0.0046, "reading rear body acceleration": 0.0041, "reading front travel": 0.0045,
+    "spring force front suspension": 0.0041, "spring force rear suspension": 0.0042,
+    "damper force front suspension": 0.0040, "damper force rear suspension": 0.0039, "force front axle": 0.0044,
+    "force rear axle": 0.0043, "force body": 0.0038, "white force front suspension": 0.0049,
+    "white force rear suspension": 0.0050, "white force front axle": 0.0093, "white force rear axle": 0.0082,
+    "white force body": 0.0052, "reading front axle acceleration": 0.0045, "reading rear axle acceleration": 0.0043,
+    "reading front body acceleration": 0.0044, "reading rear body acceleration": 0.0040, "reading front travel": 0.0043,
 }  # fmt: skip
 """Of healthy half-normal levels, relative to what acts or is read there: learned from 16 healthy records of all
 settings (`half_car_benchmark.learn`, which begins at 0.01).
 """
+
+
+def unwritten(place: str) -> tuple[Coordinate, ...]:
+    """Wide priors of what follows the motion at a place, where nobody wrote down what acts or is read there."""
+    if place in CHANNELS:
+        return Coordinate(f"gain {place}", "-", 0.0, 0.12), Coordinate(f"delay {place}", "s", 0.0, 2.5e-3)
+    if not place.endswith("suspension"):
+        return ()
+    end = place.split()[0]
+    names = (f"log {end} spring", f"log {end} damper", f"{end} one-sidedness", f"{end} square part")
+    spring = Coordinate(f"{end} relaxing spring", "N/m", 0.0, WIDE * BUILD[f"{end} spring"][0])
+    return *(Coordinate(name, "-", 0.0, WIDE) for name in names), Coordinate(f"{end} friction", "N", 0.0, 40.0), spring
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,12 +175,14 @@ class Surveyed:
 @dataclass(frozen=True)
 class Transfers:
     """At the bins of the frames: `forces` (F, channels, places) by a force at each place, `road` (F, channels) by the
-    road under the front axle, `spectra` (F, OUTPUTS) mean squares of the predicted outputs.
+    road under the front axle, `spectra` (F, OUTPUTS) mean squares of the predicted outputs, `parts` (F, 4) those of the
+    forces of both springs and both dampers.
     """
 
     forces: np.ndarray
     road: np.ndarray
     spectra: np.ndarray
+    parts: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,9 +208,11 @@ class HalfCar:
         return (
             *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in CHANNELS),
             Level("survey", "input", survey),
-            *(Level(f"force {n}", "force", HalfNormal(self.scales[f"force {n}"]), n) for n in FORCES),
-            *(Level(f"white force {n}", "force", HalfNormal(self.scales[f"white force {n}"]), n) for n in FORCES),
-            *(Level(f"reading {n}", "reading", HalfNormal(self.scales[f"reading {n}"]), n) for n in CHANNELS),
+            *(Level(n, "force", HalfNormal(self.scales[n]), place, unwritten(place)) for n, place in LATENT),
+            *(
+                Level(f"reading {n}", "reading", HalfNormal(self.scales[f"reading {n}"]), n, unwritten(n))
+                for n in CHANNELS
+            ),
         )
 
     @cached_property
@@ -227,6 +256,36 @@ class HalfCar:
         shift = fine - coarse + np.mean(around, axis=0) - coarse
         object.__setattr__(here, "offset", here.frames.analyse(shift))
         return here
+
+    def errors(
+        self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray, count: int, rng: np.random.Generator
+    ) -> tuple[np.ndarray, ...]:
+        """(count, F, frames, channels): stationary ones, what other roads do that the survey allows just as well, and
+        the step's: as large as a run in the coarse one lies off.
+        """
+        sizes = np.exp(2.0 * psi)
+        sizes[5] = 0.0
+        lines = self._lines(np.tensordot(sizes, self.covariances(x, effects)[0], 1))
+        error = np.exp(psi[5]) * (self.record.survey or STATED) * np.sqrt(self.known.share(self.known.waves))
+        coarse, fine = (self.run(x[None], effects, finer)[0, : len(CHANNELS)] for finer in (1, FINER))
+        found, size = [], len(self.record.road)
+        for _ in range(count):
+            turned = rng.standard_normal((*lines.shape[:2], 2)) @ (1.0, 1j)
+            still = np.asarray(fft.irfft(np.einsum("fcd,fd->cf", lines, turned), self.frames.samples))
+            moved = np.asarray(fft.irfft(fft.rfft(rng.standard_normal(size)) * error, size))
+            ridden = self.run(x[None], effects, 1, patch(self.known.mean + moved))[0, : len(CHANNELS)] - coarse
+            found.append(still + ridden + rng.standard_normal() * (fine - coarse))
+        return (self.frames.analyse(np.array(found)),)
+
+    def _lines(self, covariance: np.ndarray) -> np.ndarray:
+        """(lines, channels, channels): roots of the covariances (F, channels, channels) at all lines of a record."""
+        samples = self.frames.samples
+        whole, flat = fft.rfftfreq(samples, 1.0 / self.record.rate), covariance.reshape(len(covariance), -1)
+        places, columns = self.frames.frequencies, flat.shape[1]
+        real, imag = (np.stack([np.interp(whole, places, part[:, k]) for k in range(columns)], axis=1)
+                      for part in (np.real(flat), np.imag(flat)))  # fmt: skip
+        lines = real + 1j * imag
+        return np.linalg.cholesky(lines.reshape(-1, *covariance.shape[1:])) * np.sqrt(0.5 * samples)
 
     def starts(self) -> np.ndarray:
         """A grid of start and speed: no step of a search crosses a cycle of the road."""
@@ -304,14 +363,15 @@ class HalfCar:
         found, count = self.transfers(x, effects), len(CHANNELS)
         power = found.spectra[:, [5, 6, 7, 8]]
         power = np.concatenate([power, power[:, :1] + power[:, 1:2]], axis=1)
-        white = np.broadcast_to(power.mean(axis=0), power.shape)
-        forces = [np.einsum("fp,fcp,fdp->pfcd", one, found.forces, np.conj(found.forces)) for one in (power, white)]
+        acts = np.concatenate([found.parts, power[:, 2:], np.broadcast_to(power.mean(axis=0), power.shape)], axis=1)
+        along = found.forces[:, :, [FORCES.index(place) for _, place in LATENT]]
+        forces = np.einsum("fp,fcp,fdp->pfcd", acts, along, np.conj(along))
         road = self.survey()[:, None, None] * found.road[:, :, None] * np.conj(found.road[:, None, :])
         parts = np.zeros((len(self.levels), len(self.frames.frequencies), count, count), complex)
         for channel in range(count):
             parts[channel, :, channel, channel] = SHEET[channel] ** 2
-            parts[6 + 2 * len(FORCES) + channel, :, channel, channel] = found.spectra[:, channel]
-        parts[5], parts[6 : 6 + 2 * len(FORCES)] = road, np.concatenate(forces)
+            parts[6 + len(LATENT) + channel, :, channel, channel] = found.spectra[:, channel]
+        parts[5], parts[6 : 6 + len(LATENT)] = road, forces
         parts[:, :, range(count), range(count)] += 1e-12 * SHEET**2
         return (parts,)
 
@@ -327,13 +387,26 @@ class HalfCar:
         """Of small motions about the run at x."""
         out, p = self.run(x[None], effects)[0], physical(x[None], effects)[0]
         s = 2j * np.pi * self.frames.frequencies
-        response, acts, seen = _linear(p, s, out)
+        laws = [np.linalg.lstsq(out[[d, e]].T, rest, rcond=None)[0] for rest, d, e in self._rests(p, out)]
+        response, acts, seen = _linear(p, s, laws)
         gains = np.exp(x[INDEX[f"gain {CHANNELS[0]}"] :][: len(CHANNELS)])
         turn = gains * np.exp(-s[:, None] * x[INDEX[f"delay {CHANNELS[0]}"] :][: len(CHANNELS)])
         forces = turn[..., None] * (seen @ response) @ acts
         under = np.exp(-s * (FRONT + REAR) / self.record.speed)[:, None]
         road = (p[8] + s * p[10])[:, None] * forces[:, :, 2] + (p[9] + s * p[10])[:, None] * under * forces[:, :, 3]
-        return Transfers(forces, road, np.mean(np.abs(self.frames.analyse(out)) ** 2, axis=1))
+        spectra = np.mean(np.abs(self.frames.analyse(out)) ** 2, axis=1)
+        shapes = [law[part] ** 2 / np.abs(s) ** (2 - 2 * part) for part in range(2) for law in laws]
+        parts = np.stack([shape * spectra[:, e] for shape, e in zip(shapes, (9, 10, 9, 10), strict=True)], axis=1)
+        return Transfers(forces, road, spectra, parts)
+
+    def _rests(self, p: np.ndarray, out: np.ndarray) -> list[tuple[np.ndarray, int, int]]:
+        """Force of each suspension without its relaxing spring's, and the places of its travel and rate."""
+        found = []
+        for k, (force, travel, rate) in enumerate(((5, 4, 9), (6, 11, 10))):
+            keep = 1.0 / (1.0 + p[33 + k] / self.record.rate)
+            held = lfilter([keep / self.record.rate], [1.0, -keep], out[rate])
+            found.append((out[force] - p[31 + k] * held, travel, rate))
+        return found
 
 
 def _different(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -346,16 +419,18 @@ def _different(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return moved, back.ravel()
 
 
-def _linear(p: np.ndarray, s: np.ndarray, out: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _linear(
+    p: np.ndarray, s: np.ndarray, laws: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """(F, states, states) of the states by forces on them, (states, places) of these by latent forces, and
-    (F, channels, states) of the channels by the states; suspensions by least squares on travel and rate.
+    (F, channels, states) of the channels by the states. laws : spring and damper of each suspension.
     """
     front, rear = np.array([1.0, -p[11], -1.0, 0.0, 0.0]), np.array([1.0, p[12], 0.0, -1.0, 0.0])
     third, unit = np.array([-1.0, -0.5, 0.0, 0.0, 1.0]), np.eye(5)
     whole = (s**2)[:, None, None] * np.diag([p[0], p[1], p[2], p[3], p[19] if p[19] > 0.0 else 1.0])
-    for row, force, travel, rate in ((front, 5, 4, 9), (rear, 6, 11, 10)):
-        spring, damper = np.linalg.lstsq(out[[travel, rate]].T, out[force], rcond=None)[0]
-        whole = whole + (spring + s * damper)[:, None, None] * np.outer(row, row)
+    for k, (row, (spring, damper)) in enumerate(zip((front, rear), laws, strict=True)):
+        impedance = spring + s * damper + p[31 + k] * s / (s + p[33 + k])
+        whole = whole + impedance[:, None, None] * np.outer(row, row)
     for tyre, axle in ((p[8], 2), (p[9], 3)):
         whole = whole + (tyre + s * p[10])[:, None, None] * np.outer(unit[axle], unit[axle])
     whole = whole + (p[20] + s * p[21])[:, None, None] * np.outer(third, third)
@@ -375,6 +450,8 @@ def physical(points: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
     p[:, [15, 17]] = 1.0
     p[:, 26:30] = points[:, INDEX["front one-sidedness"] :][:, :4]
     p[:, 30] = points[:, INDEX["tyre progression"]]
+    p[:, 31:33] = points[:, INDEX["front relaxing spring"] :][:, :2]
+    p[:, 33:35] = RELAXATION * np.exp(points[:, INDEX["log front relaxation"] :][:, :2])
     column = COUNT
     for effect in effects:
         own = points[:, column : column + len(effect.own)]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from experiments.inference.healthy import learned_scales
+from experiments.inference.intervals import covariance
 from experiments.inference.model import Coordinate
 from experiments.inference.policy import Policy
 from experiments.inference.search import healthy_fit, infer
@@ -67,13 +68,14 @@ def run_benchmark(
         begin = time.monotonic()
         system = HalfCar(case.record) if scales is None else HalfCar(case.record, scales)
         verdict = infer(system, LIBRARY, policy)
-        row = answered(kind, case, verdict) | {"seed": seed, "index": index, "seconds": time.monotonic() - begin}
+        row = answered(kind, case, verdict, np.random.default_rng([seed, index, 1]))
+        row |= {"seed": seed, "index": index, "seconds": time.monotonic() - begin}
         replace_file(path, (json.dumps(row, indent=1) + "\n").encode())
         say(f"{index} {kind} {case.setting} {' + '.join(case.effects) or case.place or ''}: {verdict.action}")
 
 
-def answered(kind: str, case: Case, verdict: Verdict) -> dict[str, Any]:
-    """Truth, statement and the best hypotheses of a case."""
+def answered(kind: str, case: Case, verdict: Verdict, rng: np.random.Generator) -> dict[str, Any]:
+    """Truth, statement and the best hypotheses of a case. rng : of the errors by which intervals are made."""
     best = [row for row in verdict.rows if row.fit.hypothesis.named]
     own = next((row.evidence for row in verdict.rows if _is(row, case)), None)
     state, probability = max(verdict.posterior().items(), key=lambda one: one[1])
@@ -84,7 +86,7 @@ def answered(kind: str, case: Case, verdict: Verdict) -> dict[str, Any]:
         "largest": max((row.evidence for row in best), default=None),
         "own": own, "stated": probability,
         "leads": (state.families, state.unknown) == (frozenset(case.families), case.place),
-        "covered": covered(case, verdict.rows),
+        "covered": covered(case, verdict.rows, rng),
     }  # fmt: skip
 
 
@@ -104,12 +106,12 @@ def judged(kind: str, case: Case, action: Action) -> str:
     return "right" if said == true and action.kind == "pair" else "half"
 
 
-def covered(case: Case, rows: Sequence[Row]) -> dict[str, float]:
+def covered(case: Case, rows: Sequence[Row], rng: np.random.Generator) -> dict[str, float]:
     """Normalised errors of the sizes of the true effects, in the hypothesis that has just these."""
     row = next((one for one in rows if _is(one, case)), None)
     if row is None:
         return {}
-    spreads, errors, column = np.sqrt(np.diag(np.linalg.inv(row.fit.precision))), {}, COUNT
+    spreads, errors, column = np.sqrt(np.diag(covariance(row.fit, rng))), {}, COUNT
     for effect in row.fit.hypothesis.effects:
         places: list[tuple[Coordinate, int]] = [(one, INDEX[one.name]) for one in effect.faults]
         places += [(one, column + k) for k, one in enumerate(effect.own)]
@@ -122,7 +124,7 @@ def covered(case: Case, rows: Sequence[Row]) -> dict[str, float]:
 
 def _is(row: Row, case: Case) -> bool:
     names = {effect.name for effect in row.fit.hypothesis.effects}
-    return bool(names) and names == set(case.effects) and row.fit.hypothesis.unknown is None
+    return bool(names) and names == set(case.effects) and not row.fit.hypothesis.unknown
 
 
 def read_rows(folder: Path, seed: int) -> list[dict[str, Any]]:

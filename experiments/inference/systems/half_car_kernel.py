@@ -49,13 +49,15 @@ def heights(road, places, seen):
 
 
 @_compiled
-def accelerate(p, z, v, roads, t, a, out):
-    """Accelerations `a` (STATES,) and what acts, at positions z, velocities v, heights and rates of the road."""
+def accelerate(p, z, v, held, roads, t, a, out):
+    """Accelerations `a` (STATES,) and what acts, at positions z, velocities v, travel `held` (2,) in the springs behind
+    dampers, heights and rates of the road.
+    """
     mass, inertia, front, rear = p[0], p[1], p[11], p[12]
     d1, d2 = z[0] - front * z[1] - z[2], z[0] + rear * z[1] - z[3]
     e1, e2 = v[0] - front * v[1] - v[2], v[0] + rear * v[1] - v[3]
-    s1 = suspension(d1, e1, p[4], p[6], p[26], p[28], p[13], p[15], p[16])
-    s2 = suspension(d2, e2, p[5], p[7], p[27], p[29], p[14], p[17], p[18])
+    s1 = suspension(d1, e1, p[4], p[6], p[26], p[28], p[13], p[15], p[16]) + p[31] * held[0]
+    s2 = suspension(d2, e2, p[5], p[7], p[27], p[29], p[14], p[17], p[18]) + p[32] * held[1]
     x1, x2 = z[2] - roads[0], z[3] - roads[1]
     t1 = p[8] * x1 * (1.0 + PROGRESSION * p[30] * x1) + p[10] * (v[2] - roads[2])
     t2 = p[9] * x2 * (1.0 + PROGRESSION * p[30] * x2) + p[10] * (v[3] - roads[3])
@@ -76,10 +78,10 @@ def accelerate(p, z, v, roads, t, a, out):
 def move(p, r1, r2, h, lead, sub, out):
     """Outputs (OUTPUTS, samples), each the mean over `sub` steps, after `lead` steps from rest.
 
-    p : (31,) parameters. r1, r2 : (steps + 2,) heights [m] in the middles of the steps, from the step before the first.
+    p : (35,) parameters. r1, r2 : (steps + 2,) heights [m] in the middles of the steps, from the step before the first.
     """
     z, v, a, now = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES), np.zeros(OUTPUTS)
-    carried, roads, total = np.zeros(STATES), np.zeros(4), np.zeros(OUTPUTS)
+    carried, roads, total, held = np.zeros(STATES), np.zeros(4), np.zeros(OUTPUTS), np.zeros(2)
     base = p[11] + p[12]
     z[0], z[1], z[2], z[3] = (p[12] * r1[0] + p[11] * r2[0]) / base, (r2[0] - r1[0]) / base, r1[0], r2[0]
     z[4] = z[0] + 0.5 * z[1]
@@ -89,7 +91,9 @@ def move(p, r1, r2, h, lead, sub, out):
         for k in range(STATES):
             z[k] += 0.5 * h * v[k]
             carried[k] = v[k] + 0.5 * h * a[k]
-        accelerate(p, z, carried, roads, (i + 0.5 - lead) * h, a, now)
+        accelerate(p, z, carried, held, roads, (i + 0.5 - lead) * h, a, now)
+        for k in range(2):
+            held[k] = (held[k] + h * now[9 + k]) / (1.0 + h * p[33 + k])
         for k in range(STATES):
             v[k] += h * a[k]
             z[k] += 0.5 * h * v[k]
@@ -106,7 +110,7 @@ def move(p, r1, r2, h, lead, sub, out):
 def many(parameters, roads, which, places, apart, h, lead, sub, out):
     """`move` at all points.
 
-    parameters : (points, 31). roads : (roads, length), of which each point has `which`. places : (points, steps + 2) of
+    parameters : (points, 35). roads : (roads, length), of which each point has `which`. places : (points, steps + 2) of
     the front axle along the road [m]; `apart` [m] of the rear one behind it. out : (points, OUTPUTS, samples).
     """
     r1, r2 = np.zeros(places.shape[1]), np.zeros(places.shape[1])

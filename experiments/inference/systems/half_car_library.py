@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from experiments.inference.model import Coordinate, Effect, Fit, Library
-from experiments.inference.systems.half_car import CHANNELS, FORCES, TONES, dip
+from experiments.inference.systems.half_car import CHANNELS, FORCES, TONES, WIDE, dip
 
 LENGTH = 0.6  # m; of the dip that is looked for
 CLEAR = 1.0  # s; at the ends of a record, where none is looked for
@@ -16,7 +16,6 @@ FOUND = 2  # dips from which a fit begins
 THIRD = (2.5, 14.0)  # Hz; within two standard deviations of a third body's frequency
 LEAST = 2e-4  # m; depth from which it begins at least
 SMALL = 4.5e-4  # m; rms of the largest dip that fits a healthy record, over the records that levels are learned from
-WIDE = 0.5  # of a damper's law that nobody wrote down: half of its force at the middle rates
 
 
 def _between(whole: np.ndarray, f: np.ndarray, values: np.ndarray) -> np.ndarray:

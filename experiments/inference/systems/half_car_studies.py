@@ -32,8 +32,8 @@ def hypothesis_of(name: str, levels: Sequence[Level]) -> Hypothesis:
     effects = {one.name: one for one in (*LIBRARY.effects, *LIBRARY.small)}
     parts = [] if name == "none" else re.split(r" \+ ", name)
     own = tuple(effects[part] for part in parts if part in effects)
-    unknown = [level for part in parts for level in levels if part == f"unknown: {level.name}"]
-    return Hypothesis(own, unknown[0] if unknown else None)
+    unknown = tuple(level for part in parts for level in levels if part == f"unknown: {level.place}")
+    return Hypothesis(own, unknown)
 
 
 def decided_anew(row: Mapping[str, Any], policy: Policy) -> Action:
