@@ -78,7 +78,7 @@ def test_an_unknown_beside_a_fit_is_what_a_whole_fit_gives():
     system = Line(line(3, drift=0.3))
     none = fit(Problem(system, Hypothesis(), POLICY), np.zeros(2))
     assert none is not None
-    drift = system.levels[1]
+    drift = system.levels[1:]
     quick = with_unknown(POLICY, none, drift)
     whole = fit(Problem(system, Hypothesis((), drift), POLICY), np.zeros(2))
     assert whole is not None
@@ -101,6 +101,19 @@ def test_verdicts(record: np.ndarray, said: str):
 def test_what_the_library_does_not_know_is_unknown():
     verdict = infer(Line(line(5, bend=0.6)), Library((STEEP,)))
     assert verdict.action == Action("unknown", (), "drift")
+
+
+def test_what_follows_the_motion_is_part_of_what_is_unknown():
+    """A force without a name that has a slope too: the slope's name does not stand beside it where it is of its law."""
+    record = line(9, slope=2.0, drift=0.5)
+    levels = Line(record).levels
+    knowing = (levels[0], replace(levels[1], law=STEEP.faults))
+    assert Hypothesis((), knowing[1:]).coordinates(Line(record).coordinates)[1] == STEEP.faults[0]
+    library = LIBRARY.without("bend")
+    assert infer(Line(record), library).action == Action("name and unknown", ("steep",), "drift")
+    verdict = infer(Line(record, levels=knowing), library)
+    assert verdict.action == Action("unknown", (), "drift")
+    assert any("unknown: drift: fitted whole" in step for step in verdict.steps)
 
 
 def test_a_law_with_wide_priors_is_something_unknown_at_its_place():

@@ -21,6 +21,7 @@ from experiments.inference.systems.half_car import (
     COUNT,
     FORCES,
     INDEX,
+    RELAXATION,
     SHEET,
     HalfCar,
     Record,
@@ -72,6 +73,56 @@ def test_white_noise_has_its_variance_in_every_value():
     frames = Frames(200_000, 200.0)
     values = frames.analyse(np.random.default_rng(2).standard_normal((1, 200_000)))
     assert float((np.abs(values) ** 2).mean()) == pytest.approx(1.0, rel=0.01)
+
+
+@pytest.mark.parametrize("end", ["front", "rear"])
+def test_a_relaxing_spring_is_a_spring_where_it_holds_and_a_damper_where_it_gives(end: str):
+    """Closed forms of Maxwell's element: force k u, u' = e - r u. For r to 0 it is k d, for large r it is k / r e."""
+    system, stiffness = home(), 3000.0
+    for rate, name, force in ((1e-3, f"log {end} spring", 4), (800.0, f"log {end} damper", 6)):
+        relaxing, plain = NOMINAL.copy(), NOMINAL.copy()
+        relaxing[INDEX[f"{end} relaxing spring"]] = stiffness
+        relaxing[INDEX[f"log {end} relaxation"]] = np.log(rate / RELAXATION)
+        whole = physical(NOMINAL[None], ())[0][force + (end == "rear")]
+        plain[INDEX[name]] = np.log1p(stiffness / max(rate, 1.0) / whole)
+        changes = [power(system, system, x) for x in (relaxing, plain)]
+        assert bands(system, changes[0]) == pytest.approx(bands(system, changes[1]), rel=0.1)
+
+
+def test_a_relaxing_spring_passes_latent_forces_as_the_run_does():
+    """Of a suspension with a relaxing spring: the linear answer to a stiffer spring against two runs."""
+    system, x = home(), NOMINAL.copy()
+    x[INDEX["front relaxing spring"]] = 15e3
+    stiff = x.copy()
+    stiff[INDEX["log front spring"]] = 0.01
+    added = physical(stiff[None], ())[0][4] - physical(x[None], ())[0][4]
+    travel = system.run(x[None], ())[0, 4]
+    acts = np.mean(np.abs(system.frames.analyse(added * travel[None])[..., 0]) ** 2, axis=1)
+    predicted = acts[:, None] * np.abs(system.transfers(x, ()).forces[:, :, 0]) ** 2
+    apart = system.predict(np.stack([x, stiff]), ())[0]
+    ratio = bands(system, np.mean(np.abs(apart[1] - apart[0]) ** 2, axis=1)) / bands(system, predicted)
+    assert ratio[:, :4] == pytest.approx(1.0, abs=0.1)
+
+
+def test_latent_forces_of_springs_and_dampers_are_as_loud_as_these():
+    """Against the forces of a run over which the laws are straight: spring k d, damper c e."""
+    system = home()
+    out, p = system.run(NOMINAL[None], ())[0], physical(NOMINAL[None], ())[0]
+    forces = np.stack([p[4] * out[4], p[5] * out[11], p[6] * out[9], p[7] * out[10]])
+    true = np.mean(np.abs(system.frames.analyse(forces)) ** 2, axis=1)
+    assert bands(system, system.transfers(NOMINAL, ()).parts) == pytest.approx(bands(system, true), rel=0.1)
+
+
+def test_drawn_errors_are_as_the_covariances_say():
+    """Of a car at home, in bands; where the road passes by straight laws, its part is that of the linear answer."""
+    system = home().about(NOMINAL, (), None)
+    psi = middles(system.levels)
+    stated = np.tensordot(np.exp(2.0 * psi), system.covariances(NOMINAL, ())[0], 1)
+    (drawn,) = system.errors(NOMINAL, (), psi, 12, np.random.default_rng(4))
+    ratio = bands(system, np.mean(np.abs(drawn) ** 2, axis=(0, 2))) / bands(
+        system, np.real(np.einsum("fcc->fc", stated))
+    )
+    assert ratio == pytest.approx(1.0, abs=0.2)
 
 
 def test_survey_errors_pass_as_perturbed_roads_do():
@@ -159,7 +210,8 @@ def test_noise_and_readings_are_relative_to_sheet_and_channel():
     parts = system.covariances(NOMINAL, ())[0]
     x = NOMINAL.copy()
     x[INDEX[f"gain {CHANNELS[2]}"]] = np.log(1.01)
-    assert np.real(parts[18, :, 2, 2]) == pytest.approx(1e4 * power(system, system, x)[:, 2], rel=1e-6)
+    reading = [level.name for level in system.levels].index(f"reading {CHANNELS[2]}")
+    assert np.real(parts[reading, :, 2, 2]) == pytest.approx(1e4 * power(system, system, x)[:, 2], rel=1e-6)
     assert np.real(parts[1, :, 1, 1]) == pytest.approx(SHEET[1] ** 2)
 
 
@@ -235,7 +287,7 @@ def test_a_healthy_record_misses_nothing_and_is_not_asked_twice(tmp_path: Path):
 def test_a_weak_damper_is_named_with_its_size():
     case = truth.make(np.random.default_rng(11), "effect", "home", "weak damper")
     verdict = infer(HalfCar(case.record), LIBRARY)
-    row = answered("effect", case, verdict)
+    row = answered("effect", case, verdict, np.random.default_rng(12))
     assert row["judged"] == "right" and row["table"][0][0] == case.effects[0]
     assert row["covered"] and max(abs(error) for error in row["covered"].values()) < 4.0
 

@@ -14,7 +14,7 @@ from experiments.inference.systems.half_car_studies import OtherErrors, decided_
 from railsim.errors import InputError
 
 TABLE = [["rear friction", 8.0, 0.9], ["none", 0.0, 0.1], ["rear friction + small bump", 7.0, 0.0],
-         ["unknown: force rear suspension", 1.0, 0.0], ["unknown: law of the rear damper", 2.0, 0.0]]  # fmt: skip
+         ["unknown: rear suspension", 1.0, 0.0], ["unknown: law of the rear damper", 2.0, 0.0]]  # fmt: skip
 ROW = {"kind": "effect", "setting": "home", "effects": ["rear friction"], "families": ["friction"], "place": None,
        "table": TABLE}  # fmt: skip
 
@@ -23,7 +23,7 @@ def test_names_of_a_table_are_hypotheses_again():
     levels = OtherErrors(truth.make(np.random.default_rng(1)).record, times=1.0).levels
     for name, *_ in TABLE:
         assert hypothesis_of(name, levels).name == name
-    assert hypothesis_of("unknown: force rear suspension", levels).place == "rear suspension"
+    assert hypothesis_of("unknown: rear suspension", levels).place == "rear suspension"
 
 
 def test_a_policy_that_hardly_believes_in_effects_says_none():
