@@ -1,5 +1,6 @@
 """Machine code is kept by all source that it is made of, and by no more."""
 
+import gc
 import importlib
 import pkgutil
 from collections.abc import Iterator
@@ -8,6 +9,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
 import estimators
@@ -75,3 +77,20 @@ def test_the_run_that_compiles_has_the_machine_code_of_later_ones(name: str) -> 
             assert other.targetoptions.get("forceinline"), f"{one.__name__} calls {other.__name__}: make it `inlined`"
             seen += 1
     assert seen > 2
+
+
+def test_nobody_looks_for_garbage_while_a_kernel_is_compiled():
+    """Nested kernels too; afterwards, and where somebody has turned it off, all is as before."""
+    assert gc.isenabled()
+    with event.trigger_event("numba:compile"):
+        with event.trigger_event("numba:compile"):
+            assert not gc.isenabled()
+        assert not gc.isenabled()
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        with event.trigger_event("numba:compile"):
+            pass
+        assert not gc.isenabled()
+    finally:
+        gc.enable()

@@ -6,10 +6,12 @@ import resource
 import shlex
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
+from tqdm import tqdm
 
 import railsim
 from experiments.cli import build_parser, main
@@ -228,6 +230,12 @@ def test_progress_is_silent_when_quick_or_asked_to_be(monkeypatch: pytest.Monkey
     with logged(logging.ERROR), counting(3, "silent", "turns", in_files=True) as bar:
         bar.update(3)
     assert terminal.written == ""
+
+
+def test_a_bar_takes_no_semaphore_of_the_system():
+    """A worker that is killed would leave it behind, and Python warns of it."""
+    with counting(1, "waiting", "turns"):
+        assert isinstance(tqdm.get_lock(), type(threading.RLock()))
 
 
 def test_a_quiet_command_gives_results_alone():
