@@ -35,7 +35,7 @@ _OPTIONS: dict[str, Any] = {
 
 
 class _Uncollected(event.Listener):
-    """While a kernel is compiled nobody looks for garbage: that takes an eighth of the time, and nearly all stays."""
+    """While a kernel is compiled nobody looks for garbage: nearly all that it makes stays."""
 
     def __init__(self) -> None:
         self._inside, self._wanted = 0, False
