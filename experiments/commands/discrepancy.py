@@ -2,15 +2,21 @@
 
 examples:
   railsim discrepancy recording --model default --out verdict
+  railsim discrepancy recording --model whole_coach --method inference --out verdict
 """
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
 from railsim.errors import InputError
+
+if TYPE_CHECKING:
+    from railsim.scenario import Scenario
+
+TIME_LIMIT = 900.0  # s
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +35,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
     parser.add_argument("--engine", default="exudyn", metavar="NAME", help="engine of the last run (default: exudyn)")
+    parser.add_argument(
+        "--method",
+        choices=("stages", "inference"),
+        default="stages",
+        help="stages: screening, then fits, for half vehicles (default);\ninference: one comparison of all hypotheses, "
+        "for whole\nvehicles too",
+    )
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="S",
+        default=TIME_LIMIT,
+        help=f"of the inference; it then says what was not tried\n(default: {TIME_LIMIT:g})",
+    )
 
 
 def execute(given: argparse.Namespace) -> Outcome:
@@ -42,6 +62,8 @@ def execute(given: argparse.Namespace) -> Outcome:
     if not given.recording:
         raise InputError("give a RECORDING, or --plan to see what one could show")
     scenario = load_scenario(given.model)
+    if given.method == "inference":
+        return _inferred(given, scenario)
     countdown = Countdown(scenario.duration)
     verdict = explain(
         Path(given.recording),
@@ -55,6 +77,36 @@ def execute(given: argparse.Namespace) -> Outcome:
     )
     countdown.finish()
     return Outcome(verdict, _text(given.out, verdict))
+
+
+def _inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
+    """By the inference."""
+    from experiments.discrepancy.baseline.estimated_track import given_track
+    from experiments.discrepancy.baseline.evidence import NO_TRACK, gather
+    from experiments.discrepancy.baseline.parallel import one_thread_each
+    from experiments.inference.railway.answer import answer
+    from experiments.inference.railway.report import write
+    from experiments.inference.railway.statement import in_words
+    from experiments.reporting.logs import tell
+    from railsim.files import write_folder_atomically
+
+    if given.held_out:
+        raise InputError("--held-out goes with --method stages; the inference holds out parts of the recording itself")
+    if given.time_limit <= 0.0:
+        raise InputError(f"--time-limit {given.time_limit:g}: give a positive number of seconds")
+    evidence = gather(given.recording, scenario, given_track(given.track) if given.track else NO_TRACK)
+    with write_folder_atomically(given.out) as folder:
+        found = one_thread_each(answer)(evidence, _known(given.effects), limit=given.time_limit, say=tell)
+        told = write(found, folder)
+    rows = [[one["hypothesis"], one["evidence"], one["probability"]] for one in told["hypotheses"][:10]]
+    gaps = [[name, *one.values()] for name, one in told["channels"].items()]
+    parts = [
+        f"{told['status'].upper()}: {in_words(found)}",
+        table(["hypothesis", "evidence [nats]", "probability"], rows, decimals=3),
+        table(["gap of the channels", "nominal", "tolerances used", "as stated"], gaps, decimals=2),
+        ", ".join(f"{given.out}/{name}" for name in ("report.html", "verdict.json", told["model"]) if name),
+    ]
+    return Outcome(told, "\n\n".join(parts))
 
 
 def _plan(given: argparse.Namespace) -> Outcome:

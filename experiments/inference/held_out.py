@@ -20,10 +20,10 @@ EVERY = 6  # sections: of so many in a row the last third is held out
 
 @dataclass(frozen=True, eq=False)
 class Sections:
-    """A system of which only some repetitions are seen. `kept` (sections,) their places."""
+    """A system of which only some repetitions are seen. `kept`: their places in each group."""
 
     system: System
-    kept: np.ndarray
+    kept: tuple[np.ndarray, ...]
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -38,7 +38,7 @@ class Sections:
     @property
     def observed(self) -> tuple[np.ndarray, ...]:
         """The kept repetitions."""
-        return tuple(one[:, self.kept] for one in self.system.observed)
+        return tuple(one[:, kept] for one, kept in zip(self.system.observed, self.kept, strict=True))
 
     def starts(self) -> np.ndarray:
         """Those of the system."""
@@ -46,7 +46,8 @@ class Sections:
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """The kept repetitions."""
-        return tuple(one[:, :, self.kept] for one in self.system.predict(points, effects))
+        predicted = self.system.predict(points, effects)
+        return tuple(one[:, :, kept] for one, kept in zip(predicted, self.kept, strict=True))
 
     def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """Those of the system."""
@@ -73,10 +74,16 @@ def interleaved(count: int) -> tuple[np.ndarray, np.ndarray]:
     return np.nonzero(~held)[0], np.nonzero(held)[0]
 
 
+def parted(system: System) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+    """Places of the seen and of the held-out sections in each group."""
+    seen, held = zip(*(interleaved(one.shape[1]) for one in system.observed), strict=True)
+    return tuple(seen), tuple(held)
+
+
 def held_out(found: Fit, system: System, policy: Policy) -> Held | None:
     """A hypothesis fitted to the seen sections, judged by the others; None where no fit is finite."""
-    seen, held = interleaved(system.observed[0].shape[1])
-    slopes = [one[:, :, seen] for one in found.slopes]
+    seen, held = parted(system)
+    slopes = [one[:, :, kept] for one, kept in zip(found.slopes, seen, strict=True)]
     again = fit(Problem(Sections(system, seen), found.hypothesis, policy), found.x, found.psi, slopes)
     if again is None:
         return None
@@ -88,16 +95,16 @@ def held_out(found: Fit, system: System, policy: Policy) -> Held | None:
 
 def untouched(system: System, start: np.ndarray, policy: Policy) -> Held:
     """The nominal model at `start`, where it is best aligned, judged by the held-out sections."""
-    _, held = interleaved(system.observed[0].shape[1])
+    _, held = parted(system)
     problem = Problem(Sections(system.about(start, (), None), held), Hypothesis(), policy)
     return _judged(problem, start, middles(system.levels))
 
 
 def _judged(problem: Problem, x: np.ndarray, psi: np.ndarray) -> Held:
     groups = problem.groups(x, problem.system.covariances(x, problem.hypothesis.effects))
-    return Held(whitened_power(groups, psi), whitened_power(groups, _quiet(problem.levels)))
+    return Held(whitened_power(groups, psi), whitened_power(groups, quiet(problem.levels)))
 
 
-def _quiet(levels: Sequence[Level]) -> np.ndarray:
+def quiet(levels: Sequence[Level]) -> np.ndarray:
     """Levels as stated, without the latent ones."""
     return np.where([one.place is not None for one in levels], NOTHING, middles(levels))

@@ -16,7 +16,8 @@ from experiments.inference.model import Group, Level
 LONGEST = 1.2  # of a step of a log level
 FEWEST = 1e-9  # nats; a step that gains less ends the search
 STEPS = 60
-SAME = 1e-9  # of the standard deviations of all errors together
+SAME = 1e-9  # of the power of all errors together
+PROMISING = 16  # latent levels that are raised in turn
 RAISED = 2.5  # of the log of a level: where the search for another optimum begins
 
 
@@ -35,19 +36,20 @@ class Sums:
         return cls(columns @ np.conj(np.swapaxes(columns, 1, 2)), group.components, group.residual.shape[1])
 
     @cached_property
-    def roots(self) -> np.ndarray | None:
-        """(F, C, levels): K_k = r_k r_k^H, where each component is the square of one column (one source that all
-        channels hear); None where one of them is not.
+    def roots(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which components are the square of one column, K_k = r_k r_k^H (one source that all channels hear), and
+        these columns (F, C, as many).
         """
         diagonal = np.real(np.einsum("kfcc->kfc", self.components))
-        largest = np.argmax(diagonal, axis=2)[..., None]
-        column = np.take_along_axis(self.components, largest[..., None, :], 3)[..., 0]
-        size = np.sqrt(np.take_along_axis(diagonal, largest, 2))
-        columns = column / np.where(size > 0.0, size, 1.0)
-        square = columns[..., None] * np.conj(columns[..., None, :])
-        whole = np.sqrt(diagonal.sum(axis=0))
-        alike = (np.abs(square - self.components) <= SAME * whole[:, :, None] * whole[:, None, :]).all()
-        return np.ascontiguousarray(np.moveaxis(columns, 0, 2)) if alike else None
+        trace = diagonal.sum(axis=2)
+        flat = self.components.reshape(*trace.shape, -1)
+        squares = np.einsum("kfn,kfn->kf", flat.real, flat.real) + np.einsum("kfn,kfn->kf", flat.imag, flat.imag)
+        second = (trace**2 - squares) / np.where(trace > 0.0, 2.0 * trace, 1.0)  # eigenvalue, where it is small
+        single = (second <= SAME * trace.sum(axis=0)).all(axis=1)
+        largest = np.argmax(diagonal[single], axis=2)[..., None]
+        column = np.take_along_axis(self.components[single], largest[..., None, :], 3)[..., 0]
+        size = np.sqrt(np.take_along_axis(diagonal[single], largest, 2))
+        return single, np.ascontiguousarray(np.moveaxis(column / np.where(size > 0.0, size, 1.0), 0, 2))
 
     def covariance(self, psi: np.ndarray) -> np.ndarray:
         """(F, C, C)."""
@@ -80,22 +82,26 @@ def slopes(parts: Sequence[Sums], psi: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """Slope of `cost` (levels,) and Fisher information (levels, levels)."""
     count = len(psi)
     slope, fisher = np.zeros(count), np.zeros((count, count))
+    twice = 2.0 * np.exp(2.0 * psi)
     for one in parts:
         inverse = np.linalg.inv(one.covariance(psi))
-        if one.roots is not None:
-            seen, twice = inverse @ one.roots, 2.0 * np.exp(2.0 * psi)
-            between = np.conj(np.swapaxes(one.roots, 1, 2)) @ seen
-            trace = np.real(np.einsum("fkk->k", between))
-            square = np.real((np.conj(seen) * (one.outer @ seen)).sum((0, 1)))
-            slope += 0.5 * twice * (one.repeats * trace - square)
-            fisher += 0.5 * one.repeats * np.outer(twice, twice) * (np.abs(between) ** 2).sum(0)
-            continue
-        turned = inverse[None] @ (2.0 * np.exp(2.0 * psi)[:, None, None, None] * one.components)
-        flat, other = turned.reshape(count, -1), np.swapaxes(turned, -1, -2).reshape(count, -1)
-        residual = (inverse @ one.outer).ravel()
-        trace = np.real(np.einsum("kfcc->k", turned))
-        slope += 0.5 * (one.repeats * trace - np.real(other @ residual))
-        fisher += 0.5 * one.repeats * np.real(flat @ other.T)
+        (single, columns), repeats = one.roots, 0.5 * one.repeats
+        seen, whole = inverse @ columns, one.components[~single]
+        between = np.conj(np.swapaxes(columns, 1, 2)) @ seen
+        turned = inverse[None] @ whole
+        flat, other = (part.reshape(len(whole), inverse.size) for part in (turned, np.swapaxes(turned, -1, -2)))
+        trace, square = np.zeros(count), np.zeros(count)
+        trace[single] = np.real(np.einsum("fkk->k", between))
+        square[single] = np.real((np.conj(seen) * (one.outer @ seen)).sum((0, 1)))
+        trace[~single] = np.real(np.einsum("kfcc->k", turned))
+        square[~single] = np.real(other @ (inverse @ one.outer).ravel())
+        mixed = np.real((np.conj(seen) * (whole @ seen)).sum((1, 2)))
+        slope += 0.5 * twice * (one.repeats * trace - square)
+        part = np.zeros((count, count))
+        part[np.ix_(single, single)] = (np.abs(between) ** 2).sum(0)
+        part[np.ix_(~single, ~single)] = np.real(flat @ other.T)
+        part[np.ix_(~single, single)], part[np.ix_(single, ~single)] = mixed, mixed.T
+        fisher += repeats * np.outer(twice, twice) * part
     return slope, fisher
 
 
@@ -146,16 +152,18 @@ def fit_levels(
 
 
 def best_levels(parts: Sequence[Sums], levels: Sequence[Level], psi: np.ndarray, raised: bool = True) -> Levelled:
-    """The best of several starts: as they are, at the priors' middles, and with each latent level raised in turn,
-    for what is left may be laid to one place or another, and each is an optimum of its own.
+    """The best of several starts: as they are, at the priors' middles, and with each latent level that promises
+    most raised in turn, for what is left may be laid to one place or another, and each is an optimum of its own.
     """
     middle = middles(levels)
     starts = [psi, middle]
-    for index, level in enumerate(levels if raised else ()):
-        if level.place is not None:
-            start = middle.copy()
-            start[index] += RAISED
-            starts.append(start)
+    slope, fisher = slopes(parts, middle)
+    promise = np.maximum(-slope, 0.0) ** 2 / np.maximum(np.diag(fisher), 1e-300)
+    latent = [index for index, level in enumerate(levels) if level.place is not None]
+    for index in sorted(latent, key=lambda one: -promise[one])[: PROMISING if raised else 0]:
+        start = middle.copy()
+        start[index] += RAISED
+        starts.append(start)
     rough = [fit_levels(parts, levels, start, 0.05, 12) for start in starts]
     best = min(rough, key=lambda one: one.cost)
     return fit_levels(parts, levels, best.psi)

@@ -84,13 +84,19 @@ class Evidence:
 
 
 def gather(recording: Path | str, scenario: Scenario, given: GivenTrack = NO_TRACK) -> Evidence:
-    """Read the measured part of a recording; a track that is given takes the place of the recording's own.
+    """Read the measured part of a recording: `evidence_of` it."""
+    return evidence_of(read_measurements(recording), scenario, given, str(recording))
+
+
+def evidence_of(
+    measured: Measurements, scenario: Scenario, given: GivenTrack = NO_TRACK, recording: str = "recording"
+) -> Evidence:
+    """What of a recording is compared; a track that is given takes the place of the recording's own.
 
     Raises
     ------
     InputError : too short, no channel that the model can predict, no measured track, no speed, the vehicle stands.
     """
-    measured = read_measurements(recording)
     sensors, unknown = _sensors(measured)
     found = sampled(measured, sensors, scenario.output_rate)
     if not found.values:

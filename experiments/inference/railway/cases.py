@@ -1,17 +1,12 @@
 """Recordings of half vehicles on straight track whose truth the inference is not told; and its verdicts on them."""
 
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from experiments.inference.policy import Policy
-from experiments.inference.railway.library import Found, found_library
-from experiments.inference.railway.record import Record
-from experiments.inference.railway.system import SHEET, Railway
-from experiments.inference.search import infer
-from experiments.inference.verdict import Verdict
+from experiments.discrepancy.baseline.nuisances import built
+from experiments.inference.railway.build import named, vehicle_at
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import about_recording, measure, simulate_held
@@ -40,11 +35,7 @@ def nominal() -> Scenario:
 def recorded(rng: np.random.Generator, setting: str, effects: Sequence[dict[str, Any]]) -> Measurements:
     """A recording of a vehicle within its data sheet's tolerances, laden or not, with these effects."""
     told = nominal()
-    vehicle: dict[str, Any] = {"name": "class175"}
-    for name in type(told.vehicle).model_fields:
-        value, spread = getattr(told.vehicle, name), next((s for end, s in SHEET.items() if name.endswith(end)), None)
-        if spread and isinstance(value, float) and value > 0.0:
-            vehicle[name] = value * float(np.exp(spread * rng.standard_normal()))
+    builds = {named(one): one.std * rng.standard_normal() for one in built(told.vehicle)}
     load = {"kind": "payload", "mass": float(rng.uniform(1000.0, 2500.0) if setting == "laden" else 0.0)}
     times = {"survey quiet": 0.4, "survey loud": 2.5}.get(setting, 1.0)
     louder = 2.0 if setting == "noise twice" else 1.0
@@ -54,8 +45,9 @@ def recorded(rng: np.random.Generator, setting: str, effects: Sequence[dict[str,
             one.but(errors=one.errors.but(noise_density=louder * one.errors.noise_density)) for one in told.sensors
         ),
     )
+    true = true.but(vehicle=vehicle_at(told.vehicle, builds))
     values = true.values() | {
-        "vehicle": vehicle, "effects": [load, *effects], "start": told.start + 0.2 * float(rng.standard_normal()),
+        "effects": [load, *effects], "start": told.start + 0.2 * float(rng.standard_normal()),
         "speed": {"kind": "constant", "speed": 20.0 * (1.0 + 1e-3 * float(rng.standard_normal()))},
         "seed": int(rng.integers(1, 2**31)),
     }  # fmt: skip
@@ -67,24 +59,3 @@ def recorded(rng: np.random.Generator, setting: str, effects: Sequence[dict[str,
         rate = found.rate(name)
         tables.setdefault(rate, {"time [s]": found.time(name)})[name] = found[name]
     return Measurements(about, tables, found.track)
-
-
-def answer(
-    measured: Measurements,
-    found: Found | None = None,
-    policy: Policy | None = None,
-    say: Callable[[str], None] = print,
-    kinds: Sequence[str] | None = None,
-) -> tuple[Verdict, Found, float]:
-    """Verdict on a recording, the library that was used, and the seconds that it took without making the library.
-
-    `kinds` : plug-ins of which the library is made; None takes all.
-    """
-    record = Record(measured, nominal())
-    if found is None:
-        begin = time.monotonic()
-        found = found_library(Railway(record), kinds)
-        say(f"library: {len(found.library.effects)} effects, {time.monotonic() - begin:.0f} s")
-    begin = time.monotonic()
-    verdict = infer(Railway(record, installed=found.installed), found.library, policy)
-    return verdict, found, time.monotonic() - begin

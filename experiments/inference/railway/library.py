@@ -87,27 +87,33 @@ class _Maker:
 
     def __post_init__(self) -> None:
         x = np.zeros(len(self.system.coordinates))
-        (parts,) = self.system.covariances(x, ())
         weights = np.exp(2.0 * middles(self.system.levels))
-        self.root = np.linalg.inv(np.linalg.cholesky(np.tensordot(weights, parts, 1)))
+        self.roots = [
+            np.linalg.inv(np.linalg.cholesky(np.tensordot(weights, parts, 1)))
+            for parts in self.system.covariances(x, ())
+        ]
         steps = np.array([0.02 * one.spread if one.step is None else one.step for one in self.system.coordinates])
         points = np.concatenate([np.diag(steps), -np.diag(steps)])
-        (outputs,) = self.system.predict(points, ())
+        parts = self.system.predict(points, ())
         count = len(steps)
-        self.slopes = self.white((outputs[:count] - outputs[count:]) / (2.0 * steps[:, None, None, None]))
-        (self.nominal,) = self.system.predict(x[None], ())
+        self.slopes = self.white([(one[:count] - one[count:]) / (2.0 * steps[:, None, None, None]) for one in parts])
+        self.nominal = [one[0] for one in self.system.predict(x[None], ())]
 
-    def white(self, values: np.ndarray) -> np.ndarray:
-        """(rows, values) real."""
-        found = np.einsum("fcd,rftd->rftc", self.root, values).reshape(len(values), -1)
-        return np.concatenate([found.real, found.imag], axis=1)
+    def white(self, sections: Sequence[np.ndarray]) -> np.ndarray:
+        """(rows, values) real, of changes in each section."""
+        found = []
+        for root, values in zip(self.roots, sections, strict=True):
+            white = np.einsum("fcd,rftd->rftc", root, values, optimize=True).reshape(len(values), -1)
+            found += [white.real, white.imag]
+        return np.concatenate(found, axis=1)
 
     def signatures(self, setups: list[Setup | None]) -> list[np.ndarray | None]:
         """Whitened changes of the channels; None where there is no setup or its run fails."""
         present = [(one, 0.0) for one in setups if one is not None]
         if not present:
             return [None] * len(setups)
-        outputs = iter(self.white(self.system.outputs(present) - self.nominal[0]))
+        shown = self.system.shown(present)
+        outputs = iter(self.white([one - base for one, base in zip(shown, self.nominal, strict=True)]))
         found = [None if one is None else next(outputs) for one in setups]
         return [one if one is not None and np.isfinite(one).all() else None for one in found]
 

@@ -1,96 +1,157 @@
-"""What the inference sees of the railway: measured vertical channels in frames, data sheets, track file, speed."""
+"""What the inference sees of the railway: measured channels in frames, data sheets, track file, speed.
+
+Frames are sorted into sections of like speed: what errors do to the channels depends on it.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from experiments.discrepancy.baseline.evidence import Evidence
+from experiments.discrepancy.baseline.forward import Registration, ideal
+from experiments.discrepancy.baseline.registration import register
 from experiments.inference.frames import Frames
-from experiments.inference.railway.survey import USUAL, Surveyed
+from experiments.inference.railway.survey import Surveyed
 from railsim.errors import InputError
-from railsim.measurements import Measurements
 from railsim.scenario import Scenario
-from railsim.sensors.errors import SensorErrors
+from railsim.sensors.inertial import InertialSensor
 from railsim.sensors.interface import Sensor
-from railsim.sensors.suite import build_sensor
-from railsim.track.survey import TrackErrors
-from railsim.track.track import Track
 
-QUANTITIES = ("acceleration_z", "displacement")
-"""Channels that are compared."""
+LEFT_OUT = {"acceleration_x": "it follows from the change of speed, which the speed signal tells only roughly"}
+"""Quantities that are not compared."""
 WINDOW, LOW, HIGH = 2.0, 0.6, 40.0  # s, Hz, Hz: of the frames
+USED = 0.35  # of the rate of the slowest channel
 DROPPED = 2.0  # s at the beginning, where nobody knows the state from which the vehicle came
+SLOW = 2.0  # m/s; below it a frame says nothing
+ALIKE = 1.2  # largest speed of a section over its smallest
+FEWEST = 4  # frames of a section; fewer go to a neighbour
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A recording and its nominal scenario."""
+    """A recording's evidence as its frames."""
 
-    measured: Measurements
-    scenario: Scenario
-
-    @cached_property
-    def sensors(self) -> tuple[Sensor, ...]:
-        """With what shapes their signals and nothing random, as their data sheets say."""
-        found = []
-        for sheet in self.measured.about["sensors"]:
-            settings = {key: value for key, value in sheet.items() if key != "channels"}
-            sensor = build_sensor(settings)
-            if any(_quantity(name) in QUANTITIES and name in self.measured for name in sensor.channels()):
-                found.append(sensor)
-        if not found:
-            raise InputError(f"recording: none of its channels is one of {', '.join(QUANTITIES)}; record one of these")
-        return tuple(found)
+    evidence: Evidence
 
     @property
-    def ideal(self) -> tuple[Sensor, ...]:
-        """The sensors with filter and latency alone."""
-        return tuple(
-            one.but(
-                errors=SensorErrors(
-                    bandwidth=one.errors.bandwidth, bandwidth_order=one.errors.bandwidth_order,
-                    latency=one.errors.latency,
-                )
-            )
-            for one in self.sensors
-        )  # fmt: skip
+    def scenario(self) -> Scenario:
+        """The nominal one."""
+        return self.evidence.scenario
 
     @cached_property
     def channels(self) -> dict[str, Sensor]:
         """Compared channels, and the sensor of each."""
-        return {
+        found = {
             name: one
-            for one in self.sensors
+            for one in self.evidence.sensors
             for name in one.channels()
-            if _quantity(name) in QUANTITIES and name in self.measured and np.isfinite(self.measured[name]).all()
+            if name in self.evidence.channels and _quantity(name) not in LEFT_OUT
         }
+        if not found:
+            raise InputError("recording: no channel can be compared; record a vertical or lateral acceleration or rate")
+        return found
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Channels that are not compared, with the reason."""
+        skipped = [f"{n}: {LEFT_OUT[_quantity(n)]}" for n in self.evidence.channels if _quantity(n) in LEFT_OUT]
+        return (*self.evidence.left_out, *skipped)
+
+    @cached_property
+    def ideal(self) -> tuple[Sensor, ...]:
+        """The sensors with filter and latency alone; inertial ones with all axes, as any of them may be turned."""
+        found = []
+        for one in dict.fromkeys(self.channels.values()):
+            axes = {"axes": one.axis_names} if isinstance(one, InertialSensor) and self.mounted(one) else {}
+            found.append(one.but(errors=ideal(one.errors), **axes))
+        return tuple(found)
+
+    @staticmethod
+    def mounted(sensor: Sensor) -> bool:
+        """Whether its mounting may be turned."""
+        return isinstance(sensor, InertialSensor) and sensor.errors.misalignment_std > 0.0
+
+    @cached_property
+    def registration(self) -> Registration:
+        """Where the recording began and the scale of its speed, roughly."""
+        return register(self.evidence)
 
     @cached_property
     def duration(self) -> float:
         """Whole half windows that every channel has [s]."""
-        ends = [len(self.measured[name]) / self.measured.rate(name) for name in self.channels]
-        duration = np.floor(min(ends) / (0.5 * WINDOW) + 1e-9) * 0.5 * WINDOW
+        ends = min(len(self.evidence.samples[name]) / self.evidence.rates[name] for name in self.channels)
+        duration = np.floor(ends / (0.5 * WINDOW) + 1e-9) * 0.5 * WINDOW
         if duration < DROPPED + 2.0 * WINDOW:
-            raise InputError(f"recording: {min(ends):.1f} s are too short; give {DROPPED + 2.0 * WINDOW:g} s or more")
+            raise InputError(f"recording: {ends:.1f} s are too short; give {DROPPED + 2.0 * WINDOW:g} s or more")
         return float(duration)
 
-    def framed(self, name: str, values: np.ndarray, rate: float) -> np.ndarray:
-        """(F, frames) of samples from the record's beginning; mean square = density of white noise at any rate."""
+    def frames(self, rate: float) -> Frames:
+        """Of the samples that are compared of a channel at `rate`."""
+        return Frames(
+            round((self.duration - DROPPED) * rate), rate, WINDOW, LOW, min(HIGH, USED * self.evidence.slowest)
+        )
+
+    def framed(self, values: np.ndarray, rate: float) -> np.ndarray:
+        """(F, kept frames) of samples from the record's beginning, without their mean; mean square = density of white
+        noise at any rate.
+        """
         first, last = round(DROPPED * rate), round(self.duration * rate)
         if len(values) < last:
-            raise InputError(f"recording: '{name}' ends after {len(values) / rate:.2f} s")
-        return frames(rate, self.duration).analyse(values[None, first:last])[..., 0] / np.sqrt(rate)
+            raise InputError(f"recording: a channel ends after {len(values) / rate:.2f} s")
+        part = values[first:last]
+        part = part - part.mean() if np.isfinite(part).all() else np.nan_to_num(part - np.nanmean(part))
+        return (self.frames(rate).analyse(part[None])[..., 0] / np.sqrt(rate))[:, self.kept]
+
+    @cached_property
+    def kept(self) -> np.ndarray:
+        """Frames in which every channel has all samples and the vehicle moves."""
+        good = self._speeds > SLOW
+        for name in self.channels:
+            rate = self.evidence.rates[name]
+            part = self.evidence.samples[name][round(DROPPED * rate) : round(self.duration * rate)]
+            good = good & np.isfinite(part)[self.frames(rate).places].all(axis=1)
+        if good.sum() < FEWEST:
+            raise InputError("recording: no stretch of 6 s has all channels while the vehicle moves; give a longer one")
+        return np.flatnonzero(good)
+
+    @cached_property
+    def _speeds(self) -> np.ndarray:
+        """(frames,) lowest speed within each frame [m/s]."""
+        begins = DROPPED + 0.5 * WINDOW * np.arange(round((self.duration - DROPPED) / (0.5 * WINDOW)) - 1)
+        time = begins[:, None] + WINDOW * np.linspace(0.0, 1.0, 9)
+        return np.interp(time, self.evidence.speed[0], self.evidence.speed[1]).min(axis=1)
+
+    @cached_property
+    def sections(self) -> tuple[np.ndarray, ...]:
+        """Places of the kept frames, by speed."""
+        speeds = self._speeds[self.kept]
+        order = np.argsort(speeds, kind="stable")
+        steps = max(1, int(np.ceil(np.log(speeds.max() / speeds.min()) / np.log(ALIKE))))
+        edges = np.linspace(0.0, 1.0, steps + 1)[1:-1] * np.log(speeds.max() / speeds.min())
+        parts = np.split(order, np.searchsorted(np.log(speeds[order] / speeds.min()), edges))
+        found: list[np.ndarray] = []
+        for part in parts:
+            if found and (len(part) < FEWEST or len(found[-1]) < FEWEST):
+                found[-1] = np.concatenate([found[-1], part])
+            else:
+                found.append(part)
+        return tuple(np.sort(part) for part in found if len(part))
+
+    def speed_of(self, section: int) -> float:
+        """Mean speed of a section [m/s]."""
+        return float(self._speeds[self.kept][self.sections[section]].mean())
 
     @cached_property
     def seen(self) -> np.ndarray:
-        """(F, frames, channels)."""
-        parts = [self.framed(name, self.measured[name], self.measured.rate(name)) for name in self.channels]
-        return np.stack(parts, axis=-1)
+        """(F, kept frames, channels)."""
+        samples, rates = self.evidence.samples, self.evidence.rates
+        return np.stack([self.framed(samples[name], rates[name]) for name in self.channels], axis=-1)
 
     @cached_property
     def frequencies(self) -> np.ndarray:
         """(F,) [Hz]."""
-        return frames(self.measured.rate(next(iter(self.channels))), self.duration).frequencies
+        return self.frames(self.evidence.rates[next(iter(self.channels))]).frequencies
 
     @property
     def densities(self) -> np.ndarray:
@@ -103,33 +164,22 @@ class Record:
         ]
         return np.maximum(np.array(found), 1e-12 * np.mean(np.abs(self.seen) ** 2, axis=(0, 1)))
 
-    @cached_property
+    @property
     def stated(self) -> bool:
         """Whether the recording states the errors of its track file."""
-        errors = self.measured.about.get("track", {}).get("errors")
-        return errors is not None and any(errors.values())
+        return self.evidence.track_errors_stated
 
     @cached_property
     def surveyed(self) -> Surveyed:
         """The measured track."""
-        table = self.measured.track
-        if table is None:
-            raise InputError("recording: it has no track.csv; add the track as it was measured")
-        columns = {key.partition(" [")[0]: table[key].to_numpy(float) for key in table.columns[1:]}
-        errors = TrackErrors(**self.measured.about["track"]["errors"]) if self.stated else USUAL
-        return Surveyed(Track(table.iloc[:, 0].to_numpy(float), columns, "measured"), errors)
+        return Surveyed(self.evidence.track, self.evidence.track_errors)
 
     @cached_property
     def speed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Time and speed [m/s] of the nominal scenario."""
-        time = np.arange(0.0, self.duration + 1.0, 0.25)
-        return time, np.interp(time, *self.scenario.setup.speed.knots(self.scenario.duration))
-
-
-def frames(rate: float, duration: float) -> Frames:
-    """Of the samples that are compared of a channel at `rate`."""
-    return Frames(round((duration - DROPPED) * rate), rate, WINDOW, LOW, HIGH)
+        """Time and speed [m/s], as registered."""
+        time, speed, _ = self.evidence.speed
+        return time, speed * self.registration.scale
 
 
 def _quantity(channel: str) -> str:
-    return channel.split(".")[1].split(" ")[0]
+    return channel.partition(" [")[0].rpartition(".")[2]

@@ -12,10 +12,8 @@ from railsim.track.ends import continued
 from railsim.track.survey import TrackErrors, error_of
 from railsim.track.track import Track
 
-USUAL = TrackErrors(vertical_std=2e-4, lateral_std=2e-4, cross_level_std=3e-4, gauge_std=2e-4, curvature_std=2e-6)
-"""Errors of a track file that states none; illustrative."""
-KINDS = ("vertical", "cross_level")
-"""Of errors that vertical channels see, as `TrackErrors` calls them."""
+KINDS = ("vertical", "cross_level", "lateral", "gauge")
+"""Of errors that the channels see, as `TrackErrors` calls them."""
 HIDDEN = ", hidden"  # of names of errors
 SHOWN = 0.1  # share of the track in the file's power from which the file shows it
 BENT = 2.0  # deviation of the change of a spectrum's slope (log by log) over an octave; illustrative
@@ -32,7 +30,7 @@ class Surveyed:
 
     def kinds(self) -> tuple[str, ...]:
         """Kinds of errors that the file has."""
-        return tuple(kind for kind in KINDS if getattr(self.errors, f"{kind}_std") > 0.0)
+        return tuple(kind for kind in KINDS if getattr(self.errors, f"{kind}_std") > 0.0 and self._columns(kind, 1.0))
 
     def sources(self) -> tuple[str, ...]:
         """Kinds of errors, of each what the file shows and what it hides: two levels, for nobody knows how a track goes
@@ -50,20 +48,25 @@ class Surveyed:
                 columns[name] = line + _filtered(rest, self._share(rest, deviation))
         return continued(Track(self.track.s, columns, self.track.name), OVERRUN)
 
-    def drawn(self, kind: str, level: float, rng: np.random.Generator) -> Track:
-        """The expected track of that kind's level, with errors as stated in what the file leaves open: where it shows
-        the track, or (`kind` ending in HIDDEN) where nothing but the slope of its spectrum tells of it.
+    def drawn(self, source: str, levels: dict[str, float], rng: np.random.Generator, count: int) -> list[Track]:
+        """`count` times the track that is expected with these levels, with errors of a source as they are stated in
+        what the file leaves open: where it shows the track, or (`source` ending in HIDDEN) where nothing but the slope
+        of its spectrum tells of it.
         """
-        hidden, kind = kind.endswith(HIDDEN), kind.removesuffix(HIDDEN)
-        columns = dict(self.expected(dict.fromkeys(self.kinds(), level)).columns())
-        pad = (len(next(iter(columns.values()))) - len(self.track.s)) // 2
-        for name, deviation in self._columns(kind, level):
+        hidden, kind = source.endswith(HIDDEN), source.removesuffix(HIDDEN)
+        expected = self.expected(levels)
+        pad, found, shares = (len(expected.s) - len(self.track.s)) // 2, [], {}
+        for name, deviation in self._columns(kind, levels[kind]):
             file = self.track.columns()[name]
             share = self._share(file - _line(file), deviation)
-            share = np.where((share < SHOWN) == hidden, share, 0.0)
-            error = _filtered(deviation / level * rng.standard_normal(len(file)), np.sqrt(share))
-            columns[name] = columns[name] + np.pad(error, pad)
-        return Track(continued(self.track, OVERRUN).s, columns, self.track.name)
+            shares[name] = deviation / levels[kind], np.sqrt(np.where((share < SHOWN) == hidden, share, 0.0))
+        for _ in range(count):
+            columns = dict(expected.columns())
+            for name, (deviation, share) in shares.items():
+                error = _filtered(deviation * rng.standard_normal(len(self.track.s)), share)
+                columns[name] = columns[name] + np.pad(error, pad)
+            found.append(Track(expected.s, columns, self.track.name))
+        return found
 
     def _columns(self, kind: str, level: float) -> list[tuple[str, float]]:
         one = TrackErrors(**{f"{kind}_std": getattr(self.errors, f"{kind}_std")})

@@ -1,43 +1,51 @@
-"""A recording of a railway vehicle as a system of the inference: vertical channels on straight track.
+"""A recording of a railway vehicle as a system of the inference.
 
-Coordinates: build and payload, alignment with the track file, gains and delays of the channels, then what effects
-bring. Every number of the vehicle's data sheet that moves the channels is a coordinate.
+Coordinates: build and payload, alignment with the track file, gains and delays of channels and turns of sensors, then
+what effects bring. Every number of the vehicle's data sheet that moves the channels is a coordinate.
 """
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from experiments.inference.model import Coordinate, Effect, Level
 from experiments.inference.priors import HalfNormal, LogNormal
-from experiments.inference.railway.answers import Answers, force_of
+from experiments.inference.railway.answers import Answers
+from experiments.inference.railway.build import (
+    along_coordinates,
+    built_coordinates,
+    sensor_coordinates,
+    setup_at,
+    turns,
+)
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.runs import run_all
 from experiments.inference.railway.survey import HIDDEN, Surveyed
 from railsim.dynamics.channels import channel_names
-from railsim.effects.interface import EFFECTS, Setup
 from railsim.effects.interface import Effect as Plugin
+from railsim.effects.interface import Setup
 from railsim.engines.interface import Run, default_substeps
 from railsim.errors import InputError
 from railsim.sensors.interface import Sensor
-from railsim.speed import Profile
 from railsim.track.kernel import TrackTables, build_tables
 from railsim.track.track import Track
 from railsim.truth import HeldTruth
 
-SHEET = {"_mass": 0.02, "_inertia": 0.04, "_stiffness": 0.06, "_damping": 0.10, "contact_damping_ratio": 0.3}
-"""Standard deviations of the logs of a build's numbers by the ending of their names; illustrative."""
-PAYLOAD = 1500.0  # kg; spread of what nobody has weighed
-OFFSET, SCALE, WANDER, WANDERS = 0.3, 2e-3, 0.02, 2  # m at mid-run, -, m; number of slow sines
-GAIN, DELAY = 0.01, 2e-4  # -, s; where the data sheet states no spread of the scale
 HIDDEN_SPREAD = 1.5  # of the log of the level of what the track file hides: a factor of 4.5
 HEALTHY = 0.005  # scale of latent levels before any are learned, relative to what acts at the place
 SEEN = 0.1  # standard deviations of the noise: what moves the record less is no coordinate
-DRAWS = 8  # tracks with other errors, of which the survey's covariance is made
-STEPS = 0.5  # of the log of the survey's level, between which the expected track is the same
+MOST = 24  # of these runs
+DRAWN = 10  # frames a channel of runs over tracks with other errors, of which the survey's covariance is made
+GRID = 0.15 * np.arange(-2, 3)  # m
+STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
+FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
+AT_ONCE = 32  # runs whose truth is in memory
 SEED = 20110901  # of these draws: the same for every hypothesis
 
 Choices = dict[str, object]
@@ -52,7 +60,12 @@ class Installed:
     fields: tuple[str, ...]
 
     def make(self, values: np.ndarray) -> Plugin:
-        """With these values, each within what the plug-in allows."""
+        """With these values, each within what the plug-in allows.
+
+        Raises
+        ------
+        InputError : a value is not finite, or they do not fit together.
+        """
         found = dict(self.choices)
         for name, value in zip(self.fields, values, strict=True):
             low, high = self.plugin.limits(name)
@@ -62,35 +75,30 @@ class Installed:
 
 @dataclass(frozen=True, eq=False)
 class Railway:
-    """A `System` of the inference. `scales` of healthy levels by name; `installed`: how effects are made, by name;
-    `survey_level`: of the file's errors over the stated ones, at which the track is expected; `kept`: what systems of
-    one record share.
+    """A `System` of the inference. `scales` of healthy levels by their `kind_of`; `installed`: how effects are made, by
+    name; `survey`: steps of the logs of the levels of the file's errors, kind by kind, at which the track is expected
+    (None: those that leave least); `kept`: what systems of one record share.
     """
 
     record: Record
     scales: Mapping[str, float] = field(default_factory=dict)
     installed: dict[str, Installed] = field(default_factory=dict)
-    survey_level: float = 1.0
-    kept: dict[str, object] = field(default_factory=dict)
+    survey: tuple[int, ...] | None = None
+    kept: dict[object, Any] = field(default_factory=dict)
+    last: dict[bytes, HeldTruth | None] = field(default_factory=dict)
 
     @cached_property
     def build(self) -> tuple[Coordinate, ...]:
         """Numbers of the data sheet that move the channels, and the payload."""
         if "build" not in self.kept:
             self.kept["build"] = self._seen_build()
-        return self.kept["build"]  # type: ignore[return-value]
+        return self.kept["build"]
 
     def _seen_build(self) -> tuple[Coordinate, ...]:
-        vehicle = self.record.scenario.vehicle
-        found = []
-        for name in type(vehicle).model_fields:
-            value, spread = getattr(vehicle, name), next((s for end, s in SHEET.items() if name.endswith(end)), None)
-            if spread and isinstance(value, float) and value > 0.0:
-                found.append(Coordinate(f"log {name}", "-", 0.0, spread))
-        found.append(Coordinate("payload", "kg", 0.0, PAYLOAD))
+        found = built_coordinates(self.record.scenario.vehicle)
         moved = [self._setup({one.name: one.spread}, ()) for one in found]
         outputs = self.outputs([(self._nominal, 0.0), *((one, 0.0) for one in moved)])
-        sizes = np.abs(outputs[1:] - outputs[0]) ** 2 / self.record.densities
+        sizes = np.abs((outputs[1:] - outputs[0]) @ self._turns[1][0].T) ** 2 / self.record.densities
         sizes = np.nan_to_num(sizes, nan=0.0).sum(axis=(1, 2, 3))
         return tuple(one for one, size in zip(found, sizes, strict=True) if size > SEEN**2)
 
@@ -101,16 +109,7 @@ class Railway:
 
     @cached_property
     def _coordinates(self) -> tuple[Coordinate, ...]:
-        along = (
-            Coordinate("offset", "m", 0.0, OFFSET, 1e-3), Coordinate("speed", "-", 0.0, SCALE, 1e-5),
-            *(Coordinate(f"wander {k + 1}", "m", 0.0, WANDER, 1e-3) for k in range(WANDERS)),
-        )  # fmt: skip
-        gains = [
-            Coordinate(f"gain {name}", "-", 0.0, max(one.errors.scale_error_std, GAIN))
-            for name, one in self.record.channels.items()
-        ]
-        delays = [Coordinate(f"delay {name}", "s", 0.0, DELAY) for name in self.record.channels]
-        return (*self.build, *along, *gains, *delays)
+        return (*self.build, *along_coordinates(self.record), *sensor_coordinates(self.record))
 
     @property
     def levels(self) -> tuple[Level, ...]:
@@ -121,80 +120,133 @@ class Railway:
     def _levels(self) -> tuple[Level, ...]:
         spread = 0.5 if self.record.stated else 1.2
         channels = list(self.record.channels)
-        names = [one.name for one in self._answers.places]
+        names = [one.name for one in self._answers[0].places]
         return (
             *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in channels),
             *(Level(f"survey {kind}", "input", LogNormal(1.0, HIDDEN_SPREAD if kind.endswith(HIDDEN) else spread))
               for kind in self._surveyed.sources()),
-            *(Level(f"force {n}", "force", HalfNormal(self.scales.get(f"force {n}", HEALTHY)), n) for n in names),
-            *(Level(f"reading {n}", "reading", HalfNormal(self.scales.get(f"reading {n}", HEALTHY)), n)
+            *(Level(f"force {n}", "force", HalfNormal(self.scales.get(kind_of(f"force {n}"), HEALTHY)), n)
+              for n in names),
+            *(Level(f"reading {n}", "reading", HalfNormal(self.scales.get(kind_of(f"reading {n}"), HEALTHY)), n)
               for n in channels),
         )  # fmt: skip
 
     @property
     def observed(self) -> tuple[np.ndarray, ...]:
-        """The record's frames."""
-        return (self.record.seen,)
+        """The record's frames, by sections of like speed."""
+        return self._sections(self.record.seen)
+
+    def _sections(self, values: np.ndarray) -> tuple[np.ndarray, ...]:
+        return tuple(values[..., part, :] for part in self.record.sections)
 
     def starts(self) -> np.ndarray:
-        """A grid of place and speed."""
-        offsets, scales = np.meshgrid(0.15 * np.arange(-5, 6), 1.2e-3 * np.arange(-3, 4), indexing="ij")
-        points = np.zeros((offsets.size, len(self.coordinates)))
-        points[:, self._index["offset"]], points[:, self._index["speed"]] = offsets.ravel(), scales.ravel()
+        """A grid about the registration: shifts of the run's middle and of its ends."""
+        middles, ends = np.meshgrid(GRID, GRID, indexing="ij")
+        points = np.zeros((middles.size, len(self.coordinates)))
+        points[:, self._index["offset"]] = middles.ravel()
+        points[:, self._index["speed"]] = ends.ravel() / (0.5 * self._way)
         return points
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
-        """(points, F, frames, channels); not finite where a run has failed."""
-        first, count = self._index[self._gains[0]], len(self.record.channels)
+        """(points, F, frames, channels) of each section; not finite where a run has failed."""
+        sensors = self._of_sensors
         still = points.copy()
-        still[:, first : first + 2 * count] = 0.0
+        still[:, sensors] = 0.0
         moved, back = np.unique(still, axis=0, return_inverse=True)
-        found = self.outputs([self._at(x, effects) for x in moved])[back.ravel()]
-        gains, delays = points[:, first : first + count], points[:, first + count : first + 2 * count]
-        turn = np.exp(gains[:, None] - 2j * np.pi * self.record.frequencies[:, None] * delays[:, None])
-        return (found * turn[:, :, None, :],)
+        raw = self._alone(moved[0], effects) if len(moved) == 1 else self.outputs([self._at(x, effects) for x in moved])
+        count, (_, whole) = len(self.record.channels), self._turns
+        found = np.empty((len(points), *raw.shape[1:3], count), complex)
+        for row, (x, place) in enumerate(zip(points[:, sensors], back.ravel(), strict=True)):
+            gains, delays, angles = x[:count], x[count : 2 * count], x[2 * count :]
+            shown = np.tensordot(np.concatenate([[1.0], angles]), whole, 1)
+            factor = np.exp(gains - 2j * np.pi * self.record.frequencies[:, None] * delays)
+            found[row] = (raw[place] @ shown.T) * factor[:, None, :]
+        return self._sections(found)
 
     def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
-        """(levels, F, channels, channels); linear answers of the nominal build."""
-        f, count, answers = self.record.frequencies, len(self.record.channels), self._answers
-        setup, start = self._at(x, effects)
-        truth = self._run([(setup, start)])[0]
+        """(levels, F, channels, channels) of each section; linear answers of the nominal build."""
+        still = x.copy()
+        still[self._of_sensors] = 0.0
+        setup, truth = self._truth(still, effects)
+        f, count = self.record.frequencies, len(self.record.channels)
         if truth is None:
-            return (np.full((len(self.levels), len(f), count, count), np.nan + 0j),)
-        read = self._read(setup.sensors, truth)
-        frames = {
-            name: self.record.framed(name, truth[name], truth.rate)
-            for place in answers.places for name in place.needs if name in truth
-        }  # fmt: skip
-        eye, parts = np.eye(count), [d * np.eye(count)[[k]].T @ np.eye(count)[[k]] for k, d in enumerate(self._noise)]
-        whole = [np.broadcast_to(one, (len(f), count, count)) for one in parts]
-        whole += [self._survey[kind] for kind in self._surveyed.sources()]
-        for number, place in enumerate(answers.places):
-            power = np.mean(np.abs(force_of(place, self._nominal.model, frames, f)) ** 2, axis=1)
-            one = answers.forces[:, :, number]
-            whole.append(_smooth(power)[:, None, None] * one[:, :, None] * np.conj(one[:, None, :]))
-        power = np.mean(np.abs(read) ** 2, axis=1)
-        whole += [_smooth(power[:, k])[:, None, None] * np.outer(eye[k], eye[k]) for k in range(count)]
+            return tuple(np.full((len(self.levels), len(f), count, count), np.nan + 0j) for _ in self.record.sections)
+        read = self._read(setup.sensors, truth) @ self._turns[1][0].T
+        frames = {n: self.record.framed(truth[n], truth.rate) for n in self._answers[0].needs if n in truth}
+        return tuple(self._of_section(number, read, frames) for number in range(len(self.record.sections)))
+
+    def _truth(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, HeldTruth | None]:
+        """One run, of which the last is remembered."""
+        setup, start = self._at(x, effects)
+        key = x.tobytes() + "".join(one.name for one in effects).encode()
+        if key not in self.last:
+            self.last.clear()
+            self.last[key] = self._run([(setup, start)])[0]
+        return setup, self.last[key]
+
+    def _alone(self, x: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
+        """(1, F, frames, components) at one point."""
+        setup, truth = self._truth(x, effects)
+        if truth is None:
+            return np.full((1, *self.record.seen.shape[:2], len(self._turns[0])), np.nan + 0j)
+        return self._read(setup.sensors, truth)[None]
+
+    def _of_section(self, number: int, read: np.ndarray, frames: Mapping[str, np.ndarray]) -> np.ndarray:
+        answers, part = self._answers[number], self.record.sections[number]
+        count, shape = len(self.record.channels), (len(self.record.frequencies), *[len(self.record.channels)] * 2)
+        units = [np.outer(one, one) for one in np.eye(count)]
+        whole = [np.broadcast_to(density * unit, shape) for density, unit in zip(self._noise, units, strict=True)]
+        whole += [self._survey[kind][number] for kind in self._surveyed.sources()]
+        for column, place in enumerate(answers.places):
+            power = _smooth(np.mean(np.abs(answers.acting(place, frames)[:, part]) ** 2, axis=1))
+            one = answers.forces[:, :, column]
+            whole.append(power[:, None, None] * one[:, :, None] * np.conj(one[:, None, :]))
+        power = _smooth(np.mean(np.abs(read[:, part]) ** 2, axis=1))
+        whole += [power[:, k, None, None] * unit for k, unit in enumerate(units)]
         found = np.stack([one.astype(complex) for one in whole])
         found[:, :, range(count), range(count)] += 1e-12 * self._noise
-        return (found,)
+        return found
 
     def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "Railway":
         """The system over the track that is expected with the survey's errors as loud as they are."""
         del x, effects
         if psi is None:
-            return self
+            return self._over(self._first_survey)
         names = [one.name for one in self.levels]
-        if "survey vertical" not in names:
+        logs = [psi[names.index(f"survey {kind}")] for kind in self._surveyed.kinds()]
+        return self._over(tuple(round(float(np.clip(one, -3.5, 3.5)) / STEPS) for one in logs))
+
+    def _over(self, survey: tuple[int, ...]) -> "Railway":
+        if survey == self._steps:
             return self
-        level = float(np.clip(psi[names.index("survey vertical")], -3.0, 3.0))
-        level = math.exp(STEPS * round(level / STEPS))
-        if level == self.survey_level:
-            return self
-        key = f"level {level:.3f}"
-        if key not in self.kept:
-            self.kept[key] = Railway(self.record, self.scales, self.installed, level, self.kept)
-        return self.kept[key]  # type: ignore[return-value]
+        if survey not in self.kept:
+            self.kept[survey] = Railway(self.record, self.scales, self.installed, survey, self.kept)
+        return self.kept[survey]
+
+    @property
+    def _steps(self) -> tuple[int, ...]:
+        return (0,) * len(self._surveyed.kinds()) if self.survey is None else self.survey
+
+    @property
+    def _first_survey(self) -> tuple[int, ...]:
+        """Levels of the file's errors with which the nominal model leaves least, one kind after the other: a free
+        spectrum's likelihood. A track that is taken as too uncertain loses its short waves, and then their absence
+        speaks for that uncertainty: an optimum of its own.
+        """
+        if "first survey" not in self.kept:
+            best = list(self._steps)
+            for kind in range(len(best)):
+                tried = [(*best[:kind], step, *best[kind + 1 :]) for step in FIRST]
+                tracks = [self._surveyed.expected(self._levels_at(one)) for one in tried]
+                shown = self.outputs([(self._nominal.but(track=one), 0.0) for one in tracks]) @ self._turns[1][0].T
+                powers = np.mean(np.abs(shown - self.record.seen) ** 2, axis=2)
+                left = np.nan_to_num(np.log(powers), nan=np.inf).sum(axis=(1, 2))
+                best[kind] = FIRST[int(np.argmin(left))]
+            self.kept["first survey"] = tuple(best)
+        return self.kept["first survey"]
+
+    def _levels_at(self, steps: Sequence[int]) -> dict[str, float]:
+        return {kind: math.exp(STEPS * step) for kind, step in zip(self._surveyed.kinds(), steps, strict=True)}
 
     def nominal_with(self, effect: Plugin) -> Setup:
         """The nominal setup with an effect; raises `InputError` where it does not fit."""
@@ -209,8 +261,20 @@ class Railway:
         return {one.name: number for number, one in enumerate(self.coordinates)}
 
     @property
-    def _gains(self) -> list[str]:
-        return [f"gain {name}" for name in self.record.channels]
+    def alignment(self) -> list[int]:
+        """Places of the coordinates of the alignment with the track."""
+        names = [one.name for one in along_coordinates(self.record)]
+        return [self._index[name] for name in names]
+
+    @cached_property
+    def _of_sensors(self) -> slice:
+        """Where gains, delays and turns stand among the coordinates."""
+        first = len(self.coordinates) - len(sensor_coordinates(self.record))
+        return slice(first, len(self.coordinates))
+
+    @cached_property
+    def _turns(self) -> tuple[list[str], np.ndarray]:
+        return turns(self.record)
 
     @cached_property
     def _noise(self) -> np.ndarray:
@@ -221,11 +285,13 @@ class Railway:
         return self._setup({}, ())
 
     @cached_property
-    def _answers(self) -> Answers:
+    def _answers(self) -> tuple[Answers, ...]:
+        """Of each section."""
         if "answers" not in self.kept:
-            speed = float(np.mean(self.record.speed[1]))
-            self.kept["answers"] = Answers.of(self._nominal.model, speed, self.record.channels, self.record.frequencies)
-        return self.kept["answers"]  # type: ignore[return-value]
+            model, f = self._nominal.model, self.record.frequencies
+            speeds = [self.record.speed_of(number) for number in range(len(self.record.sections))]
+            self.kept["answers"] = tuple(Answers(model, speed, self.record.channels, f) for speed in speeds)
+        return self.kept["answers"]
 
     @cached_property
     def _tables(self) -> TrackTables:
@@ -233,30 +299,42 @@ class Railway:
 
     @cached_property
     def _track(self) -> Track:
-        return self._surveyed.expected(dict.fromkeys(self._surveyed.kinds(), self.survey_level))
+        return self._surveyed.expected(self._levels_at(self._steps))
 
     @cached_property
-    def _survey(self) -> dict[str, np.ndarray]:
-        """(F, channels, channels) of each kind of error, as loud as stated, from runs over other tracks."""
-        rng, found = np.random.default_rng(SEED), {}
-        nominal = self.outputs([(self._nominal, 0.0)])[0]
-        for kind in self._surveyed.sources():
-            tracks = [self._surveyed.drawn(kind, self.survey_level, rng) for _ in range(DRAWS)]
-            change = self.outputs([(self._nominal.but(track=one), 0.0) for one in tracks]) - nominal
-            outer = np.einsum("rftc,rftd->fcd", change, np.conj(change)) / (change.shape[0] * change.shape[2])
-            found[kind] = _smooth(outer)
-        return found
+    def _survey(self) -> dict[str, list[np.ndarray]]:
+        """(F, channels, channels) of each kind of error and section, as loud as stated, from runs over other tracks."""
+        return {
+            kind + part: self._survey_of(kind + part, step)
+            for kind, step in zip(self._surveyed.kinds(), self._steps, strict=True)
+            for part in ("", HIDDEN)
+        }
+
+    def _survey_of(self, source: str, step: int) -> list[np.ndarray]:
+        key = f"{source} at {step}"
+        if key not in self.kept:
+            rng = np.random.default_rng(SEED)
+            draws = math.ceil(DRAWN * len(self.record.channels) / min(len(one) for one in self.record.sections))
+            tracks = self._surveyed.drawn(source, self._levels_at(self._steps), rng, min(draws, MOST))
+            change = self.outputs([(self._nominal.but(track=one), 0.0) for one in tracks])
+            change = change - self.outputs([(self._nominal, 0.0)])[0]
+            change = change[np.isfinite(change).all(axis=(1, 2, 3))] @ self._turns[1][0].T
+            self.kept[key] = [
+                _smooth(np.einsum("rftc,rftd->fcd", one, np.conj(one)) / (one.shape[0] * one.shape[2]))
+                for one in self._sections(change)
+            ]
+        return self.kept[key]
 
     def _at(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, float]:
         values = dict(zip([one.name for one in self.coordinates], x, strict=False))
         column, made = len(self.coordinates), []
-        for effect in effects:
-            own = x[column : column + len(effect.own)]
-            column += len(effect.own)
-            if effect.own:
-                made.append(self.installed[effect.name.removeprefix("small ")].make(own))
         ahead = values["offset"] - values["speed"] * 0.5 * self._way
         try:
+            for effect in effects:
+                own = x[column : column + len(effect.own)]
+                column += len(effect.own)
+                if effect.own:
+                    made.append(self.installed[effect.name.removeprefix("small ")].make(own))
             return self._setup(values, tuple(made)), float(ahead)
         except InputError:
             return self._nominal, math.nan
@@ -266,30 +344,9 @@ class Railway:
         return float(np.trapezoid(self.record.speed[1], self.record.speed[0]))
 
     def _setup(self, values: Mapping[str, float], effects: tuple[Plugin, ...]) -> Setup:
-        scenario = self.record.scenario
-        changed = {
-            name.removeprefix("log "): getattr(scenario.vehicle, name.removeprefix("log ")) * math.exp(value)
-            for name, value in values.items()
-            if name.startswith("log ") and value != 0.0
-        }
-        setup = Setup(
-            scenario.vehicle.but(**changed), self._track, self.record.ideal, self._speed(values), scenario.traction,
-            self.record.duration, flexible_track=scenario.flexible_track,
-        )  # fmt: skip
-        laden = values.get("payload", 0.0)
-        load = (EFFECTS.pick("payload").build({"mass": float(np.clip(laden, -2000.0, 10e3))}),) if laden else ()
-        for effect in (*scenario.effects, *load, *effects):
-            setup = effect.install(setup)
-        return setup
+        return setup_at(self.record, self._track, values, effects)
 
-    def _speed(self, values: Mapping[str, float]) -> Profile:
-        time, speed = self.record.speed
-        turn = np.pi * np.arange(1, WANDERS + 1) / self.record.duration
-        sizes = np.array([values.get(f"wander {k + 1}", 0.0) for k in range(WANDERS)])
-        moved = speed * (1.0 + values.get("speed", 0.0)) + (sizes * turn) @ np.cos(turn[:, None] * time)
-        return Profile(kind="profile", time=tuple(time.tolist()), speed=tuple(moved.tolist()))
-
-    def _run(self, setups: list[tuple[Setup, float]]) -> list[HeldTruth | None]:
+    def _run(self, setups: Sequence[tuple[Setup, float]]) -> list[HeldTruth | None]:
         runs, numbers = [], []
         for number, (setup, ahead) in enumerate(setups):
             if not math.isfinite(ahead):
@@ -298,7 +355,7 @@ class Railway:
             sub = default_substeps(setup.model, setup.speed_tables, rate)
             sub *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * sub * setup.longest_step))))
             tables = self._tables if setup.track is self._track else build_tables(setup.track)
-            start = self.record.scenario.start + ahead
+            start = self.record.registration.start + ahead
             runs.append(Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, sub))
             numbers.append(number)
         about: dict[str, object] = {"vehicle": {"wheel_radius [m]": self._nominal.model.wheelsets[0].radius}}
@@ -311,26 +368,33 @@ class Railway:
     def _needed(self) -> list[str]:
         """Channels of truth that sensors and places read."""
         if "needed" not in self.kept:
-            places = [name for one in self._answers.places for name in one.needs]
-            bodies = {one.body for one in self.record.sensors}
-            setup = self._nominal
-            names = channel_names(setup.model)
-            wanted = [n for n in names if n.split(".")[0] in bodies or n in places or n.endswith("displacement [m]")]
+            model, needs = self._nominal.model, self._answers[0].needs
+            bodies = {one.body for one in self.record.ideal}
+            names = channel_names(model)
+            wanted = [n for n in names if n.split(".")[0] in bodies or n in needs or n.endswith("displacement [m]")]
             self.kept["needed"] = [*wanted, *(n for n in names if n.startswith(("speed", "acceleration")))]
-        return self.kept["needed"]  # type: ignore[return-value]
+        return self.kept["needed"]
 
-    def outputs(self, setups: list[tuple[Setup, float]]) -> np.ndarray:
-        """(setups, F, frames, channels)."""
-        found = np.full((len(setups), *self.record.seen.shape), np.nan + 0j)
+    def outputs(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
+        """(setups, F, frames, components) of what the ideal sensors show."""
+        components = len(self._turns[0])
+        found = np.full((len(setups), *self.record.seen.shape[:2], components), np.nan + 0j)
         moving = [
             number for number, (one, ahead) in enumerate(setups) if ahead != 0.0 or not self._moves_as_nominal(one)
         ]
-        truths = dict(zip(moving, self._run([setups[number] for number in moving]), strict=True))
-        for number, (setup, _) in enumerate(setups):
-            truth = truths.get(number) if number in moving else self._nominal_truth
-            if truth is not None:
-                found[number] = self._read(setup.sensors, truth)
+        for first, last in pairwise([*range(0, len(moving), AT_ONCE), len(moving)]):
+            part = moving[first:last]
+            for number, truth in zip(part, self._run([setups[number] for number in part]), strict=True):
+                if truth is not None:
+                    found[number] = self._read(setups[number][0].sensors, truth)
+        for number in sorted(set(range(len(setups))) - set(moving)):
+            if self._nominal_truth is not None:
+                found[number] = self._read(setups[number][0].sensors, self._nominal_truth)
         return found
+
+    def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
+        """(setups, F, frames, channels) of each section, of sensors as they should be."""
+        return self._sections(self.outputs(setups) @ self._turns[1][0].T)
 
     def _moves_as_nominal(self, setup: Setup) -> bool:
         """Whether it differs from the nominal setup in its sensors alone."""
@@ -346,9 +410,13 @@ class Railway:
         for sensor in sensors:
             table = sensor.measure(truth, rng)
             for name in sensor.channels():
-                if name in self.record.channels:
-                    parts[name] = self.record.framed(name, table[name].to_numpy(), sensor.rate)
-        return np.stack([parts[name] for name in self.record.channels], axis=-1)
+                parts[name] = self.record.framed(table[name].to_numpy(), sensor.rate)
+        return np.stack([parts[name] for name in self._turns[0]], axis=-1)
+
+
+def kind_of(level: str) -> str:
+    """Of a level's name: without numbers and sides, for all axles and both sides are alike."""
+    return re.sub(r"\d+|_left|_right", "", level.partition(" [")[0])
 
 
 def _smooth(power: np.ndarray) -> np.ndarray:

@@ -1,0 +1,101 @@
+"""What is missing in the model of a vehicle, given a recording: the inference over the whole library of effects."""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from experiments.discrepancy.baseline.evidence import Evidence
+from experiments.inference.fitting import Problem
+from experiments.inference.held_out import Held, held_out, untouched
+from experiments.inference.model import Fit, Group, Hypothesis
+from experiments.inference.policy import Policy
+from experiments.inference.railway.library import Found, found_library
+from experiments.inference.railway.record import Record
+from experiments.inference.railway.scales import SCALES
+from experiments.inference.railway.system import Railway
+from experiments.inference.search import infer
+from experiments.inference.verdict import State, Verdict
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A verdict with what it stands on.
+
+    Attributes
+    ----------
+    system, found : the recording as a system, and the effects that it would show. seconds : of the search.
+    nominal : residuals of the nominal model, aligned with the track. held : judged by held-out sections, of the nominal
+    model, of `none` and of what was stated (None: no fit was finite, or there was no time left).
+    """
+
+    verdict: Verdict
+    system: Railway
+    found: Found
+    seconds: float
+    nominal: tuple[Group, ...]
+    held: tuple[Held | None, Held | None, Held | None]
+
+    @property
+    def none(self) -> Fit:
+        """The healthy vehicle as it fits best."""
+        return next(row.fit for row in self.verdict.rows if row.fit.hypothesis.name == "none")
+
+    @property
+    def best(self) -> Fit:
+        """The likeliest hypothesis that says what is stated."""
+        return stated(self.verdict) or self.none
+
+
+def stated(verdict: Verdict) -> Fit | None:
+    """The likeliest hypothesis that says what the verdict states; of a set its likeliest name."""
+    action, said = verdict.action, frozenset(verdict.action.families)
+    for row in verdict.rows:
+        state = State.of(row.fit.hypothesis)
+        named = len(state.families) == 1 and state.families <= said if action.kind == "set" else state.families == said
+        if named and state.unknown == action.place:
+            return row.fit
+    return None
+
+
+def answer(
+    evidence: Evidence,
+    kinds: Sequence[str] | None = None,
+    policy: Policy | None = None,
+    limit: float = math.inf,
+    say: Callable[[str], None] = lambda _: None,
+    found: Found | None = None,
+) -> Answer:
+    """The verdict on a recording.
+
+    Parameters
+    ----------
+    kinds : plug-ins of which the library is made; None takes all. limit : seconds after which no further hypothesis is
+    begun. say : told what is going on. found : a library that was made before from a recording of the same kind.
+
+    Raises
+    ------
+    InputError : the recording cannot be compared with a model, or the nominal model does not run.
+    """
+    begin, policy, record = time.monotonic(), policy or Policy(), Record(evidence)
+    system = Railway(record, SCALES)
+    if found is None:
+        say("what each effect would show")
+        found = found_library(system, kinds)
+    system = Railway(record, SCALES, found.installed, kept=system.kept)
+    say(f"{len(found.library.effects)} effects, {len(record.channels)} channels, {record.duration:.0f} s")
+    verdict = infer(system, found.library, policy, limit - (time.monotonic() - begin))
+    seconds = time.monotonic() - begin
+    none = next(row.fit for row in verdict.rows if row.fit.hypothesis.name == "none")
+    best, aligned = stated(verdict), np.zeros(len(system.coordinates))
+    aligned[system.alignment] = none.x[system.alignment]
+    groups = Problem(system, Hypothesis(), policy).groups(aligned, system.covariances(aligned, ()))
+    say("held-out sections")
+    held = (
+        untouched(system, aligned, policy),
+        held_out(none, system, policy),
+        None if best is None or best is none else held_out(best, system, policy),
+    )
+    return Answer(verdict, system, found, seconds, groups, held)

@@ -1,0 +1,61 @@
+"""Pictures of an answer: the evidence of what was compared, and where each model lies off the recording."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from experiments.inference.railway.answer import Answer
+from experiments.inference.railway.gaps import BANDS, left
+from experiments.reporting.plots import BLUE, GREY
+
+SHOWN = 12  # hypotheses
+LOUDEST = 10.0  # of the scale of colours
+
+
+def evidence(answer: Answer) -> Figure:
+    """Evidence of the likeliest hypotheses over `none`, and the probability of each."""
+    rows = list(answer.verdict.rows[:SHOWN])
+    figure = Figure(figsize=(8.5, 0.36 * len(rows) + 1.3), layout="constrained")
+    axes = figure.subplots()
+    places = np.arange(len(rows))
+    best = answer.best.hypothesis.name
+    colours = [BLUE if row.fit.hypothesis.name == best else GREY for row in rows]
+    values = [row.evidence for row in rows]
+    axes.barh(places, values, 0.7, color=colours)
+    axes.set_yticks(places, [row.fit.hypothesis.name.replace("_", " ") for row in rows], fontsize=9)
+    low, high = min(0.0, *values), max(1.0, *values)
+    for place, row in enumerate(rows):
+        axes.text(max(row.evidence, 0.0) + 0.01 * (high - low), place, f" {row.posterior:.3f}", va="center", fontsize=9)
+    axes.set_xlim(low, high + 0.12 * (high - low))
+    axes.axvline(0.0, color="black", linewidth=0.8)
+    axes.set_xlabel("evidence over 'none' [nats]; beside each bar: its probability")
+    axes.invert_yaxis()
+    return figure
+
+
+def where(answer: Answer) -> Figure:
+    """What is left of each channel in each band: nominal model, tolerances used, what is stated."""
+    f, levels = answer.system.record.frequencies, answer.system.levels
+    models = {"nominal model": answer.nominal, "tolerances used": answer.none.groups}
+    if answer.best is not answer.none:
+        models["as stated"] = answer.best.groups
+    channels = [name.partition(" [")[0] for name in answer.system.record.channels]
+    figure = Figure(figsize=(3.0 + 2.4 * len(models), 0.3 * len(channels) + 1.9), layout="constrained")
+    panels = figure.subplots(1, len(models), sharey=True, squeeze=False)[0]
+    for axes, (title, groups) in zip(panels, models.items(), strict=True):
+        _map(axes, left(groups, levels, f).T, title)
+    panels[0].set_yticks(range(len(channels)), channels, fontsize=8)
+    figure.supxlabel("frequency [Hz]; numbers: rms of what is left over noise and track errors as stated", fontsize=9)
+    return figure
+
+
+def _map(axes: Axes, values: np.ndarray, title: str) -> None:
+    axes.imshow(np.log(np.maximum(values, 1.0)), vmin=0.0, vmax=np.log(LOUDEST), cmap="Blues", aspect="auto")
+    for row, column in np.ndindex(values.shape):
+        value = values[row, column]
+        if np.isfinite(value):
+            dark = value > 0.5 * LOUDEST
+            text = f"{value:.1f}" if value < LOUDEST else f"{value:.0f}"
+            axes.text(column, row, text, ha="center", va="center", fontsize=7, color="white" if dark else "black")
+    axes.set_xticks(range(len(BANDS)), [f"{low:g}-{high:g}" for low, high in BANDS], fontsize=7)
+    axes.set_title(title, fontsize=10)

@@ -1,0 +1,137 @@
+"""What an answer says, in numbers for programs and in words for people."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from experiments.inference.model import Fit
+from experiments.inference.railway.answer import Answer
+from experiments.inference.railway.gaps import overall
+
+INTERVAL = 1.645  # standard deviations to each side of a value: nine of ten true ones lie within
+STRAINED = 2.0  # standard deviations of its tolerance from which a coordinate is told
+LOUD = 2.0  # times its healthy scale from which a level is told
+STATUS = {
+    "none": "none", "name": "named", "set": "ambiguous", "pair": "pair", "unknown": "unknown",
+    "name and unknown": "named and unknown",
+}  # fmt: skip
+
+
+def statement(answer: Answer) -> dict[str, Any]:
+    """The verdict as JSON holds it."""
+    verdict, record, best = answer.verdict, answer.system.record, answer.best
+    before, only, after = (
+        overall(groups, answer.system.levels) for groups in (answer.nominal, answer.none.groups, best.groups)
+    )
+    gaps = zip(record.channels, before, only, after, strict=True)
+    return {
+        "status": STATUS[verdict.action.kind],
+        "statement": str(verdict.action),
+        "effects": list(verdict.action.families),
+        "place": verdict.action.place,
+        "parameters": parameters(answer, best),
+        "channels": {
+            name: {"before": round(a, 3), "nuisance_only": round(b, 3), "after": round(c, 3)} for name, a, b, c in gaps
+        },
+        "held_out": dict(zip(("before", "nuisance_only", "after"), map(_held, answer.held), strict=True)),
+        "hypotheses": [
+            {
+                "hypothesis": row.fit.hypothesis.name, "evidence": _round(row.evidence),
+                "log_prior": _round(row.prior), "probability": _round(row.posterior),
+                "strained": _strained(answer, row.fit), "loud": _loud(row.fit),
+            }
+            for row in verdict.rows
+        ],
+        "losses": {name: _round(value) for name, value in sorted(verdict.losses.items(), key=lambda one: one[1])},
+        "not_tried": list(verdict.not_tried),
+        "not_shown": list(answer.found.left_out),
+        "left_out": list(record.left_out),
+        "steps": list(verdict.steps),
+        "seconds": round(answer.seconds, 1),
+    }  # fmt: skip
+
+
+def parameters(answer: Answer, fit: Fit) -> dict[str, dict[str, Any]]:
+    """Values of the effects of a fit, with 90 % intervals; a tolerance's log as the factor that it stands for."""
+    spreads = np.sqrt(np.diag(np.linalg.inv(fit.precision)))
+    names = [one.name for one in answer.system.coordinates]
+    found: dict[str, dict[str, Any]] = {}
+    column = len(names)
+    for effect in fit.hypothesis.effects:
+        for fault in effect.faults:
+            place = names.index(fault.name)
+            found[f"{effect.family}: {fault.name.removeprefix('log ')}"] = _value(
+                fault.name.startswith("log "), fault.unit, fit.x[place], spreads[place]
+            )
+        for own in effect.own:
+            found[f"{effect.family}: {own.name}"] = _value(False, own.unit, fit.x[column], spreads[column])
+            column += 1
+    return found
+
+
+def _value(factor: bool, unit: str, value: float, spread: float) -> dict[str, Any]:
+    ends = [value, value - INTERVAL * spread, value + INTERVAL * spread]
+    middle, low, high = (math.exp(one) if factor else float(one) for one in ends)
+    return {"value": _round(middle), "low": _round(low), "high": _round(high), "unit": "-" if factor else unit}
+
+
+def _strained(answer: Answer, fit: Fit) -> dict[str, float]:
+    """Coordinates of the healthy vehicle far from the middle of their tolerance, in standard deviations."""
+    healthy = answer.system.coordinates
+    faults = {one.name for effect in fit.hypothesis.effects for one in effect.faults}
+    scores = {one.name: (x - one.mean) / one.spread for one, x in zip(healthy, fit.x, strict=False)}
+    return {k: round(float(v), 1) for k, v in scores.items() if abs(v) > STRAINED and k not in faults}
+
+
+def _loud(fit: Fit) -> dict[str, float]:
+    """Latent forces and readings larger than healthy vehicles have, over what acts at their place."""
+    levels = zip(fit.system.levels, fit.psi, strict=True)
+    return {
+        one.name: _round(math.exp(psi))
+        for one, psi in levels
+        if one.place and math.exp(psi) > LOUD * math.exp(one.prior.middle)
+    }
+
+
+def _held(one: Any) -> dict[str, float] | None:
+    return None if one is None else {"power": round(one.power, 3), "gap": round(math.sqrt(one.gap), 3)}
+
+
+def _round(value: float) -> float:
+    """Three figures that mean something."""
+    value = float(value)
+    if not math.isfinite(value) or value == 0.0:
+        return value
+    return round(value, max(1, 2 - math.floor(math.log10(abs(value))))) if abs(value) < 100.0 else round(value, 1)
+
+
+def in_words(answer: Answer) -> str:
+    """What a person would say."""
+    verdict, action = answer.verdict, answer.verdict.action
+    probability = sum(row.posterior for row in verdict.rows if row.fit.hypothesis.name == answer.best.hypothesis.name)
+    rivals = [row for row in verdict.rows if row.fit.hypothesis.effects and row.fit is not answer.best]
+    rival = f" Next comes {_plain(rivals[0].fit.hypothesis.name)} ({rivals[0].evidence:+.1f} nats)." if rivals else ""
+    if action.kind == "none":
+        said = "Nothing is missing: tolerances, sensors and the errors of the track file explain the recording."
+    elif action.kind == "unknown":
+        said = f"Something is missing that no effect of the library explains. It acts at: {action.place}."
+    else:
+        sizes = "; ".join(
+            f"{name} {one['value']:.3g} ({one['low']:.3g} to {one['high']:.3g}) {one['unit'].strip('-')}".strip()
+            for name, one in parameters(answer, answer.best).items()
+        )
+        lead = {"set": "One of these is missing, and the recording cannot tell which"}.get(
+            action.kind, "What is missing"
+        )
+        beside = f" Beside it something unknown acts at: {action.place}." if action.place else ""
+        said = (
+            f"{lead}: {_plain(' or '.join(action.families) if action.kind == 'set' else ' and '.join(action.families))}"
+        )
+        said += f". Sizes, with 90 % intervals: {_plain(sizes)}.{beside}"
+    late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
+    return f"{said} Its probability is {probability:.3f}.{rival}{late}"
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", " ")
