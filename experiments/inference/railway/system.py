@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.inference.model import Coordinate, Effect, Level
+from experiments.inference.fitting import raised
+from experiments.inference.levels import fit_levels, sums
+from experiments.inference.model import Coordinate, Effect, Group, Level
 from experiments.inference.priors import HalfNormal, LogNormal
 from experiments.inference.railway.answers import Answers
 from experiments.inference.railway.build import (
@@ -229,21 +231,37 @@ class Railway:
 
     @property
     def _first_survey(self) -> tuple[int, ...]:
-        """Levels of the file's errors with which the nominal model leaves least, one kind after the other: a free
-        spectrum's likelihood. A track that is taken as too uncertain loses its short waves, and then their absence
-        speaks for that uncertainty: an optimum of its own.
+        """Levels of the file's errors, kind by kind, by the likelihood of the nominal model: a track that is taken as
+        too uncertain loses its short waves, and then their absence speaks for that uncertainty, an optimum of its own.
         """
         if "first survey" not in self.kept:
-            best = list(self._steps)
+            best = (0,) * len(self._surveyed.kinds())
             for kind in range(len(best)):
-                tried = [(*best[:kind], step, *best[kind + 1 :]) for step in FIRST]
-                tracks = [self._surveyed.expected(self._levels_at(one)) for one in tried]
-                shown = self.outputs([(self._nominal.but(track=one), 0.0) for one in tracks]) @ self._turns[1][0].T
-                powers = np.mean(np.abs(shown - self.record.seen) ** 2, axis=2)
-                left = np.nan_to_num(np.log(powers), nan=np.inf).sum(axis=(1, 2))
-                best[kind] = FIRST[int(np.argmin(left))]
-            self.kept["first survey"] = tuple(best)
+                rough = min(FIRST, key=lambda step: self._least(_with(best, kind, step)))
+                near = [_with(best, kind, rough + step) for step in (-1, 0, 1)]
+                best = min(near, key=lambda one: self._over(one).nominal_cost)
+            self.kept["first survey"] = best
         return self.kept["first survey"]
+
+    def _least(self, steps: tuple[int, ...]) -> float:
+        """Sum of the logs of what is left: the likelihood with a free spectrum in each channel."""
+        if ("left", steps) not in self.kept:
+            track = self._surveyed.expected(self._levels_at(steps))
+            (shown,) = self.outputs([(self._nominal.but(track=track), 0.0)]) @ self._turns[1][0].T
+            power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=1)
+            self.kept["left", steps] = float(np.log(power).sum()) if np.isfinite(power).all() else math.inf
+        return self.kept["left", steps]
+
+    @cached_property
+    def nominal_cost(self) -> float:
+        """Minus the log likelihood of the nominal model with the levels that fit it best, and their priors."""
+        x = np.zeros(len(self.coordinates))
+        pairs = zip(self.observed, self.predict(x[None], ()), self.covariances(x, ()), strict=True)
+        groups = [Group(seen - shown[0], parts) for seen, shown, parts in pairs]
+        if not all(np.isfinite(one.residual).all() for one in groups):
+            return math.inf
+        start = raised(self.levels)
+        return fit_levels(sums(groups), self.levels, start, 0.5, 20).cost
 
     def _levels_at(self, steps: Sequence[int]) -> dict[str, float]:
         return {kind: math.exp(STEPS * step) for kind, step in zip(self._surveyed.kinds(), steps, strict=True)}
@@ -412,6 +430,10 @@ class Railway:
             for name in sensor.channels():
                 parts[name] = self.record.framed(table[name].to_numpy(), sensor.rate)
         return np.stack([parts[name] for name in self._turns[0]], axis=-1)
+
+
+def _with(steps: tuple[int, ...], kind: int, step: int) -> tuple[int, ...]:
+    return (*steps[:kind], step, *steps[kind + 1 :])
 
 
 def kind_of(level: str) -> str:
