@@ -16,11 +16,13 @@ from experiments.inference.fitting import ROUNDS, Problem, few_steps, fit, raise
 from experiments.inference.levels import cost, sums
 from experiments.inference.model import Effect, Fit, Group, Hypothesis, Level, Library, System
 from experiments.inference.policy import Policy
+from experiments.inference.screen import first_gains
 from experiments.inference.verdict import Verdict, decide, log_prior
 from railsim.errors import InputError
 
 PAIRS = 3  # partners of the best effect that are fitted whole
-FIRST_STEPS = 2  # of each effect of a large library, before any is fitted whole
+FIRST_STEPS = 2  # of each promising effect of a large library, before any is fitted whole
+PROMISING = 2  # times as many effects as are fitted whole take these steps
 POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
 WHOLE = 8  # of those that are fitted whole at most
@@ -144,20 +146,24 @@ def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
 
 def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Ordered]:
     """What the first steps of each effect beside a fit gain over the same steps without it, in its covariance [nats],
-    and where they lead; most first. Only an order, nothing is decided by it.
+    and where they lead; most first. Only an order, nothing is decided by it: one linear step of all of them, then
+    a few steps of those that promise most.
     """
-    components, found = [group.components for group in base.groups], []
-
-    def first(begins: Sequence[np.ndarray], *beside: Effect) -> tuple[float, np.ndarray]:
-        problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, *beside)), search.policy)
-        tried = [few_steps(problem, begin, base.psi, components, FIRST_STEPS, base.slopes) for begin in begins]
-        return max(tried, key=lambda one: one[0])
-
-    without, _ = first([base.x])
-    for effect in (one.sought(base) for one in effects):
-        evidence, x = first(effect.begins(base.x, search.system.coordinates), effect)
+    components, problem = [group.components for group in base.groups], search.problem(*base.hypothesis.effects)
+    without, _ = few_steps(problem, base.x, base.psi, components, FIRST_STEPS, base.slopes)
+    begins = sorted(first_gains(base, [one.sought(base) for one in effects], search.policy), key=lambda one: -one[0])
+    first: dict[str, Ordered] = {}
+    for one in begins:
+        first.setdefault(one[1].name, one)
+    count = int(PROMISING * search.policy.candidates)
+    found = []
+    for _, effect, x in list(first.values())[:count]:
+        if search.late(effect.name):
+            continue
+        problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, effect)), search.policy)
+        evidence, x = few_steps(problem, x, base.psi, components, FIRST_STEPS, base.slopes)
         found.append((evidence - without, effect, x))
-    return sorted(found, key=lambda one: -one[0])
+    return [*sorted(found, key=lambda one: -one[0]), *list(first.values())[count:]]
 
 
 def _effects_in_order(search: Search, nominal: np.ndarray) -> None:

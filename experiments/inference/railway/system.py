@@ -151,19 +151,29 @@ class Railway:
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """(points, F, frames, channels) of each section; not finite where a run has failed."""
-        sensors = self._of_sensors
         still = points.copy()
-        still[:, sensors] = 0.0
+        still[:, self._of_sensors] = 0.0
         moved, back = np.unique(still, axis=0, return_inverse=True)
         raw = self._alone(moved[0], effects) if len(moved) == 1 else self.outputs([self._at(x, effects) for x in moved])
+        return self._sections(self._sensed(points, raw[back.ravel()]))
+
+    def predict_each(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[tuple[np.ndarray, ...]]:
+        """`predict` of several hypotheses, all runs at once."""
+        ends = np.cumsum([len(at) for at, _ in points])
+        raw = self.outputs([self._at(x, effects) for at, effects in points for x in at])
+        parts = zip(points, np.split(raw, ends[:-1]), strict=True)
+        return [self._sections(self._sensed(at, part)) for (at, _), part in parts]
+
+    def _sensed(self, points: np.ndarray, raw: np.ndarray) -> np.ndarray:
+        """(points, F, frames, channels) of what the ideal sensors show, with gains, delays and turns."""
         count, (_, whole) = len(self.record.channels), self._turns
-        found = np.empty((len(points), *raw.shape[1:3], count), complex)
-        for row, (x, place) in enumerate(zip(points[:, sensors], back.ravel(), strict=True)):
+        found = np.empty((*raw.shape[:3], count), complex)
+        for row, x in enumerate(points[:, self._of_sensors]):
             gains, delays, angles = x[:count], x[count : 2 * count], x[2 * count :]
             shown = np.tensordot(np.concatenate([[1.0], angles]), whole, 1)
             factor = np.exp(gains - 2j * np.pi * self.record.frequencies[:, None] * delays)
-            found[row] = (raw[place] @ shown.T) * factor[:, None, :]
-        return self._sections(found)
+            found[row] = (raw[row] @ shown.T) * factor[:, None, :]
+        return found
 
     def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """(levels, F, channels, channels) of each section; linear answers of the nominal build."""

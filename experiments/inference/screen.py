@@ -1,0 +1,84 @@
+"""A first order of many effects beside a fit: one linear step of each from each of its starts, in levels that are
+raised as where a fit begins. It decides nothing; what comes first is fitted.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from experiments.inference.fitting import DIFFERENCE, Problem, raised, whitened
+from experiments.inference.levels import sums
+from experiments.inference.model import Effect, Fit, Hypothesis, System
+from experiments.inference.policy import Policy
+
+AT_ONCE = 24  # starts whose predictions are made together
+
+
+def first_gains(base: Fit, effects: Sequence[Effect], policy: Policy) -> list[tuple[float, Effect, np.ndarray]]:
+    """What a step gains over the same step without the effect [nats], the effect and the start, of every start."""
+    screen = _Screen(base, policy)
+    begins = [(one, x) for one in effects for x in one.begins(base.x, base.system.coordinates)]
+    found = []
+    for first in range(0, len(begins), AT_ONCE):
+        part = begins[first : first + AT_ONCE]
+        found += [(gain, one, x) for gain, (one, x) in zip(screen.gains(part), part, strict=True)]
+    return found
+
+
+class _Screen:
+    """What all effects share: the slopes of the fit, whitened, and what the step gains without an effect."""
+
+    def __init__(self, base: Fit, policy: Policy) -> None:
+        self.base, self.policy = base, policy
+        self.problem = Problem(base.system, base.hypothesis, policy)
+        latent = np.array([one.place is not None for one in self.problem.levels])
+        self.psi = np.where(latent, np.maximum(base.psi, raised(self.problem.levels)), base.psi)
+        self.parts = sums(base.groups)
+        self.slopes = whitened(self.parts, self.psi, base.slopes)
+        self.square = self.slopes @ self.slopes.T
+        residual = whitened(self.parts, self.psi, [one.residual[None] for one in base.groups])[0]
+        self.without = self._value(self.problem, base.x, residual, self.slopes[:0])
+
+    def gains(self, begins: Sequence[tuple[Effect, np.ndarray]]) -> list[float]:
+        """Of each start."""
+        problems = [self._problem(one) for one, _ in begins]
+        points = [_moved(problem, x) for problem, (_, x) in zip(problems, begins, strict=True)]
+        whole = [problem.hypothesis.effects for problem in problems]
+        predicted = predict_each(self.base.system, list(zip(points, whole, strict=True)))
+        found = []
+        for problem, at, parts in zip(problems, points, predicted, strict=True):
+            seen = zip(self.base.system.observed, parts, strict=True)
+            white = whitened(self.parts, self.psi, [one[None] - two for one, two in seen])
+            steps = (at[1:] - at[0])[:, len(self.base.x) :]
+            own = (white[0] - white[1:]) / steps.sum(axis=1)[:, None]
+            good = np.isfinite(white).all()
+            found.append(self._value(problem, at[0], white[0], own) - self.without if good else -np.inf)
+        return found
+
+    def _problem(self, effect: Effect) -> Problem:
+        effects = (*self.base.hypothesis.effects, effect)
+        return Problem(self.base.system, Hypothesis(effects), self.policy)
+
+    def _value(self, problem: Problem, x: np.ndarray, residual: np.ndarray, own: np.ndarray) -> float:
+        """Log of the marginal likelihood of the linear model about x, but for what all hypotheses share."""
+        cross = self.slopes @ own.T
+        square = np.block([[self.square, cross], [cross.T, own @ own.T]])
+        precision = square + np.diag(1.0 / problem.spreads**2)
+        slope = np.concatenate([self.slopes @ residual, own @ residual]) - (x - problem.means) / problem.spreads**2
+        cost = 0.5 * residual @ residual + problem.prior(x) - 0.5 * slope @ np.linalg.solve(precision, slope)
+        return float(-cost + 0.5 * len(x) * np.log(2.0 * np.pi) - 0.5 * np.linalg.slogdet(precision)[1])
+
+
+def _moved(problem: Problem, x: np.ndarray) -> np.ndarray:
+    """x, and x with each coordinate that effects bring moved by a little."""
+    own = range(len(problem.system.coordinates), len(x))
+    sizes = [one.step or DIFFERENCE * one.spread for one in problem.coordinates]
+    return np.stack([x, *(x + sizes[k] * np.eye(len(x))[k] for k in own)])
+
+
+def predict_each(
+    system: System, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]
+) -> list[tuple[np.ndarray, ...]]:
+    """Predictions of several hypotheses: together where the system can, one after the other elsewhere."""
+    together = getattr(system, "predict_each", None)
+    return together(points) if together else [system.predict(at, effects) for at, effects in points]
