@@ -42,7 +42,7 @@ def places(model: Model) -> tuple[Place, ...]:
     for one in model.elements:
         for axis in AXES:
             place = Place(f"{one.name} {axis}", one.upper, one.lower, axis, one.position)
-            if np.any(_impedance(model, place, np.ones(1))) and len(_row(model, place)):
+            if np.any(_impedance(model, place, np.ones(1))) and len(opening(model, place)):
                 found.setdefault(f"{one.upper} {one.lower} {axis}", place)
     contacts = [
         Place(
@@ -80,7 +80,7 @@ class Answers:
         linear, omega = linearise(self.model, self.speed), 2.0 * np.pi * self.f
         dynamic, names = _dynamic(linear, omega), list(linear.names)
         kept = [k for k in range(len(names)) if linear.stiffness[:, k].any()]
-        loads = np.stack([_vector(names, _row(self.model, one)) for one in self.places], axis=1)
+        loads = np.stack([_vector(names, opening(self.model, one)) for one in self.places], axis=1)
         shape = (len(omega), len(kept), len(self.places))
         motion = np.linalg.solve(dynamic[:, kept][:, :, kept], np.broadcast_to(loads[kept], shape))
         rows = np.stack([_vector(names, read(self.model, n, one, omega), omega) for n, one in self.channels.items()], 1)
@@ -95,9 +95,9 @@ class Answers:
     def acting(self, place: Place, frames: Mapping[str, np.ndarray]) -> np.ndarray:
         """(F, frames) the force that acts at a place; `frames`: (F, frames) of what is needed, by name."""
         if place.lower:
-            row = _row(self.model, place)
-            opening = sum((row[name] * frames[_channel(name)] for name in row), np.zeros(1))
-            return _impedance(self.model, place, 2.0 * np.pi * self.f)[:, None] * opening
+            row = opening(self.model, place)
+            moved = sum((row[name] * frames[_channel(name)] for name in row), np.zeros(1))
+            return _impedance(self.model, place, 2.0 * np.pi * self.f)[:, None] * moved
         left, right = (frames[name] for name in _needed(self.model, place))
         return (right - left) * self._half_gauge(place) if place.axis == "yaw" else left + right
 
@@ -118,7 +118,7 @@ def _dynamic(linear: Linearised, omega: np.ndarray) -> np.ndarray:
 
 def _needed(model: Model, place: Place) -> list[str]:
     if place.lower:
-        return [_channel(name) for name in _row(model, place)]
+        return [_channel(name) for name in opening(model, place)]
     number = 1 + [one.body for one in model.wheelsets].index(place.upper)
     quantity = {"z": "normal_force", "y": "creep_force_y", "yaw": "creep_force_x"}[place.axis]
     return [f"wheel{number}_{side}.{quantity} [N]" for side in ("left", "right")]
@@ -129,8 +129,8 @@ def _channel(name: str) -> str:
     return f"{name} [{'m' if name.rpartition('.')[2] in ('x', 'y', 'z') else 'rad'}]"
 
 
-def _row(model: Model, place: Place) -> dict[str, float]:
-    """How far a place opens with each coordinate; the generalised forces of 1 N there (virtual work)."""
+def opening(model: Model, place: Place) -> dict[str, float]:
+    """How far a place opens with each coordinate, by name; the generalised forces of 1 N there (virtual work)."""
     row = model.relative(place.upper, place.lower or TRACK, place.at)[AXES[place.axis], model.free]
     return {name: float(factor) for name, factor in zip(model.names, row, strict=True) if factor}
 
@@ -204,4 +204,4 @@ def _spring(model: Model, name: str) -> Row:
     aside = wheelset.axlebox_half_spacing * (1.0 if side == "left" else -1.0)
     frame = wheelset.frame or model.reference
     ahead, _, high = model.bodies[model.index(wheelset.body)].position
-    return dict(_row(model, Place("", frame, wheelset.body, "z", (ahead, aside, high))))
+    return dict(opening(model, Place("", frame, wheelset.body, "z", (ahead, aside, high))))

@@ -46,6 +46,7 @@ MOST = 24  # of these runs
 DRAWN = 10  # frames a channel of runs over tracks with other errors, of which the survey's covariance is made
 GRID = 0.15 * np.arange(-2, 3)  # m
 STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
+TOLD = 1.0  # nats; a level of which the record tells less stays as stated
 FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
 AT_ONCE = 32  # runs whose truth is in memory
 SEED = 20110901  # of these draws: the same for every hypothesis
@@ -99,7 +100,7 @@ class Railway:
     def _seen_build(self) -> tuple[Coordinate, ...]:
         found = built_coordinates(self.record.scenario.vehicle)
         moved = [self._setup({one.name: one.spread}, ()) for one in found]
-        outputs = self.outputs([(self._nominal, 0.0), *((one, 0.0) for one in moved)])
+        outputs = self.outputs([(self.nominal, 0.0), *((one, 0.0) for one in moved)])
         sizes = np.abs((outputs[1:] - outputs[0]) @ self._turns[1][0].T) ** 2 / self.record.densities
         sizes = np.nan_to_num(sizes, nan=0.0).sum(axis=(1, 2, 3))
         return tuple(one for one, size in zip(found, sizes, strict=True) if size > SEEN**2)
@@ -126,7 +127,7 @@ class Railway:
         return (
             *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in channels),
             *(Level(f"survey {kind}", "input", LogNormal(1.0, HIDDEN_SPREAD if kind.endswith(HIDDEN) else spread))
-              for kind in self._surveyed.sources()),
+              for kind in self._sources),
             *(Level(f"force {n}", "force", HalfNormal(self.scales.get(kind_of(f"force {n}"), HEALTHY)), n)
               for n in names),
             *(Level(f"reading {n}", "reading", HalfNormal(self.scales.get(kind_of(f"reading {n}"), HEALTHY)), n)
@@ -208,7 +209,7 @@ class Railway:
         count, shape = len(self.record.channels), (len(self.record.frequencies), *[len(self.record.channels)] * 2)
         units = [np.outer(one, one) for one in np.eye(count)]
         whole = [np.broadcast_to(density * unit, shape) for density, unit in zip(self._noise, units, strict=True)]
-        whole += [self._survey[kind][number] for kind in self._surveyed.sources()]
+        whole += [self._survey[kind][number] for kind in self._sources]
         for column, place in enumerate(answers.places):
             power = _smooth(np.mean(np.abs(answers.acting(place, frames)[:, part]) ** 2, axis=1))
             one = answers.forces[:, :, column]
@@ -225,8 +226,25 @@ class Railway:
         if psi is None:
             return self._over(self._first_survey)
         names = [one.name for one in self.levels]
-        logs = [psi[names.index(f"survey {kind}")] for kind in self._surveyed.kinds()]
+        logs = [psi[names.index(f"survey {kind}")] for kind in self._kinds]
         return self._over(tuple(round(float(np.clip(one, -3.5, 3.5)) / STEPS) for one in logs))
+
+    @property
+    def _kinds(self) -> tuple[str, ...]:
+        """Of errors of the track file that the channels show."""
+        if "kinds" not in self.kept:
+            levels, rng, file = dict.fromkeys(self._surveyed.kinds(), 1.0), np.random.default_rng(SEED), self._surveyed
+            tracks = [file.expected(levels), *(file.drawn(one, levels, rng, 1)[0] for one in levels)]
+            raw = self.outputs([(setup_at(self.record, one, {}, ()), 0.0) for one in tracks])
+            sizes = np.abs((raw[1:] - raw[0]) @ self._turns[1][0].T) ** 2 / self.record.densities
+            seen = np.nan_to_num(sizes, nan=0.0).sum(axis=(1, 2, 3)) > SEEN**2
+            self.kept["kinds"] = tuple(kind for kind, one in zip(levels, seen, strict=True) if one)
+        return self.kept["kinds"]
+
+    @property
+    def _sources(self) -> tuple[str, ...]:
+        """Of each kind, what the file shows of the track and what it hides."""
+        return tuple(kind + part for kind in self._kinds for part in ("", HIDDEN))
 
     def _over(self, survey: tuple[int, ...]) -> "Railway":
         if survey == self._steps:
@@ -237,7 +255,7 @@ class Railway:
 
     @property
     def _steps(self) -> tuple[int, ...]:
-        return (0,) * len(self._surveyed.kinds()) if self.survey is None else self.survey
+        return (0,) * len(self._kinds) if self.survey is None else self.survey
 
     @property
     def _first_survey(self) -> tuple[int, ...]:
@@ -245,9 +263,11 @@ class Railway:
         too uncertain loses its short waves, and then their absence speaks for that uncertainty, an optimum of its own.
         """
         if "first survey" not in self.kept:
-            best = (0,) * len(self._surveyed.kinds())
+            best = (0,) * len(self._kinds)
             for kind in range(len(best)):
                 rough = min(FIRST, key=lambda step: self._least(_with(best, kind, step)))
+                if self._least(best) - self._least(_with(best, kind, rough)) < TOLD:
+                    continue
                 near = [_with(best, kind, rough + step) for step in (-1, 0, 1)]
                 best = min(near, key=lambda one: self._over(one).nominal_cost)
             self.kept["first survey"] = best
@@ -257,7 +277,7 @@ class Railway:
         """Sum of the logs of what is left: the likelihood with a free spectrum in each channel."""
         if ("left", steps) not in self.kept:
             track = self._surveyed.expected(self._levels_at(steps))
-            (shown,) = self.outputs([(self._nominal.but(track=track), 0.0)]) @ self._turns[1][0].T
+            (shown,) = self.outputs([(self.nominal.but(track=track), 0.0)]) @ self._turns[1][0].T
             power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=1)
             self.kept["left", steps] = float(np.log(power).sum()) if np.isfinite(power).all() else math.inf
         return self.kept["left", steps]
@@ -274,11 +294,12 @@ class Railway:
         return fit_levels(sums(groups), self.levels, start, 0.5, 20).cost
 
     def _levels_at(self, steps: Sequence[int]) -> dict[str, float]:
-        return {kind: math.exp(STEPS * step) for kind, step in zip(self._surveyed.kinds(), steps, strict=True)}
+        moved = {kind: math.exp(STEPS * step) for kind, step in zip(self._kinds, steps, strict=True)}
+        return dict.fromkeys(self._surveyed.kinds(), 1.0) | moved
 
     def nominal_with(self, effect: Plugin) -> Setup:
         """The nominal setup with an effect; raises `InputError` where it does not fit."""
-        return effect.install(self._nominal)
+        return effect.install(self.nominal)
 
     @property
     def _surveyed(self) -> Surveyed:
@@ -309,14 +330,15 @@ class Railway:
         return self.record.densities
 
     @cached_property
-    def _nominal(self) -> Setup:
+    def nominal(self) -> Setup:
+        """The nominal setup over the expected track."""
         return self._setup({}, ())
 
     @cached_property
     def _answers(self) -> tuple[Answers, ...]:
         """Of each section."""
         if "answers" not in self.kept:
-            model, f = self._nominal.model, self.record.frequencies
+            model, f = self.nominal.model, self.record.frequencies
             speeds = [self.record.speed_of(number) for number in range(len(self.record.sections))]
             self.kept["answers"] = tuple(Answers(model, speed, self.record.channels, f) for speed in speeds)
         return self.kept["answers"]
@@ -327,14 +349,16 @@ class Railway:
 
     @cached_property
     def _track(self) -> Track:
-        return self._surveyed.expected(self._levels_at(self._steps))
+        if self.survey is None:
+            return self._surveyed.expected(dict.fromkeys(self._surveyed.kinds(), 1.0))
+        return self._surveyed.expected(self._levels_at(self.survey))
 
     @cached_property
     def _survey(self) -> dict[str, list[np.ndarray]]:
         """(F, channels, channels) of each kind of error and section, as loud as stated, from runs over other tracks."""
         return {
             kind + part: self._survey_of(kind + part, step)
-            for kind, step in zip(self._surveyed.kinds(), self._steps, strict=True)
+            for kind, step in zip(self._kinds, self._steps, strict=True)
             for part in ("", HIDDEN)
         }
 
@@ -344,8 +368,8 @@ class Railway:
             rng = np.random.default_rng(SEED)
             draws = math.ceil(DRAWN * len(self.record.channels) / min(len(one) for one in self.record.sections))
             tracks = self._surveyed.drawn(source, self._levels_at(self._steps), rng, min(draws, MOST))
-            change = self.outputs([(self._nominal.but(track=one), 0.0) for one in tracks])
-            change = change - self.outputs([(self._nominal, 0.0)])[0]
+            change = self.outputs([(self.nominal.but(track=one), 0.0) for one in tracks])
+            change = change - self.outputs([(self.nominal, 0.0)])[0]
             change = change[np.isfinite(change).all(axis=(1, 2, 3))] @ self._turns[1][0].T
             self.kept[key] = [
                 _smooth(np.einsum("rftc,rftd->fcd", one, np.conj(one)) / (one.shape[0] * one.shape[2]))
@@ -365,7 +389,7 @@ class Railway:
                     made.append(self.installed[effect.name.removeprefix("small ")].make(own))
             return self._setup(values, tuple(made)), float(ahead)
         except InputError:
-            return self._nominal, math.nan
+            return self.nominal, math.nan
 
     @cached_property
     def _way(self) -> float:
@@ -386,7 +410,7 @@ class Railway:
             start = self.record.registration.start + ahead
             runs.append(Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, sub))
             numbers.append(number)
-        about: dict[str, object] = {"vehicle": {"wheel_radius [m]": self._nominal.model.wheelsets[0].radius}}
+        about: dict[str, object] = {"vehicle": {"wheel_radius [m]": self.nominal.model.wheelsets[0].radius}}
         found: list[HeldTruth | None] = [None] * len(setups)
         for number, truth in zip(numbers, run_all(runs, about, self._needed), strict=True):
             found[number] = truth
@@ -396,7 +420,7 @@ class Railway:
     def _needed(self) -> list[str]:
         """Channels of truth that sensors and places read."""
         if "needed" not in self.kept:
-            model, needs = self._nominal.model, self._answers[0].needs
+            model, needs = self.nominal.model, self._answers[0].needs
             bodies = {one.body for one in self.record.ideal}
             names = channel_names(model)
             wanted = [n for n in names if n.split(".")[0] in bodies or n in needs or n.endswith("displacement [m]")]
@@ -416,8 +440,8 @@ class Railway:
                 if truth is not None:
                     found[number] = self._read(setups[number][0].sensors, truth)
         for number in sorted(set(range(len(setups))) - set(moving)):
-            if self._nominal_truth is not None:
-                found[number] = self._read(setups[number][0].sensors, self._nominal_truth)
+            if self.nominal_truth is not None:
+                found[number] = self._read(setups[number][0].sensors, self.nominal_truth)
         return found
 
     def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
@@ -427,11 +451,12 @@ class Railway:
     def _moves_as_nominal(self, setup: Setup) -> bool:
         """Whether it differs from the nominal setup in its sensors alone."""
         names = [one.name for one in fields(Setup) if one.name != "sensors"]
-        return all(getattr(setup, name) is getattr(self._nominal, name) for name in names)
+        return all(getattr(setup, name) is getattr(self.nominal, name) for name in names)
 
     @cached_property
-    def _nominal_truth(self) -> HeldTruth | None:
-        return self._run([(self._nominal, 0.0)])[0]
+    def nominal_truth(self) -> HeldTruth | None:
+        """A run of the nominal model."""
+        return self._run([(self.nominal, 0.0)])[0]
 
     def _read(self, sensors: tuple[Sensor, ...], truth: HeldTruth) -> np.ndarray:
         rng, parts = np.random.default_rng(0), {}  # ideal sensors draw nothing

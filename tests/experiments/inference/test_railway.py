@@ -1,17 +1,20 @@
 """The railway as a system of the inference: noise, survey, linear answers, predictions and library."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from experiments.discrepancy.baseline.evidence import evidence_of
 from experiments.inference.levels import middles
-from experiments.inference.railway.answers import Answers
-from experiments.inference.railway.cases import nominal, recorded
+from experiments.inference.railway.answers import Answers, opening
+from experiments.inference.railway.cases import ALL, nominal, recorded
 from experiments.inference.railway.library import found_library
-from experiments.inference.railway.record import Record, frames
+from experiments.inference.railway.record import Record
 from experiments.inference.railway.survey import HIDDEN, Surveyed, spectrum
 from experiments.inference.railway.system import Railway
 from railsim.errors import InputError
-from railsim.measurements import Measurements
+from railsim.model import Load
 from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
 
@@ -19,15 +22,21 @@ from railsim.track.track import Track
 @pytest.fixture(scope="module")
 def system() -> Railway:
     """Of a healthy vehicle as its data sheet says, but for tolerances."""
-    return Railway(Record(recorded(np.random.default_rng(3), "home", ()), nominal()))
+    return Railway(Record(evidence_of(recorded(np.random.default_rng(3), "home", ()), nominal())))
+
+
+@pytest.fixture(scope="module")
+def whole() -> Railway:
+    """With all axes."""
+    return Railway(Record(evidence_of(recorded(np.random.default_rng(4), "home", (), ALL), nominal("home", ALL))))
 
 
 def test_frames_of_white_noise_have_its_density_at_any_rate(system: Railway) -> None:
     rng = np.random.default_rng(1)
     for rate in (256.0, 1024.0):
         noise = 3.0 * np.sqrt(rate) * rng.standard_normal(round(system.record.duration * rate))
-        seen = system.record.framed("a", noise, rate)
-        assert len(seen) == len(frames(256.0, system.record.duration).frequencies)
+        seen = system.record.framed(noise, rate)
+        assert len(seen) == len(system.record.frequencies)
         assert np.mean(np.abs(seen) ** 2) == pytest.approx(9.0, rel=0.15)
 
 
@@ -41,7 +50,8 @@ def test_expected_track_is_nearer_than_its_file_and_draws_are_as_far_off_as_it()
     inner = slice(250, -250)
     left = (surveyed.expected({"vertical": 1.0}).columns()["vertical"][inner] - true).std()
     expected = surveyed.expected({"vertical": 1.0}).columns()["vertical"]
-    parts = [surveyed.drawn(kind, 1.0, rng).columns()["vertical"] - expected for kind in surveyed.sources()]
+    draws = [surveyed.drawn(kind, {"vertical": 1.0}, rng, 1)[0] for kind in surveyed.sources()]
+    parts = [one.columns()["vertical"] - expected for one in draws]
     drawn = np.sum(parts, axis=0)[inner].std()
     ideal = 4e-6 * shape**2 / (4e-6 * shape**2 + 1e-8)  # share of the true spectra, not of the file's
     assert left < 0.6e-4
@@ -66,7 +76,7 @@ def test_a_track_s_spectrum_is_found_above_and_below_the_errors_of_its_file() ->
 def test_answer_of_the_body_to_its_suspension_is_that_of_two_masses(system: Railway) -> None:
     """Bounce by hand: body and bogie on stiff wheels; the force acts upwards on the body, downwards on the bogie."""
     told, f = system.record.scenario, np.array([1.0, 3.0, 6.0, 10.0])
-    answers = Answers.of(told.model, 20.0, system.record.channels, f)
+    answers = Answers(told.model, 20.0, system.record.channels, f)
     vehicle, s = told.vehicle, 2j * np.pi * f
     of = {one.name: one for one in told.model.elements}
     secondary = of["secondary"].stiffness[2, 2] + s * of["secondary"].damping[2, 2]
@@ -74,7 +84,7 @@ def test_answer_of_the_body_to_its_suspension_is_that_of_two_masses(system: Rail
     body, bogie = float(getattr(vehicle, "body_mass")), float(getattr(vehicle, "bogie_mass"))  # noqa: B009
     upper, lower = s**2 * body + secondary, s**2 * bogie + secondary + primary
     moved = (lower - secondary) / (upper * lower - secondary**2)
-    place = [one.name for one in answers.places].index("secondary")
+    place = [one.name for one in answers.places].index("secondary z")
     channel = list(system.record.channels).index("body.acceleration_z [m/s2]")
     errors = list(system.record.channels.values())[channel].errors
     assert errors.bandwidth is not None
@@ -121,8 +131,86 @@ def test_a_damper_s_fault_is_its_tolerance_with_another_prior(system: Railway) -
     assert {one.split(":")[0] for one in found.left_out} >= {"payload", "rail_joints"}
 
 
-def test_a_recording_without_vertical_channels_is_refused(system: Railway) -> None:
-    measured = system.record.measured
-    table = {"time [s]": np.arange(3000) / 256.0, "a.rate_yaw [rad/s]": np.zeros(3000)}
-    with pytest.raises(InputError, match="record one of these"):
-        _ = Record(Measurements(dict(measured.about), {256.0: table}, measured.track), nominal()).channels
+def test_answers_are_what_a_small_force_does_to_the_model(whole: Railway) -> None:
+    """Random force across the secondary suspension, as loads on both bodies of the nonlinear model."""
+    record, model = whole.record, whole.nominal.model
+    rate, rng = record.scenario.output_rate, np.random.default_rng(5)
+    count = round(record.duration * rate)
+    spectrum = np.fft.rfft(rng.standard_normal(count)) * (np.fft.rfftfreq(count, 1.0 / rate) < 25.0)
+    force = 20.0 * np.fft.irfft(spectrum, count)
+    f, channels = record.frequencies, list(record.channels)
+    band = (f > 1.0) & (f < 15.0)
+    answers = Answers(model, 20.0, record.channels, f)
+    for name, seen in (
+        ("secondary y", ("body.acceleration_y [m/s2]", "bogie.acceleration_y [m/s2]", "bogie.rate_yaw [rad/s]")),
+        ("secondary z", ("body.acceleration_z [m/s2]", "axlebox1_left.acceleration_z [m/s2]")),
+    ):
+        number = [one.name for one in answers.places].index(name)
+        row = opening(model, answers.places[number])
+        loads = tuple(
+            Load(body, axis, "time", 0.0, 1.0 / rate, factor * force)
+            for key, factor in row.items()
+            for body, _, axis in [key.partition(".")]
+        )
+        moved = whole.nominal.modelled(lambda model, loads=loads: dataclasses.replace(model, loads=loads))
+        (still,), (pushed,) = (whole.shown([(one, 0.0)])[0] for one in (whole.nominal, moved))
+        expected = answers.forces[:, :, number][:, None] * record.framed(force, rate)[..., None]
+        for channel in (channels.index(one) for one in seen):
+            error, size = ((part[band][..., channel]) for part in (pushed - still - expected, expected))
+            ratio = np.mean(np.abs(error) ** 2) / np.mean(np.abs(size) ** 2)
+            assert np.sqrt(ratio) < 0.15, channels[channel]  # frames cut rings of the bogie
+
+
+def test_a_turned_sensor_shows_what_its_coordinates_say(whole: Railway) -> None:
+    truth = whole.nominal_truth
+    assert truth is not None
+    (sensor,) = [one for one in whole.record.ideal if one.name == "bogie" and one.kind == "accelerometer"]
+    turned = sensor.but(errors=sensor.errors.but(misalignment=(0.01, -0.02, 0.015)))
+    shown = turned.measure(truth, np.random.default_rng(0))
+    names = [one.name for one in whole.coordinates]
+    x = np.zeros((1, len(names)))
+    for axis, angle in zip("xyz", (0.01, -0.02, 0.015), strict=True):
+        x[0, names.index(f"turn accelerometer bogie {axis}")] = angle
+    (predicted,) = whole.predict(x, ())
+    for name in ("bogie.acceleration_y [m/s2]", "bogie.acceleration_z [m/s2]"):
+        seen = whole.record.framed(shown[name].to_numpy(), sensor.rate)
+        mine = predicted[0, ..., list(whole.record.channels).index(name)]
+        assert np.sqrt(np.mean(np.abs(seen - mine) ** 2) / np.mean(np.abs(seen) ** 2)) < 1e-3
+
+
+def test_the_level_of_the_file_s_errors_is_found_though_it_is_stated_wrong() -> None:
+    loud = recorded(np.random.default_rng(8), "survey loud", ())
+    system = Railway(Record(evidence_of(loud, nominal())))
+    found = system.about(np.zeros(len(system.coordinates)), (), None)
+    assert found.survey is not None
+    assert set(found.survey[:2]) <= {1, 2}  # a factor of 2.5, in steps of two
+
+
+def test_frames_are_sorted_by_speed(system: Railway) -> None:
+    evidence = system.record.evidence
+    time = np.arange(0.0, 13.0, 0.5)
+    speed = np.where(time < 7.0, 1.0, 0.0) * 12.0 + np.where(time < 7.0, 0.0, 1.0) * 24.0
+    record = Record(dataclasses.replace(evidence, speed=(time, speed, 0.01)))
+    slow, fast = record.sections
+    assert record.speed_of(0) == pytest.approx(12.0) and record.speed_of(1) == pytest.approx(24.0)
+    assert len(slow) + len(fast) == len(record.kept)
+    still = Record(dataclasses.replace(evidence, speed=(time, np.where(time < 5.0, 0.0, 20.0), 0.01)))
+    assert len(still.kept) < len(record.kept) and len(still.sections) == 1
+
+
+def test_runs_of_many_hypotheses_are_those_of_each(system: Railway) -> None:
+    found = found_library(system, ("secondary_asymmetry", "weak_vertical_damper"))
+    here = Railway(system.record, {}, found.installed, kept=system.kept)
+    x, parts = np.zeros(len(here.coordinates)), []
+    for effect in found.library.effects:
+        parts.append((np.stack(effect.begins(x, here.coordinates)), (effect,)))
+    together = here.predict_each(parts)
+    for (points, effects), shown in zip(parts, together, strict=True):
+        for row, point in enumerate(points):
+            assert np.allclose(shown[0][row], here.predict(point[None], effects)[0][0], rtol=1e-6, atol=1e-9)
+
+
+def test_a_recording_without_a_channel_to_compare_is_refused(system: Railway) -> None:
+    evidence = dataclasses.replace(system.record.evidence, channels=("bogie.acceleration_x [m/s2]",))
+    with pytest.raises(InputError, match="record a vertical or lateral"):
+        _ = Record(evidence).channels
