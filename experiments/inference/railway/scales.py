@@ -27,6 +27,6 @@ SCALES: dict[str, float] = {
     "reading wheelset.rate_roll": 0.002,
     "reading wheelset.rate_yaw": 0.0294,
 }
-"""By the kind of a level. Root mean square of two halves: records of the project's own simulators, and one healthy record of
-a whole vehicle by a simulator that shares no code with them. Other kinds have the scale from before anything is learned.
+"""By the kind of a level. Root mean square of two halves: records of the project's own simulators, and a healthy record
+of a whole vehicle by a simulator that shares no code with them. Other kinds have the scale from before any learning.
 """

@@ -62,7 +62,7 @@ def parameters(answer: Answer, fit: Fit) -> dict[str, dict[str, Any]]:
         for fault in effect.faults:
             place = names.index(fault.name)
             found[f"{effect.family}: {fault.name.removeprefix('log ')}"] = _value(
-                fault.name.startswith("log "), fault.unit, fit.x[place], spreads[place]
+                fault.name.startswith(("log ", "gain ")), fault.unit, fit.x[place], spreads[place]
             )
         for own in effect.own:
             found[f"{effect.family}: {own.name}"] = _value(False, own.unit, fit.x[column], spreads[column])

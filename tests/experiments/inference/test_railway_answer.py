@@ -1,0 +1,74 @@
+"""An answer on a recording: statement, files, refusals of the command."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.cli import main
+from experiments.discrepancy.baseline.evidence import evidence_of
+from experiments.inference.fitting import Problem, fit
+from experiments.inference.model import Hypothesis, Library, System
+from experiments.inference.policy import Policy
+from experiments.inference.railway.answer import Answer, answer
+from experiments.inference.railway.cases import VERTICAL, nominal, recorded
+from experiments.inference.railway.report import write
+from experiments.inference.railway.statement import in_words
+from experiments.inference.search import healthy_fit, places
+from experiments.inference.verdict import Verdict, decide
+from railsim.files import read_json
+from railsim.scenario import load_scenario
+
+GAIN = 1.3
+
+
+def two_hypotheses(system: System, library: Library, policy: Policy, limit: float) -> Verdict:
+    """A search that tries the first effect alone, in place of the whole one."""
+    assert limit > 0.0
+    none, effect = healthy_fit(system, policy), library.effects[0]
+    found = fit(Problem(system, Hypothesis((effect,)), policy), none.x, None, none.slopes, 1)
+    assert found is not None
+    return decide([none, found], library, places(system.levels, library), policy)
+
+
+@pytest.fixture(scope="module")
+def found() -> Iterator[Answer]:
+    """Two channels, of which one is too large by a share that the nominal model knows nothing of."""
+    sensors, channel = VERTICAL[:2], "bogie.acceleration_z"
+    hidden = [{"kind": "sensor_gain", "channel": channel, "factor": GAIN}]
+    measured = recorded(np.random.default_rng(6), "home", hidden, sensors)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(f"{answer.__module__}.infer", two_hypotheses)
+        yield answer(evidence_of(measured, nominal("home", sensors)), ("sensor_gain",))
+
+
+def test_a_wrong_gain_is_named_with_its_size(found: Answer, tmp_path: Path) -> None:
+    told = write(found, tmp_path)
+    assert told["status"] == "named" and told["effects"] == ["sensor_gain"]
+    (size,) = told["parameters"].values()
+    assert size["value"] == pytest.approx(GAIN, rel=0.02) and size["high"] - size["low"] < 0.1
+    gaps = told["channels"]["bogie.acceleration_z [m/s2]"]
+    assert gaps["before"] > 1.5 * gaps["after"] and gaps["after"] < 1.5
+    held = told["held_out"]
+    assert held["after"]["gap"] < held["nuisance_only"]["gap"] < held["before"]["gap"]
+    assert "sensor gain" in in_words(found)
+
+
+def test_its_files_say_the_same_and_its_model_runs(found: Answer, tmp_path: Path) -> None:
+    told = write(found, tmp_path)
+    assert read_json(tmp_path / "verdict.json", "verdict") == told
+    assert "<h1>sensor gain" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert (tmp_path / "where.png").stat().st_size > 5000 and (tmp_path / "evidence.png").stat().st_size > 5000
+    model = load_scenario(str(tmp_path / "model.yaml"))
+    (effect,) = model.effects
+    assert effect.kind == "sensor_gain"
+
+
+def test_what_does_not_go_with_the_inference_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    given = ["discrepancy", "nowhere", "--model", "default", "--method", "inference", "--out", str(tmp_path / "out")]
+    assert main([*given, "--time-limit", "0"]) == 2
+    assert "give a positive number of seconds" in capsys.readouterr().err
+    assert main([*given, "--held-out", "other"]) == 2
+    assert "--method stages" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
