@@ -43,7 +43,7 @@ class Sums:
         diagonal = np.real(np.einsum("kfcc->kfc", self.components))
         trace = diagonal.sum(axis=2)
         flat = self.components.reshape(*trace.shape, -1)
-        squares = np.einsum("kfn,kfn->kf", flat.real, flat.real) + np.einsum("kfn,kfn->kf", flat.imag, flat.imag)
+        squares = sum(np.einsum("kfn,kfn->kf", part, part) for part in (np.real(flat), np.imag(flat)))
         second = (trace**2 - squares) / np.where(trace > 0.0, 2.0 * trace, 1.0)  # eigenvalue, where it is small
         single = (second <= SAME * trace.sum(axis=0)).all(axis=1)
         largest = np.argmax(diagonal[single], axis=2)[..., None]

@@ -8,7 +8,7 @@ hypothesis has (a damper's factor and the tolerance of the same damper) is that 
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
@@ -30,12 +30,34 @@ HALF = 0.5  # of a size: spread of its fault prior
 
 
 @dataclass(frozen=True)
+class Twin:
+    """An effect that does what a tolerance does: how it is made from the value of that coordinate."""
+
+    installed: Installed
+    absent: float
+    rate: float
+    factor: bool
+
+    def make(self, value: float) -> Plugin:
+        """With the size that a coordinate's value stands for."""
+        size = math.exp(math.copysign(1.0, self.rate) * value) if self.factor else self.absent + value / self.rate
+        return self.installed.make(np.array([size]))
+
+
+@dataclass(frozen=True)
 class Found:
-    """The library, how its effects are made, and what is not in it, with the reason."""
+    """The library, how its effects are made (`twins`: those that are tolerances), and what is not in it and why."""
 
     library: Library
     installed: dict[str, Installed]
     left_out: tuple[str, ...]
+    twins: dict[str, Twin] = field(default_factory=dict)
+
+    def made(self, effect: Effect, values: Sequence[float]) -> Plugin:
+        """A plug-in from the values of an effect's faults and own coordinates."""
+        if effect.name in self.twins:
+            return self.twins[effect.name].make(values[0])
+        return self.installed[effect.name].make(np.asarray(values))
 
 
 def variants(plugin: type[Plugin], system: Railway) -> Iterator[dict[str, Any]]:
@@ -128,7 +150,7 @@ class _Maker:
 def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
     """All effects that the record's channels would show; of `kinds` of plug-ins alone where some are given."""
     entries: list[tuple[str, type[Plugin], dict[str, Any], dict[str, Parameter]]] = []
-    left_out, installed = [], {}
+    left_out, installed, twins_made = [], {}, {}
     for kind, plugin in EFFECTS.classes().items():
         if kinds is not None and kind not in kinds:
             continue
@@ -157,9 +179,11 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
             left_out.append(f"{name}: within the tolerance of what healthy vehicles have")
         else:
             installed[name] = Installed(plugin, dict(choices), tuple(numbers))
+            if twin is not None:
+                twins_made[name] = _twin(installed[name], next(iter(numbers.values())), twin, system)
             effects.append(effect)
             signatures.append(shown)
-    return Found(Library(_distinct(effects, signatures, left_out)), installed, tuple(left_out))
+    return Found(Library(_distinct(effects, signatures, left_out)), installed, tuple(left_out), twins_made)
 
 
 def _setup(
@@ -175,6 +199,17 @@ def _setup(
         return None
 
 
+def _twin(installed: Installed, one: Parameter, twin: tuple[int, float], system: Railway) -> Twin:
+    assert one.absent is not None
+    rate = twin[1] / (FIRST * (one.default - one.absent))
+    return Twin(installed, one.absent, rate, _is_factor(one, system.coordinates[twin[0]]))
+
+
+def _is_factor(one: Parameter, healthy: Coordinate) -> bool:
+    """Whether the coordinate is the log of the number."""
+    return one.absent is not None and abs(one.absent - 1.0) < 1e-9 and one.default > 0.0 and healthy.unit == "-"
+
+
 def _effect(
     name: str, plugin: type[Plugin], choices: dict[str, Any], numbers: dict[str, Parameter],
     twin: tuple[int, float] | None, system: Railway,
@@ -187,7 +222,7 @@ def _effect(
         assert one.absent is not None
         rate = moved / (FIRST * (one.default - one.absent))
         mean = rate * (one.default - one.absent)
-        if abs(one.absent - 1.0) < 1e-9 and one.default > 0.0 and healthy.unit == "-":
+        if _is_factor(one, healthy):
             mean = math.copysign(abs(math.log(one.default)), mean)
         if abs(mean) < TOLERATED * healthy.spread:
             return None

@@ -4,11 +4,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from experiments.inference.railway import pictures
 from experiments.inference.railway.answer import Answer
-from experiments.inference.railway.build import vehicle_at
 from experiments.inference.railway.statement import in_words, statement
 from experiments.reporting import html
 from railsim.files import write_json
@@ -96,16 +93,10 @@ def _model(answer: Answer, told: dict[str, Any]) -> str | None:
     if held["after"]["gap"] >= held["nuisance_only"]["gap"]:
         return None
     scenario, names = answer.system.record.scenario, [one.name for one in answer.system.coordinates]
-    faults = {
-        one.name: float(best.x[names.index(one.name)]) for effect in best.hypothesis.effects for one in effect.faults
-    }
     made, column = [], len(names)
-    for effect in best.hypothesis.effects:
-        if effect.own:
-            own = best.x[column : column + len(effect.own)]
-            column += len(own)
-            made.append(answer.found.installed[effect.name].make(np.asarray(own)).settings())
-    changed = scenario.but(vehicle=vehicle_at(scenario.vehicle, faults))
-    if "payload" in faults:
-        made.append({"kind": "payload", "mass": faults["payload"]})
-    return changed.to_yaml(effects=[*changed.values()["effects"], *made])
+    for effect in best.hypothesis.named:
+        faults = [float(best.x[names.index(one.name)]) for one in effect.faults]
+        own = [float(value) for value in best.x[column : column + len(effect.own)]]
+        column += len(own)
+        made.append(answer.found.made(effect, [*faults, *own]).settings())
+    return scenario.to_yaml(effects=[*scenario.values()["effects"], *made])

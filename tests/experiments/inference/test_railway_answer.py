@@ -62,7 +62,8 @@ def test_its_files_say_the_same_and_its_model_runs(found: Answer, tmp_path: Path
     assert (tmp_path / "where.png").stat().st_size > 5000 and (tmp_path / "evidence.png").stat().st_size > 5000
     model = load_scenario(str(tmp_path / "model.yaml"))
     (effect,) = model.effects
-    assert effect.kind == "sensor_gain"
+    settings = effect.settings()
+    assert settings["kind"] == "sensor_gain" and settings["factor"] == pytest.approx(GAIN, rel=0.02)
 
 
 def test_what_does_not_go_with_the_inference_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
