@@ -26,8 +26,8 @@ def statement(answer: Answer) -> dict[str, Any]:
     )
     gaps = zip(record.channels, before, only, after, strict=True)
     return {
-        "status": STATUS[verdict.action.kind],
-        "statement": str(verdict.action),
+        "status": STATUS[verdict.action.kind] if tried(answer) else "undecided",
+        "statement": str(verdict.action) if tried(answer) else "undecided",
         "effects": list(verdict.action.families),
         "place": verdict.action.place,
         "parameters": parameters(answer, best),
@@ -50,6 +50,11 @@ def statement(answer: Answer) -> dict[str, Any]:
         "steps": list(verdict.steps),
         "seconds": round(answer.seconds, 1),
     }  # fmt: skip
+
+
+def tried(answer: Answer) -> bool:
+    """Whether anything but the healthy vehicle was fitted before the time ended."""
+    return len(answer.verdict.rows) > 1 or not answer.found.library.effects
 
 
 def parameters(answer: Answer, fit: Fit) -> dict[str, dict[str, Any]]:
@@ -108,6 +113,10 @@ def _round(value: float) -> float:
 
 def in_words(answer: Answer) -> str:
     """What a person would say."""
+    if not tried(answer):
+        return (
+            "Not decided: the time ended before any effect was fitted. Give a longer --time-limit, or fewer --effects."
+        )
     verdict, action = answer.verdict, answer.verdict.action
     probability = sum(row.posterior for row in verdict.rows if row.fit.hypothesis.name == answer.best.hypothesis.name)
     rivals = [row for row in verdict.rows if row.fit.hypothesis.effects and row.fit is not answer.best]

@@ -1,5 +1,6 @@
 """An answer on a recording: statement, files, refusals of the command."""
 
+import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,9 +15,9 @@ from experiments.inference.policy import Policy
 from experiments.inference.railway.answer import Answer, answer
 from experiments.inference.railway.cases import VERTICAL, nominal, recorded
 from experiments.inference.railway.report import write
-from experiments.inference.railway.statement import in_words
+from experiments.inference.railway.statement import in_words, statement
 from experiments.inference.search import healthy_fit, places
-from experiments.inference.verdict import Verdict, decide
+from experiments.inference.verdict import Action, Verdict, decide
 from railsim.files import read_json
 from railsim.scenario import load_scenario
 
@@ -64,6 +65,14 @@ def test_its_files_say_the_same_and_its_model_runs(found: Answer, tmp_path: Path
     (effect,) = model.effects
     settings = effect.settings()
     assert settings["kind"] == "sensor_gain" and settings["factor"] == pytest.approx(GAIN, rel=0.02)
+
+
+def test_nothing_is_said_where_nothing_was_tried(found: Answer) -> None:
+    rows = tuple(row for row in found.verdict.rows if row.fit is found.none)
+    verdict = dataclasses.replace(found.verdict, action=Action("none"), rows=rows)
+    early = dataclasses.replace(found, verdict=verdict)
+    assert statement(early)["status"] == "undecided" and "longer --time-limit" in in_words(early)
+    assert "Nothing is missing" not in in_words(early)
 
 
 def test_what_does_not_go_with_the_inference_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
