@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.inference.held_out import Held
 from experiments.inference.model import Fit
 from experiments.inference.railway.answer import Answer
 from experiments.inference.railway.gaps import overall
@@ -99,7 +100,7 @@ def _loud(fit: Fit) -> dict[str, float]:
     }
 
 
-def _held(one: Any) -> dict[str, float] | None:
+def _held(one: Held | None) -> dict[str, float] | None:
     return None if one is None else {"power": round(one.power, 3), "gap": round(math.sqrt(one.gap), 3)}
 
 

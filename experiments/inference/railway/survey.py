@@ -4,6 +4,7 @@ Of each column: the mean of the track given the file and the level of its errors
 (Wiener 1949, by the file's own spectrum).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,12 +32,6 @@ class Surveyed:
     def kinds(self) -> tuple[str, ...]:
         """Kinds of errors that the file has."""
         return tuple(kind for kind in KINDS if getattr(self.errors, f"{kind}_std") > 0.0 and self._columns(kind, 1.0))
-
-    def sources(self) -> tuple[str, ...]:
-        """Kinds of errors, of each what the file shows and what it hides: two levels, for nobody knows how a track goes
-        on below the errors of its file.
-        """
-        return tuple(kind + part for kind in self.kinds() for part in ("", HIDDEN))
 
     def expected(self, levels: dict[str, float]) -> Track:
         """Mean of the track, each kind's errors `levels` times as large as stated."""
@@ -78,6 +73,13 @@ class Surveyed:
         power = np.abs(np.fft.rfft(values)) ** 2 / len(values)
         track = spectrum(power[1:], deviation**2)
         return np.concatenate([[1.0], track / (track + deviation**2)])
+
+
+def sources(kinds: Sequence[str]) -> tuple[str, ...]:
+    """Kinds of errors, of each what the file shows and what it hides: two levels, for nobody knows how a track goes on
+    below the errors of its file.
+    """
+    return tuple(kind + part for kind in kinds for part in ("", HIDDEN))
 
 
 def spectrum(power: np.ndarray, error: float) -> np.ndarray:

@@ -28,7 +28,7 @@ from experiments.inference.railway.build import (
 )
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.runs import run_all
-from experiments.inference.railway.survey import HIDDEN, Surveyed
+from experiments.inference.railway.survey import HIDDEN, Surveyed, sources
 from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import Effect as Plugin
 from railsim.effects.interface import Setup
@@ -80,7 +80,7 @@ class Installed:
 class Railway:
     """A `System` of the inference. `scales` of healthy levels by their `kind_of`; `installed`: how effects are made, by
     name; `survey`: steps of the logs of the levels of the file's errors, kind by kind, at which the track is expected
-    (None: those that leave least); `kept`: what systems of one record share.
+    (None: as stated); `kept`: what systems of one record share.
     """
 
     record: Record
@@ -100,10 +100,14 @@ class Railway:
     def _seen_build(self) -> tuple[Coordinate, ...]:
         found = built_coordinates(self.record.scenario.vehicle)
         moved = [self._setup({one.name: one.spread}, ()) for one in found]
-        outputs = self.outputs([(self.nominal, 0.0), *((one, 0.0) for one in moved)])
-        sizes = np.abs((outputs[1:] - outputs[0]) @ self._turns[1][0].T) ** 2 / self.record.densities
-        sizes = np.nan_to_num(sizes, nan=0.0).sum(axis=(1, 2, 3))
-        return tuple(one for one, size in zip(found, sizes, strict=True) if size > SEEN**2)
+        seen = self._seen([self.nominal, *moved])
+        return tuple(one for one, shows in zip(found, seen, strict=True) if shows)
+
+    def _seen(self, setups: Sequence[Setup]) -> np.ndarray:
+        """Whether the channels tell each setup from the first one."""
+        raw = self.outputs([(one, 0.0) for one in setups])
+        sizes = np.abs((raw[1:] - raw[0]) @ self._turns[1][0].T) ** 2 / self.record.densities
+        return np.nan_to_num(sizes, nan=0.0).sum(axis=(1, 2, 3)) > SEEN**2
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -235,16 +239,13 @@ class Railway:
         if "kinds" not in self.kept:
             levels, rng, file = dict.fromkeys(self._surveyed.kinds(), 1.0), np.random.default_rng(SEED), self._surveyed
             tracks = [file.expected(levels), *(file.drawn(one, levels, rng, 1)[0] for one in levels)]
-            raw = self.outputs([(setup_at(self.record, one, {}, ()), 0.0) for one in tracks])
-            sizes = np.abs((raw[1:] - raw[0]) @ self._turns[1][0].T) ** 2 / self.record.densities
-            seen = np.nan_to_num(sizes, nan=0.0).sum(axis=(1, 2, 3)) > SEEN**2
+            seen = self._seen([setup_at(self.record, one, {}, ()) for one in tracks])
             self.kept["kinds"] = tuple(kind for kind, one in zip(levels, seen, strict=True) if one)
         return self.kept["kinds"]
 
     @property
     def _sources(self) -> tuple[str, ...]:
-        """Of each kind, what the file shows of the track and what it hides."""
-        return tuple(kind + part for kind in self._kinds for part in ("", HIDDEN))
+        return sources(self._kinds)
 
     def _over(self, survey: tuple[int, ...]) -> "Railway":
         if survey == self._steps:
@@ -356,11 +357,8 @@ class Railway:
     @cached_property
     def _survey(self) -> dict[str, list[np.ndarray]]:
         """(F, channels, channels) of each kind of error and section, as loud as stated, from runs over other tracks."""
-        return {
-            kind + part: self._survey_of(kind + part, step)
-            for kind, step in zip(self._kinds, self._steps, strict=True)
-            for part in ("", HIDDEN)
-        }
+        steps = dict(zip(self._kinds, self._steps, strict=True))
+        return {one: self._survey_of(one, steps[one.removesuffix(HIDDEN)]) for one in self._sources}
 
     def _survey_of(self, source: str, step: int) -> list[np.ndarray]:
         key = f"{source} at {step}"

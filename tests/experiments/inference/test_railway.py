@@ -11,7 +11,7 @@ from experiments.inference.railway.answers import Answers, opening
 from experiments.inference.railway.cases import ALL, nominal, recorded
 from experiments.inference.railway.library import found_library
 from experiments.inference.railway.record import Record
-from experiments.inference.railway.survey import HIDDEN, Surveyed, spectrum
+from experiments.inference.railway.survey import HIDDEN, Surveyed, sources, spectrum
 from experiments.inference.railway.system import Railway
 from railsim.errors import InputError
 from railsim.model import Load
@@ -50,14 +50,16 @@ def test_expected_track_is_nearer_than_its_file_and_draws_are_as_far_off_as_it()
     inner = slice(250, -250)
     left = (surveyed.expected({"vertical": 1.0}).columns()["vertical"][inner] - true).std()
     expected = surveyed.expected({"vertical": 1.0}).columns()["vertical"]
-    draws = [surveyed.drawn(kind, {"vertical": 1.0}, rng, 1)[0] for kind in surveyed.sources()]
+    draws = [surveyed.drawn(kind, {"vertical": 1.0}, rng, 1)[0] for kind in sources(surveyed.kinds())]
     parts = [one.columns()["vertical"] - expected for one in draws]
     drawn = np.sum(parts, axis=0)[inner].std()
     ideal = 4e-6 * shape**2 / (4e-6 * shape**2 + 1e-8)  # share of the true spectra, not of the file's
     assert left < 0.6e-4
     assert left == pytest.approx(1e-4 * np.sqrt(ideal.mean()), rel=0.15)
     assert drawn == pytest.approx(left, rel=0.2)
-    assert surveyed.sources() == ("vertical", "vertical" + HIDDEN) and 0.0 < parts[1].std() < 0.5 * parts[0].std()
+    assert (
+        sources(surveyed.kinds()) == ("vertical", "vertical" + HIDDEN) and 0.0 < parts[1].std() < 0.5 * parts[0].std()
+    )
 
 
 def test_a_track_s_spectrum_is_found_above_and_below_the_errors_of_its_file() -> None:
