@@ -11,6 +11,7 @@ start they take what the coordinates could explain, and nothing pulls the mean a
 """
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -29,13 +30,18 @@ TRIES = 8  # dampings of a step
 CHORD_TRIES = 2  # with slopes of another point
 
 
+class OutOfTimeError(Exception):
+    """The time for a search has ended."""
+
+
 @dataclass(frozen=True)
 class Problem:
-    """A hypothesis of a system: what is searched for, with which priors."""
+    """A hypothesis of a system: what is searched for, with which priors; `end` of time.monotonic()."""
 
     system: System
     hypothesis: Hypothesis
     policy: Policy
+    end: float = math.inf
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -63,7 +69,9 @@ class Problem:
         return 0.5 * float(apart @ apart) + float(np.log(self.spreads).sum()) + 0.5 * len(x) * math.log(2.0 * math.pi)
 
     def residuals(self, points: np.ndarray) -> tuple[np.ndarray, ...]:
-        """(points, F, T, C) of each group."""
+        """(points, F, T, C) of each group; raises `OutOfTimeError`."""
+        if time.monotonic() > self.end:
+            raise OutOfTimeError
         predicted = self.system.predict(points, self.hypothesis.effects)
         return tuple(seen[None] - one for seen, one in zip(self.system.observed, predicted, strict=True))
 
@@ -130,46 +138,56 @@ def fit(
     problem: Problem, x: np.ndarray, psi: np.ndarray | None = None, slopes: Sequence[np.ndarray] | None = None,
     rounds: int = ROUNDS,
 ) -> Fit | None:  # fmt: skip
-    """The optimum from x on, made about its own state, until two rounds agree; None = nothing finite there.
+    """The optimum from x on, made about its own state, until two rounds agree or one is worse; None = nothing finite.
 
-    psi : levels to begin with; None anneals the latent ones. slopes : of a fit nearby, to begin with.
+    psi : levels to begin with; None anneals the latent ones. slopes : of a fit nearby, to begin with. Where the time
+    ends, the last round's fit.
+
+    Raises
+    ------
+    OutOfTimeError : the time ended before the first round.
     """
     found: Fit | None = None
-    for _ in range(rounds):
-        here = replace(problem, system=problem.system.about(x, problem.hypothesis.effects, psi))
-        components = here.system.covariances(x, problem.hypothesis.effects)
-        if not all(np.isfinite(part).all() for part in components):
-            return found
-        this = _round(here, x, psi, components, slopes)
-        if this is None:
-            return found
-        agree = found is not None and abs(this.evidence - found.evidence) < problem.policy.tolerance
-        found = this
-        if agree:
-            break
-        x, psi, slopes = this.x, this.psi, this.slopes
-    return found
+    try:
+        for _ in range(rounds):
+            here = replace(problem, system=problem.system.about(x, problem.hypothesis.effects, psi))
+            components = here.system.covariances(x, problem.hypothesis.effects)
+            if not all(np.isfinite(part).all() for part in components):
+                break
+            this = _round(here, x, psi, components, slopes)
+            if this is None or (found is not None and this.evidence < found.evidence):
+                break
+            agree = found is not None and abs(this.evidence - found.evidence) < problem.policy.tolerance
+            found = this
+            if agree:
+                break
+            x, psi, slopes = this.x, this.psi, this.slopes
+        return found and finish(replace(problem, system=found.system), found.x, found.psi, found.groups)
+    except OutOfTimeError:
+        if found is None:
+            raise
+        return found
 
 
 def _round(
     problem: Problem, x: np.ndarray, psi: np.ndarray | None, components: Sequence[np.ndarray],
     slopes: Sequence[np.ndarray] | None,
 ) -> Fit | None:  # fmt: skip
-    """One search with fixed covariances of unit levels."""
+    """One search with fixed covariances of unit levels; evidence by the slopes of its last steps."""
     groups = problem.groups(x, components)
     if not all(np.isfinite(group.residual).all() for group in groups):
         return None
-    levels, first, anew = problem.levels, psi is None, slopes is None
+    levels, first = problem.levels, psi is None
     slopes = problem.slopes(x, groups) if slopes is None else problem.renewed(x, groups, slopes)
     for above, steps in STAGES if first else STAGES[-1:]:
         free = above is None
         if free:
-            start = best_levels(sums(groups), levels, middles(levels) if psi is None else psi, anew).psi
+            start = best_levels(sums(groups), levels, middles(levels) if psi is None else psi, first).psi
         else:
             start = raised(levels, above)
         x, psi, groups, slopes = _descend(problem, x, start, groups, components, steps, free, slopes)
     assert psi is not None
-    return finish(problem, x, psi, groups)
+    return finish(problem, x, psi, groups, slopes)
 
 
 def _descend(
@@ -264,9 +282,11 @@ def laplace(total: float, precision: np.ndarray, level_precision: np.ndarray) ->
     return float(-total + 0.5 * size * math.log(2.0 * math.pi) - 0.5 * determinants)
 
 
-def with_unknown(policy: Policy, base: Fit, levels: tuple[Level, ...]) -> Fit:
-    """The same effects with something unknown at these levels: levels fitted anew, and the mean where they changed."""
-    other = Problem(base.system, replace(base.hypothesis, unknown=levels), policy)
+def with_unknown(policy: Policy, base: Fit, levels: tuple[Level, ...], end: float = math.inf) -> Fit:
+    """The same effects with something unknown at these levels: levels fitted anew, and the mean where they changed;
+    raises `OutOfTimeError`.
+    """
+    other = Problem(base.system, replace(base.hypothesis, unknown=levels), policy, end)
     parts = sums(base.groups)
     start = base.psi.copy()
     for index, one in enumerate(other.levels):

@@ -7,12 +7,13 @@ and each half of a pair is tried alone from the pair.
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
-from experiments.inference.fitting import ROUNDS, Problem, few_steps, fit, raised, with_unknown
+from experiments.inference.fitting import ROUNDS, OutOfTimeError, Problem, few_steps, fit, raised, with_unknown
 from experiments.inference.levels import cost, sums
 from experiments.inference.model import Effect, Fit, Group, Hypothesis, Level, Library, System
 from experiments.inference.policy import Policy
@@ -51,8 +52,8 @@ class Search:
     end: float = math.inf  # of time.monotonic()
 
     def late(self, what: str) -> bool:
-        """Whether there is no time left for a hypothesis, which is then noted."""
-        if time.monotonic() < self.end:
+        """Whether there is no time left for a hypothesis, which is then noted; there always is for the first."""
+        if time.monotonic() < self.end or not self.fits:
             return False
         self.not_tried.append(f"{what}: no time left")
         return True
@@ -62,9 +63,18 @@ class Search:
         where = places(self.system.levels, self.library)
         return decide(list(self.fits.values()), self.library, where, self.policy, self.not_tried, self.steps)
 
-    def problem(self, *effects: Effect) -> Problem:
-        """Of these effects."""
-        return Problem(self.system, Hypothesis(effects), self.policy)
+    def problem(self, *effects: Effect, unknown: tuple[Level, ...] = ()) -> Problem:
+        """Of these effects, and of something unknown at these levels."""
+        end = self.end if self.fits else math.inf
+        return Problem(self.system, Hypothesis(effects, unknown), self.policy, end)
+
+    def attempt(self, what: str, how: str, make: Callable[[], Fit | None]) -> None:
+        """Keep the fit of a hypothesis that `make` makes, unless the time ends before."""
+        if not self.late(what):
+            try:
+                self.take(make(), how)
+            except OutOfTimeError:
+                self.late(what)
 
     def take(self, found: Fit | None, what: str) -> None:
         """Keep a fit where it is better than the one so far."""
@@ -103,10 +113,11 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
     if len(library.effects) > search.policy.candidates:
         _effects_in_order(search, nominal)
     else:
-        for effect in (one.sought(search.fits["none"]) for one in library.effects if not search.late(one.name)):
-            for begin in _distinct([*effect.begins(search.fits["none"].x, system.coordinates),
+        for effect in (one.sought(search.fits["none"]) for one in library.effects):
+            none = search.fits["none"]
+            for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
-                search.take(fit(search.problem(effect), begin), "fitted")
+                search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin, slopes=none.slopes))
     _none_again(search)
     _pairs(search)
     _small_ones(search)
@@ -134,9 +145,12 @@ def _none(search: Search) -> np.ndarray:
     if not np.isfinite(costs).any():
         raise InputError("the nominal model gives no finite prediction of this record; check its sheet and its start")
     for index in np.argsort(costs)[:2]:
-        search.take(fit(search.problem(), starts[index]), f"fitted from start {index}")
+        slopes = search.fits["none"].slopes if search.fits else None
+        begun = partial(fit, search.problem(), starts[index], slopes=slopes)
+        search.attempt("none from another start", f"fitted from start {index}", begun)
     none = search.fits["none"]
-    search.take(fit(search.problem(), none.x, none.psi, none.slopes), "fitted again from its own end")
+    again = partial(fit, search.problem(), none.x, none.psi, none.slopes)
+    search.attempt("none once more", "fitted again from its own end", again)
     return starts[int(np.argmin(costs))]
 
 
@@ -181,30 +195,29 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     for base, most in ((none, count), (rough, max(1, count // 3))):
         order = _ordered(search, base, search.library.effects)
         for _, effect, x in order[:most]:
-            if search.late(effect.name):
-                continue
-            tried.add(effect.name)
-            search.take(fit(search.problem(effect), x, slopes=base.slopes, rounds=1), "fitted")
+            one = partial(fit, search.problem(effect), x, slopes=base.slopes, rounds=1)
+            search.attempt(effect.name, "fitted", one)
+        tried |= {effect.name for _, effect, _ in order[:most] if effect.name in search.fits}
         if base is none:
             search.not_tried += [f"{one.name}: first steps gain {gain:.1f} nats" for gain, one, _ in order[most:]]
     left = (text for text in dict.fromkeys(search.not_tried) if text.rsplit(": ", 1)[0] not in tried)
     search.not_tried = list(left)
     for found in search.named()[:POLISHED]:
-        search.take(fit(search.problem(*found.hypothesis.effects), found.x, found.psi, found.slopes), "fitted on")
+        on = partial(fit, search.problem(*found.hypothesis.effects), found.x, found.psi, found.slopes)
+        search.attempt(f"{found.hypothesis.name} once more", "fitted on", on)
 
 
 def _none_again(search: Search) -> None:
     """`none` from the nuisances of the two best effects."""
     count, named = len(search.system.coordinates), search.named()
     for found in named[:2]:
-        if search.late("none from other nuisances"):
-            break
         x = found.x[:count].copy()
         for fault in (one for effect in found.hypothesis.effects for one in effect.faults):
             index = [one.name for one in search.system.coordinates].index(fault.name)
             x[index] = search.system.coordinates[index].mean
         slopes = [one[:count] for one in found.slopes]
-        search.take(fit(search.problem(), x, slopes=slopes), f"from the nuisances of {found.hypothesis.name}")
+        again = partial(fit, search.problem(), x, slopes=slopes)
+        search.attempt("none from other nuisances", f"from the nuisances of {found.hypothesis.name}", again)
 
 
 def _pairs(search: Search) -> None:
@@ -223,16 +236,16 @@ def _pairs(search: Search) -> None:
         partners = [(other, other.begins(named[0].x, search.system.coordinates)) for other in others]
         search.not_tried += [f"{first.name} + {other.name}" for other, _ in partners[PAIRS:]]
         partners = partners[:PAIRS]
-    for other, begins in (one for one in partners if not search.late(f"{first.name} + {one[0].name}")):
+    rounds = 1 if large else ROUNDS
+    for other, begins in partners:
         for begin in begins:
-            rounds = 1 if large else ROUNDS
-            search.take(fit(search.problem(first, other), begin, None, named[0].slopes, rounds), "fitted")
+            both = partial(fit, search.problem(first, other), begin, None, named[0].slopes, rounds)
+            search.attempt(f"{first.name} + {other.name}", "fitted", both)
     pairs = [one for one in search.named() if len(one.hypothesis.effects) == 2]
     for pair in pairs[: 1 if large else PAIRS]:
         if large:
-            search.take(
-                fit(search.problem(first, pair.hypothesis.effects[1]), pair.x, pair.psi, pair.slopes), "fitted on"
-            )
+            on = partial(fit, search.problem(*pair.hypothesis.effects), pair.x, pair.psi, pair.slopes)
+            search.attempt(f"{pair.hypothesis.name} once more", "fitted on", on)
         _halves(search, pair, count)
 
 
@@ -242,14 +255,16 @@ def _halves(search: Search, pair: Fit, count: int) -> None:
     own = count + len(first.own)
     for effect, kept in ((first, np.r_[:own]), (other, np.r_[:count, own : len(pair.x)])):
         slopes = [one[kept] for one in pair.slopes]
-        search.take(fit(search.problem(effect), pair.x[kept], slopes=slopes), f"from {pair.hypothesis.name}")
+        one = partial(fit, search.problem(effect), pair.x[kept], slopes=slopes)
+        search.attempt(f"{effect.name} from a pair", f"from {pair.hypothesis.name}", one)
 
 
 def _small_ones(search: Search) -> None:
     """Effects that were fitted, as healthy systems have them: alone, and beside the best of the others."""
     for found in [one for one in search.named() if any(effect.healthy for effect in one.hypothesis.effects)]:
         effects = tuple(effect.small() if effect.healthy else effect for effect in found.hypothesis.effects)
-        search.take(fit(search.problem(*effects), found.x, found.psi, found.slopes, 1), "as healthy systems have it")
+        small = partial(fit, search.problem(*effects), found.x, found.psi, found.slopes, 1)
+        search.attempt(Hypothesis(effects).name, "as healthy systems have it", small)
 
 
 def _unknowns(search: Search) -> None:
@@ -258,10 +273,10 @@ def _unknowns(search: Search) -> None:
     spots = dict.fromkeys(level.place for level in search.system.levels if level.place)
     for base in (search.fits["none"], *best):
         for place in spots:
-            if search.late(f"{base.hypothesis.name}, unknown: {place}"):
-                continue
             levels = tuple(level for level in search.system.levels if level.place == place)
-            search.take(with_unknown(search.policy, base, levels), f"levels of {base.hypothesis.name} fitted anew")
+            anew = partial(with_unknown, search.policy, base, levels, search.end)
+            name = f"{base.hypothesis.name}, unknown: {place}"
+            search.attempt(name, f"levels of {base.hypothesis.name} fitted anew", anew)
     _whole(search)
 
 
@@ -280,9 +295,13 @@ def _whole(search: Search) -> None:
         if not left or search.late(f"{left[0].hypothesis.name}, fitted whole"):
             break
         name = left[0].hypothesis.name
-        problem = Problem(search.system, left[0].hypothesis, search.policy)
-        again = fit(problem, left[0].x)
         done.add(name)
+        try:
+            problem = search.problem(*left[0].hypothesis.effects, unknown=left[0].hypothesis.unknown)
+            again = fit(problem, left[0].x, slopes=left[0].slopes)
+        except OutOfTimeError:
+            search.late(f"{name}, fitted whole")
+            break
         if again is not None:
             search.steps.append(f"{name}: fitted whole ({again.evidence - left[0].evidence:+.1f} nats)")
             search.fits[name] = again

@@ -58,6 +58,11 @@ def places(model: Model) -> tuple[Place, ...]:
     return (*found.values(), *contacts)
 
 
+def needed(model: Model) -> tuple[str, ...]:
+    """Channels of truth that tell the forces at all places."""
+    return tuple(dict.fromkeys(one for place in places(model) for one in _needed(model, place)))
+
+
 @dataclass(frozen=True)
 class Answers:
     """Small motion of a model at a speed [m/s], at frequencies f [Hz] (F,); `channels`: the sensor of each."""
@@ -85,12 +90,6 @@ class Answers:
         motion = np.linalg.solve(dynamic[:, kept][:, :, kept], np.broadcast_to(loads[kept], shape))
         rows = np.stack([_vector(names, read(self.model, n, one, omega), omega) for n, one in self.channels.items()], 1)
         return rows[:, :, kept] @ motion
-
-    @cached_property
-    def needs(self) -> tuple[str, ...]:
-        """Channels of truth that tell the forces."""
-        found = [one for place in self.places for one in _needed(self.model, place)]
-        return tuple(dict.fromkeys(found))
 
     def acting(self, place: Place, frames: Mapping[str, np.ndarray]) -> np.ndarray:
         """(F, frames) the force that acts at a place; `frames`: (F, frames) of what is needed, by name."""

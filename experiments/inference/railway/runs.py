@@ -1,6 +1,7 @@
 """Many runs of the model at once, kept in memory; a run that fails is None."""
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -12,30 +13,35 @@ from railsim.lanes.buffers import Buffers
 from railsim.lanes.fleet import Job, Piece, advance, kept_channels, prepare
 from railsim.truth import HeldTruth
 
+THREADS = min(2, os.cpu_count() or 1)
 FEW = 3  # runs of one structure up to which one after another takes less time than side by side
 
 
-def run_all(runs: Sequence[Run], about: dict[str, object], channels: Sequence[str] | None) -> list[HeldTruth | None]:
-    """Truths in the order of the runs, with at least these channels (None = all)."""
-    found: list[HeldTruth | None] = [None] * len(runs)
+def run_all(
+    runs: Sequence[Run], about: dict[str, object], channels: Sequence[str] | None
+) -> Iterator[tuple[int, HeldTruth | None]]:
+    """Places of the runs and their truths as they are done, with at least these channels (None = all); a truth that is
+    not kept leaves its memory to the next.
+    """
     groups: dict[tuple[bytes, float, int], list[Job]] = {}
     for number, run in enumerate(runs):
         try:
             job = prepare(number, run)
         except InputError:
+            yield number, None
             continue
         groups.setdefault(job.group, []).append(job)
     buffers = Buffers()
     for group in groups.values():
         if len(group) <= FEW or group[0].refused:
-            for job in group:
-                found[job.number] = _alone(job, about, channels)
+            yield from ((job.number, _alone(job, about, channels)) for job in group)
             continue
-        for result in advance(group, buffers=buffers, channels=channels):
+        for result in advance(group, buffers=buffers, threads=THREADS, channels=channels):
             job, rows = (result.job, result.rows) if isinstance(result, Piece) else result
-            if not isinstance(rows, Diverged):
-                found[job.number] = HeldTruth(rows.T.copy(), job.run.rate, kept_channels(job, channels), about)
-    return found
+            if isinstance(rows, Diverged):
+                yield job.number, None
+            else:
+                yield job.number, HeldTruth(rows.T.copy(), job.run.rate, kept_channels(job, channels), about)
 
 
 def _alone(job: Job, about: dict[str, object], channels: Sequence[str] | None) -> HeldTruth | None:

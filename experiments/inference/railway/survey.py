@@ -1,7 +1,7 @@
 """The track given its file: a file is the track plus errors, so its energy is too large (errors in variables).
 
-Of each column: the mean of the track given the file and the level of its errors, and errors as likely as any other
-(Wiener 1949, by the file's own spectrum).
+Of each column: the mean of the track given the file and the level of its errors, and the share of their power that
+the file leaves open (Wiener 1949, by the file's own spectrum).
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,7 @@ HIDDEN = ", hidden"  # of names of errors
 SHOWN = 0.1  # share of the track in the file's power from which the file shows it
 BENT = 2.0  # deviation of the change of a spectrum's slope (log by log) over an octave; illustrative
 STEPS, SETTLED, LONGEST = 60, 1e-3, 2.0  # of the spectrum's fit: at most so many, until so small, logs at most
+SWELLING = 5.0  # m in which errors swell to their size
 OVERRUN = 50.0  # m by which the file is continued at its ends
 
 
@@ -43,25 +44,32 @@ class Surveyed:
                 columns[name] = line + _filtered(rest, self._share(rest, deviation))
         return continued(Track(self.track.s, columns, self.track.name), OVERRUN)
 
-    def drawn(self, source: str, levels: dict[str, float], rng: np.random.Generator, count: int) -> list[Track]:
-        """`count` times the track that is expected with these levels, with errors of a source as they are stated in
-        what the file leaves open: where it shows the track, or (`source` ending in HIDDEN) where nothing but the slope
-        of its spectrum tells of it.
+    def columns(self, kind: str) -> tuple[str, ...]:
+        """Of the file that a kind of errors is in."""
+        return tuple(name for name, _ in self._columns(kind, 1.0))
+
+    def shares(self, source: str, level: float, waves: np.ndarray) -> dict[str, np.ndarray]:
+        """Of each column of a source's kind: the share of the power of its errors that the file leaves open, (F,) at
+        wave numbers [1/m] (F,), where the file shows the track, or (`source` ending in HIDDEN) where nothing but the
+        slope of its spectrum tells of it; errors `level` times as loud as stated.
         """
-        hidden, kind = source.endswith(HIDDEN), source.removesuffix(HIDDEN)
-        expected = self.expected(levels)
-        pad, found, shares = (len(expected.s) - len(self.track.s)) // 2, [], {}
-        for name, deviation in self._columns(kind, levels[kind]):
-            file = self.track.columns()[name]
-            share = self._share(file - _line(file), deviation)
-            shares[name] = deviation / levels[kind], np.sqrt(np.where((share < SHOWN) == hidden, share, 0.0))
-        for _ in range(count):
-            columns = dict(expected.columns())
-            for name, (deviation, share) in shares.items():
-                error = _filtered(deviation * rng.standard_normal(len(self.track.s)), share)
-                columns[name] = columns[name] + np.pad(error, pad)
-            found.append(Track(expected.s, columns, self.track.name))
+        hidden, kind, found = source.endswith(HIDDEN), source.removesuffix(HIDDEN), {}
+        for name, deviation in self._columns(kind, level):
+            values = self.track.columns()[name]
+            share = self._share(values - _line(values), deviation)
+            known = np.fft.rfftfreq(len(values), float(np.mean(np.diff(self.track.s))))
+            found[name] = np.interp(waves, known, np.where((share < SHOWN) == hidden, share, 0.0))
         return found
+
+    def shaken(self, track: Track, kind: str, column: str, begin: float, rng: np.random.Generator) -> Track:
+        """A track that `expected` gave, with white errors in one column, as loud as stated, from `begin` [m] on: the
+        vehicle starts where it can stand.
+        """
+        columns = dict(track.columns())
+        deviation = dict(self._columns(kind, 1.0))[column]
+        error = deviation * rng.standard_normal(len(track.s)) * np.clip((track.s - begin) / SWELLING, 0.0, 1.0)
+        columns[column] = columns[column] + error
+        return Track(track.s, columns, track.name)
 
     def _columns(self, kind: str, level: float) -> list[tuple[str, float]]:
         one = TrackErrors(**{f"{kind}_std": getattr(self.errors, f"{kind}_std")})

@@ -7,9 +7,8 @@ what effects bring. Every number of the vehicle's data sheet that moves the chan
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,25 +17,18 @@ from experiments.inference.fitting import raised
 from experiments.inference.levels import fit_levels, sums
 from experiments.inference.model import Coordinate, Effect, Group, Level
 from experiments.inference.priors import HalfNormal, LogNormal
-from experiments.inference.railway.answers import Answers
+from experiments.inference.railway.answers import Answers, needed
 from experiments.inference.railway.build import (
     along_coordinates,
     built_coordinates,
     sensor_coordinates,
-    setup_at,
-    turns,
 )
 from experiments.inference.railway.record import Record
-from experiments.inference.railway.runs import run_all
+from experiments.inference.railway.simulated import Simulated
 from experiments.inference.railway.survey import HIDDEN, Surveyed, sources
-from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import Effect as Plugin
 from railsim.effects.interface import Setup
-from railsim.engines.interface import Run, default_substeps
 from railsim.errors import InputError
-from railsim.sensors.interface import Sensor
-from railsim.track.kernel import TrackTables, build_tables
-from railsim.track.track import Track
 from railsim.truth import HeldTruth
 
 HIDDEN_SPREAD = 1.5  # of the log of the level of what the track file hides: a factor of 4.5
@@ -48,7 +40,6 @@ GRID = 0.15 * np.arange(-2, 3)  # m
 STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
 TOLD = 1.0  # nats; a level of which the record tells less stays as stated
 FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
-AT_ONCE = 32  # runs whose truth is in memory
 SEED = 20110901  # of these draws: the same for every hypothesis
 
 Choices = dict[str, object]
@@ -99,15 +90,10 @@ class Railway:
 
     def _seen_build(self) -> tuple[Coordinate, ...]:
         found = built_coordinates(self.record.scenario.vehicle)
-        moved = [self._setup({one.name: one.spread}, ()) for one in found]
-        seen = self._seen([self.nominal, *moved])
-        return tuple(one for one, shows in zip(found, seen, strict=True) if shows)
-
-    def _seen(self, setups: Sequence[Setup]) -> np.ndarray:
-        """Whether the channels tell each setup from the first one."""
-        raw = self.outputs([(one, 0.0) for one in setups])
-        sizes = np.abs((raw[1:] - raw[0]) @ self._turns[1][0].T) ** 2 / self.record.densities
-        return np.nan_to_num(sizes, nan=0.0).sum(axis=(1, 2, 3)) > SEEN**2
+        moved = [self.simulated.setup({one.name: one.spread}, ()) for one in found]
+        shown = self.simulated.channels([(one, 0.0) for one in (self.nominal, *moved)])
+        sizes = np.nan_to_num(np.abs(shown[1:] - shown[0]) ** 2 / self.record.densities, nan=0.0)
+        return tuple(one for one, size in zip(found, sizes, strict=True) if size.sum() > SEEN**2)
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -159,19 +145,23 @@ class Railway:
         still = points.copy()
         still[:, self._of_sensors] = 0.0
         moved, back = np.unique(still, axis=0, return_inverse=True)
-        raw = self._alone(moved[0], effects) if len(moved) == 1 else self.outputs([self._at(x, effects) for x in moved])
+        raw = (
+            self._alone(moved[0], effects)
+            if len(moved) == 1
+            else self.simulated.outputs([self._at(x, effects) for x in moved])
+        )
         return self._sections(self._sensed(points, raw[back.ravel()]))
 
     def predict_each(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[tuple[np.ndarray, ...]]:
         """`predict` of several hypotheses, all runs at once."""
         ends = np.cumsum([len(at) for at, _ in points])
-        raw = self.outputs([self._at(x, effects) for at, effects in points for x in at])
+        raw = self.simulated.outputs([self._at(x, effects) for at, effects in points for x in at])
         parts = zip(points, np.split(raw, ends[:-1]), strict=True)
         return [self._sections(self._sensed(at, part)) for (at, _), part in parts]
 
     def _sensed(self, points: np.ndarray, raw: np.ndarray) -> np.ndarray:
         """(points, F, frames, channels) of what the ideal sensors show, with gains, delays and turns."""
-        count, (_, whole) = len(self.record.channels), self._turns
+        count, (_, whole) = len(self.record.channels), self.simulated.turns
         found = np.empty((*raw.shape[:3], count), complex)
         for row, x in enumerate(points[:, self._of_sensors]):
             gains, delays, angles = x[:count], x[count : 2 * count], x[2 * count :]
@@ -188,8 +178,8 @@ class Railway:
         f, count = self.record.frequencies, len(self.record.channels)
         if truth is None:
             return tuple(np.full((len(self.levels), len(f), count, count), np.nan + 0j) for _ in self.record.sections)
-        read = self._read(setup.sensors, truth) @ self._turns[1][0].T
-        frames = {n: self.record.framed(truth[n], truth.rate) for n in self._answers[0].needs if n in truth}
+        read = self.simulated.read(setup.sensors, truth) @ self.simulated.turns[1][0].T
+        frames = {n: self.record.framed(truth[n], truth.rate) for n in needed(self.nominal.model) if n in truth}
         return tuple(self._of_section(number, read, frames) for number in range(len(self.record.sections)))
 
     def _truth(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, HeldTruth | None]:
@@ -198,15 +188,15 @@ class Railway:
         key = x.tobytes() + "".join(one.name for one in effects).encode()
         if key not in self.last:
             self.last.clear()
-            self.last[key] = self._run([(setup, start)])[0]
+            self.last[key] = self.simulated.truth(setup, start)
         return setup, self.last[key]
 
     def _alone(self, x: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
         """(1, F, frames, components) at one point."""
         setup, truth = self._truth(x, effects)
         if truth is None:
-            return np.full((1, *self.record.seen.shape[:2], len(self._turns[0])), np.nan + 0j)
-        return self._read(setup.sensors, truth)[None]
+            return np.full((1, *self.record.seen.shape[:2], len(self.simulated.turns[0])), np.nan + 0j)
+        return self.simulated.read(setup.sensors, truth)[None]
 
     def _of_section(self, number: int, read: np.ndarray, frames: Mapping[str, np.ndarray]) -> np.ndarray:
         answers, part = self._answers[number], self.record.sections[number]
@@ -237,11 +227,13 @@ class Railway:
     def _kinds(self) -> tuple[str, ...]:
         """Of errors of the track file that the channels show."""
         if "kinds" not in self.kept:
-            levels, rng, file = dict.fromkeys(self._surveyed.kinds(), 1.0), np.random.default_rng(SEED), self._surveyed
-            tracks = [file.expected(levels), *(file.drawn(one, levels, rng, 1)[0] for one in levels)]
-            seen = self._seen([setup_at(self.record, one, {}, ()) for one in tracks])
-            self.kept["kinds"] = tuple(kind for kind, one in zip(levels, seen, strict=True) if one)
+            self.kept["kinds"] = tuple(kind for kind in self._surveyed.kinds() if self._shows(kind))
         return self.kept["kinds"]
+
+    def _shows(self, kind: str) -> bool:
+        powers = (part for column in self._surveyed.columns(kind) for part in self._passed[column])
+        sizes = [np.einsum("fcc->fc", one).real.sum(axis=0) / self._noise for one in powers]
+        return float(np.sum(sizes)) * self.record.seen.shape[1] > SEEN**2
 
     @property
     def _sources(self) -> tuple[str, ...]:
@@ -266,22 +258,25 @@ class Railway:
         if "first survey" not in self.kept:
             best = (0,) * len(self._kinds)
             for kind in range(len(best)):
-                rough = min(FIRST, key=lambda step: self._least(_with(best, kind, step)))
-                if self._least(best) - self._least(_with(best, kind, rough)) < TOLD:
+                tried = [_with(best, kind, step) for step in FIRST]
+                left = dict(zip((best, *tried), self._left((best, *tried)), strict=True))
+                rough = min(tried, key=left.__getitem__)
+                if left[best] - left[rough] < TOLD:
                     continue
-                near = [_with(best, kind, rough + step) for step in (-1, 0, 1)]
+                near = [_with(best, kind, rough[kind] + step) for step in (-1, 0, 1)]
                 best = min(near, key=lambda one: self._over(one).nominal_cost)
             self.kept["first survey"] = best
         return self.kept["first survey"]
 
-    def _least(self, steps: tuple[int, ...]) -> float:
-        """Sum of the logs of what is left: the likelihood with a free spectrum in each channel."""
-        if ("left", steps) not in self.kept:
-            track = self._surveyed.expected(self._levels_at(steps))
-            (shown,) = self.outputs([(self.nominal.but(track=track), 0.0)]) @ self._turns[1][0].T
+    def _left(self, surveys: Sequence[tuple[int, ...]]) -> list[float]:
+        """Of each: sum of the logs of what is left, the likelihood with a free spectrum in each channel."""
+        new = [one for one in dict.fromkeys(surveys) if ("left", one) not in self.kept]
+        tracks = [self._surveyed.expected(self._levels_at(one)) for one in new]
+        runs = self.simulated.channels([(self.nominal.but(track=one), 0.0) for one in tracks])
+        for survey, shown in zip(new, runs, strict=True):
             power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=1)
-            self.kept["left", steps] = float(np.log(power).sum()) if np.isfinite(power).all() else math.inf
-        return self.kept["left", steps]
+            self.kept["left", survey] = float(np.log(power).sum()) if np.isfinite(power).all() else math.inf
+        return [self.kept["left", one] for one in surveys]
 
     @cached_property
     def nominal_cost(self) -> float:
@@ -323,17 +318,20 @@ class Railway:
         return slice(first, len(self.coordinates))
 
     @cached_property
-    def _turns(self) -> tuple[list[str], np.ndarray]:
-        return turns(self.record)
-
-    @cached_property
     def _noise(self) -> np.ndarray:
         return self.record.densities
 
     @cached_property
+    def simulated(self) -> Simulated:
+        """The vehicle over the expected track."""
+        as_stated = dict.fromkeys(self._surveyed.kinds(), 1.0)
+        levels = as_stated if self.survey is None else self._levels_at(self.survey)
+        return Simulated(self.record, self._surveyed.expected(levels))
+
+    @property
     def nominal(self) -> Setup:
         """The nominal setup over the expected track."""
-        return self._setup({}, ())
+        return self.simulated.nominal
 
     @cached_property
     def _answers(self) -> tuple[Answers, ...]:
@@ -345,35 +343,41 @@ class Railway:
         return self.kept["answers"]
 
     @cached_property
-    def _tables(self) -> TrackTables:
-        return build_tables(self._track)
-
-    @cached_property
-    def _track(self) -> Track:
-        if self.survey is None:
-            return self._surveyed.expected(dict.fromkeys(self._surveyed.kinds(), 1.0))
-        return self._surveyed.expected(self._levels_at(self.survey))
-
-    @cached_property
     def _survey(self) -> dict[str, list[np.ndarray]]:
-        """(F, channels, channels) of each kind of error and section, as loud as stated, from runs over other tracks."""
-        steps = dict(zip(self._kinds, self._steps, strict=True))
-        return {one: self._survey_of(one, steps[one.removesuffix(HIDDEN)]) for one in self._sources}
+        """(F, channels, channels) of each source of errors and section, as loud as stated."""
+        levels = self._levels_at(self._steps)
+        return {one: [self._of_source(one, levels, number) for number in range(len(self.record.sections))]
+                for one in self._sources}  # fmt: skip
 
-    def _survey_of(self, source: str, step: int) -> list[np.ndarray]:
-        key = f"{source} at {step}"
-        if key not in self.kept:
-            rng = np.random.default_rng(SEED)
-            draws = math.ceil(DRAWN * len(self.record.channels) / min(len(one) for one in self.record.sections))
-            tracks = self._surveyed.drawn(source, self._levels_at(self._steps), rng, min(draws, MOST))
-            change = self.outputs([(self.nominal.but(track=one), 0.0) for one in tracks])
-            change = change - self.outputs([(self.nominal, 0.0)])[0]
-            change = change[np.isfinite(change).all(axis=(1, 2, 3))] @ self._turns[1][0].T
-            self.kept[key] = [
-                _smooth(np.einsum("rftc,rftd->fcd", one, np.conj(one)) / (one.shape[0] * one.shape[2]))
-                for one in self._sections(change)
-            ]
-        return self.kept[key]
+    def _of_source(self, source: str, levels: Mapping[str, float], number: int) -> np.ndarray:
+        waves = self.record.frequencies / self.record.speed_of(number)
+        shares = self._surveyed.shares(source, levels[source.removesuffix(HIDDEN)], waves)
+        parts = [share[:, None, None] * self._passed[column][number] for column, share in shares.items()]
+        return np.sum(parts, axis=0)
+
+    @property
+    def _passed(self) -> dict[str, list[np.ndarray]]:
+        """(F, channels, channels) of each column and section: what white errors in that column do, from runs."""
+        if "passed" not in self.kept:
+            rng, file = np.random.default_rng(SEED), self._surveyed
+            track = file.expected(dict.fromkeys(file.kinds(), 1.0))
+            count = math.ceil(DRAWN * len(self.record.channels) / min(len(one) for one in self.record.sections))
+            columns = [(kind, one) for kind in file.kinds() for one in file.columns(kind)]
+            begin = self.record.registration.start + max(one.position[0] for one in self.nominal.model.bodies)
+            shaken = [file.shaken(track, *one, begin, rng) for one in columns for _ in range(min(count, MOST))]
+            runs = self.simulated.channels([(self.nominal.but(track=one), 0.0) for one in (track, *shaken)])
+            changes = runs[1:] - runs[0]
+            parts = zip(columns, np.split(changes, len(columns)) if columns else [], strict=True)
+            self.kept["passed"] = {column: self._powers(change) for (_, column), change in parts}
+        return self.kept["passed"]
+
+    def _powers(self, changes: np.ndarray) -> list[np.ndarray]:
+        """(F, channels, channels) of changes (runs, F, frames, channels) in each section."""
+        good = changes[np.isfinite(changes).all(axis=(1, 2, 3))]
+        return [
+            _smooth(np.einsum("rftc,rftd->fcd", one, np.conj(one)) / (one.shape[0] * one.shape[2]))
+            for one in self._sections(good)
+        ]
 
     def _at(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, float]:
         values = dict(zip([one.name for one in self.coordinates], x, strict=False))
@@ -385,7 +389,7 @@ class Railway:
                 column += len(effect.own)
                 if effect.own:
                     made.append(self.installed[effect.name.removeprefix("small ")].make(own))
-            return self._setup(values, tuple(made)), float(ahead)
+            return self.simulated.setup(values, tuple(made)), float(ahead)
         except InputError:
             return self.nominal, math.nan
 
@@ -393,76 +397,9 @@ class Railway:
     def _way(self) -> float:
         return float(np.trapezoid(self.record.speed[1], self.record.speed[0]))
 
-    def _setup(self, values: Mapping[str, float], effects: tuple[Plugin, ...]) -> Setup:
-        return setup_at(self.record, self._track, values, effects)
-
-    def _run(self, setups: Sequence[tuple[Setup, float]]) -> list[HeldTruth | None]:
-        runs, numbers = [], []
-        for number, (setup, ahead) in enumerate(setups):
-            if not math.isfinite(ahead):
-                continue
-            rate = self.record.scenario.output_rate
-            sub = default_substeps(setup.model, setup.speed_tables, rate)
-            sub *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * sub * setup.longest_step))))
-            tables = self._tables if setup.track is self._track else build_tables(setup.track)
-            start = self.record.registration.start + ahead
-            runs.append(Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, sub))
-            numbers.append(number)
-        about: dict[str, object] = {"vehicle": {"wheel_radius [m]": self.nominal.model.wheelsets[0].radius}}
-        found: list[HeldTruth | None] = [None] * len(setups)
-        for number, truth in zip(numbers, run_all(runs, about, self._needed), strict=True):
-            found[number] = truth
-        return found
-
-    @cached_property
-    def _needed(self) -> list[str]:
-        """Channels of truth that sensors and places read."""
-        if "needed" not in self.kept:
-            model, needs = self.nominal.model, self._answers[0].needs
-            bodies = {one.body for one in self.record.ideal}
-            names = channel_names(model)
-            wanted = [n for n in names if n.split(".")[0] in bodies or n in needs or n.endswith("displacement [m]")]
-            self.kept["needed"] = [*wanted, *(n for n in names if n.startswith(("speed", "acceleration")))]
-        return self.kept["needed"]
-
-    def outputs(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
-        """(setups, F, frames, components) of what the ideal sensors show."""
-        components = len(self._turns[0])
-        found = np.full((len(setups), *self.record.seen.shape[:2], components), np.nan + 0j)
-        moving = [
-            number for number, (one, ahead) in enumerate(setups) if ahead != 0.0 or not self._moves_as_nominal(one)
-        ]
-        for first, last in pairwise([*range(0, len(moving), AT_ONCE), len(moving)]):
-            part = moving[first:last]
-            for number, truth in zip(part, self._run([setups[number] for number in part]), strict=True):
-                if truth is not None:
-                    found[number] = self._read(setups[number][0].sensors, truth)
-        for number in sorted(set(range(len(setups))) - set(moving)):
-            if self.nominal_truth is not None:
-                found[number] = self._read(setups[number][0].sensors, self.nominal_truth)
-        return found
-
     def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
         """(setups, F, frames, channels) of each section, of sensors as they should be."""
-        return self._sections(self.outputs(setups) @ self._turns[1][0].T)
-
-    def _moves_as_nominal(self, setup: Setup) -> bool:
-        """Whether it differs from the nominal setup in its sensors alone."""
-        names = [one.name for one in fields(Setup) if one.name != "sensors"]
-        return all(getattr(setup, name) is getattr(self.nominal, name) for name in names)
-
-    @cached_property
-    def nominal_truth(self) -> HeldTruth | None:
-        """A run of the nominal model."""
-        return self._run([(self.nominal, 0.0)])[0]
-
-    def _read(self, sensors: tuple[Sensor, ...], truth: HeldTruth) -> np.ndarray:
-        rng, parts = np.random.default_rng(0), {}  # ideal sensors draw nothing
-        for sensor in sensors:
-            table = sensor.measure(truth, rng)
-            for name in sensor.channels():
-                parts[name] = self.record.framed(table[name].to_numpy(), sensor.rate)
-        return np.stack([parts[name] for name in self._turns[0]], axis=-1)
+        return self._sections(self.simulated.channels(setups))
 
 
 def _with(steps: tuple[int, ...], kind: int, step: int) -> tuple[int, ...]:

@@ -224,3 +224,23 @@ def test_a_wrong_policy_is_refused(changes: dict[str, float], words: str):
 def test_two_effects_of_one_name_are_refused():
     with pytest.raises(InputError, match="two effects have one name"):
         Library((BEND, Effect("bend", "other")))
+
+
+def test_a_search_ends_at_its_limit_within_a_fit_and_says_what_was_not_tried(monkeypatch):
+    """By a clock that goes on by a second with each prediction."""
+    clock, begins = [0.0], []
+    monkeypatch.setattr("time.monotonic", lambda: clock[0])
+
+    class Slow(Line):
+        def predict(self, points, effects):
+            clock[0] += 1.0
+            begins.append([one.name for one in effects])
+            return super().predict(points, effects)
+
+    whole = infer(Slow(line(5, bend=0.6)), LIBRARY)
+    first = next(number for number, effects in enumerate(begins) if effects)
+    limit, clock[0] = first + 3.5, 0.0
+    verdict = infer(Slow(line(5, bend=0.6)), LIBRARY, limit=limit)
+    assert clock[0] <= limit + 1.0
+    assert verdict.rows[0].fit.hypothesis.name == "none" or len(verdict.rows) < len(whole.rows)
+    assert any(text.endswith("no time left") for text in verdict.not_tried)

@@ -49,17 +49,32 @@ def test_expected_track_is_nearer_than_its_file_and_draws_are_as_far_off_as_it()
     surveyed = Surveyed(file, TrackErrors(vertical_std=1e-4))
     inner = slice(250, -250)
     left = (surveyed.expected({"vertical": 1.0}).columns()["vertical"][inner] - true).std()
-    expected = surveyed.expected({"vertical": 1.0}).columns()["vertical"]
-    draws = [surveyed.drawn(kind, {"vertical": 1.0}, rng, 1)[0] for kind in sources(surveyed.kinds())]
-    parts = [one.columns()["vertical"] - expected for one in draws]
-    drawn = np.sum(parts, axis=0)[inner].std()
+    shares = {one: surveyed.shares(one, 1.0, waves)["vertical"] for one in sources(surveyed.kinds())}
     ideal = 4e-6 * shape**2 / (4e-6 * shape**2 + 1e-8)  # share of the true spectra, not of the file's
     assert left < 0.6e-4
     assert left == pytest.approx(1e-4 * np.sqrt(ideal.mean()), rel=0.15)
-    assert drawn == pytest.approx(left, rel=0.2)
-    assert (
-        sources(surveyed.kinds()) == ("vertical", "vertical" + HIDDEN) and 0.0 < parts[1].std() < 0.5 * parts[0].std()
-    )
+    assert 1e-4 * np.sqrt(np.sum(list(shares.values()), axis=0).mean()) == pytest.approx(left, rel=0.2)
+    assert list(shares) == ["vertical", "vertical" + HIDDEN]
+    assert 0.0 < shares["vertical" + HIDDEN].mean() < 0.25 * shares["vertical"].mean()
+
+
+def test_what_the_file_leaves_open_passes_to_the_channels_as_runs_over_such_tracks_say(system: Railway) -> None:
+    """Errors drawn with their share as a filter along the track, simulated; no spectrum of answers."""
+    file, rng = system.record.surveyed, np.random.default_rng(5)
+    track, (name,) = file.expected(dict.fromkeys(file.kinds(), 1.0)), file.columns("vertical")
+    step = float(np.mean(np.diff(track.s)))
+    share = file.shares("vertical", 1.0, np.fft.rfftfreq(len(track.s), step))[name]
+    runs = []
+    for _ in range(12):
+        white = file.shaken(track, "vertical", name, system.record.registration.start + 12.0, rng).columns()[name]
+        error = np.fft.irfft(np.fft.rfft(white - track.columns()[name]) * np.sqrt(share), len(track.s))
+        runs.append(system.nominal.but(track=Track(track.s, {**track.columns(), name: track.columns()[name] + error})))
+    parts = system.shown([(one, 0.0) for one in (system.nominal, *runs)])
+    seen = np.concatenate([np.abs(one[1:] - one[0]) ** 2 for one in parts], axis=2).mean(axis=(0, 2))
+    said = np.real(np.einsum("fcc->fc", system._survey["vertical"][0]))
+    loud = seen.mean(axis=0) > 10.0 * system.record.densities
+    ratio = np.log(seen.mean(axis=0)[loud] / said.mean(axis=0)[loud])
+    assert loud.any() and np.abs(ratio).max() < np.log(1.3)
 
 
 def test_a_track_s_spectrum_is_found_above_and_below_the_errors_of_its_file() -> None:
@@ -164,7 +179,7 @@ def test_answers_are_what_a_small_force_does_to_the_model(whole: Railway) -> Non
 
 
 def test_a_turned_sensor_shows_what_its_coordinates_say(whole: Railway) -> None:
-    truth = whole.nominal_truth
+    truth = whole.simulated.nominal_truth
     assert truth is not None
     (sensor,) = [one for one in whole.record.ideal if one.name == "bogie" and one.kind == "accelerometer"]
     turned = sensor.but(errors=sensor.errors.but(misalignment=(0.01, -0.02, 0.015)))

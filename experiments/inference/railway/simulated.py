@@ -1,0 +1,113 @@
+"""Runs of a vehicle over one track, read by the sensors of a record as they should be."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from experiments.inference.railway.answers import needed
+from experiments.inference.railway.build import setup_at, turns
+from experiments.inference.railway.record import Record
+from experiments.inference.railway.runs import run_all
+from railsim.dynamics.channels import channel_names
+from railsim.effects.interface import Effect, Setup
+from railsim.engines.interface import Run, default_substeps
+from railsim.sensors.interface import Sensor
+from railsim.track.kernel import TrackTables, build_tables
+from railsim.track.track import Track
+from railsim.truth import HeldTruth
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """A record's vehicle over a track. A run is asked for by its setup and by how far ahead of the registered start it
+    begins [m].
+    """
+
+    record: Record
+    track: Track
+
+    @cached_property
+    def nominal(self) -> Setup:
+        """The nominal setup."""
+        return self.setup({}, ())
+
+    @cached_property
+    def nominal_truth(self) -> HeldTruth | None:
+        """A run of the nominal setup."""
+        return self.truth(self.nominal, 0.0)
+
+    @cached_property
+    def turns(self) -> tuple[list[str], np.ndarray]:
+        """Components that the ideal sensors show, and what the channels are of them, see `build.turns`."""
+        return turns(self.record)
+
+    def setup(self, values: Mapping[str, float], effects: tuple[Effect, ...]) -> Setup:
+        """With these coordinates and effects; raises `InputError` where an effect does not fit."""
+        return setup_at(self.record, self.track, values, effects)
+
+    def truth(self, setup: Setup, ahead: float) -> HeldTruth | None:
+        """Of one run; None where it fails."""
+        return next((truth for _, truth in self._truths([(setup, ahead)])), None)
+
+    def outputs(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
+        """(setups, F, frames, components) of what the ideal sensors show; not finite where a run fails."""
+        found = np.full((len(setups), *self.record.seen.shape[:2], len(self.turns[0])), np.nan + 0j)
+        still = [ahead == 0.0 and self._moves_as_nominal(one) for one, ahead in setups]
+        moving = [number for number, one in enumerate(still) if not one]
+        for place, truth in self._truths([setups[number] for number in moving]):
+            if truth is not None:
+                found[moving[place]] = self.read(setups[moving[place]][0].sensors, truth)
+        for number in (number for number, one in enumerate(still) if one):
+            if self.nominal_truth is not None:
+                found[number] = self.read(setups[number][0].sensors, self.nominal_truth)
+        return found
+
+    def channels(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
+        """(setups, F, frames, channels) of sensors as they should be."""
+        return self.outputs(setups) @ self.turns[1][0].T
+
+    def read(self, sensors: tuple[Sensor, ...], truth: HeldTruth) -> np.ndarray:
+        """(F, frames, components) of a run."""
+        rng, parts = np.random.default_rng(0), {}  # ideal sensors draw nothing
+        for sensor in sensors:
+            table = sensor.measure(truth, rng)
+            for name in sensor.channels():
+                parts[name] = self.record.framed(table[name].to_numpy(), sensor.rate)
+        return np.stack([parts[name] for name in self.turns[0]], axis=-1)
+
+    def _truths(self, setups: Sequence[tuple[Setup, float]]) -> Iterator[tuple[int, HeldTruth | None]]:
+        """Places and truths, in any order; places that are not given have no run."""
+        runs, numbers = [], []
+        for number, (setup, ahead) in enumerate(setups):
+            if not math.isfinite(ahead):
+                continue
+            rate = self.record.scenario.output_rate
+            sub = default_substeps(setup.model, setup.speed_tables, rate)
+            sub *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * sub * setup.longest_step))))
+            tables = self._tables if setup.track is self.track else build_tables(setup.track)
+            start = self.record.registration.start + ahead
+            runs.append(Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, sub))
+            numbers.append(number)
+        about: dict[str, object] = {"vehicle": {"wheel_radius [m]": self.nominal.model.wheelsets[0].radius}}
+        for place, truth in run_all(runs, about, self._needed):
+            yield numbers[place], truth
+
+    @cached_property
+    def _tables(self) -> TrackTables:
+        return build_tables(self.track)
+
+    @cached_property
+    def _needed(self) -> list[str]:
+        """Channels of truth that sensors and places read."""
+        model = self.nominal.model
+        needs, bodies, names = needed(model), {one.body for one in self.record.ideal}, channel_names(model)
+        wanted = [n for n in names if n.split(".")[0] in bodies or n in needs or n.endswith("displacement [m]")]
+        return [*wanted, *(n for n in names if n.startswith(("speed", "acceleration")))]
+
+    def _moves_as_nominal(self, setup: Setup) -> bool:
+        """Whether it differs from the nominal setup in its sensors alone."""
+        names = [one.name for one in fields(Setup) if one.name != "sensors"]
+        return all(getattr(setup, name) is getattr(self.nominal, name) for name in names)
