@@ -117,7 +117,7 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
             none = search.fits["none"]
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
-                search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin, slopes=none.slopes))
+                search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin))
     _none_again(search)
     _pairs(search)
     _small_ones(search)
