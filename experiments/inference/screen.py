@@ -42,14 +42,15 @@ class _Screen:
     def gains(self, begins: Sequence[tuple[Effect, np.ndarray]]) -> list[float]:
         """Of each start."""
         problems = [self._problem(one) for one, _ in begins]
-        points = [_moved(problem, x) for problem, (_, x) in zip(problems, begins, strict=True)]
+        count = len(self.base.x)
+        points = [_moved(problem, x, count) for problem, (_, x) in zip(problems, begins, strict=True)]
         whole = [problem.hypothesis.effects for problem in problems]
         predicted = predict_each(self.base.system, list(zip(points, whole, strict=True)))
         found = []
         for problem, at, parts in zip(problems, points, predicted, strict=True):
             seen = zip(self.base.system.observed, parts, strict=True)
             white = whitened(self.parts, self.psi, [one[None] - two for one, two in seen])
-            steps = (at[1:] - at[0])[:, len(self.base.x) :]
+            steps = (at[1:] - at[0])[:, count:]
             own = (white[0] - white[1:]) / steps.sum(axis=1)[:, None]
             good = np.isfinite(white).all()
             found.append(self._value(problem, at[0], white[0], own) - self.without if good else -np.inf)
@@ -69,9 +70,9 @@ class _Screen:
         return float(-cost + 0.5 * len(x) * np.log(2.0 * np.pi) - 0.5 * np.linalg.slogdet(precision)[1])
 
 
-def _moved(problem: Problem, x: np.ndarray) -> np.ndarray:
-    """x, and x with each coordinate that effects bring moved by a little."""
-    own = range(len(problem.system.coordinates), len(x))
+def _moved(problem: Problem, x: np.ndarray, first: int) -> np.ndarray:
+    """x, and x with each coordinate from `first` on moved by a little."""
+    own = range(first, len(x))
     sizes = [one.step or DIFFERENCE * one.spread for one in problem.coordinates]
     return np.stack([x, *(x + sizes[k] * np.eye(len(x))[k] for k in own)])
 

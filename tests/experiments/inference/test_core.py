@@ -8,7 +8,7 @@ import pytest
 from experiments.inference.fitting import Problem, fit, with_unknown
 from experiments.inference.healthy import learned_scales
 from experiments.inference.levels import Sums, cost, fit_levels, middles, slopes
-from experiments.inference.model import Effect, Group, Hypothesis, Level, Library
+from experiments.inference.model import Coordinate, Effect, Group, Hypothesis, Level, Library
 from experiments.inference.policy import Policy
 from experiments.inference.priors import HalfNormal, LogNormal
 from experiments.inference.search import infer
@@ -244,3 +244,21 @@ def test_a_search_ends_at_its_limit_within_a_fit_and_says_what_was_not_tried(mon
     assert clock[0] <= limit + 1.0
     assert verdict.rows[0].fit.hypothesis.name == "none" or len(verdict.rows) < len(whole.rows)
     assert any(text.endswith("no time left") for text in verdict.not_tried)
+
+
+class _Rippled(Line):
+    """A line with a wave of its own."""
+
+    def predict(self, points, effects):
+        own = [one.name for one in effects if one.own]
+        shapes = {"bend": self.time**2, "ripple": np.sin(6.0 * self.time)}
+        added = points[:, 2:] @ np.array([shapes[name] for name in own]).reshape(len(own), len(self.time))
+        return (super().predict(points, ())[0] + added[:, None, None],)
+
+
+def test_a_large_library_is_searched_for_pairs_of_effects_with_coordinates_of_their_own():
+    ripple = Effect("ripple", "ripple", own=(Coordinate("ripple", "-", 0.5, 0.25),), starts=((0.5,),))
+    seen = line(5, bend=0.9) + 0.6 * np.sin(6.0 * np.linspace(-1.0, 1.0, 60))
+    verdict = infer(_Rippled(seen), Library((BEND, STEEP, ripple)), replace(POLICY, candidates=1))
+    assert str(verdict.action) == "bend and ripple"
+    assert verdict.rows[0].fit.x[2:] == pytest.approx([0.9, 0.6], abs=0.2)
