@@ -20,10 +20,7 @@ class AirSpringStiffness(Weakened, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.15})
-    signature: ClassVar[str] = (
-        "the body bounces and rolls at other frequencies (about 1 Hz, with the root of the factor); stiff "
-        "springs pass more above"
-    )
+    signature: ClassVar[str] = "the body bounces and rolls at other frequencies; stiff springs pass more above them"
     component: ClassVar[Component] = SECONDARY_VERTICAL
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 

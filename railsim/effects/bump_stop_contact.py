@@ -18,10 +18,7 @@ class BumpStopContact(BogieEffect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"closed": 0.0, "offset": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"closed": 0.9})
-    signature: ClassVar[str] = (
-        "nothing until body and bogie come near the stop, then lateral jerks of the body and a stiff "
-        "response, on one side with an offset"
-    )
+    signature: ClassVar[str] = "lateral jerks of the body, and a stiff response, once it comes near the stop"
     references: ClassVar[tuple[str, ...]] = ("Iwnicki (1998): the characteristic of the stop",)
 
     def install(self, setup: Setup) -> Setup:

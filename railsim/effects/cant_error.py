@@ -16,9 +16,7 @@ class CantError(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"error": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"error": 0.001})
-    signature: ClassVar[str] = (
-        "a steady lateral specific force and lean of the body, of the same size on straight track and in curves"
-    )
+    signature: ClassVar[str] = "the body leans steadily, on straight track as much as in curves"
     acts_on: ClassVar[str] = "track"
     family: ClassVar[str] = "steady_lateral"
     references: ClassVar[tuple[str, ...]] = ("EN 13848-1: cross level",)

@@ -19,10 +19,7 @@ class CentrePlateFriction(BogieEffect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"moment": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"moment": 300.0})
-    signature: ClassVar[str] = (
-        "the bogie turns in jerks into curves and keeps a yaw angle on straight track after them; small yaw "
-        "movements are locked"
-    )
+    signature: ClassVar[str] = "the bogie turns in jerks into curves and stays turned after them"
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:

@@ -16,9 +16,7 @@ class ConicityChange(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.1})
-    signature: ClassVar[str] = (
-        "the kinematic wavelength changes with 1 / sqrt(factor), hunting is less damped; steering in curves changes"
-    )
+    signature: ClassVar[str] = "the kinematic wavelength changes with 1 / sqrt(factor), and hunting is less damped"
     acts_on: ClassVar[str] = "wheel"
     family: ClassVar[str] = "conicity"
     references: ClassVar[tuple[str, ...]] = (

@@ -19,10 +19,7 @@ class GaugeVariation(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"widening": 0.0, "amplitude": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"widening": 1e-3, "amplitude": 0.0})
-    signature: ClassVar[str] = (
-        "contacts wander on the profiles: other conicity, which comes and goes with the wave; more play "
-        "before the flange"
-    )
+    signature: ClassVar[str] = "conicity comes and goes with the wave; more play before the flange"
     acts_on: ClassVar[str] = "track"
     masked: ClassVar[bool] = True
     rivals: ClassVar[tuple[str, ...]] = ("conicity_change", "worn_profile", "reduced_creep_slope", "low_adhesion")

@@ -20,10 +20,7 @@ class HangingSleepers(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"deflection": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"deflection": 3e-4})
-    signature: ClassVar[str] = (
-        "a dip that only loaded wheels feel, deeper with the load and the dynamic force; a surveyed unloaded "
-        "profile does not show it"
-    )
+    signature: ClassVar[str] = "a dip that only loaded wheels feel, deeper under a heavier load"
     acts_on: ClassVar[str] = "track"
     extent: ClassVar[Extent] = "short"
     references: ClassVar[tuple[str, ...]] = (

@@ -18,9 +18,7 @@ class LateralDamperSeriesStiffness(BogieEffect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"compliance": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"compliance": 2e-7})
-    signature: ClassVar[str] = (
-        "the lateral damper works as nominal at low frequency and more and more like a spring above k / (2 pi c)"
-    )
+    signature: ClassVar[str] = "the lateral damper works more and more like a spring above k / (2 pi c)"
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:

@@ -19,10 +19,7 @@ class LateralFriction(BogieEffect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"force": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"force": 200.0})
-    signature: ClassVar[str] = (
-        "small lateral movements of body and bogie are locked together, large ones are damped less; the more "
-        "so the smoother the track"
-    )
+    signature: ClassVar[str] = "body and bogie are locked together in small lateral movements, as on smooth track"
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:

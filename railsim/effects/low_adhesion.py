@@ -17,10 +17,7 @@ class LowAdhesion(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.6})
-    signature: ClassVar[str] = (
-        "creep forces saturate: less steering and lateral guidance, slides when braked, little change on "
-        "straight track without traction"
-    )
+    signature: ClassVar[str] = "creep forces saturate: wheelsets steer and guide less, and slide when braked"
     acts_on: ClassVar[str] = "contact"
     family: ClassVar[str] = "adhesion"
     references: ClassVar[tuple[str, ...]] = (

@@ -21,10 +21,7 @@ class OutOfRound(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"amplitude": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"amplitude": 2e-5})
-    signature: ClassVar[str] = (
-        "a tone at order times v / (2 pi r) in vertical acceleration of axlebox and bogie, that keeps its "
-        "wavelength at all speeds"
-    )
+    signature: ClassVar[str] = "a tone of axlebox and bogie at a multiple of v / (2 pi r), at all speeds"
     acts_on: ClassVar[str] = "wheel"
     family: ClassVar[str] = "once_per_turn"
     references: ClassVar[tuple[str, ...]] = (

@@ -22,9 +22,7 @@ class Payload(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"mass": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"mass": 300.0})
-    signature: ClassVar[str] = (
-        "the body bounces, sways and rolls more slowly (root of the mass); all wheels press more, contacts sink more"
-    )
+    signature: ClassVar[str] = "the body bounces, sways and rolls more slowly; all wheels press more"
     references: ClassVar[tuple[str, ...]] = ("EN 15663: masses of rail vehicles",)
 
     def install(self, setup: Setup) -> Setup:

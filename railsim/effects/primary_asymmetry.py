@@ -18,9 +18,7 @@ class PrimaryAsymmetry(BogieEffect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.05})
-    signature: ClassVar[str] = (
-        "vertical waves make the bogie roll, cross level makes it bounce; left and right axlebox displacements differ"
-    )
+    signature: ClassVar[str] = "the bogie rolls on vertical waves and bounces on cross level"
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:

@@ -18,10 +18,7 @@ class PrimaryYawStiffness(Weakened, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.9})
-    signature: ClassVar[str] = (
-        "wheelsets steer more freely: they run out less in curves and hunt at a lower speed; bogie and "
-        "wheelsets yaw together less"
-    )
+    signature: ClassVar[str] = "wheelsets steer more freely: they run out less in curves and hunt at a lower speed"
     component: ClassVar[Component] = GUIDANCE_LONGITUDINAL
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 

@@ -17,10 +17,7 @@ class ReducedCreepSlope(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.9})
-    signature: ClassVar[str] = (
-        "wheelsets are guided less stiffly at small creepage: hunting less damped or more, other phase "
-        "between shift and yaw"
-    )
+    signature: ClassVar[str] = "wheelsets are guided less stiffly at small creepage, and hunt otherwise"
     acts_on: ClassVar[str] = "contact"
     family: ClassVar[str] = "adhesion"
     references: ClassVar[tuple[str, ...]] = (

@@ -18,10 +18,7 @@ class SecondaryLateralStiffness(Weakened, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.9})
-    signature: ClassVar[str] = (
-        "the body's lateral and roll modes (0.5 to 1.5 Hz) move with the root of the factor; other lateral "
-        "shift of the body in curves"
-    )
+    signature: ClassVar[str] = "the body sways and rolls at other frequencies (0.5 to 1.5 Hz)"
     component: ClassVar[Component] = SECONDARY_LATERAL
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 

@@ -16,10 +16,7 @@ class SpeedScale(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.001})
-    signature: ClassVar[str] = (
-        "every wavelength of the track shows at another frequency; places come too early or too late, the "
-        "more the longer the run"
-    )
+    signature: ClassVar[str] = "waves of the track show at other frequencies, and places come too early or too late"
     acts_on: ClassVar[str] = "speed"
     family: ClassVar[str] = "speed_scale"
     by_registration: ClassVar[bool] = True

@@ -16,9 +16,7 @@ class TractionTorque(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"torque": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"torque": 100.0})
-    signature: ClassVar[str] = (
-        "steady longitudinal creepage: tachometer and speed differ by it, bogie pitches, less lateral guidance"
-    )
+    signature: ClassVar[str] = "tachometer and speed differ by a steady creepage; the bogie pitches"
     acts_on: ClassVar[str] = "load"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.2",)
 

@@ -17,10 +17,7 @@ class WeakLateralDamper(Weakened, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.8})
-    signature: ClassVar[str] = (
-        "body and bogie sway against each other more and for longer, at the body's lateral modes (0.5 to 2 Hz); "
-        "less lateral force goes through at 3 to 10 Hz"
-    )
+    signature: ClassVar[str] = "body and bogie sway against each other more and for longer (0.5 to 2 Hz)"
     weakens: ClassVar[str] = "secondary_lateral_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
     component: ClassVar[Component] = LATERAL_DAMPERS

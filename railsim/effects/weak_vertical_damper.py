@@ -17,9 +17,7 @@ class WeakVerticalDamper(Weakened, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.8})
-    signature: ClassVar[str] = (
-        "the body bounces and rolls more at its own frequencies (about 1 Hz), less goes through above them"
-    )
+    signature: ClassVar[str] = "the body bounces and rolls more at its own frequencies (about 1 Hz)"
     weakens: ClassVar[str] = "secondary_vertical_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
     component: ClassVar[Component] = VERTICAL_DAMPERS

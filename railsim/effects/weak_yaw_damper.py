@@ -17,10 +17,7 @@ class WeakYawDamper(Weakened, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.8})
-    signature: ClassVar[str] = (
-        "the bogie yaws more at its kinematic wavelength, less damped as the speed rises; less yaw moment where "
-        "the curvature changes"
-    )
+    signature: ClassVar[str] = "the bogie yaws more at its kinematic wavelength, less damped as the speed rises"
     weakens: ClassVar[str] = "secondary_yaw_damping"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.1",)
     component: ClassVar[Component] = YAW_DAMPERS

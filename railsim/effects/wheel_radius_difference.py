@@ -16,9 +16,7 @@ class WheelRadiusDifference(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"difference": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"difference": 2e-5})
-    signature: ClassVar[str] = (
-        "wheelsets run steadily off centre towards the side of the smaller wheel, by difference / (2 conicity)"
-    )
+    signature: ClassVar[str] = "wheelsets run steadily off centre, towards the smaller wheel"
     acts_on: ClassVar[str] = "wheel"
     references: ClassVar[tuple[str, ...]] = ("Wickens (2003), Fundamentals of Rail Vehicle Dynamics, chapter 2",)
 

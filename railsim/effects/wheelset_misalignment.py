@@ -18,10 +18,7 @@ class WheelsetMisalignment(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"angle": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"angle": 1e-4})
-    signature: ClassVar[str] = (
-        "steady lateral shift and yaw of wheelsets and bogie on straight track, of the same size in both "
-        "directions of travel against the vehicle"
-    )
+    signature: ClassVar[str] = "wheelsets and bogie are steadily shifted and turned on straight track"
     references: ClassVar[tuple[str, ...]] = ("Wickens (2003), Fundamentals of Rail Vehicle Dynamics, chapter 2",)
 
     def install(self, setup: Setup) -> Setup:

@@ -20,8 +20,7 @@ class WornProfile(Effect, frozen=True):
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"severity": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"severity": 0.1})
     signature: ClassVar[str] = (
-        "higher conicity and faster change of the contact angle: shorter kinematic waves, earlier hunting, "
-        "the contact wanders widely"
+        "higher conicity: shorter kinematic waves, earlier hunting, a contact that wanders widely"
     )
     acts_on: ClassVar[str] = "wheel"
     family: ClassVar[str] = "conicity"

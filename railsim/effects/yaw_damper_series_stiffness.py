@@ -18,10 +18,7 @@ class YawDamperSeriesStiffness(BogieEffect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"compliance": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"compliance": 2e-8})
-    signature: ClassVar[str] = (
-        "the yaw damper works as nominal at low frequency and more and more like a spring above k / (2 pi c): "
-        "less damping of hunting"
-    )
+    signature: ClassVar[str] = "the yaw damper works more and more like a spring above k / (2 pi c)"
     references: ClassVar[tuple[str, ...]] = (BRUNI,)
 
     def install(self, setup: Setup) -> Setup:
