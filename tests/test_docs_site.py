@@ -17,7 +17,7 @@ from railsim.scenario import Scenario, load_scenario
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT / "docs" / "site"))
-reference, tutorials = importlib.import_module("reference"), importlib.import_module("tutorials")
+gallery, reference, tutorials = (importlib.import_module(name) for name in ("gallery", "reference", "tutorials"))
 
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
@@ -54,6 +54,12 @@ def test_the_reference_names_every_plugin_and_command():
     assert "| `duration` | must be given | s |" in pages["reference/scenario.md"]
     assert "| `factor` |" in pages["reference/effects.md"].partition("## weak_yaw_damper")[2].partition("\n## ")[0]
     assert "--line-speed KMH|FILE" in pages["reference/commands.md"]
+
+
+def test_pictures_of_a_page_open_in_full_size():
+    page = "Text.\n\n![two lines](../lanes.png)\n\n| a | ![in a row](b.png) |\n\n[picture](c.png)\n"
+    opened = "Text.\n\n[![two lines](../lanes.png)](../lanes.png)\n\n| a | ![in a row](b.png) |\n\n[picture](c.png)\n"
+    assert gallery.opening(page) == opened
 
 
 @pytest.mark.parametrize("key", reference.WRITTEN)

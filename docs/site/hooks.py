@@ -34,14 +34,14 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, **others: Any) -> str:
-    """Links to files beside `docs` lead to their pages; a tutorial shows what it printed and drew."""
+    """Links to files beside `docs` lead to their pages; a tutorial shows what it printed and drew; pictures open."""
     path = page.file.src_uri
     if path.startswith("tutorials/") and not path.endswith("index.md"):
         executed = tutorials.executed(Path(path).stem)
         if executed is None:
             LOG.warning("%s has not been executed as it stands: run 'make docs'", path)
         markdown = executed or markdown
-    return LINK.sub(_to_page, markdown)
+    return gallery.opening(LINK.sub(_to_page, markdown))
 
 
 def _to_page(found: re.Match[str]) -> str:

@@ -253,4 +253,4 @@ def _draw_changes(axes: Axes, table: pd.DataFrame) -> None:
         axes.axvline(edge, color=GREY, lw=0.8, ls="--")
     axes.set(ylim=(0.0, 1.25 * most), xlabel="error of the place of a change [s]", ylabel="changes")
     axes.set_title("changes from any level to any other")
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper left", frameon=True, framealpha=1.0, edgecolor="none")

@@ -72,8 +72,8 @@ class AdhesionWheelsets(Figure):
         _bars(apart, {what: [float(np.mean(_apart(table, n, what))) for n in WHEELSETS] for what in COLOURS})
         apart.set(ylabel="decades between the peaks of dry and very low")
         for axes, columns, limit, label in (
-            (error, (FORCE_ERROR, MOMENT_ERROR), ALLOWED, "rms error over the load of a wheelset"),
-            (within, (FORCE_WITHIN, MOMENT_WITHIN), COVERED, "share within two stated deviations"),
+            (error, (FORCE_ERROR, MOMENT_ERROR), ALLOWED, "rms error over the load of a wheelset; dashed: at most"),
+            (within, (FORCE_WITHIN, MOMENT_WITHIN), COVERED, "share within two stated deviations; dashed: at least"),
         ):
             kinds = zip((NET, MOMENT), columns, strict=True)
             _bars(axes, {what: [float(np.mean(_of(table, n, column))) for n in WHEELSETS] for what, column in kinds})

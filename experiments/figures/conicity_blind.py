@@ -351,4 +351,6 @@ def _diagonal(axes: Axes, table: pd.DataFrame) -> None:
     true = table["at nominal gauge [-]"].to_numpy()
     ends = (0.9 * float(true.min()), 1.1 * float(true.max()))
     axes.plot(ends, ends, color=BLACK, lw=0.8)
-    axes.fill_between(ends, np.subtract(ends, WITHIN), np.add(ends, WITHIN), color=BLACK, alpha=0.08, lw=0)
+    axes.fill_between(
+        ends, np.subtract(ends, WITHIN), np.add(ends, WITHIN), color=BLACK, alpha=0.08, lw=0, label=f"within {WITHIN:g}"
+    )

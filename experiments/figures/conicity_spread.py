@@ -84,7 +84,7 @@ def draw(axes: Axes, table: pd.DataFrame) -> None:
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set(xscale="log", xlabel="relative error, rms by time [-]", title="what makes the spread")
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper right", frameon=True, framealpha=1.0, edgecolor="none")
 
 
 def claims(table: pd.DataFrame) -> Iterator[Claim]:

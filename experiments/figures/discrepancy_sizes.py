@@ -101,19 +101,21 @@ class DiscrepancySizes(Figure):
     def draw(self, table: pd.DataFrame) -> Picture:
         """A table in colours: effects down, sizes across, detection and naming side by side, blind runs as marks."""
         order = _order(table)
-        picture = Picture(figsize=(11.5, 2.1 + 0.235 * len(order)), layout="constrained")
-        detection, naming, rival = picture.subplots(1, 3, width_ratios=(1.0, 1.0, 2.6))
+        picture = Picture(figsize=(9.0, 1.9 + 0.21 * len(order)), layout="constrained")
+        detection, naming, rival = picture.subplots(1, 3, width_ratios=(1.0, 1.0, 2.2))
         image = _cells(detection, table, order, "detected, expected", "detected")
         _cells(naming, table, order, "named, expected", "named right")
         _marks(naming, table, order)
         detection.set_yticks(range(len(order)), order, fontsize=9)
         naming.set_yticks([])
         _rivals(rival, table, order)
-        bar = picture.colorbar(image, ax=[detection, naming], location="bottom", shrink=0.8, pad=0.012, aspect=40)
+        bar = picture.colorbar(image, ax=[detection, naming], location="bottom", shrink=1.0, pad=0.012, aspect=40)
         bar.set_ticks([0.125, 0.375, 0.625, 0.875], labels=["< 0.5", "0.5 to 0.8", "0.8 to 0.95", "> 0.95"])
-        bar.ax.tick_params(labelsize=9)
-        bar.set_label(
-            "expected probability; blind runs: ✓ right, ≈ ambiguous, ? unknown, ✗ wrong name, – none; / cannot be run",
+        bar.ax.tick_params(labelsize=8)
+        bar.set_label("expected probability", fontsize=9)
+        picture.supxlabel(
+            "Blind runs: ✓ right, ≈ ambiguous, ? unknown, ✗ wrong name, – none; / cannot be run.\n"
+            "Red: the pairs with the least evidence between them.",
             fontsize=9,
         )
         return picture
@@ -207,7 +209,7 @@ def _cells(panel: Axes, table: pd.DataFrame, order: Sequence[str], column: str, 
     wide = table.pivot(index="effect", columns="size", values=column).loc[list(order), list(SIZES)].to_numpy(float)
     banded = np.searchsorted(BANDS, wide, side="right") / 4.0 + 0.125
     image = panel.imshow(banded, aspect="auto", cmap=COLOURS, vmin=0.0, vmax=1.0)
-    panel.set_xticks(range(3), SIZES, fontsize=8.5)
+    panel.set_xticks(range(3), SIZES, fontsize=7.5)
     panel.xaxis.tick_top()
     panel.set_title(title)
     panel.set_yticks(np.arange(-0.5, len(order)), minor=True)
@@ -234,7 +236,7 @@ def _rivals(panel: Axes, table: pd.DataFrame, order: Sequence[str]) -> None:
     bad = [{str(row["effect"]), str(row["nearest rival"])} for row in worst(table)]
     panel.set(xlim=(0.0, 1.0), ylim=(len(order) - 0.5, -0.5))
     panel.axis("off")
-    panel.set_title("at the middle size: number, nearest rival (likeness), nats between", fontsize=9.5, loc="left")
+    panel.set_title("middle size; nearest rival (likeness), nats between", fontsize=9, loc="left")
     for line, name in enumerate(order):
         entry = middle[name]
         text = "this vehicle or run cannot have it"

@@ -70,9 +70,10 @@ class Fig11(Figure):
         )  # fmt: skip
         _draw_time(_part(table, "time"), top, below)
         seeds = _part(table, "seed")
-        for name, marker, label in (("plain", "x", "(a) plain"), ("track", "o", "(b) with track")):
+        for name, marker, colour, label in (("plain", "x", BLUE, "(a) plain"), ("track", "o", RED, "(b) with track")):
             spread = None if name == "plain" else 2.0 * seeds[f"{name} std [-]"]
-            right.errorbar(seeds["true [-]"], seeds[f"{name} [-]"], spread, fmt=marker, ms=5, lw=0.8, label=label)
+            points = seeds["true [-]"], seeds[f"{name} [-]"]
+            right.errorbar(*points, spread, fmt=marker, color=colour, ms=5, lw=0.8, label=label)
         ends = (0.0, 1.15 * float(seeds["true [-]"].max()))
         right.plot(ends, ends, color="0.4", lw=0.8)
         order = np.argsort(seeds["true [-]"])
@@ -203,7 +204,7 @@ def _draw_time(table: dict[str, np.ndarray], top: Axes, below: Axes) -> None:
     time = table["time [s]"]
     top.plot(time, table["true [-]"], color=BLACK, lw=1.2, label="true, best cone of 4 s")
     top.plot(time, table["plain [-]"], color=BLUE, lw=1.0, label="(a) plain")
-    top.plot(time, table["track [-]"], color=RED, lw=1.2, label="(b) with track")
+    top.plot(time, table["track [-]"], color=RED, lw=1.2, label="(b) with track; band: 2 std")
     low, high = (table["track [-]"] + sign * 2.0 * table["track std [-]"] for sign in (-1.0, 1.0))
     top.fill_between(time, low, high, color=RED, alpha=0.2, lw=0)
     top.set(xlabel="time [s]", ylabel="conicity [-]", ylim=(0.0, 0.45), xlim=(0.0, float(time.max())), title="one run")

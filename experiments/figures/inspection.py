@@ -63,13 +63,13 @@ class Inspection(PartedFigure):
             right.plot(after, np.full(len(rows), number + 0.15), "o", color=BLUE, ms=5, alpha=0.7)
         right.plot([], [], "x", color=RED, label="as it is")
         right.plot([], [], "o", color=BLUE, label="repaired")
-        right.axvline(1.1, color="0.5", lw=0.8, ls="--")
+        right.axvline(1.1, color="0.5", lw=0.8, ls="--", label="10 % more")
         right.set_xscale("log")
         right.set_yticks(range(len(FAULTS)), list(FAULTS))
         right.invert_yaxis()
         right.set(xlabel="worst rms error over the clean recording's [-]")
         right.set_title("Estimates from the spoilt recording")
-        right.legend(loc="upper right")
+        picture.legend(loc="outside lower right", ncols=3)
         return picture
 
     def check(self, table: pd.DataFrame) -> list[Claim]:

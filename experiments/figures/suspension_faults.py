@@ -83,10 +83,11 @@ class SuspensionFaults(PartedFigure):
         axes[1].set(
             xlabel="time [s]", ylabel="estimated damping [% of new]", title="a damper fails at 30 s", ylim=(0, 150)
         )
-        axes[1].legend(fontsize=8, loc="lower left")
-        axes[2].axvline(75, color="black", lw=0.7, ls="--")
+        axes[1].legend(loc="lower left", frameon=True, framealpha=1.0, edgecolor="none")
+        axes[2].axvline(75, color="black", lw=0.7, ls="--", label="called worn")
         axes[2].set(xlabel="estimated damping [% of new]", ylabel="time [s]", title="healthy running, other tracks")
-        axes[2].legend(fontsize=8, loc="upper right")
+        axes[2].set_ylim(0.0, 1.3 * axes[2].get_ylim()[1])
+        axes[2].legend(loc="upper right")
         return picture
 
     def check(self, table: Any) -> list[Claim]:

@@ -72,7 +72,7 @@ class SuspensionIdentifiability(Figure):
             axes[0].plot(profile[CONICITY], profile[VALUE] - top, "-", lw=1.0, label=label)
         best = profiles.groupby(CONICITY)[VALUE].max()
         axes[0].plot(best.index, best - top, "k--", lw=1.6, label="best of these levels")
-        axes[0].axvline(0.15, color="black", lw=0.7)
+        axes[0].axvline(0.15, color="black", lw=0.7, label="true")
         axes[0].set(
             xlabel="conicity [-]",
             ylabel="log likelihood below the best [-]",
@@ -80,19 +80,19 @@ class SuspensionIdentifiability(Figure):
             ylim=(max(-1300.0, 2.6 * float((profiles[VALUE] - top).min())), 40),
         )
         axes[0].set_xticks([0.05, 0.1, 0.15, 0.2, 0.25])
-        axes[0].legend(fontsize=8, loc="lower center")
+        axes[0].legend(loc="lower center", frameon=True, framealpha=1.0, edgecolor="none")
         bounds = table[table[WHAT] == "bound"]
         for known, label, colour in ((1.0, "level known", BLUE), (0.0, "level unknown", RED)):
             std = float(bounds.loc[bounds["known"] == known, VALUE].iloc[0])
             axes[1].loglog(SECONDS, [std * np.sqrt(60.0 / one) for one in SECONDS], color=colour, label=label)
         made = table[table[WHAT] == "curvature"]
-        for known, colour in ((1.0, BLUE), (0.0, RED)):
+        for known, label, colour in ((1.0, "known", BLUE), (0.0, "unknown", RED)):
             rows = made[made["known"] == known]
-            label = "curvature, data of the model" if known else None
+            label = f"by the likelihood's curvature, level {label}"
             axes[1].loglog(rows["seconds"], rows[VALUE], "o", color=colour, ms=5, label=label)
-        axes[1].axhline(0.03, color="black", lw=0.7, ls="--")
+        axes[1].axhline(0.03, color="black", lw=0.7, ls="--", label="error allowed")
         axes[1].set(xlabel="length of the record [s]", ylabel="deviation of the conicity [-]", title="Cramér-Rao bound")
-        axes[1].legend()
+        axes[1].legend(loc="lower left")
         return picture
 
     def check(self, table: Any) -> list[Claim]:

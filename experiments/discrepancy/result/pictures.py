@@ -12,10 +12,10 @@ from experiments.discrepancy.fit.fitting import Problem
 from experiments.discrepancy.screen.latent import LatentForce
 from experiments.discrepancy.screen.locate import BANDS
 from experiments.discrepancy.select.decide import Judged
-from railsim.plots.style import BLUE, GREEN, ORANGE, PURPLE, RED
+from railsim.plots.style import BLUE, GREEN, PURPLE, RED, legend
 from railsim.track.track import Track
 
-BEFORE, NUISANCE, AFTER, MEASURED = RED, ORANGE, GREEN, "#333333"
+BEFORE, NUISANCE, AFTER, MEASURED = RED, BLUE, GREEN, "#333333"
 MOST_SPECTRA = 4
 
 
@@ -27,7 +27,7 @@ def short(channel: str) -> str:
 def heat_maps(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Figure:
     """Residual over stated noise by channel and band, one map a state (coefficients (k, f, c))."""
     channels = problem.evidence.channels
-    figure = Figure(figsize=(3.2 + 3.0 * len(states), 1.4 + 0.28 * len(channels)), layout="constrained")
+    figure = Figure(figsize=(2.2 + 2.3 * len(states), 1.4 + 0.26 * len(channels)), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(states), sharey=True))
     pairs = [(a, b) for a, b in zip(BANDS, BANDS[1:], strict=False) if a <= problem.frames.frequencies[-1]]
     image = None
@@ -39,7 +39,7 @@ def heat_maps(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Fig
             colour = "white" if value > 3.5 else "#333333"
             panel.text(column, row, f"{value:.1f}", ha="center", va="center", fontsize=7, color=colour)
         panel.set_title(title, fontsize=10)
-        panel.set_xticks(range(len(pairs)), [f"{a:g}–{b:g}" for a, b in pairs], fontsize=8, rotation=30)
+        panel.set_xticks(range(len(pairs)), [f"{a:g}–{b:g}" for a, b in pairs], fontsize=8, rotation=45)
         panel.set_xlabel("frequency band [Hz]")
     panels[0].set_yticks(range(len(channels)), [short(name) for name in channels], fontsize=8)
     if image is not None:
@@ -65,7 +65,7 @@ def _by_band(problem: Problem, predicted: np.ndarray, pairs: Sequence[tuple[floa
 
 def along_track(problem: Problem, track: Track, s: np.ndarray, states: Sequence[tuple[str, np.ndarray]]) -> Figure:
     """Whitened residual of every section over distance; held-out sections are shaded."""
-    figure = Figure(figsize=(9.5, 4.2), layout="constrained")
+    figure = Figure(figsize=(8.8, 4.2), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     step = float(np.median(np.diff(s))) if len(s) > 1 else 1.0
     good = np.isfinite(problem.measured).all(axis=1).sum(axis=1).astype(float)
@@ -92,7 +92,7 @@ def along_track(problem: Problem, track: Track, s: np.ndarray, states: Sequence[
     lateral = 0.5 * (total["left_lateral"] + total["right_lateral"])
     bottom.plot(track.s[shown], 1e3 * vertical[shown], color=BLUE, linewidth=0.6, label="vertical")
     bottom.plot(track.s[shown], 1e3 * lateral[shown], color=PURPLE, linewidth=0.6, label="lateral")
-    bottom.legend(fontsize=8, ncols=2, loc="upper right")
+    legend(bottom)
     bottom.set(xlabel="distance [m]", ylabel="track [mm]")
     return figure
 
@@ -104,7 +104,7 @@ def spectra(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Figur
     marginal = [problem.white.marginal(problem.measured - one) for _, one in states]
     change = np.nanmean(marginal[0], axis=(0, 1)) - np.nanmean(marginal[-1], axis=(0, 1))
     chosen = np.argsort(-change)[:MOST_SPECTRA]
-    figure = Figure(figsize=(9.5, 5.6), layout="constrained")
+    figure = Figure(figsize=(8.8, 5.6), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True).ravel()
     frequency = problem.frames.frequencies[1:]
     for panel, place in zip(panels, chosen, strict=False):
@@ -123,7 +123,7 @@ def spectra(problem: Problem, states: Sequence[tuple[str, np.ndarray]]) -> Figur
         panel.set_visible(False)
     for panel in panels[2:]:
         panel.set_xlabel("frequency [Hz]")
-    panels[len(chosen) - 1].legend(fontsize=7, loc="upper right")
+    panels[0].figure.legend(*panels[0].get_legend_handles_labels(), fontsize=9, ncols=5, loc="outside lower center")
     return figure
 
 
@@ -157,7 +157,7 @@ def latent(forces: Sequence[LatentForce]) -> Figure:
     shown = [one for n, one in enumerate(drawn) if one.place == places[0] or one.place not in places[:n]]
     columns = min(2, max(len(shown), 1))
     rows = -(-len(shown) // columns) or 1
-    figure = Figure(figsize=(1.0 + 4.4 * columns, 3.4 * rows), layout="constrained")
+    figure = Figure(figsize=(0.8 + 4.0 * columns, 3.2 * rows), layout="constrained")
     panels: list[Axes] = list(np.ravel(figure.subplots(rows, columns, squeeze=False)))
     for panel in panels[len(shown) :]:
         panel.remove()
