@@ -38,7 +38,7 @@ def execute(given: argparse.Namespace) -> Outcome:
 
     Exit code 1 where a plug-in failed, or repeated tasks did not agree.
     """
-    from experiments.sweep.report import write_report
+    from experiments.sweep.report import numbers, write_report
     from experiments.sweep.run import run_sweep
     from experiments.sweep.settings import read_sweep
     from experiments.sweep.store import FAILURES, TABLE
@@ -55,6 +55,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     done = run_sweep(read_sweep(given.sweep), Path(given.out), partial(_executor, given))
     report = write_report(Path(given.out))
     result = {"table": f"{given.out}/{TABLE}", "report": str(report), **_facts(done)}
+    result["metrics"] = numbers(Path(given.out))
     result["failed"] = sorted(done.tracebacks)
     result["tracebacks"] = f"{given.out}/{FAILURES}" if done.tracebacks else None
     return Outcome(result, _text(result, done), held=done.repeatable and not done.tracebacks)

@@ -28,13 +28,20 @@ class Difference:
 
 
 def numbers_in(result: Mapping[str, Any]) -> dict[str, float]:
-    """The numbers of a command's JSON: claims of figures, rows of a benchmark, scores, metrics."""
+    """The numbers in a command's JSON: claims of figures, scores, and metrics and medians with their intervals."""
     found = {}
-    for figure, part in result.get("figures", {}).items():
-        found |= {f"{figure}: {claim['claim']}": claim["value"] for claim in part["claims"]}
+    for name, part in result.get("figures", {}).items():
+        found |= {f"{name}: {claim['claim']}": claim["value"] for claim in part.get("claims", ())}
+        found |= _with_interval(name, part)
     found |= {f"{one['estimator']}: {one['score']}": one["value"] for one in result.get("scores", [])}
-    found |= {name: one["value"] for name, one in result.get("metrics", {}).items()}
+    for name, one in result.get("metrics", {}).items():
+        found |= _with_interval(name, one)
     return {name: float(value) for name, value in found.items() if isinstance(value, int | float)}
+
+
+def _with_interval(name: str, one: Mapping[str, Any]) -> dict[str, Any]:
+    ends = {"value": name, "low": f"{name}, from", "high": f"{name}, to"}
+    return {words: one[key] for key, words in ends.items() if key in one}
 
 
 def differences(one: Slice, stored: Mapping[str, float], made: Mapping[str, float]) -> list[Difference]:

@@ -21,7 +21,7 @@ from railsim.recording import software_versions
 def words_of(one: Slice, fast: bool, out: Path) -> list[str]:
     """What follows `railsim` for a slice."""
     text = f"{one.command} {one.fast or ''}" if fast else one.command
-    return [word.replace("{out}", str(out)) for word in shlex.split(text)]
+    return [word.replace("{out}", str(out)).replace("{root}", str(ROOT)) for word in shlex.split(text)]
 
 
 def perform(chosen: Sequence[Slice], folder: Path, fast: bool) -> dict[str, dict[str, float]]:

@@ -14,7 +14,8 @@ CHOSEN = "reproduction"
 class Slice(Spec, frozen=True):
     """One command whose result holds numbers of a page.
 
-    `command` is what follows `railsim`, without `--json`; {out} in it is a folder of its own. `fast` is added to it for
+    `command` is what follows `railsim`, without `--json`; {out} in it is a folder of its own, {root} that of the
+    program. `fast` is added to it for
     `railsim reproduce --fast`; None leaves the slice out there. `tolerance` is relative to the stored number, `small`
     absolute, in its unit: either will do.
     """

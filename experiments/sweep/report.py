@@ -17,6 +17,13 @@ from experiments.sweep.store import REPORT, TABLE, read_settings, task_facts
 from railsim.files import read_json, replace_file
 
 DPI = 110
+NUMBERS = {
+    "value": "with the cheapest set",
+    "cost": "its cost",
+    "its value": "with the cheapest set near the best",
+    "its cost": "cost of that",
+}
+"""Columns of `analysis.smallest_sets`, in words."""
 MOST_ROWS = 60  # of a table on the page; the Parquet table holds all
 
 
@@ -43,6 +50,29 @@ def write_report(folder: Path) -> Path:
     _speed(page, folder)
     replace_file(folder / REPORT, page.text(settings["name"]).encode())
     return folder / REPORT
+
+
+def numbers(folder: Path) -> dict[str, dict[str, float]]:
+    """By quantity and estimator "value": the score with the cheapest set of sensors, with the cheapest near best, and
+    their costs. Empty for a sweep without sets of a stated cost.
+    """
+    settings = read_settings(folder)
+    costs = _costs(settings)
+    if not costs:
+        return {}
+    contents = read_contents(folder / TABLE, list(settings["factors"]))
+    panels = settings.get("panels") or _own_panels(contents.scored)
+    rows = analysis.smallest_sets(contents.estimators, contents.bad, contents.scored, costs, panels).to_dict("records")
+    return {
+        f"{_whose(one)}: {words}": {"value": float(one[key])}
+        for one in rows
+        for key, words in NUMBERS.items()
+        if not pd.isna(one.get(key))
+    }
+
+
+def _whose(row: Mapping[Any, Any]) -> str:
+    return ", ".join(str(row[key]) for key in ("quantity", "estimator", "score") if row[key])
 
 
 class _Page:
@@ -139,7 +169,7 @@ def _extremes(page: _Page, scored: Frame, factors: Sequence[str], names: Sequenc
 
 def _sensor_sets(page: _Page, settings: Mapping[str, Any], contents: Contents) -> None:
     scored = contents.scored
-    costs = {name: chosen["cost"] for name, chosen in settings["sensors"].items() if chosen["cost"] is not None}
+    costs = _costs(settings)
     if not costs:
         return
     page.heading("Sets of sensors")
@@ -167,6 +197,10 @@ def _sensor_sets(page: _Page, settings: Mapping[str, Any], contents: Contents) -
         page.line(f"{title}: {score}{f' ({positions})' if positions else ''}")
         wide = table.pivot(index="sensors", columns="estimator", values="value")
         page.table(wide.reindex([name for name in costs if name in wide.index]).reset_index())
+
+
+def _costs(settings: Mapping[str, Any]) -> dict[str, float]:
+    return {name: chosen["cost"] for name, chosen in settings["sensors"].items() if chosen["cost"] is not None}
 
 
 def _own_panels(scored: Frame) -> dict[str, dict[str, Any]]:

@@ -65,6 +65,11 @@ def test_numbers_of_every_kind_of_result():
     claim = {"claim": "peak", "value": 2.0, "target": "", "held": None}
     result = {"figures": {"f": {"claims": [claim]}}, "scores": [{"estimator": "e", "score": "rms", "value": 1}]}
     assert numbers_in(result) == {"f: peak": 2.0, "e: rms": 1.0}
+    counted = {
+        "metrics": {"right": {"value": 0.5, "low": 0.2, "high": 0.8, "cases": 9}},
+        "figures": {"s": {"value": 3.0}},
+    }
+    assert numbers_in(counted) == {"right": 0.5, "right, from": 0.2, "right, to": 0.8, "s": 3.0}
 
 
 def test_a_command_that_fails_is_named(tmp_path: Path):

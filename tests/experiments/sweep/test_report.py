@@ -10,7 +10,7 @@ import pytest
 from experiments.sweep import table
 from experiments.sweep.analysis import RESPONSE, by_set, memory, messages, scored, smallest_sets
 from experiments.sweep.contents import read_contents
-from experiments.sweep.report import write_report
+from experiments.sweep.report import numbers, write_report
 from experiments.sweep.store import TABLE, read_settings
 from experiments.sweep.table import read_table
 from railsim.errors import InputError
@@ -43,6 +43,17 @@ def test_page_of_a_sweep_with_costs_shows_sets(sweep_file: Path, tmp_path: Path,
     sweeping(sweep_file, tmp_path / "out")
     assert "<h2>Sets of sensors</h2>" in write_report(tmp_path / "out").read_text()
     assert (tmp_path / "out" / "pictures" / "pareto.png").exists()
+    found = {name: one["value"] for name, one in numbers(tmp_path / "out").items()}
+    assert {value for name, value in found.items() if name.endswith(": its cost")} <= {2.0, 2.5}
+    frame = scored(read_table(tmp_path / "out" / TABLE))
+    name = next(name for name in found if name.endswith(": with the cheapest set"))
+    *_, estimator, score = name.removesuffix(": with the cheapest set").split(", ")
+    cheap = frame[(frame["estimator"] == estimator) & (frame[RESPONSE] == score) & (frame["sensors"] == "both")]
+    assert found[name] == pytest.approx(cheap["value"].abs().mean())
+
+
+def test_a_sweep_without_costs_gives_no_numbers_of_sets(whole: Path):
+    assert numbers(whole) == {}
 
 
 def test_a_table_is_read_in_parts_without_what_no_page_shows(whole: Path, monkeypatch: pytest.MonkeyPatch):
