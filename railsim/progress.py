@@ -2,6 +2,7 @@
 
 import logging
 import math
+import os
 import sys
 import threading
 import time
@@ -17,6 +18,7 @@ SHOWN_AFTER = 2.0  # s
 SELDOM = 10.0  # s between lines where stderr is a file
 OFTEN = 0.2  # s between redraws on a terminal
 TICK = 1.0  # s between redraws while nothing is counted
+COLUMNS, ROWS = 80, 24  # of a terminal that does not say its size, as some in containers
 
 # A bar's own lock is a semaphore of the system, which a killed worker leaves behind, with a warning.
 tqdm.set_lock(threading.RLock())
@@ -49,6 +51,7 @@ def counting(
         before its end for what takes longer; `total` is what it should take, s.
     """
     terminal = sys.stderr.isatty()
+    wide = terminal and _columns() > 0
     shown = wanted and logging.getLogger(LOGGER).isEnabledFor(logging.WARNING) and (terminal or in_files)
     bar = tqdm(
         total=math.ceil(10.0 * total) / 10.0 if isinstance(total, float) else total,
@@ -59,7 +62,9 @@ def counting(
         leave=in_files,
         disable=not shown,
         file=sys.stderr,
-        dynamic_ncols=terminal,
+        dynamic_ncols=wide,
+        ncols=None if wide or not terminal else COLUMNS,
+        nrows=None if wide or not terminal else ROWS,
         mininterval=OFTEN if terminal else SELDOM,
         maxinterval=SELDOM,
         smoothing=0.05,
@@ -78,6 +83,13 @@ def counted(items: Collection[T], what: str, unit: str, *, wanted: bool = True) 
         for item in items:
             yield item
             bar.update()
+
+
+def _columns() -> int:
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns
+    except (AttributeError, OSError, ValueError):
+        return 0
 
 
 @contextmanager

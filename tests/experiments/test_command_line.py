@@ -1,6 +1,7 @@
 """The command around the commands: version, examples, completion, what is told on stderr, starts, pages."""
 
 import logging
+import os
 import re
 import resource
 import shlex
@@ -200,6 +201,20 @@ def test_progress_says_the_remaining_time(monkeypatch: pytest.MonkeyPatch):
     for _ in counted(range(8), "waiting", "turns"):
         time.sleep(0.05)
     assert re.search(r"waiting: +\d+%.*\d/8 \[00:\d\d<00:\d\d", terminal.written), terminal.written
+
+
+def test_progress_shows_on_a_terminal_that_does_not_say_its_width(monkeypatch: pytest.MonkeyPatch):
+    ours, theirs = os.openpty()  # of no columns and no rows until someone sets them
+    os.set_blocking(ours, False)
+    with os.fdopen(theirs, "w") as terminal:
+        monkeypatch.setattr("sys.stderr", terminal)
+        monkeypatch.setattr("railsim.progress.SHOWN_AFTER", 0.1)
+        for _ in counted(range(8), "waiting", "turns"):
+            time.sleep(0.05)
+        written = os.read(ours, 65536).decode()
+        monkeypatch.undo()
+    os.close(ours)
+    assert re.search(r"waiting: +\d+%.*\d/8 \[00:\d\d<00:\d\d", written), written
 
 
 def test_progress_goes_on_while_nothing_is_counted(monkeypatch: pytest.MonkeyPatch):
