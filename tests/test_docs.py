@@ -19,9 +19,11 @@ LONGEST_README = 150  # lines
 SHORT = (
     "list",
     "simulate curve_s1002",
-    "estimate speed_refined",
+    "estimate alignment_vertical",
     "score estimate",
     "inspect recording",
+    "condition estimate",
+    "export estimate",
     "figure fig02",
     "check weak_yaw_damper",
 )
