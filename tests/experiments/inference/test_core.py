@@ -261,4 +261,6 @@ def test_a_large_library_is_searched_for_pairs_of_effects_with_coordinates_of_th
     seen = line(5, bend=0.9) + 0.6 * np.sin(6.0 * np.linspace(-1.0, 1.0, 60))
     verdict = infer(_Rippled(seen), Library((BEND, STEEP, ripple)), replace(POLICY, candidates=1))
     assert str(verdict.action) == "bend and ripple"
-    assert verdict.rows[0].fit.x[2:] == pytest.approx([0.9, 0.6], abs=0.2)
+    found = verdict.rows[0].fit
+    sizes = dict(zip([one.name for one in found.hypothesis.effects], found.x[2:], strict=True))
+    assert sizes == pytest.approx({"bend": 0.9, "ripple": 0.6}, abs=0.2)
