@@ -113,8 +113,10 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
     if len(library.effects) > search.policy.candidates:
         _effects_in_order(search, nominal)
     else:
-        for effect in (one.sought(search.fits["none"]) for one in library.effects):
-            none = search.fits["none"]
+        none = search.fits["none"]
+        sought = [one.sought(none) for one in library.effects]
+        promising = sorted(first_gains(none, sought, search.policy), key=lambda one: -one[0])
+        for effect in {one.name: one for _, one, _ in promising}.values():
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
                 search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin))
