@@ -5,9 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from railsim.errors import InputError
+from railsim.profiles.files import shipped_profiles
 from railsim.registry import pick
 from railsim.settings import load_yaml
 from railsim.vehicles.interface import PARAMETER_SETS, VEHICLES, Vehicle
+
+PROFILES = ("wheel", "rail", "right_wheel", "right_rail")
+"""Keys of a wheel-rail pair that name profiles."""
 
 
 def vehicle_names() -> list[str]:
@@ -31,7 +35,7 @@ def build_vehicle(given: Any, folder: Path = Path()) -> Vehicle:
     given : a name; a path of a YAML file that changes a vehicle (`base: manchester`, and the fields that differ); or a
         mapping with the name or path as `name`, and further fields. With `base` in the mapping, it is itself what such
         a file holds, under a name of its own.
-    folder : in which a path is looked for before the working folder.
+    folder : in which the paths of the vehicle and of its profiles are looked for before the working folder.
 
     Raises
     ------
@@ -40,6 +44,7 @@ def build_vehicle(given: Any, folder: Path = Path()) -> Vehicle:
     if isinstance(given, Vehicle):
         return given
     values = {"name": given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping) else {}
+    values = _with_profiles(values, folder)
     name = values.pop("name", None)
     if not isinstance(name, str):
         raise InputError(f"vehicle: give a name, or a name and parameters; there are: {', '.join(vehicle_names())}")
@@ -69,7 +74,19 @@ def _contents(file: Path) -> dict[str, Any]:
     values = load_yaml(text, f"vehicle '{path}'")
     if not isinstance(values, dict) or not isinstance(values.get("base"), str):
         raise InputError(f"vehicle '{path}': say what it changes, for example 'base: manchester', then the fields")
-    return values
+    return _with_profiles(values, path.parent)
+
+
+def _with_profiles(values: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Profiles of a wheel-rail pair that lie in the folder, by their whole path."""
+    pair = values.get("pair")
+    if not isinstance(pair, Mapping):
+        return values
+    named = {
+        key: pair[key] for key in PROFILES if isinstance(pair.get(key), str) and pair[key] not in shipped_profiles()
+    }
+    found = {key: str((folder / one).resolve()) for key, one in named.items() if (folder / one).is_file()}
+    return {**values, "pair": {**pair, **found}}
 
 
 def _changed(name: str, values: dict[str, Any]) -> Vehicle:

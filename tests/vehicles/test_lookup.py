@@ -6,11 +6,13 @@ from pathlib import Path
 import pytest
 
 from railsim import Recording, load_scenario, measure, simulate
+from railsim.distribution import shipped_folder
 from railsim.errors import InputError
 from railsim.vehicles.lookup import build_vehicle, vehicle_names
 from railsim.vehicles.manchester import Manchester
 
 COACH = "base: manchester\nbody_mass: 18000\nadhesion: {condition: wet}\n"
+SHIPPED = {"kind": "profiles", "wheel": "s1002", "rail": "uic60_40"}
 SCENARIO = """
 track: smooth
 vehicle: my_coach.yaml
@@ -34,6 +36,21 @@ def test_a_file_changes_its_base(scenario: Path):
     assert isinstance(vehicle, Manchester)
     assert (vehicle.name, vehicle.body_mass, vehicle.bogie_mass) == ("my_coach", 18000.0, Manchester().bogie_mass)
     assert vehicle.adhesion.condition == "wet"
+
+
+@pytest.mark.parametrize("place", ["scenario", "vehicle"])
+def test_profiles_lie_beside_the_file_that_names_them(scenario: Path, monkeypatch: pytest.MonkeyPatch, place: str):
+    """Named in the scenario or in the vehicle's file, and read from another working folder."""
+    folder, pair = scenario.parent, "pair: {kind: profiles, wheel: wheel.csv, rail: uic60_40}"
+    (folder / "wheel.csv").write_text((shipped_folder("track_data", "profiles") / "s1002.csv").read_text())
+    (folder / "my_coach.yaml").write_text(COACH + (pair + "\n" if place == "vehicle" else ""))
+    if place == "scenario":
+        scenario.write_text(SCENARIO.replace("my_coach.yaml", "{name: my_coach.yaml, " + pair + "}"))
+    monkeypatch.chdir(folder.parent)
+    given, shipped = load_scenario(scenario).vehicle, build_vehicle({"name": "manchester", "pair": SHIPPED})
+    assert isinstance(given, Manchester) and isinstance(shipped, Manchester)
+    left, other = (one.pair.sides(one.wheel_radius, one.half_gauge)[0] for one in (given, shipped))
+    assert left.radius == pytest.approx(other.radius, abs=1e-12)
 
 
 def test_what_is_assumed_is_named_and_what_is_given_is_not(scenario: Path):

@@ -14,6 +14,7 @@ from railsim.lanes.fleet import Job, Piece, advance, kept_channels, prepare
 from railsim.truth import HeldTruth
 
 THREADS = min(2, os.cpu_count() or 1)
+AT_ONCE = 32  # runs of one structure whose rows are in memory
 FEW = 3  # runs of one structure up to which one after another takes less time than side by side
 
 
@@ -36,12 +37,20 @@ def run_all(
         if len(group) <= FEW or group[0].refused:
             yield from ((job.number, _alone(job, about, channels)) for job in group)
             continue
-        for result in advance(group, buffers=buffers, threads=THREADS, channels=channels):
-            job, rows = (result.job, result.rows) if isinstance(result, Piece) else result
-            if isinstance(rows, Diverged):
-                yield job.number, None
-            else:
-                yield job.number, HeldTruth(rows.T.copy(), job.run.rate, kept_channels(job, channels), about)
+        for first in range(0, len(group), AT_ONCE):
+            yield from _together(group[first : first + AT_ONCE], about, channels, buffers)
+
+
+def _together(
+    group: Sequence[Job], about: dict[str, object], channels: Sequence[str] | None, buffers: Buffers
+) -> Iterator[tuple[int, HeldTruth | None]]:
+    """Runs of one structure side by side."""
+    for result in advance(group, buffers=buffers, threads=THREADS, channels=channels):
+        job, rows = (result.job, result.rows) if isinstance(result, Piece) else result
+        if isinstance(rows, Diverged):
+            yield job.number, None
+        else:
+            yield job.number, HeldTruth(rows.T.copy(), job.run.rate, kept_channels(job, channels), about)
 
 
 def _alone(job: Job, about: dict[str, object], channels: Sequence[str] | None) -> HeldTruth | None:

@@ -12,6 +12,7 @@ from experiments.inference.railway.gaps import overall
 
 INTERVAL = 1.645  # standard deviations to each side of a value: nine of ten true ones lie within
 STRAINED = 2.0  # standard deviations of its tolerance from which a coordinate is told
+BEYOND = 4.0  # from which it is said in words: one in 16 000 healthy ones
 LOUD = 2.0  # times its healthy scale from which a level is told
 STATUS = {
     "none": "none", "name": "named", "set": "ambiguous", "pair": "pair", "unknown": "unknown",
@@ -140,7 +141,16 @@ def in_words(answer: Answer) -> str:
         )
         said += f". Sizes, with 90 % intervals: {_plain(sizes)}.{beside}"
     late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
-    return f"{said} Its probability is {probability:.3f}.{rival}{late}"
+    return f"{said} Its probability is {probability:.3f}.{rival}{_beyond(answer)}{late}"
+
+
+def _beyond(answer: Answer) -> str:
+    """What the best hypothesis stretches beyond its data sheet."""
+    far = {name: size for name, size in _strained(answer, answer.best).items() if abs(size) > BEYOND}
+    if not far:
+        return ""
+    told = ", ".join(f"{_plain(name)} {size:+.0f}" for name, size in sorted(far.items(), key=lambda one: -abs(one[1])))
+    return f" It stretches tolerances far beyond their sheet (in deviations: {told}): the two differ in more than this."
 
 
 def _plain(name: str) -> str:

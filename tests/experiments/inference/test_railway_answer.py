@@ -75,6 +75,18 @@ def test_nothing_is_said_where_nothing_was_tried(found: Answer) -> None:
     assert "Nothing is missing" not in in_words(early)
 
 
+def test_tolerances_that_are_stretched_far_are_said(found: Answer) -> None:
+    """The same fit, with a mass moved to eight deviations off its sheet."""
+    assert "sheet" not in in_words(found)
+    place = next(k for k, one in enumerate(found.system.coordinates) if one.name.startswith("log body_mass"))
+    x = found.best.x.copy()
+    x[place] = 8.0 * found.system.coordinates[place].spread
+    fits = {id(row): dataclasses.replace(row, fit=dataclasses.replace(row.fit, x=x)) for row in found.verdict.rows[:1]}
+    rows = tuple(fits.get(id(row), row) for row in found.verdict.rows)
+    told = in_words(dataclasses.replace(found, verdict=dataclasses.replace(found.verdict, rows=rows)))
+    assert "far beyond their sheet (in deviations: log body mass +8)" in told
+
+
 def test_what_does_not_go_with_the_inference_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     given = ["discrepancy", "nowhere", "--model", "default", "--method", "inference", "--out", str(tmp_path / "out")]
     assert main([*given, "--time-limit", "0"]) == 2
