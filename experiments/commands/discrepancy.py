@@ -86,7 +86,7 @@ def _inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
     from experiments.discrepancy.baseline.parallel import one_thread_each
     from experiments.inference.railway.answer import answer
     from experiments.inference.railway.report import write
-    from experiments.inference.railway.statement import in_words
+    from experiments.inference.railway.statement import chance, in_words
     from experiments.reporting.logs import tell
     from railsim.files import write_folder_atomically
 
@@ -98,7 +98,7 @@ def _inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
     with write_folder_atomically(given.out) as folder:
         found = one_thread_each(answer)(evidence, _known(given.effects), limit=given.time_limit, say=tell)
         told = write(found, folder)
-    rows = [[one["hypothesis"], one["evidence"], one["probability"]] for one in told["hypotheses"][:10]]
+    rows = [[one["hypothesis"], one["evidence"], chance(one["probability"])] for one in told["hypotheses"][:10]]
     gaps = [[name, *one.values()] for name, one in told["channels"].items()]
     parts = [
         f"{told['status'].upper()}: {in_words(found)}",

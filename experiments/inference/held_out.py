@@ -3,13 +3,14 @@
 Sections are interleaved, for alignment does not extrapolate; coordinates and levels are those of the seen sections.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from experiments.inference.curve import whitened_power
-from experiments.inference.fitting import Problem, fit
+from experiments.inference.fitting import OutOfTimeError, Problem, fit
 from experiments.inference.levels import middles
 from experiments.inference.model import Coordinate, Effect, Fit, Hypothesis, Level, System
 from experiments.inference.policy import Policy
@@ -80,11 +81,17 @@ def parted(system: System) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ..
     return tuple(seen), tuple(held)
 
 
-def held_out(found: Fit, system: System, policy: Policy) -> Held | None:
-    """A hypothesis fitted to the seen sections, judged by the others; None where no fit is finite."""
+def held_out(found: Fit, system: System, policy: Policy, end: float = math.inf) -> Held | None:
+    """A hypothesis fitted to the seen sections, judged by the others; None where no fit is finite, or none is done
+    before `end` of time.monotonic().
+    """
     seen, held = parted(system)
     slopes = [one[:, :, kept] for one, kept in zip(found.slopes, seen, strict=True)]
-    again = fit(Problem(Sections(system, seen), found.hypothesis, policy), found.x, found.psi, slopes)
+    problem = Problem(Sections(system, seen), found.hypothesis, policy, end)
+    try:
+        again = fit(problem, found.x, found.psi, slopes)
+    except OutOfTimeError:
+        return None
     if again is None:
         return None
     other = Problem(

@@ -2,6 +2,8 @@
 raised as where a fit begins. It decides nothing; what comes first is fitted.
 """
 
+import math
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,12 +16,18 @@ from experiments.inference.policy import Policy
 AT_ONCE = 24  # starts whose predictions are made together
 
 
-def first_gains(base: Fit, effects: Sequence[Effect], policy: Policy) -> list[tuple[float, Effect, np.ndarray]]:
-    """What a step gains over the same step without the effect [nats], the effect and the start, of every start."""
+def first_gains(
+    base: Fit, effects: Sequence[Effect], policy: Policy, end: float = math.inf
+) -> list[tuple[float, Effect, np.ndarray]]:
+    """What a step gains over the same step without the effect [nats], the effect and the start, of every start that is
+    reached before `end` of time.monotonic().
+    """
     screen = _Screen(base, policy)
     begins = [(one, x) for one in effects for x in one.begins(base.x, base.system.coordinates)]
     found = []
     for first in range(0, len(begins), AT_ONCE):
+        if time.monotonic() > end:
+            break
         part = begins[first : first + AT_ONCE]
         found += [(gain, one, x) for gain, (one, x) in zip(screen.gains(part), part, strict=True)]
     return found

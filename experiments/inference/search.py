@@ -23,6 +23,7 @@ from railsim.errors import InputError
 
 PAIRS = 3  # partners of the best effect that are fitted whole
 FIRST_STEPS = 2  # of each promising effect of a large library, before any is fitted whole
+ORDERING = 0.4  # of the time that is left, which an order of effects may take
 PROMISING = 2  # times as many effects as are fitted whole take these steps
 POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
@@ -115,8 +116,8 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
     else:
         none = search.fits["none"]
         sought = [one.sought(none) for one in library.effects]
-        promising = sorted(first_gains(none, sought, search.policy), key=lambda one: -one[0])
-        for effect in {one.name: one for _, one, _ in promising}.values():
+        promising = sorted(first_gains(none, sought, search.policy, search.end), key=lambda one: -one[0])
+        for effect in {one.name: one for one in (*(one for _, one, _ in promising), *sought)}.values():
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
                 search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin))
@@ -165,21 +166,33 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Order
     and where they lead; most first. Only an order, nothing is decided by it: one linear step of all of them, then
     a few steps of those that promise most.
     """
-    components, problem = [group.components for group in base.groups], search.problem(*base.hypothesis.effects)
-    without, _ = few_steps(problem, base.x, base.psi, components, FIRST_STEPS, base.slopes)
-    begins = sorted(first_gains(base, [one.sought(base) for one in effects], search.policy), key=lambda one: -one[0])
+    components, now = [group.components for group in base.groups], time.monotonic()
+    end = now + ORDERING * (search.end - now)
+    begins = first_gains(base, [one.sought(base) for one in effects], search.policy, end)
+    begins.sort(key=lambda one: -one[0])
     first: dict[str, Ordered] = {}
     for one in begins:
         first.setdefault(one[1].name, one)
-    count = int(PROMISING * search.policy.candidates)
-    found = []
-    for _, effect, x in list(first.values())[:count]:
-        if search.late(effect.name):
-            continue
-        problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, effect)), search.policy)
-        evidence, x = few_steps(problem, x, base.psi, components, FIRST_STEPS, base.slopes)
-        found.append((evidence - without, effect, x))
+    for one in effects:
+        if one.name not in first:
+            search.late(one.name)
+    count, found = int(PROMISING * search.policy.candidates), []
+    try:
+        without, _ = _stepped(search, base, (), base.x, components, end)
+        for _, effect, x in list(first.values())[:count]:
+            evidence, led = _stepped(search, base, (effect,), x, components, end)
+            found.append((evidence - without, effect, led))
+    except OutOfTimeError:
+        count = len(found)
     return [*sorted(found, key=lambda one: -one[0]), *list(first.values())[count:]]
+
+
+def _stepped(
+    search: Search, base: Fit, beside: tuple[Effect, ...], x: np.ndarray, components: Sequence[np.ndarray], end: float
+) -> tuple[float, np.ndarray]:
+    """Evidence after a few steps of a fit's effects and others beside them, in its covariances; and where they led."""
+    problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, *beside)), search.policy, end)
+    return few_steps(problem, x, base.psi, components, FIRST_STEPS, base.slopes)
 
 
 def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
@@ -187,14 +200,11 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     the two best as long as it takes.
     """
     none, count = search.fits["none"], search.policy.candidates
-    problem = replace(search.problem(), system=search.system.about(nominal, (), None))
-    groups = problem.groups(nominal, problem.system.covariances(nominal, ()))
-    high, nothing = raised(problem.levels), np.zeros((0, 0))
-    total = cost(sums(groups), high) + problem.prior(nominal)
-    slopes = problem.slopes(nominal, groups)
-    rough = Fit(Hypothesis(), problem.system, nominal, high, total, -np.inf, nothing, nothing, groups, slopes)
     tried: set[str] = set()
-    for base, most in ((none, count), (rough, max(1, count // 3))):
+    for make, most in ((lambda: none, count), (lambda: _nominal_fit(search, nominal), max(1, count // 3))):
+        if time.monotonic() > search.end:
+            break
+        base = make()
         order = _ordered(search, base, search.library.effects)
         for _, effect, x in order[:most]:
             one = partial(fit, search.problem(effect), x, slopes=base.slopes, rounds=1)
@@ -207,6 +217,16 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     for found in search.named()[:POLISHED]:
         on = partial(fit, search.problem(*found.hypothesis.effects), found.x, found.psi, found.slopes)
         search.attempt(f"{found.hypothesis.name} once more", "fitted on", on)
+
+
+def _nominal_fit(search: Search, nominal: np.ndarray) -> Fit:
+    """The nominal build with raised levels, from where effects may begin too."""
+    problem = replace(search.problem(), system=search.system.about(nominal, (), None), end=math.inf)
+    groups = problem.groups(nominal, problem.system.covariances(nominal, ()))
+    high, nothing = raised(problem.levels), np.zeros((0, 0))
+    total = cost(sums(groups), high) + problem.prior(nominal)
+    slopes = problem.slopes(nominal, groups)
+    return Fit(Hypothesis(), problem.system, nominal, high, total, -np.inf, nothing, nothing, groups, slopes)
 
 
 def _none_again(search: Search) -> None:

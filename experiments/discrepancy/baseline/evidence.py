@@ -211,9 +211,10 @@ def measured_speed(
             speed *= float(np.median(receiver / np.maximum(np.interp(time, knots, speed), 0.1)))
     if float(np.median(speed)) < SLOW:
         raise InputError(f"the vehicle moves slower than {SLOW:g} m/s most of the time; give a faster recording")
-    return knots, np.maximum(speed, 0.2), scale_std
+    return knots, np.maximum(speed, STANDING), scale_std
 
 
+STANDING = 0.2  # m/s, that is given for a vehicle that stands
 KNOT = 0.5  # s, between the speed's knots
 SLOW = 2.0  # m/s, below which nothing is excited
 

@@ -19,6 +19,8 @@ from experiments.inference.railway.system import Railway
 from experiments.inference.search import infer
 from experiments.inference.verdict import State, Verdict
 
+SEARCH = 0.85  # of the time limit; the rest is for held-out sections
+
 
 @dataclass(frozen=True, eq=False)
 class Answer:
@@ -72,8 +74,7 @@ def answer(
 
     Parameters
     ----------
-    kinds : plug-ins of which the library is made; None takes all. limit : seconds after which no further hypothesis is
-    begun. say : told what is going on. found : a library that was made before from a recording of the same kind.
+    kinds : plug-ins of which the library is made; None takes all. limit : seconds; what was not tried is said. say : told what is going on. found : a library that was made before from a recording of the same kind.
 
     Raises
     ------
@@ -86,7 +87,7 @@ def answer(
         found = found_library(system, kinds)
     system = Railway(record, SCALES, found.installed, kept=system.kept)
     say(f"{len(found.library.effects)} effects, {len(record.channels)} channels, {record.duration:.0f} s")
-    verdict = infer(system, found.library, policy, limit - (time.monotonic() - begin))
+    verdict = infer(system, found.library, policy, SEARCH * limit - (time.monotonic() - begin))
     seconds = time.monotonic() - begin
     none = next(row.fit for row in verdict.rows if row.fit.hypothesis.name == "none")
     best, aligned = stated(verdict), np.zeros(len(system.coordinates))
@@ -95,7 +96,7 @@ def answer(
     say("held-out sections")
     held = (
         untouched(system, aligned, policy),
-        held_out(none, system, policy),
-        None if best is None or best is none else held_out(best, system, policy),
+        held_out(none, system, policy, begin + 0.5 * (1.0 + SEARCH) * limit),
+        None if best is None or best is none else held_out(best, system, policy, begin + limit),
     )
     return Answer(verdict, system, found, seconds, groups, held)

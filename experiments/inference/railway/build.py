@@ -106,7 +106,7 @@ def setup_at(record: Record, track: Track, values: Mapping[str, float], effects:
     scenario = record.scenario
     setup = Setup(
         vehicle_at(scenario.vehicle, values), track, record.ideal, speed_at(record, values), scenario.traction,
-        record.duration, flexible_track=scenario.flexible_track,
+        float(record.clock.model(np.array(record.duration))), flexible_track=scenario.flexible_track,
     )  # fmt: skip
     laden = values.get("payload", 0.0)
     load = (EFFECTS.pick("payload").build({"mass": float(np.clip(laden, -2000.0, 10e3))}),) if laden else ()
@@ -116,9 +116,10 @@ def setup_at(record: Record, track: Track, values: Mapping[str, float], effects:
 
 
 def speed_at(record: Record, values: Mapping[str, float]) -> Profile:
-    """Speed over time with its scale and its slow sines."""
+    """Speed over the model's time with its scale and its slow sines."""
     time, speed = record.speed
     sizes = np.array([value for name, value in values.items() if name.startswith("wander")])
     turn = np.pi * np.arange(1, len(sizes) + 1) / record.duration
     moved = speed * (1.0 + values.get("speed", 0.0)) + (sizes * turn) @ np.cos(turn[:, None] * time)
-    return Profile(kind="profile", time=tuple(time.tolist()), speed=tuple(np.clip(moved, 0.05, 119.0).tolist()))
+    then, fast = record.clock.profile(time, np.clip(moved, 0.0, 119.0))
+    return Profile(kind="profile", time=tuple(then.tolist()), speed=tuple(fast.tolist()))

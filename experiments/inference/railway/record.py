@@ -8,10 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from experiments.discrepancy.baseline.evidence import Evidence
+from experiments.discrepancy.baseline.evidence import STANDING, Evidence
 from experiments.discrepancy.baseline.forward import Registration, ideal
 from experiments.discrepancy.baseline.registration import register
 from experiments.inference.frames import Frames
+from experiments.inference.railway.clock import Clock
 from experiments.inference.railway.survey import Surveyed
 from railsim.errors import InputError
 from railsim.scenario import Scenario
@@ -23,7 +24,7 @@ LEFT_OUT = {"acceleration_x": "it follows from the change of speed, which the sp
 WINDOW, LOW, HIGH = 2.0, 0.6, 40.0  # s, Hz, Hz: of the frames
 USED = 0.35  # of the rate of the slowest channel
 DROPPED = 2.0  # s at the beginning, where nobody knows the state from which the vehicle came
-SLOW = 2.0  # m/s; below it a frame says nothing
+SLOW = 5.0  # m/s; slower frames are not compared: creep forces ask for ever finer steps
 ALIKE = 1.2  # largest speed of a section over its smallest
 FEWEST = 4  # frames of a section; fewer go to a neighbour
 
@@ -104,6 +105,21 @@ class Record:
         return (self.frames(rate).analyse(part[None])[..., 0] / np.sqrt(rate))[:, self.kept]
 
     @cached_property
+    def clock(self) -> Clock:
+        """Of the model."""
+        return Clock.of(*self.speed, SLOW)
+
+    def modelled(self, values: np.ndarray, rate: float) -> np.ndarray:
+        """`framed` of samples of a run, in the model's time; windows begin between samples by a turn of the phase."""
+        if not len(self.clock.stretches):
+            return self.framed(values, rate)
+        frames, begins = self.frames(rate), self.clock.model(DROPPED + 0.5 * WINDOW * self.kept)
+        first = np.round(begins * rate).astype(int)
+        windows = values[first[:, None] + np.arange(frames.size)] - values[round(DROPPED * rate) :].mean()
+        spectra = np.fft.rfft(windows * frames.sine, axis=-1)[:, frames.kept].T
+        return spectra * np.exp(2j * np.pi * frames.frequencies[:, None] * (begins - first / rate)) / np.sqrt(rate)
+
+    @cached_property
     def kept(self) -> np.ndarray:
         """Frames in which every channel has all samples and the vehicle moves."""
         good = self._speeds > SLOW
@@ -112,7 +128,7 @@ class Record:
             part = self.evidence.samples[name][round(DROPPED * rate) : round(self.duration * rate)]
             good = good & np.isfinite(part)[self.frames(rate).places].all(axis=1)
         if good.sum() < FEWEST:
-            raise InputError("recording: no stretch of 6 s has all channels while the vehicle moves; give a longer one")
+            raise InputError("recording: no stretch of 6 s has all channels at more than 5 m/s; give a longer one")
         return np.flatnonzero(good)
 
     @cached_property
@@ -176,9 +192,9 @@ class Record:
 
     @cached_property
     def speed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Time and speed [m/s], as registered."""
+        """Time and speed [m/s], as registered; a vehicle that stands stays where it is."""
         time, speed, _ = self.evidence.speed
-        return time, speed * self.registration.scale
+        return time, np.where(speed > STANDING, speed * self.registration.scale, 0.0)
 
 
 def _quantity(channel: str) -> str:

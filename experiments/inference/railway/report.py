@@ -6,7 +6,7 @@ from typing import Any
 
 from experiments.inference.railway import pictures
 from experiments.inference.railway.answer import Answer
-from experiments.inference.railway.statement import in_words, statement
+from experiments.inference.railway.statement import chance, in_words, statement
 from experiments.reporting import html
 from railsim.files import write_json
 
@@ -65,7 +65,7 @@ def _held(told: dict[str, Any]) -> str:
 def _hypotheses(told: dict[str, Any]) -> str:
     rows = [
         [
-            escape(one["hypothesis"]), f"{one['evidence']:.1f}", f"{one['log_prior']:.1f}", f"{one['probability']:.3f}",
+            escape(one["hypothesis"]), f"{one['evidence']:.1f}", f"{one['log_prior']:.1f}", chance(one["probability"]),
             escape(", ".join(f"{name} {value:+.1f}" for name, value in one["strained"].items())),
             escape(", ".join(f"{name} {value:.3g}" for name, value in one["loud"].items())),
         ]

@@ -75,7 +75,7 @@ class Simulated:
         for sensor in sensors:
             table = sensor.measure(truth, rng)
             for name in sensor.channels():
-                parts[name] = self.record.framed(table[name].to_numpy(), sensor.rate)
+                parts[name] = self.record.modelled(table[name].to_numpy(), sensor.rate)
         return np.stack([parts[name] for name in self.turns[0]], axis=-1)
 
     def _truths(self, setups: Sequence[tuple[Setup, float]]) -> Iterator[tuple[int, HeldTruth | None]]:

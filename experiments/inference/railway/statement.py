@@ -141,7 +141,12 @@ def in_words(answer: Answer) -> str:
         )
         said += f". Sizes, with 90 % intervals: {_plain(sizes)}.{beside}"
     late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
-    return f"{said} Its probability is {probability:.3f}.{rival}{_beyond(answer)}{late}"
+    return f"{said} Its probability is {chance(probability)}.{rival}{_beyond(answer)}{late}"
+
+
+def chance(probability: float) -> str:
+    """A probability in words; nothing is certain."""
+    return "over 0.999" if probability > 0.999 else "under 0.001" if probability < 0.001 else f"{probability:.3f}"
 
 
 def _beyond(answer: Answer) -> str:

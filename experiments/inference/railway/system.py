@@ -179,7 +179,7 @@ class Railway:
         if truth is None:
             return tuple(np.full((len(self.levels), len(f), count, count), np.nan + 0j) for _ in self.record.sections)
         read = self.simulated.read(setup.sensors, truth) @ self.simulated.turns[1][0].T
-        frames = {n: self.record.framed(truth[n], truth.rate) for n in needed(self.nominal.model) if n in truth}
+        frames = {n: self.record.modelled(truth[n], truth.rate) for n in needed(self.nominal.model) if n in truth}
         return tuple(self._of_section(number, read, frames) for number in range(len(self.record.sections)))
 
     def _truth(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, HeldTruth | None]:

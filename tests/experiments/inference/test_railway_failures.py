@@ -1,0 +1,95 @@
+"""Ways in which a comparison of a vehicle with its model went wrong elsewhere; none of them may come back."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from experiments.discrepancy.baseline.evidence import evidence_of
+from experiments.inference.fitting import Problem, raised
+from experiments.inference.levels import fit_levels, sums
+from experiments.inference.model import Effect, Hypothesis, Library
+from experiments.inference.policy import Policy
+from experiments.inference.railway.cases import VERTICAL, nominal, recorded
+from experiments.inference.railway.record import Record
+from experiments.inference.railway.statement import chance
+from experiments.inference.railway.system import Railway
+from experiments.inference.search import healthy_fit, places
+from experiments.inference.verdict import decide
+from railsim.engines.interface import default_substeps
+from railsim.scenario import Scenario
+from railsim.simulation import measure, simulate_held
+
+FEW = VERTICAL[:2]
+
+
+@pytest.fixture(scope="module")
+def system() -> Railway:
+    """A healthy vehicle on two channels."""
+    return Railway(Record(evidence_of(recorded(np.random.default_rng(12), "home", (), FEW), nominal("home", FEW))))
+
+
+def test_what_only_the_speed_signal_predicts_is_left_out_and_said() -> None:
+    """The longitudinal accelerometer, whose prediction has the tachometer's errors."""
+    sensors: list[dict[str, Any]] = [{**one, "axes": ["x", "z"]} for one in FEW]
+    record = Record(evidence_of(recorded(np.random.default_rng(3), "home", (), sensors), nominal("home", sensors)))
+    assert {name.partition(" ")[0].rpartition("_")[2] for name in record.channels} == {"z"}
+    assert any("acceleration_x" in text and "speed" in text for text in record.left_out)
+
+
+@pytest.mark.parametrize(("setting", "steps"), [("survey loud", {1, 2}), ("survey quiet", {-2, -1})])
+def test_errors_of_the_track_that_are_stated_wrong_are_found(setting: str, steps: set[int]) -> None:
+    """A factor of 2.5 too small or too large; steps are factors of two."""
+    system = Railway(Record(evidence_of(recorded(np.random.default_rng(8), setting, (), FEW), nominal("home", FEW))))
+    found = system.about(np.zeros(len(system.coordinates)), (), None)
+    assert found.survey is not None and found.survey[0] in steps
+
+
+def test_nuisances_are_never_worse_than_the_untouched_model(system: Railway) -> None:
+    """By the one measure that decides, each with the levels that fit it best."""
+    none, zero = healthy_fit(system, Policy()), np.zeros(len(system.coordinates))
+    problem = Problem(none.system, Hypothesis(), Policy())
+    groups = problem.groups(zero, [one.components for one in none.groups])
+    untouched = fit_levels(sums(groups), problem.levels, raised(problem.levels)).cost + problem.prior(zero)
+    assert none.cost <= untouched + 0.5
+
+
+def test_a_standstill_makes_no_step_finer_and_moves_no_place() -> None:
+    """A recording of the nominal vehicle itself that stands for 4 s, simulated with the fine steps that this takes."""
+    time, speed = (0.0, 6.0, 9.0, 13.0, 16.0, 24.0), (15.0, 15.0, 0.0, 0.0, 15.0, 15.0)
+    settings = {"duration": 24.0, "speed": {"kind": "profile", "time": time, "speed": speed}}
+    told = nominal("home", FEW)
+    told = Scenario.build(told.values() | settings | {"track_errors": {"vertical_std": 1e-6}})
+    measured = measure(simulate_held(told, "compiled"), told).measurements
+    stop = Railway(Record(evidence_of(measured, told)))
+    fine, coarse = (
+        default_substeps(one.model, one.speed_tables, told.output_rate) for one in (told.setup, stop.nominal)
+    )
+    assert fine >= 8 * coarse
+    (seen,), (shown,) = stop.observed, stop.predict(np.zeros((1, len(stop.coordinates))), ())
+    assert 8 < seen.shape[1] < 20
+    apart = np.mean(np.abs(shown[0] - seen) ** 2, axis=(0, 1)) / np.mean(np.abs(seen) ** 2, axis=(0, 1))
+    assert np.sqrt(apart).max() < 0.05
+
+
+def test_the_place_is_that_of_the_likeliest_and_a_name_far_ahead_is_said(system: Railway) -> None:
+    """Evidence decides alone: an unknown that is 170 nats worse gives no place, a name 1378 nats ahead no `unknown`."""
+    none, policy = healthy_fit(system, Policy()), Policy()
+    effect = Effect("weak_yaw_damper", "weak_yaw_damper", (dataclasses.replace(system.coordinates[0], spread=1.0),))
+    library = Library((effect,))
+    wide = [one for one in system.levels if one.place]
+
+    def fitted(gain: float, effects: tuple[Effect, ...] = (), unknown: int | None = None) -> Any:
+        levels = () if unknown is None else (wide[unknown],)
+        return dataclasses.replace(none, hypothesis=Hypothesis(effects, levels), evidence=none.evidence + gain)
+
+    where = places(system.levels, library)
+    far = decide([none, fitted(1378.0, (effect,)), fitted(400.0, (), 0)], library, where, policy)
+    assert far.action.kind == "name" and far.action.families == ("weak_yaw_damper",)
+    lost = decide([none, fitted(400.0, (), 0), fitted(230.0, (), 1)], library, where, policy)
+    assert (lost.action.kind, lost.action.place) == ("unknown", wide[0].place)
+
+
+def test_no_probability_is_said_to_be_one_or_nothing() -> None:
+    assert [chance(one) for one in (1.0, 0.5, 0.0)] == ["over 0.999", "0.500", "under 0.001"]
