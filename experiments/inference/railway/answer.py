@@ -74,7 +74,8 @@ def answer(
 
     Parameters
     ----------
-    kinds : plug-ins of which the library is made; None takes all. limit : seconds; what was not tried is said. say : told what is going on. found : a library that was made before from a recording of the same kind.
+    kinds : plug-ins of which the library is made; None takes all. limit : seconds; what was not tried is said. say :
+    told what is going on. found : a library that was made before from a recording of the same kind.
 
     Raises
     ------
