@@ -97,6 +97,7 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
     from experiments.inference.picture import picture
     from experiments.reporting.html import png
     from railsim.files import replace_file
+    from railsim.plots.style import styled
 
     if not given.data:
         raise InputError(f"--system {given.system}: give --data, the folder of the laboratory's files")
@@ -111,7 +112,8 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
         )
     out.mkdir(parents=True, exist_ok=True)
     replace_file(out / f"{given.system}.md", f"{text}\n".encode())
-    replace_file(out / f"{given.system}.png", png(picture(told), 150))
+    with styled():
+        replace_file(out / f"{given.system}.png", png(picture(told), 150))
     facts = {"verdicts": {one.name: str(one.verdict.action) for one in told}}
     return Outcome(facts | {"withheld": {one.name: str(one.withheld.action) for one in told}}, text)
 

@@ -8,14 +8,15 @@ from matplotlib.figure import Figure
 
 from experiments.inference.laboratory import Told
 
-HEIGHT = 0.45  # inches a record
+WIDTH, HEIGHT, LAWS = 8.0, 0.5, 3.6  # inches: of the picture, of a record, of the laws
 
 
 def picture(told: Sequence[Told]) -> Figure:
-    """Evidence to the left; to the right the laws of the rate, where there are any."""
+    """Evidence; below it the laws of the rate, where there are any. Drawn inside `styled`."""
     laws = [one for one in told if one.law is not None]
-    figure = Figure(figsize=(11.0 if laws else 6.5, HEIGHT * len(told) + 1.8), layout="constrained")
-    axes = figure.subplots(1, 2 if laws else 1, squeeze=False)[0]
+    high = HEIGHT * len(told) + 1.0
+    figure = Figure(figsize=(WIDTH, high + (LAWS if laws else 0.0)), layout="constrained")
+    axes = figure.subplots(2 if laws else 1, 1, squeeze=False, height_ratios=[high, LAWS] if laws else [1.0])[:, 0]
     _evidence(axes[0], told)
     if laws:
         _laws(axes[1], laws)
@@ -29,12 +30,13 @@ def _evidence(axes: Axes, told: Sequence[Told]) -> None:
         values = [max(row.evidence for row in verdict.rows) for verdict in verdicts]
         axes.barh(places + shift, values, 0.36, label=title)
         for place, value, verdict in zip(places, values, verdicts, strict=True):
-            axes.text(value, place + shift, f" {verdict.action}", va="center", fontsize=7)
+            axes.text(value, place + shift, f" {verdict.action}", va="center", fontsize=9)
     axes.set_yticks(places, [one.name.replace("_", " ") for one in told])
     axes.set_xlabel("evidence of the best hypothesis over none [nats]")
     axes.set_xlim(0.0, 1.6 * axes.get_xlim()[1])
     axes.invert_yaxis()
-    axes.legend(loc="lower right", fontsize=8)
+    axes.legend(loc="lower right")
+    axes.grid(axis="y", visible=False)
 
 
 def _laws(axes: Axes, told: Sequence[Told]) -> None:
@@ -45,5 +47,5 @@ def _laws(axes: Axes, told: Sequence[Told]) -> None:
         low, high = one.law.mean - 2.0 * one.law.deviation, one.law.mean + 2.0 * one.law.deviation
         axes.fill_between(one.law.states, low, high, color=line.get_color(), alpha=0.12, linewidth=0.0)
     axes.set_xlabel("rate [rad/s]")
-    axes.set_ylabel("what was missing [rad/s2], two deviations")
-    axes.legend(fontsize=8)
+    axes.set_ylabel("what was missing [rad/s2],\nwith two deviations")
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))

@@ -26,6 +26,7 @@ FIRST = 0.01  # of the default size, at which a first signature is taken
 VISIBLE = 3.0  # standard deviations of noise, survey and healthy levels together, at the default size
 TOLERATED = 3.0  # healthy spreads within which a default size is no fault
 PHASES = 4  # angles of a wheel from which a search begins
+AT_ONCE = 64  # signatures that are made together
 HALF = 0.5  # of a size: spread of its fault prior
 
 
@@ -131,13 +132,15 @@ class _Maker:
 
     def signatures(self, setups: list[Setup | None]) -> list[np.ndarray | None]:
         """Whitened changes of the channels; None where there is no setup or its run fails."""
-        present = [(one, 0.0) for one in setups if one is not None]
-        if not present:
-            return [None] * len(setups)
-        shown = self.system.shown(present)
-        outputs = iter(self.white([one - base for one, base in zip(shown, self.nominal, strict=True)]))
-        found = [None if one is None else next(outputs) for one in setups]
-        return [one if one is not None and np.isfinite(one).all() else None for one in found]
+        found: list[np.ndarray | None] = [None] * len(setups)
+        present = [(place, one) for place, one in enumerate(setups) if one is not None]
+        for first in range(0, len(present), AT_ONCE):
+            part = present[first : first + AT_ONCE]
+            shown = self.system.shown([(one, 0.0) for _, one in part])
+            changes = self.white([one - base for one, base in zip(shown, self.nominal, strict=True)])
+            for (place, _), change in zip(part, changes.astype(np.float32), strict=True):
+                found[place] = change if np.isfinite(change).all() else None
+        return found
 
     def twin(self, first: np.ndarray) -> tuple[int, float] | None:
         """The coordinate of which this is the signature, and its size."""
