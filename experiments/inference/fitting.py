@@ -138,7 +138,7 @@ def fit(
     problem: Problem, x: np.ndarray, psi: np.ndarray | None = None, slopes: Sequence[np.ndarray] | None = None,
     rounds: int = ROUNDS,
 ) -> Fit | None:  # fmt: skip
-    """The optimum from x on, made about its own state, until two rounds agree or one is worse; None = nothing finite.
+    """The optimum from x on, made about its own state, until two rounds agree; None = nothing finite there.
 
     psi : levels to begin with; None anneals the latent ones. slopes : of a fit nearby, to begin with. Where the time
     ends, the last round's fit.
@@ -155,7 +155,7 @@ def fit(
             if not all(np.isfinite(part).all() for part in components):
                 break
             this = _round(here, x, psi, components, slopes)
-            if this is None or (found is not None and this.evidence < found.evidence):
+            if this is None:
                 break
             agree = found is not None and abs(this.evidence - found.evidence) < problem.policy.tolerance
             found = this

@@ -51,6 +51,7 @@ class Search:
     steps: list[str] = field(default_factory=list)
     not_tried: list[str] = field(default_factory=list)
     end: float = math.inf  # of time.monotonic()
+    cut: bool = False  # whether the time ended before the likeliest effects were fitted
 
     def late(self, what: str) -> bool:
         """Whether there is no time left for a hypothesis, which is then noted; there always is for the first."""
@@ -62,7 +63,8 @@ class Search:
     def verdict(self) -> Verdict:
         """Over all that was fitted."""
         where = places(self.system.levels, self.library)
-        return decide(list(self.fits.values()), self.library, where, self.policy, self.not_tried, self.steps)
+        found = decide(list(self.fits.values()), self.library, where, self.policy, self.not_tried, self.steps)
+        return replace(found, cut=self.cut)
 
     def problem(self, *effects: Effect, unknown: tuple[Level, ...] = ()) -> Problem:
         """Of these effects, and of something unknown at these levels."""
@@ -121,6 +123,7 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
                 search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin))
+    search.cut = time.monotonic() > search.end
     _none_again(search)
     _pairs(search)
     _small_ones(search)

@@ -59,13 +59,17 @@ class Row:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The statement, the table behind it (best first), the expected loss of every statement, and what was not tried."""
+    """The statement, the table behind it (best first), the expected loss of every statement, and what was not tried.
+
+    cut : the time ended before the likeliest effects were fitted, so that the statement stands on some of them.
+    """
 
     action: Action
     rows: tuple[Row, ...]
     losses: dict[str, float]
     not_tried: tuple[str, ...] = ()
     steps: tuple[str, ...] = ()
+    cut: bool = False
 
     def table(self) -> str:
         """As text, the ten best."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from experiments.inference.railway import pictures
 from experiments.inference.railway.answer import Answer
-from experiments.inference.railway.statement import chance, in_words, statement
+from experiments.inference.railway.statement import STATUS, chance, in_words, statement
 from experiments.reporting import html
 from railsim.files import write_json
 
@@ -92,6 +92,8 @@ def _losses(told: dict[str, Any]) -> str:
 def _model(answer: Answer, told: dict[str, Any]) -> str | None:
     """The nominal scenario with what was found, where it improves the held-out sections; None elsewhere."""
     best, held = answer.best, told["held_out"]
+    if told["status"] not in STATUS.values():
+        return None
     if not best.hypothesis.named or not held["after"] or not held["nuisance_only"]:
         return None
     if held["after"]["gap"] >= held["nuisance_only"]["gap"]:

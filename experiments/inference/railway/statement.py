@@ -18,6 +18,7 @@ STATUS = {
     "none": "none", "name": "named", "set": "ambiguous", "pair": "pair", "unknown": "unknown",
     "name and unknown": "named and unknown",
 }  # fmt: skip
+"""Of actions; `status` has two more."""
 
 
 def statement(answer: Answer) -> dict[str, Any]:
@@ -28,10 +29,10 @@ def statement(answer: Answer) -> dict[str, Any]:
     )
     gaps = zip(record.channels, before, only, after, strict=True)
     return {
-        "status": STATUS[verdict.action.kind] if tried(answer) else "undecided",
-        "statement": str(verdict.action) if tried(answer) else "undecided",
-        "effects": list(verdict.action.families),
-        "place": verdict.action.place,
+        "status": status(answer),
+        "statement": str(verdict.action) if status(answer) in STATUS.values() else status(answer),
+        "effects": list(verdict.action.families) if status(answer) in STATUS.values() else [],
+        "place": verdict.action.place if status(answer) in STATUS.values() else None,
         "parameters": parameters(answer, best),
         "channels": {
             name: {"before": round(a, 3), "nuisance_only": round(b, 3), "after": round(c, 3)} for name, a, b, c in gaps
@@ -54,9 +55,17 @@ def statement(answer: Answer) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def tried(answer: Answer) -> bool:
-    """Whether anything but the healthy vehicle was fitted before the time ended."""
-    return len(answer.verdict.rows) > 1 or not answer.found.library.effects
+def status(answer: Answer) -> str:
+    """What kind of statement it is: `undecided` where the time ended before the likeliest effects were fitted;
+    `unexplained` where what would be named does not predict sections that no fit has seen better than the nominal model
+    does.
+    """
+    if answer.verdict.cut or (len(answer.verdict.rows) == 1 and answer.found.library.effects):
+        return "undecided"
+    before, _, after = answer.held
+    if answer.verdict.action.families and before and after and after.gap >= before.gap:
+        return "unexplained"
+    return STATUS[answer.verdict.action.kind]
 
 
 def parameters(answer: Answer, fit: Fit) -> dict[str, dict[str, Any]]:
@@ -115,10 +124,8 @@ def _round(value: float) -> float:
 
 def in_words(answer: Answer) -> str:
     """What a person would say."""
-    if not tried(answer):
-        return (
-            "Not decided: the time ended before any effect was fitted. Give a longer --time-limit, or fewer --effects."
-        )
+    if status(answer) not in STATUS.values():
+        return _unsaid(answer)
     verdict, action = answer.verdict, answer.verdict.action
     probability = sum(row.posterior for row in verdict.rows if row.fit.hypothesis.name == answer.best.hypothesis.name)
     rivals = [row for row in verdict.rows if row.fit.hypothesis.effects and row.fit is not answer.best]
@@ -142,6 +149,22 @@ def in_words(answer: Answer) -> str:
         said += f". Sizes, with 90 % intervals: {_plain(sizes)}.{beside}"
     late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
     return f"{said} Its probability is {chance(probability)}.{rival}{_beyond(answer)}{late}"
+
+
+def _unsaid(answer: Answer) -> str:
+    """Why nothing is stated, and what leads."""
+    rows, late = answer.verdict.rows, f"{len(answer.verdict.not_tried)} hypotheses were not fitted whole"
+    leads = f" So far {_plain(rows[0].fit.hypothesis.name)} leads." if len(rows) > 1 else ""
+    if status(answer) == "undecided":
+        cure = "Give a longer --time-limit, or fewer --effects."
+        return f"Not decided: the time ended before the likeliest effects were fitted; {late}.{leads} {cure}"
+    before, _, after = answer.held
+    assert before and after
+    gaps = f"{math.sqrt(after.gap):.2f} against {math.sqrt(before.gap):.2f}"
+    return (
+        f"Not explained: what fits best does not predict unseen sections better than the nominal model (gap {gaps})."
+        f"{leads}{_beyond(answer)} Check the scenario's vehicle, profiles and sensors against the recording."
+    )
 
 
 def chance(probability: float) -> str:

@@ -73,6 +73,18 @@ def test_nothing_is_said_where_nothing_was_tried(found: Answer) -> None:
     early = dataclasses.replace(found, verdict=verdict)
     assert statement(early)["status"] == "undecided" and "longer --time-limit" in in_words(early)
     assert "Nothing is missing" not in in_words(early)
+    cut = dataclasses.replace(found, verdict=dataclasses.replace(found.verdict, cut=True))
+    told = statement(cut)
+    assert (told["status"], told["effects"]) == ("undecided", []) and "So far sensor gain" in in_words(cut)
+
+
+def test_what_predicts_unseen_sections_worse_than_the_nominal_model_is_not_named(found: Answer, tmp_path: Path) -> None:
+    before, only, after = found.held
+    assert before and after and after.gap < before.gap
+    worse = dataclasses.replace(found, held=(after, only, before))
+    told = write(worse, tmp_path)
+    assert (told["status"], told["effects"], told["model"]) == ("unexplained", [], None)
+    assert "unseen sections better than the nominal model" in in_words(worse)
 
 
 def test_tolerances_that_are_stretched_far_are_said(found: Answer) -> None:
