@@ -171,7 +171,8 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Order
     """
     components, now = [group.components for group in base.groups], time.monotonic()
     end = now + ORDERING * (search.end - now)
-    begins = first_gains(base, [one.sought(base) for one in effects], search.policy, end)
+    known_first = sorted(effects, key=lambda one: len(one.own))  # tolerances that are faults: the fit has them already
+    begins = first_gains(base, [one.sought(base) for one in known_first], search.policy, end)
     begins.sort(key=lambda one: -one[0])
     first: dict[str, Ordered] = {}
     for one in begins:
