@@ -123,11 +123,12 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
                 search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin))
-    search.cut = time.monotonic() > search.end
+    cut = search.cut = search.cut or time.monotonic() > search.end
     _none_again(search)
     _pairs(search)
     _small_ones(search)
     _unknowns(search)
+    search.cut = cut  # of pairs and unknowns all need not be tried
     return search.verdict()
 
 
@@ -177,9 +178,9 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Order
     first: dict[str, Ordered] = {}
     for one in begins:
         first.setdefault(one[1].name, one)
-    for one in effects:
-        if one.name not in first:
-            search.late(one.name)
+    unseen = [one.name for one in effects if one.name not in first]
+    search.not_tried += [f"{name}: no time left" for name in unseen]
+    search.cut |= bool(unseen)
     count, found = int(PROMISING * search.policy.candidates), []
     try:
         without, _ = _stepped(search, base, (), base.x, components, end)

@@ -11,6 +11,7 @@ from experiments.inference.levels import Sums, cost, fit_levels, middles, slopes
 from experiments.inference.model import Coordinate, Effect, Group, Hypothesis, Level, Library
 from experiments.inference.policy import Policy
 from experiments.inference.priors import HalfNormal, LogNormal
+from experiments.inference.screen import first_gains
 from experiments.inference.search import infer
 from experiments.inference.shared import Gaussian, combined, message
 from experiments.inference.verdict import Action, State, loss
@@ -264,3 +265,14 @@ def test_a_large_library_is_searched_for_pairs_of_effects_with_coordinates_of_th
     found = verdict.rows[0].fit
     sizes = dict(zip([one.name for one in found.hypothesis.effects], found.x[2:], strict=True))
     assert sizes == pytest.approx({"bend": 0.9, "ripple": 0.6}, abs=0.2)
+
+
+def test_a_search_that_did_not_look_at_every_effect_says_so(monkeypatch):
+    library, policy = Library((BEND, STEEP)), replace(POLICY, candidates=1)
+    assert not infer(Line(line(5, bend=0.6)), library, policy).cut
+    monkeypatch.setattr(
+        "experiments.inference.search.first_gains",
+        lambda base, effects, *_: [one for one in first_gains(base, effects, policy) if one[1].name == "bend"],
+    )
+    verdict = infer(Line(line(5, bend=0.6)), library, policy)
+    assert verdict.cut and "steep: no time left" in verdict.not_tried
