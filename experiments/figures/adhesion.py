@@ -13,6 +13,7 @@ from experiments.reporting.claims import Claim, Target, at_least, at_most
 from experiments.reporting.plots import BLUE, GREY, RED
 from experiments.reporting.size import Size
 from experiments.runs.adhesion_unseen import NOMINAL, judged
+from railsim.plots.style import OPAQUE
 
 SET_COLOURS = {"wheelsets": BLUE, "bogie": RED}
 SET_NAMES = {"wheelsets": "wheelsets, bogie, body", "bogie": "bogie and body"}
@@ -253,4 +254,4 @@ def _draw_changes(axes: Axes, table: pd.DataFrame) -> None:
         axes.axvline(edge, color=GREY, lw=0.8, ls="--")
     axes.set(ylim=(0.0, 1.25 * most), xlabel="error of the place of a change [s]", ylabel="changes")
     axes.set_title("changes from any level to any other")
-    axes.legend(loc="upper left", frameon=True, framealpha=1.0, edgecolor="none")
+    axes.legend(loc="upper left", **OPAQUE)

@@ -21,6 +21,7 @@ from experiments.reporting.plots import BLACK, GREY, RED
 from experiments.runs.contact import Case, run
 from experiments.scoring.conicity import function_errors
 from experiments.scoring.wheel_rail_truth import contact_truth
+from railsim.plots.style import OPAQUE
 
 STEP = "step"
 AWAY = 1.0
@@ -84,7 +85,7 @@ def draw(axes: Axes, table: pd.DataFrame) -> None:
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set(xscale="log", xlabel="relative error, rms by time [-]", title="what makes the spread")
-    axes.legend(loc="upper right", frameon=True, framealpha=1.0, edgecolor="none")
+    axes.legend(loc="upper right", **OPAQUE)
 
 
 def claims(table: pd.DataFrame) -> Iterator[Claim]:

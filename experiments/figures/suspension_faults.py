@@ -23,6 +23,7 @@ from experiments.reporting.plots import BLUE, RED
 from experiments.reporting.size import Size
 from experiments.runs.suspension import write_other
 from railsim import load_scenario, measure, simulate
+from railsim.plots.style import OPAQUE
 from railsim.scratch import scratch_folder
 
 TIME = "time [s]"
@@ -83,7 +84,7 @@ class SuspensionFaults(PartedFigure):
         axes[1].set(
             xlabel="time [s]", ylabel="estimated damping [% of new]", title="a damper fails at 30 s", ylim=(0, 150)
         )
-        axes[1].legend(loc="lower left", frameon=True, framealpha=1.0, edgecolor="none")
+        axes[1].legend(loc="lower left", **OPAQUE)
         axes[2].axvline(75, color="black", lw=0.7, ls="--", label="called worn")
         axes[2].set(xlabel="estimated damping [% of new]", ylabel="time [s]", title="healthy running, other tracks")
         axes[2].set_ylim(0.0, 1.3 * axes[2].get_ylim()[1])

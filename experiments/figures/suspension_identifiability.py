@@ -28,6 +28,7 @@ from experiments.runs.suspension import JUDGED, write_other
 from experiments.scoring.suspension import true_parameters
 from railsim import load_scenario, measure, simulate
 from railsim.measurements import Measurements
+from railsim.plots.style import OPAQUE
 from railsim.scratch import scratch_folder
 
 EVERY = 4  # samples of 256 Hz
@@ -80,7 +81,7 @@ class SuspensionIdentifiability(Figure):
             ylim=(max(-1300.0, 2.6 * float((profiles[VALUE] - top).min())), 40),
         )
         axes[0].set_xticks([0.05, 0.1, 0.15, 0.2, 0.25])
-        axes[0].legend(loc="lower center", frameon=True, framealpha=1.0, edgecolor="none")
+        axes[0].legend(loc="lower center", **OPAQUE)
         bounds = table[table[WHAT] == "bound"]
         for known, label, colour in ((1.0, "level known", BLUE), (0.0, "level unknown", RED)):
             std = float(bounds.loc[bounds["known"] == known, VALUE].iloc[0])

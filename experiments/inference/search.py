@@ -123,12 +123,11 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)]):  # fmt: skip
                 search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin))
-    cut = search.cut = search.cut or time.monotonic() > search.end
+    search.cut |= time.monotonic() > search.end
     _none_again(search)
     _pairs(search)
     _small_ones(search)
     _unknowns(search)
-    search.cut = cut  # of pairs and unknowns all need not be tried
     return search.verdict()
 
 
@@ -180,7 +179,6 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Order
         first.setdefault(one[1].name, one)
     unseen = [one.name for one in effects if one.name not in first]
     search.not_tried += [f"{name}: no time left" for name in unseen]
-    search.cut |= bool(unseen)
     count, found = int(PROMISING * search.policy.candidates), []
     try:
         without, _ = _stepped(search, base, (), base.x, components, end)
@@ -216,6 +214,7 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
             search.attempt(effect.name, "fitted", one)
         tried |= {effect.name for _, effect, _ in order[:most] if effect.name in search.fits}
         if base is none:
+            search.cut = len(order) < len(search.library.effects)
             search.not_tried += [f"{one.name}: first steps gain {gain:.1f} nats" for gain, one, _ in order[most:]]
     left = (text for text in dict.fromkeys(search.not_tried) if text.rsplit(": ", 1)[0] not in tried)
     search.not_tried = list(left)

@@ -17,6 +17,8 @@ BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E0
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK, GREY)
 """Of lines that share a panel, in this order: red, which is like orange, stands far from it."""
+OPAQUE: dict[str, Any] = {"frameon": True, "framealpha": 1.0, "edgecolor": "none"}
+"""Of a legend that stands on lines, so that they do not show through."""
 GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 SETTINGS: dict[Any, Any] = {
     "font.size": 10.0,

@@ -82,9 +82,8 @@ def _with_profiles(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     pair = values.get("pair")
     if not isinstance(pair, Mapping):
         return values
-    named = {
-        key: pair[key] for key in PROFILES if isinstance(pair.get(key), str) and pair[key] not in shipped_profiles()
-    }
+    shipped = shipped_profiles()
+    named = {key: one for key, one in pair.items() if key in PROFILES and isinstance(one, str) and one not in shipped}
     found = {key: str((folder / one).resolve()) for key, one in named.items() if (folder / one).is_file()}
     return {**values, "pair": {**pair, **found}}
 

@@ -27,12 +27,13 @@ def statement(answer: Answer) -> dict[str, Any]:
     before, only, after = (
         overall(groups, answer.system.levels) for groups in (answer.nominal, answer.none.groups, best.groups)
     )
-    gaps = zip(record.channels, before, only, after, strict=True)
+    gaps, kind = zip(record.channels, before, only, after, strict=True), status(answer)
+    action = verdict.action if kind in STATUS.values() else None
     return {
-        "status": status(answer),
-        "statement": str(verdict.action) if status(answer) in STATUS.values() else status(answer),
-        "effects": list(verdict.action.families) if status(answer) in STATUS.values() else [],
-        "place": verdict.action.place if status(answer) in STATUS.values() else None,
+        "status": kind,
+        "statement": str(action) if action else kind,
+        "effects": list(action.families) if action else [],
+        "place": action.place if action else None,
         "parameters": parameters(answer, best),
         "channels": {
             name: {"before": round(a, 3), "nuisance_only": round(b, 3), "after": round(c, 3)} for name, a, b, c in gaps

@@ -372,6 +372,8 @@ class Railway:
     def _powers(self, changes: np.ndarray) -> list[np.ndarray]:
         """(F, channels, channels) of changes (runs, F, frames, channels) in each section."""
         good = changes[np.isfinite(changes).all(axis=(1, 2, 3))]
+        if not len(good):
+            raise InputError("track errors: as loud as stated they take the model off its rails; state smaller ones")
         return [
             _smooth(np.einsum("rftc,rftd->fcd", one, np.conj(one)) / (one.shape[0] * one.shape[2]))
             for one in self._sections(good)
