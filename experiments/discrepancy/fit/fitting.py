@@ -318,7 +318,7 @@ def _linearised(problem: Problem, fit: Fit, alike: float) -> Fit:
             prediction = forward.predict(moved, fit.effects)
         return ((problem.stacked(prediction) - fit.stacked) / step).astype(np.complex64)
 
-    columns = np.concatenate([np.stack(in_parallel(column, range(len(fit.z)))), _effect_columns(problem, fit)])
+    columns = np.concatenate([np.stack(in_parallel(column, range(len(fit.z)))), effect_columns(problem, fit)])
     return replace(fit, columns=columns, jacobian=problem.whitened_columns(columns))
 
 
@@ -359,7 +359,7 @@ def _with_columns(problem: Problem, fit: Fit, begun: Fit) -> Fit:
     fails that they promise, what long steps have taught them is wrong.
     """
     n = len(fit.z)
-    own = _effect_columns(problem, fit)
+    own = effect_columns(problem, fit)
     return replace(
         fit,
         columns=np.concatenate([begun.columns[:n], own]),
@@ -466,7 +466,7 @@ def _at(
     return Fit(z, candidates, shares, effects, residual, stacked, columns, jacobian)
 
 
-def _effect_columns(problem: Problem, fit: Fit) -> np.ndarray:
+def effect_columns(problem: Problem, fit: Fit) -> np.ndarray:
     """(m, k, f, c) derivative of the predicted coefficients by the shares."""
     numbers = Shares(fit.candidates)
     steps = numbers.steps(fit.shares)
@@ -477,6 +477,8 @@ def _effect_columns(problem: Problem, fit: Fit) -> np.ndarray:
         for step in (-size, size) if fit.shares[number] > 0.5 else (size, -size):
             moved = fit.shares.copy()
             moved[number] = np.clip(moved[number] + step, 0.0, 1.0)
+            if moved[number] == fit.shares[number]:
+                continue  # at a bound
             try:
                 prediction = problem.forward.predict(fit.z, numbers.effects(moved))
             except InputError as error:

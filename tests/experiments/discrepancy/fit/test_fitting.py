@@ -15,6 +15,7 @@ from experiments.discrepancy.fit.fitting import (
     Problem,
     at_values,
     broyden_update,
+    effect_columns,
     linearised,
     restarted,
     starting_fit,
@@ -23,6 +24,7 @@ from experiments.discrepancy.fit.fitting import (
 from experiments.discrepancy.fit.hypothesis import concluded
 from experiments.discrepancy.fit.scores import Shares
 from experiments.discrepancy.select.refining import nuisances_alone, polished
+from railsim.errors import InputError
 
 SPRINGS = (
     ("air_spring_stiffness", "vehicle.secondary_vertical_stiffness"),
@@ -122,3 +124,19 @@ def test_a_springs_factor_is_known_no_better_than_the_tolerance_of_the_same_spri
     again = [label for label, new, old in zip(labels, there.columns, fit.columns, strict=False) if (new != old).any()]
     assert nuisance in again
     assert len(again) < 0.5 * len(labels)
+
+
+class _Edge:
+    """A model that runs at one point alone."""
+
+    def predict(self, z: np.ndarray, effects: object) -> np.ndarray:
+        raise InputError("the run leaves the rails")
+
+
+def test_a_size_at_its_bound_whose_smaller_runs_fail_has_no_derivative():
+    context = Context(("body.acceleration_y",), (0.0, 700.0), (0.0, 9.0), ((0.0, 0.0),))
+    one = next(one for one in candidates(context) if one.name == "air_spring_stiffness")
+    problem = replace(_problem(), forward=_Edge())  # type: ignore[arg-type]
+    here = _fit(problem, np.zeros(0), problem.measured, np.zeros((0, K, F, C), np.complex64))
+    with pytest.raises(InputError, match="leaves the rails"):
+        effect_columns(problem, replace(here, candidates=(one,), shares=np.ones(len(one.parameters))))
