@@ -4,16 +4,17 @@ Sections are interleaved, for alignment does not extrapolate; coordinates and le
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from experiments.inference.curve import whitened_power
-from experiments.inference.fitting import OutOfTimeError, Problem, fit
+from experiments.inference.fitting import fit
 from experiments.inference.levels import middles
-from experiments.inference.model import Coordinate, Effect, Fit, Hypothesis, Level, System
+from experiments.inference.model import Coordinate, Effect, Fit, Hypothesis, Level, Predicted, System, T
 from experiments.inference.policy import Policy
+from experiments.inference.problem import OutOfTimeError, Problem
 
 NOTHING = np.log(1e-9)  # of a level that is left out
 EVERY = 6  # sections: of so many in a row the last third is held out
@@ -53,6 +54,20 @@ class Sections:
     def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """Those of the system."""
         return self.system.covariances(x, effects)
+
+    @property
+    def dear(self) -> bool:
+        """As the system is."""
+        return self.system.dear
+
+    def predict_each(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[Predicted]:
+        """The kept repetitions."""
+        found = self.system.predict_each(points)
+        return [tuple(one[:, :, kept] for one, kept in zip(part, self.kept, strict=True)) for part in found]
+
+    def side_by_side(self, tasks: Sequence[Callable[[], T]]) -> list[T]:
+        """As the system does it."""
+        return self.system.side_by_side(tasks)
 
     def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "Sections":
         """The system with what it knows at a state."""

@@ -9,9 +9,9 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from experiments.inference.fitting import whitened
 from experiments.inference.levels import sums
 from experiments.inference.model import Effect, Fit
+from experiments.inference.problem import whitened
 
 DRAWS = 100
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from experiments.inference.curve import Curve, curve, whitened_power
-from experiments.inference.fitting import Problem, fit
+from experiments.inference.fitting import fit
 from experiments.inference.model import Coordinate, Effect, Hypothesis
 from experiments.inference.policy import Policy
 from experiments.inference.priors import LogNormal
+from experiments.inference.problem import Problem
 from experiments.inference.search import infer
 from experiments.inference.systems import balls, double_pendulum, pendulum
 from experiments.inference.verdict import Verdict

@@ -7,8 +7,8 @@ at a place is the wide prior of that place's level.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Protocol, Self
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -16,11 +16,16 @@ from experiments.inference.policy import Policy
 from experiments.inference.priors import LogNormal, Prior
 from railsim.errors import InputError
 
+T = TypeVar("T")
+
+Predicted = tuple[np.ndarray, ...]
+"""(points, F, T, C) of each group."""
+
 
 @dataclass(frozen=True)
 class Coordinate:
     """A coordinate of the mean: normal prior with `mean` and `spread` (sd), in `unit`; `step` of its derivatives, where
-    the predictions bend more than the prior's spread tells.
+    the predictions bend more than the prior's spread tells; `cheap` where its derivative costs next to nothing.
     """
 
     name: str
@@ -28,6 +33,7 @@ class Coordinate:
     mean: float
     spread: float
     step: float | None = None
+    cheap: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,8 @@ class Effect:
     it acts; something unknown there beside it is an unknown like it, and no effect with an unknown. seek : further
     starts from what a fit without the effect leaves, by the system and that fit. kind : "name"; "law" = something
     unknown at `place`, by coordinates of a law that every hypothesis has, with wide priors; "small" = of a size that
-    healthy systems have. healthy : priors of `own` where healthy systems have a little of it.
+    healthy systems have. healthy : priors of `own` where healthy systems have a little of it. shown : what its own
+    coordinates at the first start change of the nominal predictions, (F, T, C) of each group, where that is known.
     """
 
     name: str
@@ -70,6 +77,7 @@ class Effect:
     seek: "Callable[[Any, Fit], list[tuple[float, ...]]] | None" = None
     kind: str = "name"
     healthy: tuple[Coordinate, ...] = ()
+    shown: tuple[np.ndarray, ...] | None = field(default=None, compare=False, repr=False)
 
     def sought(self, base: "Fit") -> "Effect":
         """The effect with the starts that a fit without it suggests."""
@@ -184,8 +192,38 @@ class System(Protocol):
         """
         ...
 
+    def predict_each(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[Predicted]:
+        """`predict` of several hypotheses."""
+        ...
 
-class Still:
+    def side_by_side(self, tasks: Sequence[Callable[[], T]]) -> list[T]:
+        """Results of tasks that ask for predictions, in their order; what they ask for at a time is made together."""
+        ...
+
+    @property
+    def dear(self) -> bool:
+        """Whether predictions take most of the time: then effects are ordered before any is fitted."""
+        ...
+
+
+class OneByOne:
+    """A system that gains nothing by doing several things at once."""
+
+    @property
+    def dear(self) -> bool:
+        """Predictions are cheap."""
+        return False
+
+    def predict_each(self: System, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[Predicted]:
+        """One after the other."""
+        return [self.predict(at, effects) for at, effects in points]
+
+    def side_by_side(self, tasks: Sequence[Callable[[], T]]) -> list[T]:
+        """One after the other."""
+        return [task() for task in tasks]
+
+
+class Still(OneByOne):
     """A system that knows everywhere the same."""
 
     def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> Self:
@@ -243,3 +281,7 @@ class Fit:
     level_precision: np.ndarray
     groups: tuple[Group, ...]
     slopes: tuple[np.ndarray, ...]
+
+    def light(self) -> "Fit":
+        """Without its large arrays."""
+        return replace(self, groups=(), slopes=())

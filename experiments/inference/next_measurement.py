@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.inference.fitting import Problem, whitened
 from experiments.inference.levels import Sums
 from experiments.inference.model import Fit, System
 from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem, whitened
 from experiments.inference.verdict import State, Verdict, expected_losses
 
 MOST = 4  # likeliest states that are compared

@@ -8,11 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from experiments.inference.fitting import DIFFERENCE, Problem, raised, whitened
 from experiments.inference.levels import sums
-from experiments.inference.model import Effect, Fit, Hypothesis, System
+from experiments.inference.model import Effect, Fit, Hypothesis
 from experiments.inference.policy import Policy
+from experiments.inference.problem import DIFFERENCE, Problem, raised, whitened
 
+SIZE = 1.5  # of the first start; sd of an effect's size where it is taken as linear
 AT_ONCE = 24  # starts whose predictions are made together
 
 
@@ -33,6 +34,14 @@ def first_gains(
     return found
 
 
+def rough_gains(base: Fit, effects: Sequence[Effect], policy: Policy) -> list[float]:
+    """What each effect gains beside a fit if all were linear [nats], without a run: by its prior where it is a
+    coordinate of the fit, else by what it changes of the nominal predictions, at a size with a normal prior.
+    """
+    screen = _Screen(base, policy)
+    return [screen.rough(one) for one in effects]
+
+
 class _Screen:
     """What all effects share: the slopes of the fit, whitened, and what the step gains without an effect."""
 
@@ -44,8 +53,22 @@ class _Screen:
         self.parts = sums(base.groups)
         self.slopes = whitened(self.parts, self.psi, base.slopes)
         self.square = self.slopes @ self.slopes.T
-        residual = whitened(self.parts, self.psi, [one.residual[None] for one in base.groups])[0]
-        self.without = self._value(self.problem, base.x, residual, self.slopes[:0])
+        self.residual = whitened(self.parts, self.psi, [one.residual[None] for one in base.groups])[0]
+        self.without = self._value(self.problem, base.x, self.residual, self.slopes[:0])
+
+    def rough(self, effect: Effect) -> float:
+        """As `rough_gains` says."""
+        if not effect.own:
+            return self._value(self._problem(effect), self.base.x, self.residual, self.slopes[:0]) - self.without
+        if effect.shown is None:
+            return math.inf
+        change = whitened(self.parts, self.psi, [one[None] for one in effect.shown])[0]
+        precise = 1.0 / self.problem.spreads**2
+        pull = self.slopes @ self.residual - (self.base.x - self.problem.means) * precise
+        shared = np.linalg.solve(self.square + np.diag(precise), self.slopes @ change)
+        alone = float(change @ change - shared @ (self.slopes @ change))
+        push = float(change @ self.residual - shared @ pull)
+        return 0.5 * push**2 / (alone + SIZE**-2) - 0.5 * math.log1p(SIZE**2 * max(alone, 0.0))
 
     def gains(self, begins: Sequence[tuple[Effect, np.ndarray]]) -> list[float]:
         """Of each start."""
@@ -53,7 +76,7 @@ class _Screen:
         count = len(self.base.x)
         points = [_moved(problem, x, count) for problem, (_, x) in zip(problems, begins, strict=True)]
         whole = [problem.hypothesis.effects for problem in problems]
-        predicted = predict_each(self.base.system, list(zip(points, whole, strict=True)))
+        predicted = self.base.system.predict_each(list(zip(points, whole, strict=True)))
         found = []
         for problem, at, parts in zip(problems, points, predicted, strict=True):
             seen = zip(self.base.system.observed, parts, strict=True)
@@ -83,11 +106,3 @@ def _moved(problem: Problem, x: np.ndarray, first: int) -> np.ndarray:
     own = range(first, len(x))
     sizes = [one.step or DIFFERENCE * one.spread for one in problem.coordinates]
     return np.stack([x, *(x + sizes[k] * np.eye(len(x))[k] for k in own)])
-
-
-def predict_each(
-    system: System, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]
-) -> list[tuple[np.ndarray, ...]]:
-    """Predictions of several hypotheses: together where the system can, one after the other elsewhere."""
-    together = getattr(system, "predict_each", None)
-    return together(points) if together else [system.predict(at, effects) for at, effects in points]

@@ -13,20 +13,27 @@ from functools import partial
 
 import numpy as np
 
-from experiments.inference.fitting import ROUNDS, OutOfTimeError, Problem, few_steps, fit, raised, with_unknown
-from experiments.inference.levels import cost, sums
+from experiments.inference.fitting import ROUNDS, few_steps, fit, with_unknown
+from experiments.inference.levels import cost, middles, sums
 from experiments.inference.model import Effect, Fit, Group, Hypothesis, Level, Library, System
 from experiments.inference.policy import Policy
-from experiments.inference.screen import first_gains
+from experiments.inference.problem import OutOfTimeError, Problem, raised
+from experiments.inference.screen import first_gains, rough_gains
 from experiments.inference.verdict import Verdict, decide, log_prior
 from railsim.errors import InputError
 
 PAIRS = 3  # partners of the best effect that are fitted whole
+START_STEPS = 4  # from each of two alignments
 FIRST_STEPS = 2  # of each promising effect of a large library, before any is fitted whole
 ORDERING = 0.4  # of the time that is left, which an order of effects may take
+STEPPED = 3  # times as many effects as are fitted whole take a linear step from a run of their own
 PROMISING = 2  # times as many effects as are fitted whole take these steps
 POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
+HEAVY = (
+    4  # of the best fits of a large library, by number of effects and whether something is unknown, whose arrays stay
+)
+PLACES = 8  # where something unknown is looked for beside a fit, where runs are dear
 WHOLE = 8  # of those that are fitted whole at most
 HOPELESS = 20.0  # nats behind the leader, from where on something unknown is not fitted whole
 
@@ -53,6 +60,11 @@ class Search:
     end: float = math.inf  # of time.monotonic()
     cut: bool = False  # whether the time ended before the likeliest effects were fitted
 
+    @property
+    def ordered(self) -> bool:
+        """Whether effects are ordered, and the likeliest fitted: there are many, or runs are dear."""
+        return self.system.dear or len(self.library.effects) > self.policy.candidates
+
     def late(self, what: str) -> bool:
         """Whether there is no time left for a hypothesis, which is then noted; there always is for the first."""
         if time.monotonic() < self.end or not self.fits:
@@ -73,11 +85,28 @@ class Search:
 
     def attempt(self, what: str, how: str, make: Callable[[], Fit | None]) -> None:
         """Keep the fit of a hypothesis that `make` makes, unless the time ends before."""
-        if not self.late(what):
-            try:
-                self.take(make(), how)
-            except OutOfTimeError:
+        self.attempts([(what, how, make)])
+
+    def attempts(self, tasks: Sequence[tuple[str, str, Callable[[], Fit | None]]]) -> None:
+        """The same of several, side by side."""
+        begun = [one for one in tasks if not self.late(one[0])]
+        found = self.system.side_by_side([partial(_in_time, make) for _, _, make in begun])
+        for (what, how, _), (one, done) in zip(begun, found, strict=True):
+            if done:
+                self.take(one, how)
+            else:
                 self.late(what)
+        self._lighten()
+
+    def _lighten(self) -> None:
+        """Let go of the arrays of fits that nothing begins from any more."""
+        best: dict[tuple[int, int, bool], list[str]] = {}
+        for one in sorted(self.fits.values(), key=lambda found: -self.value(found)):
+            what = one.hypothesis
+            best.setdefault((len(what.named), len(what.effects), bool(what.unknown)), []).append(what.name)
+        kept = {name for names in best.values() for name in names[:HEAVY]}
+        if self.ordered:
+            self.fits = {name: one if name in kept else one.light() for name, one in self.fits.items()}
 
     def take(self, found: Fit | None, what: str) -> None:
         """Keep a fit where it is better than the one so far."""
@@ -101,6 +130,14 @@ class Search:
         return found.evidence + log_prior(found.hypothesis, self.library, where, self.policy)
 
 
+def _in_time(make: Callable[[], Fit | None]) -> tuple[Fit | None, bool]:
+    """What it makes, and whether the time sufficed."""
+    try:
+        return make(), True
+    except OutOfTimeError:
+        return None, False
+
+
 def infer(system: System, library: Library, policy: Policy | None = None, limit: float = math.inf) -> Verdict:
     """What is missing in a model.
 
@@ -113,16 +150,18 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
     """
     search = Search(system, library, policy or Policy(), end=time.monotonic() + limit)
     nominal = _none(search)
-    if len(library.effects) > search.policy.candidates:
+    if search.ordered:
         _effects_in_order(search, nominal)
     else:
         none = search.fits["none"]
         sought = [one.sought(none) for one in library.effects]
         promising = sorted(first_gains(none, sought, search.policy, search.end), key=lambda one: -one[0])
-        for effect in {one.name: one for one in (*(one for _, one, _ in promising), *sought)}.values():
+        search.attempts([
+            (effect.name, "fitted", partial(fit, search.problem(effect), begin))
+            for effect in {one.name: one for one in (*(one for _, one, _ in promising), *sought)}.values()
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
-                                    *effect.begins(nominal, system.coordinates)]):  # fmt: skip
-                search.attempt(effect.name, "fitted", partial(fit, search.problem(effect), begin))
+                                    *effect.begins(nominal, system.coordinates)])
+        ])  # fmt: skip
     search.cut |= time.monotonic() > search.end
     _none_again(search)
     _pairs(search)
@@ -139,7 +178,9 @@ def healthy_fit(system: System, policy: Policy) -> Fit:
 
 
 def _none(search: Search) -> np.ndarray:
-    """Alignment from all starts first, then the fit; gives the nominal build with the best alignment."""
+    """Alignment from all starts first, then a few steps from the two best, then the fit; gives the nominal build with
+    the best alignment.
+    """
     starts = search.system.starts()
     problem = replace(search.problem(), system=search.system.about(starts[0], (), None))
     components = problem.system.covariances(starts[0], ())
@@ -150,52 +191,67 @@ def _none(search: Search) -> np.ndarray:
         costs.append(cost(sums(groups), high) + problem.prior(start))
     if not np.isfinite(costs).any():
         raise InputError("the nominal model gives no finite prediction of this record; check its sheet and its start")
-    for index in np.argsort(costs)[:2]:
-        slopes = search.fits["none"].slopes if search.fits else None
-        begun = partial(fit, search.problem(), starts[index], slopes=slopes)
-        search.attempt("none from another start", f"fitted from start {index}", begun)
-    none = search.fits["none"]
-    again = partial(fit, search.problem(), none.x, none.psi, none.slopes)
-    search.attempt("none once more", "fitted again from its own end", again)
-    return starts[int(np.argmin(costs))]
+    best = starts[np.argsort(costs)[:2]]
+    slopes = problem.slopes(best[0], problem.groups(best[0], components))
+    steps = [partial(few_steps, problem, x, middles(problem.levels), components, START_STEPS, slopes) for x in best]
+    _, begin = max(problem.system.side_by_side(steps), key=lambda one: one[0])
+    rounds = 1 if search.system.dear else ROUNDS
+    whole = partial(fit, search.problem(), begin, None, slopes, rounds)
+    search.attempt("none", "fitted from the better of two alignments", whole)
+    if not search.system.dear:
+        none = search.fits["none"]
+        again = partial(fit, search.problem(), none.x, none.psi, none.slopes)
+        search.attempt("none once more", "fitted again from its own end", again)
+    return best[0]
 
 
 def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
     return [one for index, one in enumerate(points) if not any(np.array_equal(one, two) for two in points[:index])]
 
 
-def _ordered(search: Search, base: Fit, effects: Sequence[Effect]) -> list[Ordered]:
+def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -> list[Ordered]:
     """What the first steps of each effect beside a fit gain over the same steps without it, in its covariance [nats],
-    and where they lead; most first. Only an order, nothing is decided by it: one linear step of all of them, then
-    a few steps of those that promise most.
+    and where they lead; most first. Only an order, nothing is decided by it: by what the library saw, then one linear
+    step, then a few steps of those that promise most, ever fewer. count : of those that will be fitted.
     """
+    count = count if base.system.dear else search.policy.candidates
     components, now = [group.components for group in base.groups], time.monotonic()
     end = now + ORDERING * (search.end - now)
-    known_first = sorted(effects, key=lambda one: len(one.own))  # tolerances that are faults: the fit has them already
-    begins = first_gains(base, [one.sought(base) for one in known_first], search.policy, end)
+    rough = rough_gains(base, effects, search.policy)
+    likely = [effects[k] for k in np.argsort(-np.array(rough), kind="stable")]
+    reached = likely[: max(STEPPED * count, sum(math.isinf(one) for one in rough))]
+    begins = first_gains(base, [one.sought(base) for one in reached], search.policy, end)
     begins.sort(key=lambda one: -one[0])
     first: dict[str, Ordered] = {}
     for one in begins:
         first.setdefault(one[1].name, one)
-    unseen = [one.name for one in effects if one.name not in first]
-    search.not_tried += [f"{name}: no time left" for name in unseen]
-    count, found = int(PROMISING * search.policy.candidates), []
-    try:
-        without, _ = _stepped(search, base, (), base.x, components, end)
-        for _, effect, x in list(first.values())[:count]:
-            evidence, led = _stepped(search, base, (effect,), x, components, end)
-            found.append((evidence - without, effect, led))
-    except OutOfTimeError:
-        count = len(found)
-    return [*sorted(found, key=lambda one: -one[0]), *list(first.values())[count:]]
+    most = list(first.values())[: PROMISING * count]
+    tasks = [((), base.x), *(((effect,), x) for _, effect, x in most)]
+    steps = [partial(_stepped, search, base, beside, x, components, end) for beside, x in tasks]
+    without, *stepped = base.system.side_by_side(steps)
+    found = [(one[0] - without[0], effect, one[1]) for one, (_, effect, _) in zip(stepped, most, strict=True)
+             if one is not None and without is not None]  # fmt: skip
+    late = [one for one in reached if one.name not in first]
+    late += [one for (_, one, _), step in zip(most, stepped, strict=True) if step is None]
+    search.not_tried += [f"{one.name}: no time left" for one in late]
+    search.cut |= bool(late)
+    rest = [(gain, one, one.begins(base.x, base.system.coordinates)[0])
+            for gain, one in sorted(zip(rough, effects, strict=True), key=lambda pair: -pair[0])
+            if one.name not in first]  # fmt: skip
+    return [*sorted(found, key=lambda one: -one[0]), *list(first.values())[len(most) :], *rest]
 
 
 def _stepped(
     search: Search, base: Fit, beside: tuple[Effect, ...], x: np.ndarray, components: Sequence[np.ndarray], end: float
-) -> tuple[float, np.ndarray]:
-    """Evidence after a few steps of a fit's effects and others beside them, in its covariances; and where they led."""
+) -> tuple[float, np.ndarray] | None:
+    """Evidence after a few steps of a fit's effects and others beside them, in its covariances, and where they led;
+    None where the time ended before.
+    """
     problem = Problem(base.system, Hypothesis((*base.hypothesis.effects, *beside)), search.policy, end)
-    return few_steps(problem, x, base.psi, components, FIRST_STEPS, base.slopes)
+    try:
+        return few_steps(problem, x, base.psi, components, FIRST_STEPS, base.slopes)
+    except OutOfTimeError:
+        return None
 
 
 def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
@@ -208,19 +264,26 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
         if time.monotonic() > search.end:
             break
         base = make()
-        order = _ordered(search, base, search.library.effects)
-        for _, effect, x in order[:most]:
-            one = partial(fit, search.problem(effect), x, slopes=base.slopes, rounds=1)
-            search.attempt(effect.name, "fitted", one)
+        order = _ordered(search, base, search.library.effects, most)
+        if search.system.dear:
+            first = order[0][0]
+            most = min(most, sum(gain >= min(0.5 * first, first - HOPELESS) for gain, _, _ in order))
+        search.attempts(
+            [
+                (effect.name, "fitted", partial(fit, search.problem(effect), x, slopes=base.slopes, rounds=1))
+                for _, effect, x in order[:most]
+            ]
+        )
         tried |= {effect.name for _, effect, _ in order[:most] if effect.name in search.fits}
         if base is none:
-            search.cut = len(order) < len(search.library.effects)
             search.not_tried += [f"{one.name}: first steps gain {gain:.1f} nats" for gain, one, _ in order[most:]]
     left = (text for text in dict.fromkeys(search.not_tried) if text.rsplit(": ", 1)[0] not in tried)
     search.not_tried = list(left)
-    for found in search.named()[:POLISHED]:
-        on = partial(fit, search.problem(*found.hypothesis.effects), found.x, found.psi, found.slopes)
-        search.attempt(f"{found.hypothesis.name} once more", "fitted on", on)
+    search.attempts([
+        (f"{one.hypothesis.name} once more", "fitted on",
+         partial(fit, search.problem(*one.hypothesis.effects), one.x, one.psi, one.slopes))
+        for one in search.named()[:POLISHED]
+    ])  # fmt: skip
 
 
 def _nominal_fit(search: Search, nominal: np.ndarray) -> Fit:
@@ -234,16 +297,20 @@ def _nominal_fit(search: Search, nominal: np.ndarray) -> Fit:
 
 
 def _none_again(search: Search) -> None:
-    """`none` from the nuisances of the two best effects."""
-    count, named = len(search.system.coordinates), search.named()
-    for found in named[:2]:
+    """`none` from the nuisances of the two best effects; of the best one, and from its own end, where runs are dear."""
+    count, named, tasks = len(search.system.coordinates), search.named(), []
+    for found in named[: 1 if search.system.dear else 2]:
         x = found.x[:count].copy()
         for fault in (one for effect in found.hypothesis.effects for one in effect.faults):
             index = [one.name for one in search.system.coordinates].index(fault.name)
             x[index] = search.system.coordinates[index].mean
         slopes = [one[:count] for one in found.slopes]
         again = partial(fit, search.problem(), x, slopes=slopes)
-        search.attempt("none from other nuisances", f"from the nuisances of {found.hypothesis.name}", again)
+        tasks.append(("none from other nuisances", f"from the nuisances of {found.hypothesis.name}", again))
+    none = search.fits["none"]
+    if search.system.dear and (not named or search.value(named[0]) < search.value(none) + HOPELESS):
+        tasks.append(("none once more", "fitted on", partial(fit, search.problem(), none.x, none.psi, none.slopes)))
+    search.attempts(tasks)
 
 
 def _pairs(search: Search) -> None:
@@ -252,9 +319,10 @@ def _pairs(search: Search) -> None:
     if not named or search.value(named[0]) < search.value(search.fits["none"]):
         return
     first = named[0].hypothesis.effects[0]
-    large = len(search.library.effects) > search.policy.candidates
+    large = search.ordered
     if large:
-        order = _ordered(search, named[0], [one for one in search.library.effects if _differ(first, one)])
+        others = [one for one in search.library.effects if _differ(first, one)]
+        order = _ordered(search, named[0], others, PAIRS)
         partners = [(other, [x]) for _, other, x in order[:PAIRS]]
         search.not_tried += [f"{first.name} + {one.name}" for _, one, _ in order[PAIRS:]]
     else:
@@ -263,10 +331,11 @@ def _pairs(search: Search) -> None:
         search.not_tried += [f"{first.name} + {other.name}" for other, _ in partners[PAIRS:]]
         partners = partners[:PAIRS]
     rounds = 1 if large else ROUNDS
-    for other, begins in partners:
-        for begin in begins:
-            both = partial(fit, search.problem(first, other), begin, None, named[0].slopes, rounds)
-            search.attempt(f"{first.name} + {other.name}", "fitted", both)
+    search.attempts([
+        (f"{first.name} + {other.name}", "fitted",
+         partial(fit, search.problem(first, other), begin, None, named[0].slopes, rounds))
+        for other, begins in partners for begin in begins
+    ])  # fmt: skip
     pairs = [one for one in search.named() if len(one.hypothesis.effects) == 2]
     for pair in pairs[: 1 if large else PAIRS]:
         if large:
@@ -279,10 +348,12 @@ def _halves(search: Search, pair: Fit, count: int) -> None:
     """Each effect of a pair alone, from where the pair is."""
     first, other = pair.hypothesis.effects
     own = count + len(first.own)
-    for effect, kept in ((first, np.r_[:own]), (other, np.r_[:count, own : len(pair.x)])):
-        slopes = [one[kept] for one in pair.slopes]
-        one = partial(fit, search.problem(effect), pair.x[kept], slopes=slopes)
-        search.attempt(f"{effect.name} from a pair", f"from {pair.hypothesis.name}", one)
+    halves = ((first, np.r_[:own]), (other, np.r_[:count, own : len(pair.x)]))
+    search.attempts([
+        (f"{effect.name} from a pair", f"from {pair.hypothesis.name}",
+         partial(fit, search.problem(effect), pair.x[kept], slopes=[one[kept] for one in pair.slopes]))
+        for effect, kept in halves
+    ])  # fmt: skip
 
 
 def _small_ones(search: Search) -> None:
@@ -296,14 +367,31 @@ def _small_ones(search: Search) -> None:
 def _unknowns(search: Search) -> None:
     """Something unknown at each place, beside `none` and beside the best effects."""
     best = [one for one in search.named() if len(one.hypothesis.named) == len(one.hypothesis.effects) == 1][:BESIDE]
-    spots = dict.fromkeys(level.place for level in search.system.levels if level.place)
     for base in (search.fits["none"], *best):
-        for place in spots:
+        tasks = []
+        for place in _strained(search, base):
             levels = tuple(level for level in search.system.levels if level.place == place)
             anew = partial(with_unknown, search.policy, base, levels, search.end)
             name = f"{base.hypothesis.name}, unknown: {place}"
-            search.attempt(name, f"levels of {base.hypothesis.name} fitted anew", anew)
+            tasks.append((name, f"levels of {base.hypothesis.name} fitted anew", anew))
+        search.attempts(tasks)
     _whole(search)
+
+
+def _strained(search: Search, base: Fit) -> list[str]:
+    """Places where something may be unknown beside a fit; where runs are dear those alone whose levels are highest for
+    healthy ones: elsewhere a wider prior gains nothing.
+    """
+    strain: dict[str, float] = {}
+    for level, psi in zip(search.system.levels, base.psi, strict=True):
+        if level.place is not None:
+            cost_here, cost_there = level.prior.cost(float(psi))[0], level.prior.cost(level.prior.middle)[0]
+            above = math.copysign(cost_here - cost_there, psi - level.prior.middle)
+            strain[level.place] = max(strain.get(level.place, -math.inf), above)
+    found = sorted(strain, key=lambda place: -strain[place]) if search.system.dear else list(strain)
+    most = PLACES if search.system.dear else len(found)
+    search.not_tried += [f"{base.hypothesis.name}, unknown: {place}: levels there are low" for place in found[most:]]
+    return found[:most]
 
 
 def _whole(search: Search) -> None:

@@ -3,17 +3,19 @@
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from experiments.discrepancy.baseline.evidence import Evidence
-from experiments.inference.fitting import Problem
 from experiments.inference.held_out import Held, held_out, untouched
 from experiments.inference.model import Fit, Group, Hypothesis
 from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem
 from experiments.inference.railway.library import Found, found_library
 from experiments.inference.railway.record import Record
+from experiments.inference.railway.runs import give_back
 from experiments.inference.railway.scales import SCALES
 from experiments.inference.railway.system import Railway
 from experiments.inference.search import infer
@@ -45,10 +47,15 @@ class Answer:
         """The healthy vehicle as it fits best."""
         return next(row.fit for row in self.verdict.rows if row.fit.hypothesis.name == "none")
 
-    @property
+    @cached_property
     def best(self) -> Fit:
-        """The likeliest hypothesis that says what is stated."""
-        return stated(self.verdict) or self.none
+        """The likeliest hypothesis that says what is stated, with its residuals."""
+        found = stated(self.verdict) or self.none
+        if found.groups:
+            return found
+        problem = Problem(found.system, found.hypothesis, Policy())
+        components = found.system.covariances(found.x, found.hypothesis.effects)
+        return replace(found, groups=problem.groups(found.x, components))
 
 
 def stated(verdict: Verdict) -> Fit | None:
@@ -87,7 +94,8 @@ def answer(
         say("what each effect would show")
         found = found_library(system, kinds)
     system = Railway(record, SCALES, found.installed, kept=system.kept)
-    say(f"{len(found.library.effects)} effects, {len(record.channels)} channels, {record.duration:.0f} s")
+    give_back()
+    say(f"{len(found.library.effects)} effects, {record.extent}")
     verdict = infer(system, found.library, policy, SEARCH * limit - (time.monotonic() - begin))
     seconds = time.monotonic() - begin
     none = next(row.fit for row in verdict.rows if row.fit.hypothesis.name == "none")

@@ -60,12 +60,12 @@ def along_coordinates(record: Record) -> list[Coordinate]:
 def sensor_coordinates(record: Record) -> list[Coordinate]:
     """Gains and delays of channels, turns of sensors: no run is needed for them."""
     gains = [
-        Coordinate(f"gain {name}", "-", 0.0, max(one.errors.scale_error_std, GAIN))
+        Coordinate(f"gain {name}", "-", 0.0, max(one.errors.scale_error_std, GAIN), cheap=True)
         for name, one in record.channels.items()
     ]
-    delays = [Coordinate(f"delay {name}", "s", 0.0, DELAY) for name in record.channels]
+    delays = [Coordinate(f"delay {name}", "s", 0.0, DELAY, cheap=True) for name in record.channels]
     turns = [
-        Coordinate(f"turn {sensor.kind} {sensor.name} {axis}", "rad", 0.0, sensor.errors.misalignment_std)
+        Coordinate(f"turn {sensor.kind} {sensor.name} {axis}", "rad", 0.0, sensor.errors.misalignment_std, cheap=True)
         for sensor in dict.fromkeys(record.channels.values())
         if record.mounted(sensor)
         for axis in "xyz"

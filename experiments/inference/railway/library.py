@@ -8,7 +8,7 @@ hypothesis has (a damper's factor and the tolerance of the same damper) is that 
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
@@ -102,6 +102,16 @@ def starts(numbers: dict[str, Parameter]) -> tuple[tuple[float, ...], ...]:
     return tuple(itertools.product(*each))
 
 
+@dataclass(frozen=True)
+class Signature:
+    """What an effect changes of the channels: `white` (values,) in healthy errors, `plain` (F, frames, channels) of
+    each section.
+    """
+
+    white: np.ndarray
+    plain: tuple[np.ndarray, ...]
+
+
 @dataclass
 class _Maker:
     """What all effects are compared with: signatures of the healthy coordinates."""
@@ -130,16 +140,18 @@ class _Maker:
             found += [white.real, white.imag]
         return np.concatenate(found, axis=1)
 
-    def signatures(self, setups: list[Setup | None]) -> list[np.ndarray | None]:
-        """Whitened changes of the channels; None where there is no setup or its run fails."""
-        found: list[np.ndarray | None] = [None] * len(setups)
+    def signatures(self, setups: list[Setup | None]) -> list[Signature | None]:
+        """Changes of the channels; None where there is no setup or its run fails."""
+        found: list[Signature | None] = [None] * len(setups)
         present = [(place, one) for place, one in enumerate(setups) if one is not None]
         for first in range(0, len(present), AT_ONCE):
             part = present[first : first + AT_ONCE]
             shown = self.system.shown([(one, 0.0) for _, one in part])
-            changes = self.white([one - base for one, base in zip(shown, self.nominal, strict=True)])
-            for (place, _), change in zip(part, changes.astype(np.float32), strict=True):
-                found[place] = change if np.isfinite(change).all() else None
+            changes = [one - base for one, base in zip(shown, self.nominal, strict=True)]
+            for row, ((place, _), white) in enumerate(zip(part, self.white(changes), strict=True)):
+                if np.isfinite(white).all():
+                    plain = tuple(one[row].astype(np.complex64) for one in changes)
+                    found[place] = Signature(white.astype(np.float32), plain)
         return found
 
     def twin(self, first: np.ndarray) -> tuple[int, float] | None:
@@ -166,14 +178,14 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
             entries += [(kind, plugin, choices, numbers) for choices in variants(plugin, system)]
     maker, effects, signatures = _Maker(system), [], []
     firsts = maker.signatures([_setup(system, *entry[1:], share=FIRST) for entry in entries])
-    twins = [None if one is None or len(entry[3]) > 1 else maker.twin(one)
+    twins = [None if one is None or len(entry[3]) > 1 else maker.twin(one.white)
              for one, entry in zip(firsts, entries, strict=True)]  # fmt: skip
     wholes = maker.signatures([None if one is None or twin is not None else _setup(system, *entry[1:], share=1.0)
                                for one, twin, entry in zip(firsts, twins, entries, strict=True)])  # fmt: skip
     for (kind, plugin, choices, numbers), first, twin, whole in zip(entries, firsts, twins, wholes, strict=True):
         label = ", ".join(f"{key} {value}" for key, value in choices.items())
         name = f"{kind} ({label})" if label else kind
-        shown = first / FIRST if twin is not None and first is not None else whole
+        shown = first.white / FIRST if twin is not None and first is not None else whole and whole.white
         if shown is None:
             left_out.append(f"{name}: does not fit this vehicle or its sensors, or its run fails")
         elif np.linalg.norm(shown) < VISIBLE:
@@ -184,7 +196,7 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
             installed[name] = Installed(plugin, dict(choices), tuple(numbers))
             if twin is not None:
                 twins_made[name] = _twin(installed[name], next(iter(numbers.values())), twin, system)
-            effects.append(effect)
+            effects.append(effect if whole is None else replace(effect, shown=whole.plain))
             signatures.append(shown)
     return Found(Library(_distinct(effects, signatures, left_out)), installed, tuple(left_out), twins_made)
 

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from experiments.inference.railway.answer import Answer
 from experiments.inference.railway.gaps import BANDS, left
+from experiments.inference.railway.statement import chance
 from experiments.reporting.plots import BLUE, GREY
 
 SHOWN = 12  # hypotheses
@@ -25,10 +26,12 @@ def evidence(answer: Answer) -> Figure:
     axes.set_yticks(places, [row.fit.hypothesis.name.replace("_", " ") for row in rows], fontsize=9)
     low, high = min(0.0, *values), max(1.0, *values)
     for place, row in enumerate(rows):
-        axes.text(max(row.evidence, 0.0) + 0.01 * (high - low), place, f" {row.posterior:.3f}", va="center", fontsize=9)
-    axes.set_xlim(low, high + 0.12 * (high - low))
+        axes.text(
+            max(row.evidence, 0.0) + 0.01 * (high - low), place, f" {chance(row.posterior)}", va="center", fontsize=9
+        )
+    axes.set_xlim(low, high + 0.3 * (high - low))
     axes.axvline(0.0, color="black", linewidth=0.8)
-    axes.set_xlabel("evidence over 'none' [nats]; beside each bar: its probability")
+    figure.supxlabel("evidence over 'none' [nats]; beside each bar: its probability", fontsize=9)
     axes.invert_yaxis()
     return figure
 

@@ -18,6 +18,7 @@ from railsim.errors import InputError
 from railsim.scenario import Scenario
 from railsim.sensors.inertial import InertialSensor
 from railsim.sensors.interface import Sensor
+from railsim.track.track import Track
 
 LEFT_OUT = {"acceleration_x": "it follows from the change of speed, which the speed signal tells only roughly"}
 """Quantities that are not compared."""
@@ -26,6 +27,9 @@ USED = 0.35  # of the rate of the slowest channel
 DROPPED = 2.0  # s at the beginning, where nobody knows the state from which the vehicle came
 SLOW = 5.0  # m/s; slower frames are not compared: creep forces ask for ever finer steps
 ALIKE = 1.2  # largest speed of a section over its smallest
+VALUES = 30_000  # complex ones of all channels together that are compared at most: 17 s of 22 channels, 1 min of six
+FRAMES = 12  # of them at least, whatever the number of channels
+MARGIN = 40.0  # m; of the track on both sides of what the vehicle passes
 FEWEST = 4  # frames of a section; fewer go to a neighbour
 
 
@@ -80,6 +84,14 @@ class Record:
 
     @cached_property
     def duration(self) -> float:
+        """Whole half windows that every channel has [s], until frames enough are seen of a moving vehicle."""
+        moving = np.cumsum(self._lowest(self.whole) > SLOW)
+        frames = self.frames_at(1e3, self.whole)
+        most = max(FRAMES, round(VALUES / len(self.channels) / len(frames.frequencies)))
+        return float(DROPPED + 0.5 * WINDOW * (np.searchsorted(moving, most) + 2)) if moving[-1] > most else self.whole
+
+    @cached_property
+    def whole(self) -> float:
         """Whole half windows that every channel has [s]."""
         ends = min(len(self.evidence.samples[name]) / self.evidence.rates[name] for name in self.channels)
         duration = np.floor(ends / (0.5 * WINDOW) + 1e-9) * 0.5 * WINDOW
@@ -89,9 +101,11 @@ class Record:
 
     def frames(self, rate: float) -> Frames:
         """Of the samples that are compared of a channel at `rate`."""
-        return Frames(
-            round((self.duration - DROPPED) * rate), rate, WINDOW, LOW, min(HIGH, USED * self.evidence.slowest)
-        )
+        return self.frames_at(rate, self.duration)
+
+    def frames_at(self, rate: float, end: float) -> Frames:
+        """Of the samples until `end` [s]."""
+        return Frames(round((end - DROPPED) * rate), rate, WINDOW, LOW, min(HIGH, USED * self.evidence.slowest))
 
     def framed(self, values: np.ndarray, rate: float) -> np.ndarray:
         """(F, kept frames) of samples from the record's beginning, without their mean; mean square = density of white
@@ -134,7 +148,10 @@ class Record:
     @cached_property
     def _speeds(self) -> np.ndarray:
         """(frames,) lowest speed within each frame [m/s]."""
-        begins = DROPPED + 0.5 * WINDOW * np.arange(round((self.duration - DROPPED) / (0.5 * WINDOW)) - 1)
+        return self._lowest(self.duration)
+
+    def _lowest(self, end: float) -> np.ndarray:
+        begins = DROPPED + 0.5 * WINDOW * np.arange(round((end - DROPPED) / (0.5 * WINDOW)) - 1)
         time = begins[:, None] + WINDOW * np.linspace(0.0, 1.0, 9)
         return np.interp(time, self.evidence.speed[0], self.evidence.speed[1]).min(axis=1)
 
@@ -189,6 +206,25 @@ class Record:
     def surveyed(self) -> Surveyed:
         """The measured track."""
         return Surveyed(self.evidence.track, self.evidence.track_errors)
+
+    @property
+    def extent(self) -> str:
+        """What is compared, in words."""
+        return f"{len(self.channels)} channels, {self.duration:.0f} of {self.whole:.0f} s"
+
+    @cached_property
+    def way(self) -> float:
+        """Length of what is compared [m]."""
+        time, speed = self.speed
+        inner = np.append(time[time < self.duration], self.duration)
+        return float(np.trapezoid(np.interp(inner, time, speed), inner))
+
+    def passed(self, track: Track) -> Track:
+        """The part of a track that the vehicle may come over."""
+        reach = MARGIN + max(abs(one.position[0]) for one in self.scenario.model.bodies)
+        first, last = self.registration.start - reach, self.registration.start + 1.02 * self.way + reach
+        inside = (track.s >= first) & (track.s <= last)
+        return Track(track.s[inside], {name: one[inside] for name, one in track.columns().items()}, track.name)
 
     @cached_property
     def speed(self) -> tuple[np.ndarray, np.ndarray]:

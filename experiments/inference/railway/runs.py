@@ -1,5 +1,6 @@
 """Many runs of the model at once, kept in memory; a run that fails is None."""
 
+import ctypes
 import os
 from collections.abc import Iterator, Sequence
 
@@ -61,3 +62,10 @@ def _alone(job: Job, about: dict[str, object], channels: Sequence[str] | None) -
     except Diverged:
         return None
     return HeldTruth(rows.T.copy(), job.run.rate, names, about)
+
+
+def give_back() -> None:
+    """Return free memory to the system, where the C library can: arrays of some megabytes leave holes that it keeps."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)

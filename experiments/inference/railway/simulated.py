@@ -1,7 +1,7 @@
 """Runs of a vehicle over one track, read by the sensors of a record as they should be."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -11,6 +11,7 @@ from experiments.inference.railway.answers import needed
 from experiments.inference.railway.build import setup_at, turns
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.runs import run_all
+from experiments.inference.railway.together import Together
 from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import Effect, Setup
 from railsim.engines.interface import Run, default_substeps
@@ -18,6 +19,30 @@ from railsim.sensors.interface import Sensor
 from railsim.track.kernel import TrackTables, build_tables
 from railsim.track.track import Track
 from railsim.truth import HeldTruth
+
+READ = ("y [m]", "yaw [rad]", "spin", "specific_force", "angular_")
+"""Beginnings of channels of a body that sensors read."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """Of one run: `read` (F, frames, components) by the ideal sensors, `acting` (F, frames) of each channel of truth
+    that latent forces are relative to.
+    """
+
+    read: np.ndarray
+    acting: dict[str, np.ndarray]
+
+
+def together_for(record: Record) -> Together:
+    """A place where runs for a record are asked for; they keep what its sensors and places read."""
+    model = record.scenario.model
+    needs, bodies, names = needed(model), {one.body for one in record.ideal}, channel_names(model)
+    read = tuple(f"{body}.{quantity}" for body in bodies for quantity in READ)
+    wanted = [n for n in names if n.startswith(read) or n in needs or n.endswith("displacement [m]")]
+    wanted += [n for n in names if n.startswith(("speed", "acceleration"))]
+    about: dict[str, object] = {"vehicle": {"wheel_radius [m]": model.wheelsets[0].radius}}
+    return Together(lambda runs: run_all(runs, about, wanted))
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +53,7 @@ class Simulated:
 
     record: Record
     track: Track
+    together: Together
 
     @cached_property
     def nominal(self) -> Setup:
@@ -37,7 +63,9 @@ class Simulated:
     @cached_property
     def nominal_truth(self) -> HeldTruth | None:
         """A run of the nominal setup."""
-        return self.truth(self.nominal, 0.0)
+        found: list[HeldTruth] = []
+        self.visit([(self.nominal, 0.0)], lambda _, truth: found.append(truth))
+        return found[0] if found else None
 
     @cached_property
     def turns(self) -> tuple[list[str], np.ndarray]:
@@ -48,18 +76,27 @@ class Simulated:
         """With these coordinates and effects; raises `InputError` where an effect does not fit."""
         return setup_at(self.record, self.track, values, effects)
 
-    def truth(self, setup: Setup, ahead: float) -> HeldTruth | None:
+    def shown(self, setup: Setup, ahead: float) -> Shown | None:
         """Of one run; None where it fails."""
-        return next((truth for _, truth in self._truths([(setup, ahead)])), None)
+        found: list[Shown] = []
+
+        def visit(_: int, truth: HeldTruth) -> None:
+            acting = {n: self.record.modelled(truth[n], truth.rate) for n in needed(self.nominal.model) if n in truth}
+            found.append(Shown(self.read(setup.sensors, truth), acting))
+
+        self.visit([(setup, ahead)], visit)
+        return found[0] if found else None
 
     def outputs(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
         """(setups, F, frames, components) of what the ideal sensors show; not finite where a run fails."""
         found = np.full((len(setups), *self.record.seen.shape[:2], len(self.turns[0])), np.nan + 0j)
         still = [ahead == 0.0 and self._moves_as_nominal(one) for one, ahead in setups]
         moving = [number for number, one in enumerate(still) if not one]
-        for place, truth in self._truths([setups[number] for number in moving]):
-            if truth is not None:
-                found[moving[place]] = self.read(setups[moving[place]][0].sensors, truth)
+
+        def visit(place: int, truth: HeldTruth) -> None:
+            found[moving[place]] = self.read(setups[moving[place]][0].sensors, truth)
+
+        self.visit([setups[number] for number in moving], visit)
         for number in (number for number, one in enumerate(still) if one):
             if self.nominal_truth is not None:
                 found[number] = self.read(setups[number][0].sensors, self.nominal_truth)
@@ -78,8 +115,8 @@ class Simulated:
                 parts[name] = self.record.modelled(table[name].to_numpy(), sensor.rate)
         return np.stack([parts[name] for name in self.turns[0]], axis=-1)
 
-    def _truths(self, setups: Sequence[tuple[Setup, float]]) -> Iterator[tuple[int, HeldTruth | None]]:
-        """Places and truths, in any order; places that are not given have no run."""
+    def visit(self, setups: Sequence[tuple[Setup, float]], visit: Callable[[int, HeldTruth], None]) -> None:
+        """Tell places and truths of the runs that do not fail, in any order."""
         runs, numbers = [], []
         for number, (setup, ahead) in enumerate(setups):
             if not math.isfinite(ahead):
@@ -91,21 +128,11 @@ class Simulated:
             start = self.record.registration.start + ahead
             runs.append(Run(setup.model, tables, setup.speed_tables, start, setup.duration, rate, sub))
             numbers.append(number)
-        about: dict[str, object] = {"vehicle": {"wheel_radius [m]": self.nominal.model.wheelsets[0].radius}}
-        for place, truth in run_all(runs, about, self._needed):
-            yield numbers[place], truth
+        self.together.ask(runs, lambda place, truth: None if truth is None else visit(numbers[place], truth))
 
     @cached_property
     def _tables(self) -> TrackTables:
         return build_tables(self.track)
-
-    @cached_property
-    def _needed(self) -> list[str]:
-        """Channels of truth that sensors and places read."""
-        model = self.nominal.model
-        needs, bodies, names = needed(model), {one.body for one in self.record.ideal}, channel_names(model)
-        wanted = [n for n in names if n.split(".")[0] in bodies or n in needs or n.endswith("displacement [m]")]
-        return [*wanted, *(n for n in names if n.startswith(("speed", "acceleration")))]
 
     def _moves_as_nominal(self, setup: Setup) -> bool:
         """Whether it differs from the nominal setup in its sensors alone."""

@@ -50,6 +50,7 @@ def statement(answer: Answer) -> dict[str, Any]:
         "losses": {name: _round(value) for name, value in sorted(verdict.losses.items(), key=lambda one: one[1])},
         "not_tried": list(verdict.not_tried),
         "not_shown": list(answer.found.left_out),
+        "compared [s]": record.duration,
         "left_out": list(record.left_out),
         "steps": list(verdict.steps),
         "seconds": round(answer.seconds, 1),
@@ -126,10 +127,12 @@ def _round(value: float) -> float:
 def in_words(answer: Answer) -> str:
     """What a person would say."""
     if status(answer) not in STATUS.values():
-        return _unsaid(answer)
+        return _unsaid(answer) + _length(answer)
     verdict, action = answer.verdict, answer.verdict.action
     probability = sum(row.posterior for row in verdict.rows if row.fit.hypothesis.name == answer.best.hypothesis.name)
-    rivals = [row for row in verdict.rows if row.fit.hypothesis.effects and row.fit is not answer.best]
+    rivals = [
+        row for row in verdict.rows if row.fit.hypothesis.effects and row.fit.hypothesis != answer.best.hypothesis
+    ]
     rival = f" Next comes {_plain(rivals[0].fit.hypothesis.name)} ({rivals[0].evidence:+.1f} nats)." if rivals else ""
     if action.kind == "none":
         said = "Nothing is missing: tolerances, sensors and the errors of the track file explain the recording."
@@ -149,7 +152,13 @@ def in_words(answer: Answer) -> str:
         )
         said += f". Sizes, with 90 % intervals: {_plain(sizes)}.{beside}"
     late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
-    return f"{said} Its probability is {chance(probability)}.{rival}{_beyond(answer)}{late}"
+    return f"{said} Its probability is {chance(probability)}.{rival}{_beyond(answer)}{late}{_length(answer)}"
+
+
+def _length(answer: Answer) -> str:
+    """How much of the recording was compared, where it is not all."""
+    record = answer.system.record
+    return "" if record.duration == record.whole else f" Compared: the first {record.duration:g} of {record.whole:g} s."
 
 
 def _unsaid(answer: Answer) -> str:

@@ -6,30 +6,31 @@ what effects bring. Every number of the vehicle's data sheet that moves the chan
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from experiments.inference.fitting import raised
 from experiments.inference.levels import fit_levels, sums
-from experiments.inference.model import Coordinate, Effect, Group, Level
+from experiments.inference.model import Coordinate, Effect, Group, Level, T
 from experiments.inference.priors import HalfNormal, LogNormal
-from experiments.inference.railway.answers import Answers, needed
+from experiments.inference.problem import raised
+from experiments.inference.railway.answers import Answers
 from experiments.inference.railway.build import (
     along_coordinates,
     built_coordinates,
     sensor_coordinates,
 )
 from experiments.inference.railway.record import Record
-from experiments.inference.railway.simulated import Simulated
+from experiments.inference.railway.simulated import Shown, Simulated, together_for
 from experiments.inference.railway.survey import HIDDEN, Surveyed, sources
+from experiments.inference.railway.together import Together
 from railsim.effects.interface import Effect as Plugin
 from railsim.effects.interface import Setup
 from railsim.errors import InputError
-from railsim.truth import HeldTruth
+from railsim.track.track import Track
 
 HIDDEN_SPREAD = 1.5  # of the log of the level of what the track file hides: a factor of 4.5
 HEALTHY = 0.005  # scale of latent levels before any are learned, relative to what acts at the place
@@ -40,6 +41,7 @@ GRID = 0.15 * np.arange(-2, 3)  # m
 STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
 TOLD = 1.0  # nats; a level of which the record tells less stays as stated
 FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
+REMEMBERED = 8  # runs
 SEED = 20110901  # of these draws: the same for every hypothesis
 
 Choices = dict[str, object]
@@ -79,7 +81,7 @@ class Railway:
     installed: dict[str, Installed] = field(default_factory=dict)
     survey: tuple[int, ...] | None = None
     kept: dict[object, Any] = field(default_factory=dict)
-    last: dict[bytes, HeldTruth | None] = field(default_factory=dict)
+    last: dict[bytes, Shown | None] = field(default_factory=dict)
 
     @cached_property
     def build(self) -> tuple[Coordinate, ...]:
@@ -137,7 +139,7 @@ class Railway:
         middles, ends = np.meshgrid(GRID, GRID, indexing="ij")
         points = np.zeros((middles.size, len(self.coordinates)))
         points[:, self._index["offset"]] = middles.ravel()
-        points[:, self._index["speed"]] = ends.ravel() / (0.5 * self._way)
+        points[:, self._index["speed"]] = ends.ravel() / (0.5 * self.record.way)
         return points
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
@@ -145,17 +147,13 @@ class Railway:
         still = points.copy()
         still[:, self._of_sensors] = 0.0
         moved, back = np.unique(still, axis=0, return_inverse=True)
-        raw = (
-            self._alone(moved[0], effects)
-            if len(moved) == 1
-            else self.simulated.outputs([self._at(x, effects) for x in moved])
-        )
+        raw = self._raw([(x, effects) for x in moved])
         return self._sections(self._sensed(points, raw[back.ravel()]))
 
     def predict_each(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[tuple[np.ndarray, ...]]:
         """`predict` of several hypotheses, all runs at once."""
         ends = np.cumsum([len(at) for at, _ in points])
-        raw = self.simulated.outputs([self._at(x, effects) for at, effects in points for x in at])
+        raw = self._raw([(x, effects) for at, effects in points for x in at])
         parts = zip(points, np.split(raw, ends[:-1]), strict=True)
         return [self._sections(self._sensed(at, part)) for (at, _), part in parts]
 
@@ -174,29 +172,47 @@ class Railway:
         """(levels, F, channels, channels) of each section; linear answers of the nominal build."""
         still = x.copy()
         still[self._of_sensors] = 0.0
-        setup, truth = self._truth(still, effects)
+        shown = self._one(still, effects)
         f, count = self.record.frequencies, len(self.record.channels)
-        if truth is None:
+        if shown is None:
             return tuple(np.full((len(self.levels), len(f), count, count), np.nan + 0j) for _ in self.record.sections)
-        read = self.simulated.read(setup.sensors, truth) @ self.simulated.turns[1][0].T
-        frames = {n: self.record.modelled(truth[n], truth.rate) for n in needed(self.nominal.model) if n in truth}
-        return tuple(self._of_section(number, read, frames) for number in range(len(self.record.sections)))
+        read = shown.read @ self.simulated.turns[1][0].T
+        return tuple(self._of_section(number, read, shown.acting) for number in range(len(self.record.sections)))
 
-    def _truth(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, HeldTruth | None]:
-        """One run, of which the last is remembered."""
-        setup, start = self._at(x, effects)
+    def _one(self, x: np.ndarray, effects: tuple[Effect, ...]) -> Shown | None:
+        """One run, of which the last few are remembered."""
         key = x.tobytes() + "".join(one.name for one in effects).encode()
-        if key not in self.last:
-            self.last.clear()
-            self.last[key] = self.simulated.truth(setup, start)
-        return setup, self.last[key]
+        if key in self.last:
+            return self.last[key]
+        found = self.simulated.shown(*self._at(x, effects))
+        for old in list(self.last)[: len(self.last) + 1 - REMEMBERED]:
+            self.last.pop(old, None)
+        self.last[key] = found
+        return found
 
-    def _alone(self, x: np.ndarray, effects: tuple[Effect, ...]) -> np.ndarray:
-        """(1, F, frames, components) at one point."""
-        setup, truth = self._truth(x, effects)
-        if truth is None:
+    def _raw(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> np.ndarray:
+        """(points, F, frames, components)."""
+        if len(points) > 1:
+            return self.simulated.outputs([self._at(x, effects) for x, effects in points])
+        shown = self._one(*points[0])
+        if shown is None:
             return np.full((1, *self.record.seen.shape[:2], len(self.simulated.turns[0])), np.nan + 0j)
-        return self.simulated.read(setup.sensors, truth)[None]
+        return shown.read[None]
+
+    def side_by_side(self, tasks: Sequence[Callable[[], T]]) -> list[T]:
+        """Results of tasks that ask for predictions, in their order; what they ask for at a time is run together."""
+        return self._together.all_of(tasks)
+
+    @property
+    def dear(self) -> bool:
+        """Runs take most of the time."""
+        return True
+
+    @property
+    def _together(self) -> Together:
+        if "together" not in self.kept:
+            self.kept["together"] = together_for(self.record)
+        return self.kept["together"]
 
     def _of_section(self, number: int, read: np.ndarray, frames: Mapping[str, np.ndarray]) -> np.ndarray:
         answers, part = self._answers[number], self.record.sections[number]
@@ -269,7 +285,7 @@ class Railway:
     def _left(self, surveys: Sequence[tuple[int, ...]]) -> list[float]:
         """Of each: sum of the logs of what is left, the likelihood with a free spectrum in each channel."""
         new = [one for one in dict.fromkeys(surveys) if ("left", one) not in self.kept]
-        tracks = [self._surveyed.expected(self._levels_at(one)) for one in new]
+        tracks = [self._expected(self._levels_at(one)) for one in new]
         runs = self.simulated.channels([(self.nominal.but(track=one), 0.0) for one in tracks])
         for survey, shown in zip(new, runs, strict=True):
             power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=1)
@@ -324,7 +340,10 @@ class Railway:
         """The vehicle over the expected track."""
         as_stated = dict.fromkeys(self._surveyed.kinds(), 1.0)
         levels = as_stated if self.survey is None else self._levels_at(self.survey)
-        return Simulated(self.record, self._surveyed.expected(levels))
+        return Simulated(self.record, self._expected(levels), self._together)
+
+    def _expected(self, levels: dict[str, float]) -> Track:
+        return self.record.passed(self._surveyed.expected(levels))
 
     @property
     def nominal(self) -> Setup:
@@ -358,7 +377,7 @@ class Railway:
         """(F, channels, channels) of each column and section: what white errors in that column do, from runs."""
         if "passed" not in self.kept:
             rng, file = np.random.default_rng(SEED), self._surveyed
-            track = file.expected(dict.fromkeys(file.kinds(), 1.0))
+            track = self._expected(dict.fromkeys(file.kinds(), 1.0))
             count = math.ceil(DRAWN * len(self.record.channels) / min(len(one) for one in self.record.sections))
             columns = [(kind, one) for kind in file.kinds() for one in file.columns(kind)]
             begin = self.record.registration.start + max(one.position[0] for one in self.nominal.model.bodies)
@@ -382,7 +401,7 @@ class Railway:
     def _at(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, float]:
         values = dict(zip([one.name for one in self.coordinates], x, strict=False))
         column, made = len(self.coordinates), []
-        ahead = values["offset"] - values["speed"] * 0.5 * self._way
+        ahead = values["offset"] - values["speed"] * 0.5 * self.record.way
         try:
             for effect in effects:
                 own = x[column : column + len(effect.own)]
@@ -392,10 +411,6 @@ class Railway:
             return self.simulated.setup(values, tuple(made)), float(ahead)
         except InputError:
             return self.nominal, math.nan
-
-    @cached_property
-    def _way(self) -> float:
-        return float(np.trapezoid(self.record.speed[1], self.record.speed[0]))
 
     def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
         """(setups, F, frames, channels) of each section, of sensors as they should be."""

@@ -15,7 +15,7 @@ from scipy import fft
 from scipy.signal import lfilter
 
 from experiments.inference.frames import Frames
-from experiments.inference.model import Coordinate, Effect, Level
+from experiments.inference.model import Coordinate, Effect, Level, OneByOne
 from experiments.inference.priors import HalfNormal, LogNormal, Prior
 from experiments.inference.systems.half_car_kernel import GRID, OUTPUTS, many
 
@@ -186,7 +186,7 @@ class Transfers:
 
 
 @dataclass(frozen=True, eq=False)
-class HalfCar:
+class HalfCar(OneByOne):
     """A record of a half car. `scales` of the healthy levels by name; `survey_level` [of the stated error] by which the
     road is taken as its mean given the survey, None = as surveyed; `offset` (F, frames, channels) of the predictions.
     """

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments.inference.fitting import Problem, fit, with_unknown
+from experiments.inference.fitting import fit, with_unknown
 from experiments.inference.healthy import learned_scales
 from experiments.inference.levels import Sums, cost, fit_levels, middles, slopes
 from experiments.inference.model import Coordinate, Effect, Group, Hypothesis, Level, Library
 from experiments.inference.policy import Policy
 from experiments.inference.priors import HalfNormal, LogNormal
+from experiments.inference.problem import Problem
 from experiments.inference.screen import first_gains
 from experiments.inference.search import infer
 from experiments.inference.shared import Gaussian, combined, message

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from experiments.inference.fitting import Problem, finish, fit
+from experiments.inference.fitting import finish, fit
 from experiments.inference.frames import Frames
 from experiments.inference.held_out import held_out, untouched
 from experiments.inference.levels import middles
 from experiments.inference.model import Hypothesis
 from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem
 from experiments.inference.search import healthy_fit, infer
 from experiments.inference.systems import half_car_truth as truth
 from experiments.inference.systems.half_car import (

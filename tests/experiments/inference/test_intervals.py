@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from experiments.inference import intervals
-from experiments.inference.fitting import Problem, fit
+from experiments.inference.fitting import fit
 from experiments.inference.model import Effect, Hypothesis
 from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem
 from tests.experiments.inference.toy import Line, line
 
 

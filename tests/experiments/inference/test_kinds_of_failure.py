@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from experiments.inference.fitting import Problem, fit
+from experiments.inference.fitting import fit
 from experiments.inference.levels import Sums, best_levels, fit_levels, middles
 from experiments.inference.model import Coordinate, Effect, Group, Hypothesis, Level, Library
 from experiments.inference.policy import Policy
 from experiments.inference.priors import HalfNormal, LogNormal
+from experiments.inference.problem import Problem
 from experiments.inference.search import Search, infer
 from experiments.inference.systems.half_car import COUNT, FORCES, INDEX, HalfCar
 from experiments.inference.systems.half_car_truth import make

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from experiments.inference.curve import curve
-from experiments.inference.fitting import Problem
 from experiments.inference.model import Hypothesis
 from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem
 from experiments.inference.search import infer
 from experiments.inference.systems import balls, double_pendulum, pendulum
 from railsim.errors import InputError

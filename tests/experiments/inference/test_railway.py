@@ -223,3 +223,24 @@ def test_a_recording_without_a_channel_to_compare_is_refused(system: Railway) ->
     evidence = dataclasses.replace(system.record.evidence, channels=("bogie.acceleration_x [m/s2]",))
     with pytest.raises(InputError, match="record a vertical or lateral"):
         _ = Record(evidence).channels
+
+
+def test_a_long_record_is_compared_until_it_tells_enough(system: Railway, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("experiments.inference.railway.record.VALUES", 0)
+    monkeypatch.setattr("experiments.inference.railway.record.FRAMES", 4)
+    evidence = system.record.evidence
+    short = Record(evidence)
+    assert (short.duration, short.whole) == (7.0, system.record.duration)
+    assert short.seen == pytest.approx(system.record.seen[:, :4], rel=0.2, abs=1e-3 * np.abs(short.seen).max())
+    time = np.array([0.0, 4.0, 4.1, 13.0])
+    late = Record(dataclasses.replace(evidence, speed=(time, np.array([0.0, 0.0, 20.0, 20.0]), 0.01)))
+    assert len(late.kept) == 4
+    assert late.duration > 7.0
+
+
+def test_the_track_is_cut_to_what_the_vehicle_passes(system: Railway) -> None:
+    cut, file = system.simulated, system.record.surveyed
+    whole = dataclasses.replace(cut, track=file.expected(dict.fromkeys(file.kinds(), 1.0)))
+    assert cut.track.s[-1] - cut.track.s[0] < whole.track.s[-1] - whole.track.s[0]
+    runs = [one.outputs([(one.setup({"body_mass": 0.1}, ()), 0.0)])[0] for one in (cut, whole)]
+    assert runs[0] == pytest.approx(runs[1], rel=1e-4, abs=1e-4 * np.abs(runs[1]).max())

@@ -9,9 +9,10 @@ import pytest
 
 from experiments.cli import main
 from experiments.discrepancy.baseline.evidence import evidence_of
-from experiments.inference.fitting import Problem, fit
+from experiments.inference.fitting import fit
 from experiments.inference.model import Hypothesis, Library, System
 from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem
 from experiments.inference.railway.answer import Answer, answer
 from experiments.inference.railway.cases import VERTICAL, nominal, recorded
 from experiments.inference.railway.report import write

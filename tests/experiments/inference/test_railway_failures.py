@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from experiments.discrepancy.baseline.evidence import evidence_of
-from experiments.inference.fitting import Problem, raised
 from experiments.inference.levels import fit_levels, sums
 from experiments.inference.model import Effect, Hypothesis, Library
 from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem, raised
 from experiments.inference.railway.cases import VERTICAL, nominal, recorded
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.statement import chance
