@@ -58,7 +58,7 @@ class Search:
     steps: list[str] = field(default_factory=list)
     not_tried: list[str] = field(default_factory=list)
     end: float = math.inf  # of time.monotonic()
-    cut: bool = False  # whether the time ended before the likeliest effects were fitted
+    cut: bool = False  # whether the time ended before the likeliest effects were fitted, and `none` once more
 
     @property
     def ordered(self) -> bool:
@@ -162,8 +162,8 @@ def infer(system: System, library: Library, policy: Policy | None = None, limit:
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)])
         ])  # fmt: skip
-    search.cut |= time.monotonic() > search.end
     _none_again(search)
+    search.cut |= time.monotonic() > search.end
     _pairs(search)
     _small_ones(search)
     _unknowns(search)
@@ -174,6 +174,7 @@ def healthy_fit(system: System, policy: Policy) -> Fit:
     """`none` alone, of a system that is known to be healthy."""
     search = Search(system, Library(()), policy)
     _none(search)
+    _none_again(search)
     return search.fits["none"]
 
 

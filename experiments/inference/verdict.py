@@ -61,7 +61,8 @@ class Row:
 class Verdict:
     """The statement, the table behind it (best first), the expected loss of every statement, and what was not tried.
 
-    cut : the time ended before the likeliest effects were fitted, so that the statement stands on some of them.
+    cut : the time ended before the likeliest effects were fitted, and `none` once more from their nuisances: the
+    statement stands on some of them.
     """
 
     action: Action

@@ -277,3 +277,15 @@ def test_a_search_that_did_not_look_at_every_effect_says_so(monkeypatch):
     )
     verdict = infer(Line(line(5, bend=0.6)), library, policy)
     assert verdict.cut and "steep: no time left" in verdict.not_tried
+
+
+def test_a_search_that_ends_before_none_is_tried_again_says_so(monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr("experiments.inference.search.time.monotonic", lambda: clock[0])
+
+    def late(search: object) -> None:
+        clock[0] = 2.0
+
+    assert not infer(Line(line(5, bend=0.6)), LIBRARY, POLICY, limit=1.0).cut
+    monkeypatch.setattr("experiments.inference.search._none_again", late)
+    assert infer(Line(line(5, bend=0.6)), LIBRARY, POLICY, limit=1.0).cut
