@@ -196,8 +196,7 @@ def _none(search: Search) -> np.ndarray:
     slopes = problem.slopes(best[0], problem.groups(best[0], components))
     steps = [partial(few_steps, problem, x, middles(problem.levels), components, START_STEPS, slopes) for x in best]
     _, begin = max(problem.system.side_by_side(steps), key=lambda one: one[0])
-    rounds = 1 if search.system.dear else ROUNDS
-    whole = partial(fit, search.problem(), begin, None, slopes, rounds)
+    whole = partial(fit, search.problem(), begin, None, slopes)
     search.attempt("none", "fitted from the better of two alignments", whole)
     if not search.system.dear:
         none = search.fits["none"]
