@@ -28,14 +28,9 @@ STAGES = ((ABOVE, 6), (0.0, 4), (None, 12))
 ROUNDS = 5  # of covariance and fit at most
 
 
-def newton(
-    problem: Problem, x: np.ndarray, parts: Sequence[Sums], psi: np.ndarray, groups: Sequence[Group],
-    slopes: Sequence[np.ndarray],
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Slope and Gauss-Newton matrix of the cost by the coordinates."""
-    precision = 1.0 / problem.spreads**2
-    pull = between(parts, psi, slopes, [group.residual[None] for group in groups])[:, 0]
-    return (x - problem.means) * precision - pull, between(parts, psi, slopes, slopes) + np.diag(precision)
+def curvature(problem: Problem, parts: Sequence[Sums], psi: np.ndarray, slopes: Sequence[np.ndarray]) -> np.ndarray:
+    """Gauss-Newton matrix of the cost by the coordinates."""
+    return between(parts, psi, slopes, slopes) + np.diag(1.0 / problem.spreads**2)
 
 
 def fit(
@@ -113,7 +108,7 @@ def few_steps(
         x, groups, here = way.x, way.groups, way.slopes
     parts = sums(groups)
     best = fit_levels(parts, problem.levels, psi, steps=8)
-    _, precision = newton(problem, x, parts, best.psi, groups, here)
+    precision = curvature(problem, parts, best.psi, here)
     return laplace(best.cost + problem.prior(x), precision, best.precision), x
 
 
@@ -124,7 +119,7 @@ def finish(
     parts = sums(groups)
     best = fit_levels(parts, problem.levels, psi)
     slopes = problem.slopes(x, groups) if slopes is None else tuple(slopes)
-    _, precision = newton(problem, x, parts, best.psi, groups, slopes)
+    precision = curvature(problem, parts, best.psi, slopes)
     total = best.cost + problem.prior(x)
     evidence = laplace(total, precision, best.precision)
     psi, levels = best.psi, best.precision
@@ -151,5 +146,7 @@ def with_unknown(policy: Policy, base: Fit, levels: tuple[Level, ...], end: floa
     rough = min(
         (fit_levels(parts, other.levels, one) for one in (base.psi, start)), key=lambda one: one.cost
     )  # fmt: skip
-    way = Descent(other, base.x, rough.psi, base.groups, base.slopes, free=True).run(0 if base.system.dear else 4)
+    if base.system.dear:
+        return finish(other, base.x, rough.psi, base.groups, base.slopes)
+    way = Descent(other, base.x, rough.psi, base.groups, base.slopes, free=True).run(4)
     return finish(other, way.x, way.psi, way.groups, way.slopes)

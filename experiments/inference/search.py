@@ -30,9 +30,7 @@ STEPPED = 3  # times as many effects as are fitted whole take a linear step from
 PROMISING = 2  # times as many effects as are fitted whole take these steps
 POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
-HEAVY = (
-    4  # of the best fits of a large library, by number of effects and whether something is unknown, whose arrays stay
-)
+HEAVY = 4  # of the best fits of each form in an ordered library, whose arrays stay
 PLACES = 8  # where something unknown is looked for beside a fit, where runs are dear
 WHOLE = 8  # of those that are fitted whole at most
 HOPELESS = 20.0  # nats behind the leader, from where on something unknown is not fitted whole
