@@ -5,6 +5,8 @@ examples:
 """
 
 import argparse
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,8 @@ from experiments.reporting.text import table
 from railsim.errors import InputError
 
 PAGE = "RESULTS.md"
+
+Rows = Sequence[Mapping[str, Any]]
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +45,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         choices=("railway", "half_car", "balls", "pendulum", "double_pendulum"),
         help="railway, half_car: hidden effects, simulated (default: railway); the others: laboratory records",
     )
+    parser.add_argument(
+        "--method",
+        choices=("stages", "inference"),
+        default="stages",
+        help="railway: how cases are answered (default: stages); inference has twelve settings of its own",
+    )
+    parser.add_argument(
+        "--time-limit", type=float, default=900.0, metavar="S", help="inference: seconds of a verdict (default: 900)"
+    )
     parser.add_argument("--data", metavar="FOLDER", default="", help="folder of the laboratory's files")
     parser.add_argument(
         "--study",
@@ -62,6 +75,8 @@ def execute(given: argparse.Namespace) -> Outcome:
         return _half_car(given)
     if given.system != "railway":
         return _laboratory(given)
+    if given.method == "inference":
+        return _inference(given)
     from experiments.discrepancy.blind.benchmark import Cases, renew_expected, run_benchmark
     from experiments.discrepancy.blind.benchmark_rows import kept
     from experiments.discrepancy.blind.benchmark_score import page, read_rows, score
@@ -118,14 +133,43 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
     return Outcome(facts | {"withheld": {one.name: str(one.withheld.action) for one in told}}, text)
 
 
-def _half_car(given: argparse.Namespace) -> Outcome:
-    """Simulated half cars through the inference: a file each, and a table of all."""
-    from experiments.inference.systems.half_car_benchmark import page, read_rows, run_benchmark, score
-    from experiments.inference.systems.half_car_picture import picture
-    from experiments.inference.systems.half_car_policy import learned_policy, read_policy
+def _inference(given: argparse.Namespace) -> Outcome:
+    """Simulated vehicles through the inference: a file each, and a table of all."""
+    from experiments.inference.railway.benchmark import NAME, run_benchmark, score
+
+    if given.cases < 1 or given.time_limit <= 0.0:
+        raise InputError("--cases: give a number from 1; --time-limit: seconds above 0")
+    first, step = _part(given.part)
+    run_benchmark(Path(given.out), given.seed, range(first, given.cases, step), tell, given.time_limit)
+    return _counted(given, NAME, score)
+
+
+def _counted(given: argparse.Namespace, name: str, score: Callable[[Rows], list[list[Any]]]) -> Outcome:
+    """Table and picture of all answered cases."""
+    from experiments.inference.counting import page, read_rows
+    from experiments.inference.counting_picture import picture
     from experiments.reporting.html import png
     from railsim.files import replace_file
     from railsim.plots.style import styled
+
+    folder = Path(given.out)
+    rows = read_rows(folder, name, given.seed)
+    scores = score(rows)
+    text = page(name.replace("_", " "), rows, scores)
+    replace_file(folder / f"{name}.md", f"{text}\n".encode())
+    with styled():
+        replace_file(folder / f"{name}.png", png(picture(rows), 150))
+    names = ("hits", "cases", "share", "low", "high")
+    return Outcome({str(title): dict(zip(names, one, strict=True)) for title, *one in scores}, text)
+
+
+def _half_car(given: argparse.Namespace) -> Outcome:
+    """Simulated half cars through the inference: a file each, and a table of all."""
+    from experiments.inference.counting import score
+    from experiments.inference.systems.half_car_benchmark import NAME, run_benchmark
+    from experiments.inference.systems.half_car_policy import learned_policy, read_policy
+    from experiments.inference.systems.half_car_truth import SETTINGS
+    from railsim.files import replace_file
 
     if given.cases < 1:
         raise InputError("--cases: give a number from 1")
@@ -138,18 +182,13 @@ def _half_car(given: argparse.Namespace) -> Outcome:
         return _study(given, folder, range(first, given.cases, step))
     policy, scales = read_policy(Path(given.policy)) if given.policy else (None, None)
     run_benchmark(folder, given.seed, range(first, given.cases, step), tell, policy, scales)
-    rows = read_rows(folder, given.seed)
-    text = page(rows)
-    replace_file(folder / "half_car.md", f"{text}\n".encode())
-    with styled():
-        replace_file(folder / "half_car.png", png(picture(rows), 150))
-    names = ("hits", "cases", "share", "low", "high")
-    return Outcome({str(title): dict(zip(names, one, strict=True)) for title, *one in score(rows)}, text)
+    return _counted(given, NAME, partial(score, settings=SETTINGS))
 
 
 def _study(given: argparse.Namespace, folder: Path, indices: range) -> Outcome:
     """A study of the half car, as a table."""
-    from experiments.inference.systems.half_car_benchmark import read_rows
+    from experiments.inference.counting import read_rows
+    from experiments.inference.systems.half_car_benchmark import NAME
     from experiments.inference.systems.half_car_studies import lengths, other_errors, sensitivity
     from railsim.files import replace_file
 
@@ -158,7 +197,7 @@ def _study(given: argparse.Namespace, folder: Path, indices: range) -> Outcome:
     elif given.study == "errors":
         titles, rows = ["latent levels", "kind", "verdict", "cases"], other_errors(given.seed, indices, tell)
     else:
-        answered = read_rows(folder, given.seed)
+        answered = read_rows(folder, NAME, given.seed)
         if not answered:
             raise InputError(f"--study sensitivity: no answered case of seed {given.seed} in {folder}; ask them first")
         titles, rows = ["number", "nulls", "effects", "foreign laws", "pairs"], sensitivity(answered)

@@ -95,12 +95,12 @@ def _drawn(
         return [foreign[int(rng.integers(len(foreign)))].but(scale=float(rng.uniform(0.5, 2.0)))]
     found: list[Effect] = []
     for _ in range(DRAWN.get(kind, 0)):
-        found.append(_drawn_effect(nominal, None if found else case, rng))
+        found.append(drawn_effect(nominal, None if found else case, rng))
     return found
 
 
-def _drawn_effect(nominal: Scenario, case: tuple[int, int] | None, rng: np.random.Generator) -> Effect:
-    """Each effect is as likely as any other; its variants, sizes, places and phases at random."""
+def drawn_effect(nominal: Scenario, case: tuple[int, int] | None, rng: np.random.Generator) -> Effect:
+    """An effect, each as likely as any other (`case`: dealt by its number); variant, size, place, phase at random."""
     end = nominal.start + (nominal.distance or 0.0)
     names = tuple(
         name.split(" [")[0]
@@ -143,7 +143,12 @@ def specimen_scores(nominal: Scenario, decoy: bool, rng: np.random.Generator) ->
 
 
 def build_specimen(
-    nominal: Scenario, effects: list[Effect], scores: dict[str, float], law: str, rng: np.random.Generator
+    nominal: Scenario,
+    effects: list[Effect],
+    scores: dict[str, float],
+    law: str,
+    rng: np.random.Generator,
+    substeps: int | None = 2,
 ) -> Scenario:
     """A vehicle as built, with its creep law, its sensors' real noise, its own start."""
     changes: dict[str, Any] = {"effects": [effect.settings() for effect in effects]}
@@ -158,7 +163,7 @@ def build_specimen(
     changes["start"] = nominal.start + float(rng.uniform(0.0, 1.0))
     changes["seed"] = int(rng.integers(2**31))
     changes["duration"] = nominal.duration
-    changes["substeps"] = 2
+    changes["substeps"] = substeps
     source = nominal.to_yaml()
     with scratch_folder() as aside:
         path = Path(aside) / f"{nominal.name}.yaml"

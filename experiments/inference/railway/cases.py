@@ -9,7 +9,7 @@ from experiments.discrepancy.baseline.nuisances import built
 from experiments.inference.railway.build import named, vehicle_at
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario, load_scenario
-from railsim.simulation import about_recording, measure, simulate_held
+from railsim.simulation import REFERENCE, about_recording, measure, simulate_held
 
 BASE = "straight_erri_low"
 SURVEY = 1e-4  # m; errors of the track file as stated
@@ -66,9 +66,15 @@ def recorded(
         "speed": {"kind": "constant", "speed": 20.0 * (1.0 + 1e-3 * float(rng.standard_normal()))},
         "seed": int(rng.integers(1, 2**31)),
     }  # fmt: skip
-    true = Scenario.build(values)
-    found = measure(simulate_held(true, "exudyn" if setting == "other engine" else "compiled"), true).measurements
-    about = about_recording(told)  # sheets and errors as they are stated
+    return as_measured(Scenario.build(values), told, "exudyn" if setting == "other engine" else "compiled")
+
+
+def as_measured(true: Scenario, told: Scenario, engine: str = REFERENCE, *, stated: bool = True) -> Measurements:
+    """What sensors record of a run, with the data sheets that are told; `stated`: and the errors of the track file."""
+    found = measure(simulate_held(true, engine), true).measurements
+    about = about_recording(told)
+    if not stated:
+        about.pop("track", None)
     tables: dict[float, dict[str, np.ndarray]] = {}
     for name in found.channels:
         rate = found.rate(name)

@@ -44,6 +44,10 @@ class Twin:
         size = math.exp(math.copysign(1.0, self.rate) * value) if self.factor else self.absent + value / self.rate
         return self.installed.make(np.array([size]))
 
+    def value(self, size: float) -> float:
+        """Of that coordinate, for a size."""
+        return math.copysign(1.0, self.rate) * math.log(size) if self.factor else (size - self.absent) * self.rate
+
 
 @dataclass(frozen=True)
 class Found:

@@ -2,12 +2,13 @@
 
 import json
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from experiments.inference.counting import dealt, judged
 from experiments.inference.healthy import learned_scales
 from experiments.inference.intervals import covariance
 from experiments.inference.model import Coordinate
@@ -16,17 +17,13 @@ from experiments.inference.search import healthy_fit, infer
 from experiments.inference.systems.half_car import COUNT, INDEX, HalfCar
 from experiments.inference.systems.half_car_library import LIBRARY
 from experiments.inference.systems.half_car_truth import SETTINGS, Case, make
-from experiments.inference.verdict import Action, Row, Verdict
-from experiments.reporting.intervals import of_share
-from experiments.reporting.text import table
+from experiments.inference.verdict import Row, Verdict
 from railsim.errors import InputError
 from railsim.files import replace_file
 
+NAME = "half_car"  # of the files
 KINDS = ("null", "effect", "null", "foreign", "null", "effect", "null", "pair", "null", "effect")
 """Of ten cases in a row; each goes on to the next setting after ten."""
-NINETY = 1.645  # standard deviations of a 90 % interval
-DETECTABLE = 10.0  # nats of the true hypothesis over none
-STATED = ((0.0, 0.5), (0.5, 0.8), (0.8, 0.9), (0.9, 1.0))  # probabilities of the state that leads
 DEVELOPMENT = 55  # seed of the healthy records that scales are learned from
 LEARNED = 16  # healthy records
 
@@ -35,8 +32,7 @@ Say = Callable[[str], None]
 
 def case_of(seed: int, index: int) -> tuple[str, Case]:
     """Kind and case."""
-    kind = KINDS[index % len(KINDS)]
-    setting = SETTINGS[(index // len(KINDS) + index) % len(SETTINGS)]
+    kind, setting = dealt(index, KINDS, SETTINGS)
     return kind, make(np.random.default_rng([seed, index]), kind, setting)
 
 
@@ -61,7 +57,7 @@ def run_benchmark(
         raise InputError(f"--seed {seed}: the healthy levels were learned from these records; take another")
     folder.mkdir(parents=True, exist_ok=True)
     for index in indices:
-        path = folder / f"half_car_{seed}_{index:04d}.json"
+        path = folder / f"{NAME}_{seed}_{index:04d}.json"
         if path.exists():
             continue
         kind, case = case_of(seed, index)
@@ -81,29 +77,13 @@ def answered(kind: str, case: Case, verdict: Verdict, rng: np.random.Generator) 
     state, probability = max(verdict.posterior().items(), key=lambda one: one[1])
     return {
         "kind": kind, "setting": case.setting, "effects": case.effects, "families": case.families, "place": case.place,
-        "said": str(verdict.action), "judged": judged(kind, case, verdict.action),
+        "said": str(verdict.action), "judged": judged(kind, case.families, case.place, verdict.action),
         "table": [[r.fit.hypothesis.name, round(r.evidence, 2), round(r.posterior, 4)] for r in verdict.rows],
         "largest": max((row.evidence for row in best), default=None),
         "own": own, "stated": probability,
         "leads": (state.families, state.unknown) == (frozenset(case.families), case.place),
         "covered": covered(case, verdict.rows, rng),
     }  # fmt: skip
-
-
-def judged(kind: str, case: Case, action: Action) -> str:
-    """right, in a set, half, missed, refused (unknown), refused elsewhere, wrong; of a foreign law a name is wrong."""
-    said, true = set(action.families), set(case.families)
-    if action.kind == "none":
-        return "right" if kind == "null" else "missed"
-    if kind == "foreign":
-        return "wrong" if action.kind != "unknown" else "right" if action.place == case.place else "refused elsewhere"
-    if action.kind == "unknown":
-        return "wrong" if kind == "null" else "refused"
-    if not said & true:
-        return "wrong"
-    if kind == "effect":
-        return "right" if said == true and action.place is None else "in a set" if action.kind == "set" else "half"
-    return "right" if said == true and action.kind == "pair" else "half"
 
 
 def covered(case: Case, rows: Sequence[Row], rng: np.random.Generator) -> dict[str, float]:
@@ -125,43 +105,3 @@ def covered(case: Case, rows: Sequence[Row], rng: np.random.Generator) -> dict[s
 def _is(row: Row, case: Case) -> bool:
     names = {effect.name for effect in row.fit.hypothesis.effects}
     return bool(names) and names == set(case.effects) and not row.fit.hypothesis.unknown
-
-
-def read_rows(folder: Path, seed: int) -> list[dict[str, Any]]:
-    """All answered cases of a seed."""
-    return [json.loads(path.read_text()) for path in sorted(folder.glob(f"half_car_{seed}_*.json"))]
-
-
-def score(rows: Sequence[Mapping[str, Any]]) -> list[list[Any]]:
-    """Rows of the table: what, hits, cases, share and its interval of 95 % (Clopper and Pearson)."""
-    kinds = {kind: [row["judged"] for row in rows if row["kind"] == kind] for kind in dict.fromkeys(KINDS)}
-    found = [_share("nulls right", [one == "right" for one in kinds["null"]])]
-    for setting in SETTINGS:
-        here = [row["judged"] == "right" for row in rows if row["kind"] == "null" and row["setting"] == setting]
-        found.append(_share(f"nulls right: {setting}", here))
-    for kind, title in (("effect", "effects"), ("foreign", "foreign laws"), ("pair", "pairs")):
-        for outcome in dict.fromkeys(("right", *sorted(kinds[kind]))):
-            found.append(_share(f"{title}: {outcome}", [one == outcome for one in kinds[kind]]))
-    clear = [row for row in rows if row["kind"] == "effect" and (row["own"] is None or row["own"] > DETECTABLE)]
-    found.append(_share("effects worth 10 nats: right", [row["judged"] == "right" for row in clear]))
-    wrong = [row["judged"] == "wrong" for row in rows if row["kind"] in ("effect", "pair")]
-    found.append(_share("effects and pairs: a wrong name", wrong))
-    for low, high in STATED:
-        here = [row["leads"] for row in rows if low < row["stated"] <= high]
-        found.append(_share(f"true where {low:.1f} to {high:.1f} is stated", here))
-    errors = [error for row in rows if row["kind"] == "effect" for error in row["covered"].values()]
-    found.append(_share("sizes of single effects within 90 % intervals", [abs(error) < NINETY for error in errors]))
-    return found
-
-
-def _share(title: str, hits: Sequence[bool]) -> list[Any]:
-    interval = of_share(np.array(hits, bool))
-    share = sum(hits) / len(hits) if hits else None
-    return [title, sum(hits), len(hits), share, interval.low, interval.high]
-
-
-def page(rows: Sequence[Mapping[str, Any]]) -> str:
-    """As text, with the seconds of a verdict."""
-    seconds = np.median([row["seconds"] for row in rows]) if rows else 0.0
-    titles = ["half car", "hits", "cases", "share", "from", "to"]
-    return f"{table(titles, score(rows), 2)}\n\n{seconds:.1f} s a verdict (median)"

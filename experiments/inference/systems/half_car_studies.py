@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from experiments.inference.counting import judged
 from experiments.inference.model import Hypothesis, Level
 from experiments.inference.policy import Policy
 from experiments.inference.priors import HalfNormal, LogNormal
 from experiments.inference.search import infer, places
 from experiments.inference.systems.half_car import HalfCar, Record
-from experiments.inference.systems.half_car_benchmark import case_of, judged
+from experiments.inference.systems.half_car_benchmark import case_of
 from experiments.inference.systems.half_car_library import LIBRARY
-from experiments.inference.systems.half_car_truth import SETTINGS, Case, make
+from experiments.inference.systems.half_car_truth import SETTINGS, make
 from experiments.inference.verdict import Action, by_state, expected_losses, weigh
 
 LENGTHS = (8.0, 16.0, 40.0)  # s
@@ -75,9 +76,7 @@ def _right(rows: Sequence[Mapping[str, Any]], policy: Policy) -> dict[str, int]:
 
 def verdict_of(row: Mapping[str, Any], action: Action) -> str:
     """`judged` of an answered case."""
-    record = Record(np.zeros(0), 1.0, 1.0, np.zeros(0), 0.0, None)
-    case = Case(record, row["setting"], tuple(row["effects"]), tuple(row["families"]), row["place"], {})
-    return judged(row["kind"], case, action)
+    return judged(row["kind"], row["families"], row["place"], action)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +104,7 @@ def other_errors(seed: int, indices: Sequence[int], say: Say) -> list[list[Any]]
         kind, case = case_of(seed, index)
         for title, times in (("none, white noise alone", 0.0), ("held at 1", 1.0), ("held at 3", 3.0)):
             action = infer(OtherErrors(case.record, times=times), LIBRARY).action
-            key = (title, kind, judged(kind, case, action))
+            key = (title, kind, judged(kind, case.families, case.place, action))
             counted[key] = counted.get(key, 0) + 1
             say(f"{index} {kind} {case.setting} {' + '.join(case.effects) or case.place or ''}, {title}: {action}")
     return [[*key, count] for key, count in sorted(counted.items())]

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from experiments.inference.counting import judged, page, read_rows, score
+from experiments.inference.counting_picture import picture
 from experiments.inference.fitting import finish, fit
 from experiments.inference.frames import Frames
 from experiments.inference.held_out import held_out, untouched
@@ -30,9 +32,8 @@ from experiments.inference.systems.half_car import (
     patch,
     physical,
 )
-from experiments.inference.systems.half_car_benchmark import answered, case_of, judged, page, read_rows, run_benchmark
+from experiments.inference.systems.half_car_benchmark import NAME, answered, case_of, run_benchmark
 from experiments.inference.systems.half_car_library import LIBRARY
-from experiments.inference.systems.half_car_picture import picture
 from experiments.inference.verdict import Action
 from railsim.errors import InputError
 
@@ -278,8 +279,8 @@ def test_a_healthy_record_misses_nothing_and_is_not_asked_twice(tmp_path: Path):
     for _ in range(2):
         run_benchmark(tmp_path, 7, range(1), said.append)
     assert said == ["0 null home : none"]
-    (row,) = read_rows(tmp_path, 7)
-    assert row["judged"] == "right" and "nulls right" in page([row])
+    (row,) = read_rows(tmp_path, NAME, 7)
+    assert row["judged"] == "right" and "nulls right: home" in page("half car", [row], score([row], truth.SETTINGS))
     left, right = picture([row]).axes
     assert [one.get_text().split("\n")[1] for one in left.get_xticklabels()] == ["1 cases"]
     assert [one.get_text() for one in right.get_yticklabels()] == ["home\n1 of 1"]
@@ -325,10 +326,8 @@ def test_what_is_missing_shows_in_sections_that_were_not_seen():
     ],
 )
 def test_statements_are_judged(kind: str, action: Action, said: str):
-    case = truth.Case(home().record, "home", (), (), None, {})
     families = {"effect": ("dip",), "pair": ("dip", "gain")}.get(kind, ())
-    case = replace(case, families=families, place="front suspension" if kind == "foreign" else None)
-    assert judged(kind, case, action) == said
+    assert judged(kind, families, "front suspension" if kind == "foreign" else None, action) == said
 
 
 def test_records_that_levels_were_learned_from_are_refused(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""Picture of answered half cars: whether stated probabilities come true, and healthy ones right in each setting."""
+"""Picture of answered cases: whether stated probabilities come true, and healthy ones right in each setting."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.inference.systems.half_car_truth import SETTINGS
 from experiments.reporting.intervals import of_share
 from railsim.plots.style import BLACK, BLUE, ORANGE
 
@@ -47,7 +46,7 @@ def _reliability(panel: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
 
 def _settings(panel: Axes, nulls: Sequence[Mapping[str, Any]]) -> None:
     """Share of healthy ones that are called healthy."""
-    names, labels = [one for one in SETTINGS if any(row["setting"] == one for row in nulls)], []
+    names, labels = list(dict.fromkeys(row["setting"] for row in nulls)), []
     for place, name in enumerate(names):
         hits = [row["judged"] == "right" for row in nulls if row["setting"] == name]
         _share(panel, place, hits, upright=False)
