@@ -28,6 +28,8 @@ FIRST_STEPS = 2  # of each promising effect of a large library, before any is fi
 ORDERING = 0.4  # of the time that is left, which an order of effects may take
 STEPPED = 3  # times as many effects as are fitted whole take a linear step from a run of their own
 PROMISING = 2  # times as many effects as are fitted whole take these steps
+REACH = 4.0  # times what first steps gain: no fit that could change a statement is taken to gain more
+NEAR = 2.0  # times what first steps gain: effects that gain less than the best one do by this are not fitted
 POLISHED = 2  # effects of a large library whose covariances are made anew
 BESIDE = 2  # effects beside which something unknown is looked for
 HEAVY = 4  # of the best fits of each form in an ordered library, whose arrays stay
@@ -122,10 +124,13 @@ class Search:
         kept = [one for one in self.fits.values() if one.hypothesis.effects and not one.hypothesis.unknown]
         return sorted((one for one in kept if not _small(one)), key=lambda one: -self.value(one))
 
+    def prior(self, hypothesis: Hypothesis) -> float:
+        """Its log."""
+        return log_prior(hypothesis, self.library, places(self.system.levels, self.library), self.policy)
+
     def value(self, found: Fit) -> float:
         """Evidence and prior together."""
-        where = places(self.system.levels, self.library)
-        return found.evidence + log_prior(found.hypothesis, self.library, where, self.policy)
+        return found.evidence + self.prior(found.hypothesis)
 
 
 def _in_time(make: Callable[[], Fit | None]) -> tuple[Fit | None, bool]:
@@ -263,9 +268,7 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
             break
         base = make()
         order = _ordered(search, base, search.library.effects, most)
-        if search.system.dear:
-            first = order[0][0]
-            most = min(most, sum(gain >= min(0.5 * first, first - HOPELESS) for gain, _, _ in order))
+        most = min(most, max(POLISHED, sum(_may_lead(search, gain, one, order[0][0]) for gain, one, _ in order)))
         search.attempts(
             [
                 (effect.name, "fitted", partial(fit, search.problem(effect), x, slopes=base.slopes, rounds=1))
@@ -282,6 +285,14 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
          partial(fit, search.problem(*one.hypothesis.effects), one.x, one.psi, one.slopes))
         for one in search.named()[:POLISHED]
     ])  # fmt: skip
+
+
+def _may_lead(search: Search, gain: float, effect: Effect, first: float) -> bool:
+    """Whether a fit may make an effect as likely as `none`, and as the one whose first steps gain most, `first` [nats]:
+    it gains more than its first steps did, but not many times as much.
+    """
+    near = gain >= min(first / NEAR, first - HOPELESS)
+    return near and REACH * gain + search.prior(Hypothesis((effect,))) > search.prior(Hypothesis())
 
 
 def _nominal_fit(search: Search, nominal: np.ndarray) -> Fit:
