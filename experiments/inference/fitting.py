@@ -35,12 +35,12 @@ def curvature(problem: Problem, parts: Sequence[Sums], psi: np.ndarray, slopes: 
 
 def fit(
     problem: Problem, x: np.ndarray, psi: np.ndarray | None = None, slopes: Sequence[np.ndarray] | None = None,
-    rounds: int = ROUNDS,
+    rounds: int = ROUNDS, thorough: bool = True,
 ) -> Fit | None:  # fmt: skip
     """The optimum from x on, made about its own state, until two rounds agree; None = nothing finite there.
 
-    psi : levels to begin with; None anneals the latent ones. slopes : of a fit nearby, to begin with. Where the time
-    ends, the last round's fit.
+    psi : levels to begin with; None anneals the latent ones. slopes : of a fit nearby, to begin with. thorough : the
+    last step of a round has slopes of its own. Where the time ends, the last round's fit.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def fit(
             components = here.system.covariances(x, problem.hypothesis.effects)
             if not all(np.isfinite(part).all() for part in components):
                 break
-            this = _round(here, x, psi, components, slopes)
+            this = _round(here, x, psi, components, slopes, thorough)
             if this is None:
                 break
             agree = found is not None and abs(this.evidence - found.evidence) < problem.policy.tolerance
@@ -69,9 +69,9 @@ def fit(
 
 def _round(
     problem: Problem, x: np.ndarray, psi: np.ndarray | None, components: Sequence[np.ndarray],
-    slopes: Sequence[np.ndarray] | None,
+    slopes: Sequence[np.ndarray] | None, thorough: bool,
 ) -> Fit | None:  # fmt: skip
-    """One search with fixed covariances of unit levels, which ends with slopes of its own."""
+    """One search with fixed covariances of unit levels."""
     groups, rows = problem.ahead(x, components)
     if not all(np.isfinite(group.residual).all() for group in groups):
         return None
@@ -83,7 +83,7 @@ def _round(
             start = best_levels(sums(groups), levels, middles(levels) if psi is None else psi, first).psi
         else:
             start = raised(levels, above)
-        way = Descent(problem, x, start, groups, here, free, fresh, thorough=free).run(steps)
+        way = Descent(problem, x, start, groups, here, free, fresh, thorough=free and thorough).run(steps)
         x, psi, groups, here, fresh = way.x, way.psi, way.groups, way.slopes, way.fresh
     assert psi is not None
     return finish(problem, x, psi, groups, here)

@@ -271,7 +271,7 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
         most = min(most, max(POLISHED, sum(_may_lead(search, gain, one, order[0][0]) for gain, one, _ in order)))
         search.attempts(
             [
-                (effect.name, "fitted", partial(fit, search.problem(effect), x, slopes=base.slopes, rounds=1))
+                (effect.name, "fitted", partial(fit, search.problem(effect), x, None, base.slopes, 1, thorough=False))
                 for _, effect, x in order[:most]
             ]
         )

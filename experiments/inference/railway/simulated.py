@@ -22,6 +22,9 @@ from railsim.truth import HeldTruth
 
 READ = ("y [m]", "yaw [rad]", "spin", "specific_force", "angular_")
 """Beginnings of channels of a body that sensors read."""
+ROOM = 2**30  # bytes of all tasks that go on at once
+TASKS = 12  # of them at most
+BUILT, COPIES, LEVELS = 40, 3, 4  # coordinates but for three a channel; of slopes; levels a channel, over the frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +45,9 @@ def together_for(record: Record) -> Together:
     wanted = [n for n in names if n.startswith(read) or n in needs or n.endswith("displacement [m]")]
     wanted += [n for n in names if n.startswith(("speed", "acceleration"))]
     about: dict[str, object] = {"vehicle": {"wheel_radius [m]": model.wheelsets[0].radius}}
-    return Together(lambda runs: run_all(runs, about, wanted))
+    channels, values = len(record.channels), record.seen.nbytes
+    each = values * (COPIES * (BUILT + 3 * channels) + LEVELS * channels)
+    return Together(lambda runs: run_all(runs, about, wanted), min(TASKS, max(2, round(ROOM / each))))
 
 
 @dataclass(frozen=True, eq=False)

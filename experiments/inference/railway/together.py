@@ -15,8 +15,6 @@ from railsim.truth import HeldTruth
 T = TypeVar("T")
 Visit = Callable[[int, HeldTruth | None], None]
 
-MOST = 4  # tasks at a time; each holds slopes and covariances of its own
-
 
 @dataclass(eq=False)
 class _Request:
@@ -30,10 +28,13 @@ class _Request:
 
 
 class Together:
-    """A place where tasks ask for runs; `run_all` gives places and truths of runs as they are done, or None."""
+    """A place where tasks ask for runs; `run_all` gives places and truths of runs as they are done, or None.
 
-    def __init__(self, run_all: Callable[[Sequence[Run]], Iterator[tuple[int, HeldTruth | None]]]) -> None:
-        self._run_all = run_all
+    most : tasks at a time; each holds slopes and covariances of its own.
+    """
+
+    def __init__(self, run_all: Callable[[Sequence[Run]], Iterator[tuple[int, HeldTruth | None]]], most: int) -> None:
+        self._run_all, self._most = run_all, most
         self._turn, self._own = threading.Condition(), threading.local()
         self._waiting: list[_Request] = []
         self._alive = 0
@@ -65,7 +66,7 @@ class Together:
         errors: dict[int, BaseException] = {}
         left = list(enumerate(tasks))[::-1]
         threads = [threading.Thread(target=self._work, args=(left, found, errors), daemon=True)
-                   for _ in range(min(MOST, len(tasks)))]  # fmt: skip
+                   for _ in range(min(self._most, len(tasks)))]  # fmt: skip
         self._alive = len(threads)
         for one in threads:
             one.start()

@@ -5,8 +5,10 @@ from typing import Any, cast
 
 import pytest
 
-from experiments.inference.railway.together import MOST, Together
+from experiments.inference.railway.together import Together
 from railsim.engines.interface import Run
+
+MOST = 4  # tasks at a time
 
 
 class Bench:
@@ -14,7 +16,7 @@ class Bench:
 
     def __init__(self) -> None:
         self.batches: list[list[int]] = []
-        self.together = Together(cast("Any", self.run))
+        self.together = Together(cast("Any", self.run), MOST)
 
     def run(self, runs: Sequence[int]) -> Iterator[tuple[int, Any]]:
         self.batches.append(list(runs))
@@ -69,7 +71,7 @@ def test_an_error_reaches_the_caller_and_nobody_waits_for_ever() -> None:
     def broken(runs: Sequence[Run]) -> Iterator[tuple[int, None]]:
         raise RuntimeError("engine")
 
-    other = Together(broken)
+    other = Together(broken, MOST)
     ask = lambda: other.ask(cast("list[Run]", [1]), lambda place, truth: None)  # noqa: E731
     with pytest.raises(RuntimeError, match="engine"):
         other.all_of([ask, ask])
