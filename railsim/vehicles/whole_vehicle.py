@@ -155,6 +155,20 @@ class WholeVehicle(RunningGear, frozen=True):
             payload = payload.but(mass=0.5 * payload.mass)
         return HalfVehicle.build(same | half | {"payload": payload})
 
+    @classmethod
+    def of_half(cls, half: HalfVehicle, inertia: float) -> "WholeVehicle":
+        """A whole vehicle that is half of it twice, without arms and with rigid dampers.
+
+        inertia : about pitch and yaw, over m a^2 (m the body's mass, 2 a the distance of the bogies' centres); at 1 a
+        push over one bogie does not move the body over the other.
+        """
+        same = {name: getattr(half, name) for name in RunningGear.model_fields}
+        twice = {name: 2.0 * getattr(half, name) for name in HALVED}
+        turned = inertia * twice["body_mass"] * half.semi_bogie_spacing**2
+        payload = half.payload if half.payload.mass is None else half.payload.but(mass=2.0 * half.payload.mass)
+        turning = {"body_pitch_inertia": turned, "body_yaw_inertia": turned, "payload": payload}
+        return cls.build(same | twice | turning)
+
     def nominal(self) -> dict[str, Any]:
         """Parameters of the half vehicle, which estimators know, and under names of their own those of the whole."""
         own = {f"whole_{name}": getattr(self, name) for name in ("body_mass", "body_roll_inertia")}
