@@ -58,6 +58,7 @@ class Search:
     steps: list[str] = field(default_factory=list)
     not_tried: list[str] = field(default_factory=list)
     end: float = math.inf  # of time.monotonic()
+    say: Callable[[str], None] = lambda _: None
     cut: bool = False  # whether the time ended before the likeliest effects were fitted, and `none` once more
 
     @property
@@ -71,6 +72,11 @@ class Search:
             return False
         self.not_tried.append(f"{what}: no time left")
         return True
+
+    def step(self, text: str) -> None:
+        """Something was done: it is kept, and told."""
+        self.steps.append(text)
+        self.say(text)
 
     def verdict(self) -> Verdict:
         """Over all that was fitted."""
@@ -116,7 +122,7 @@ class Search:
         before = self.fits.get(name)
         if before is None or found.evidence > before.evidence:
             gained = "" if before is None else f" (+{found.evidence - before.evidence:.1f} nats)"
-            self.steps.append(f"{name}: {what}{gained}")
+            self.step(f"{name}: {what}{gained}")
             self.fits[name] = found
 
     def named(self) -> list[Fit]:
@@ -141,17 +147,23 @@ def _in_time(make: Callable[[], Fit | None]) -> tuple[Fit | None, bool]:
         return None, False
 
 
-def infer(system: System, library: Library, policy: Policy | None = None, limit: float = math.inf) -> Verdict:
+def infer(
+    system: System,
+    library: Library,
+    policy: Policy | None = None,
+    limit: float = math.inf,
+    say: Callable[[str], None] = lambda _: None,
+) -> Verdict:
     """What is missing in a model.
 
     limit : seconds after which no further hypothesis is begun; the verdict is over those that were fitted and says
-    which were not. `none` is always fitted.
+    which were not. `none` is always fitted. say : told each step.
 
     Raises
     ------
     InputError : the predictions of the nominal model are not finite.
     """
-    search = Search(system, library, policy or Policy(), end=time.monotonic() + limit)
+    search = Search(system, library, policy or Policy(), end=time.monotonic() + limit, say=say)
     nominal = _none(search)
     if search.ordered:
         _effects_in_order(search, nominal)
@@ -426,7 +438,7 @@ def _whole(search: Search) -> None:
             search.late(f"{name}, fitted whole")
             break
         if again is not None:
-            search.steps.append(f"{name}: fitted whole ({again.evidence - left[0].evidence:+.1f} nats)")
+            search.step(f"{name}: fitted whole ({again.evidence - left[0].evidence:+.1f} nats)")
             search.fits[name] = again
 
 

@@ -96,7 +96,12 @@ def answer(
     system = Railway(record, SCALES, found.installed, kept=system.kept)
     give_back()
     say(f"{len(found.library.effects)} effects, {record.extent}")
-    verdict = infer(system, found.library, policy, SEARCH * limit - (time.monotonic() - begin))
+    most = f" of {limit:.0f} at most" if math.isfinite(limit) else ""
+
+    def told(step: str) -> None:
+        say(f"{time.monotonic() - begin:.0f} s{most}: {step}")
+
+    verdict = infer(system, found.library, policy, SEARCH * limit - (time.monotonic() - begin), told)
     seconds = time.monotonic() - begin
     none = next(row.fit for row in verdict.rows if row.fit.hypothesis.name == "none")
     best, aligned = stated(verdict), np.zeros(len(system.coordinates))

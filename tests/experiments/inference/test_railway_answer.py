@@ -25,9 +25,9 @@ from railsim.scenario import load_scenario
 GAIN = 1.3
 
 
-def two_hypotheses(system: System, library: Library, policy: Policy, limit: float) -> Verdict:
+def two_hypotheses(system: System, library: Library, policy: Policy, limit: float, say: object) -> Verdict:
     """A search that tries the first effect alone, in place of the whole one."""
-    assert limit > 0.0
+    assert limit > 0.0 and callable(say)
     none, effect = healthy_fit(system, policy), library.effects[0]
     found = fit(Problem(system, Hypothesis((effect,)), policy), none.x, None, none.slopes, 1)
     assert found is not None

@@ -36,9 +36,9 @@ def test_kinds_and_settings_are_dealt_evenly():
     assert all(sum(one == ("null", name) for one in cases) == 5 for name in names)
 
 
-def healthy_alone(system: System, library: Library, policy: Policy, limit: float) -> Verdict:
+def healthy_alone(system: System, library: Library, policy: Policy, limit: float, say: object) -> Verdict:
     """A search that looks for nothing."""
-    assert limit > 0.0
+    assert limit > 0.0 and callable(say)
     return decide([healthy_fit(system, policy)], library, places(system.levels, library), policy)
 
 
