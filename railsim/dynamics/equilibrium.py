@@ -232,12 +232,15 @@ def _marched(rates: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.nda
 def _polish(
     residual: Callable[[np.ndarray], np.ndarray], jacobian: Callable[[np.ndarray], np.ndarray], unknown: np.ndarray
 ) -> np.ndarray:
-    """Newton's steps until the accelerations vanish to rounding."""
+    """Newton's steps until the accelerations vanish to rounding; none from where the motion is not finite."""
     best, value = unknown, residual(unknown)
     for _ in range(8):
         if np.abs(value).max() < ACCURACY:
             break
-        trial = best - np.linalg.lstsq(jacobian(best), value, rcond=1e-13)[0]
+        slope = jacobian(best)
+        if not (np.isfinite(slope).all() and np.isfinite(value).all()):
+            break
+        trial = best - np.linalg.lstsq(slope, value, rcond=1e-13)[0]
         moved = residual(trial)
         if not np.abs(moved).max() < np.abs(value).max():
             break

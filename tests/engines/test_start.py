@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from railsim.constants import GRAVITY
-from railsim.dynamics.equilibrium import state_size, steady_state
+from railsim.dynamics.equilibrium import _polish, state_size, steady_state
 from railsim.dynamics.kernel import derivatives
 from railsim.dynamics.plant import build_plant
 from railsim.dynamics.workspace import NO_WHEELS, workspace
@@ -103,3 +103,10 @@ def test_more_steps_are_the_cure_where_they_help() -> None:
     needed = int(str(refused.value).split("'substeps' of ")[1].split()[0])
     finer = make_run(model, flat(), 20.0, 0.2, start=25.0, finer=needed)
     assert abs(go("compiled", finer)["bogie.z [m]"]).max() < 1e-3
+
+
+def test_a_search_that_went_astray_is_left_where_it_is() -> None:
+    """So that the next start is tried, and at the end a clear message; linear algebra refuses what is not finite."""
+    astray = np.array([1.0, np.nan])
+    found = _polish(lambda x: 2.0 * x, lambda x: np.full((2, 2), np.nan) + x, astray)
+    assert np.array_equal(found, astray, equal_nan=True)
