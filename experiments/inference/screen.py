@@ -14,6 +14,7 @@ from experiments.inference.policy import Policy
 from experiments.inference.problem import DIFFERENCE, Problem, raised, whitened
 
 SIZE = 1.5  # of the first start; sd of an effect's size where it is taken as linear
+ASSUMED = 10  # families whose scores are taken to have the variance 1, beside those that are looked at
 AT_ONCE = 24  # starts whose predictions are made together
 
 
@@ -42,14 +43,34 @@ def rough_gains(base: Fit, effects: Sequence[Effect], policy: Policy) -> list[fl
     return [screen.rough(one) for one in effects]
 
 
-class _Screen:
-    """What all effects share: the slopes of the fit, whitened, and what the step gains without an effect."""
+def misfit(base: Fit, effects: Sequence[Effect], policy: Policy) -> float:
+    """How much better than by chance what a fit leaves is explained by effects that it does not name: the mean square
+    of their scores z, at least 1; each family counts once.
 
-    def __init__(self, base: Fit, policy: Policy) -> None:
+    Scores have the variance 1 where the model errs only as its sources of error say. Where a model lacks much, most
+    effects explain a little of that, and the largest score is no evidence for its effect. The spread of all scores then
+    takes the place of 1 (the empirical null of Efron 2004, J. Am. Stat. Assoc. 99).
+    """
+    families: dict[str, list[float]] = {}
+    named, screen = base.hypothesis.families, _Screen(base, policy, base.psi)
+    for one in effects:
+        if one.shown is not None and one.family not in named and (score := screen.score(one.shown)) is not None:
+            families.setdefault(one.family, []).append(score**2)
+    squares = [float(np.mean(one)) for one in families.values()]
+    return max(1.0, (sum(squares) + ASSUMED) / (len(squares) + ASSUMED))
+
+
+class _Screen:
+    """What all effects share: the slopes of the fit, whitened, and what the step gains without an effect. psi : levels;
+    those of the fit with the latent ones raised where none are given.
+    """
+
+    def __init__(self, base: Fit, policy: Policy, psi: np.ndarray | None = None) -> None:
         self.base, self.policy = base, policy
         self.problem = Problem(base.system, base.hypothesis, policy)
         latent = np.array([one.place is not None for one in self.problem.levels])
-        self.psi = np.where(latent, np.maximum(base.psi, raised(self.problem.levels)), base.psi)
+        high = np.where(latent, np.maximum(base.psi, raised(self.problem.levels)), base.psi)
+        self.psi = high if psi is None else psi
         self.parts = sums(base.groups)
         self.slopes = whitened(self.parts, self.psi, base.slopes)
         self.square = self.slopes @ self.slopes.T
@@ -62,13 +83,23 @@ class _Screen:
             return self._value(self._problem(effect), self.base.x, self.residual, self.slopes[:0]) - self.without
         if effect.shown is None:
             return math.inf
-        change = whitened(self.parts, self.psi, [one[None] for one in effect.shown])[0]
+        push, alone = self._of_change(effect.shown)
+        return 0.5 * push**2 / (alone + SIZE**-2) - 0.5 * math.log1p(SIZE**2 * max(alone, 0.0))
+
+    def score(self, shown: Sequence[np.ndarray]) -> float | None:
+        """z of an effect's size by what it changes of the predictions; None where the fit would not show it."""
+        push, alone = self._of_change(shown)
+        return push / math.sqrt(alone) if alone > 1.0 else None
+
+    def _of_change(self, shown: Sequence[np.ndarray]) -> tuple[float, float]:
+        """Slope of the log likelihood by the size of a change, and its information, both freed of what the fit's
+        coordinates take.
+        """
+        change = whitened(self.parts, self.psi, [one[None] for one in shown])[0]
         precise = 1.0 / self.problem.spreads**2
         pull = self.slopes @ self.residual - (self.base.x - self.problem.means) * precise
         shared = np.linalg.solve(self.square + np.diag(precise), self.slopes @ change)
-        alone = float(change @ change - shared @ (self.slopes @ change))
-        push = float(change @ self.residual - shared @ pull)
-        return 0.5 * push**2 / (alone + SIZE**-2) - 0.5 * math.log1p(SIZE**2 * max(alone, 0.0))
+        return float(change @ self.residual - shared @ pull), float(change @ change - shared @ (self.slopes @ change))
 
     def gains(self, begins: Sequence[tuple[Effect, np.ndarray]]) -> list[float]:
         """Of each start."""

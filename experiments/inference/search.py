@@ -18,7 +18,7 @@ from experiments.inference.levels import cost, middles, sums
 from experiments.inference.model import Effect, Fit, Group, Hypothesis, Level, Library, System
 from experiments.inference.policy import Policy
 from experiments.inference.problem import OutOfTimeError, Problem, raised
-from experiments.inference.screen import first_gains, rough_gains
+from experiments.inference.screen import first_gains, misfit, rough_gains
 from experiments.inference.verdict import Verdict, decide, log_prior
 from railsim.errors import InputError
 
@@ -80,8 +80,9 @@ class Search:
 
     def verdict(self) -> Verdict:
         """Over all that was fitted."""
-        where = places(self.system.levels, self.library)
-        found = decide(list(self.fits.values()), self.library, where, self.policy, self.not_tried, self.steps)
+        fits, where = list(self.fits.values()), places(self.system.levels, self.library)
+        beyond = misfit(max(fits, key=self.value), self.library.effects, self.policy)
+        found = decide(fits, self.library, where, self.policy, self.not_tried, self.steps, beyond)
         return replace(found, cut=self.cut)
 
     def problem(self, *effects: Effect, unknown: tuple[Level, ...] = ()) -> Problem:
@@ -283,7 +284,7 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
         most = min(most, max(POLISHED, sum(_may_lead(search, gain, one, order[0][0]) for gain, one, _ in order)))
         search.attempts(
             [
-                (effect.name, "fitted", partial(fit, search.problem(effect), x, None, base.slopes, 1, thorough=False))
+                (effect.name, "fitted", partial(fit, search.problem(effect), x, base.psi, base.slopes, 1, thorough=False))
                 for _, effect, x in order[:most]
             ]
         )

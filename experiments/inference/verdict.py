@@ -61,7 +61,8 @@ class Row:
 class Verdict:
     """The statement, the table behind it (best first), the expected loss of every statement, and what was not tried.
 
-    cut : the time ended before the likeliest effects were fitted, and `none` once more from their nuisances: the
+    misfit : what the model lacks beyond all hypotheses, see `screen.misfit`; evidence in `rows` is divided by it. cut :
+    the time ended before the likeliest effects were fitted, and `none` once more from their nuisances: the
     statement stands on some of them.
     """
 
@@ -71,6 +72,7 @@ class Verdict:
     not_tried: tuple[str, ...] = ()
     steps: tuple[str, ...] = ()
     cut: bool = False
+    misfit: float = 1.0
 
     def table(self) -> str:
         """As text, the ten best."""
@@ -178,14 +180,15 @@ def expected_losses(posterior: Mapping[State, float], losses: Losses) -> dict[Ac
 
 def decide(
     fits: Sequence[Fit], library: Library, places: Sequence[str], policy: Policy,
-    not_tried: Sequence[str] = (), steps: Sequence[str] = (),
+    not_tried: Sequence[str] = (), steps: Sequence[str] = (), misfit: float = 1.0,
 ) -> Verdict:  # fmt: skip
-    """The verdict over these fits, of which one is of `none`."""
+    """The verdict over these fits, of which one is of `none`; each nat counts 1 / `misfit`."""
     base = next(fit.evidence for fit in fits if fit.hypothesis.name == "none")
-    hypotheses, evidence = [fit.hypothesis for fit in fits], np.array([fit.evidence - base for fit in fits])
+    hypotheses, evidence = [fit.hypothesis for fit in fits], np.array([fit.evidence - base for fit in fits]) / misfit
     priors, shares = weigh(hypotheses, evidence, library, places, policy)
     parts = zip(fits, evidence, priors, shares, strict=True)
     rows = sorted((Row(fit, *map(float, numbers)) for fit, *numbers in parts), key=lambda row: -row.posterior)
     expected = expected_losses(by_state(hypotheses, shares), policy.losses)
     best = min(expected, key=lambda action: expected[action])
-    return Verdict(best, tuple(rows), {str(a): e for a, e in expected.items()}, tuple(not_tried), tuple(steps))
+    losses = {str(action): value for action, value in expected.items()}
+    return Verdict(best, tuple(rows), losses, tuple(not_tried), tuple(steps), misfit=misfit)

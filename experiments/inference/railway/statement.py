@@ -13,6 +13,7 @@ from experiments.inference.railway.gaps import overall
 INTERVAL = 1.645  # standard deviations to each side of a value: nine of ten true ones lie within
 STRAINED = 2.0  # standard deviations of its tolerance from which a coordinate is told
 BEYOND = 4.0  # from which it is said in words: one in 16 000 healthy ones
+LACKING = 1.5  # times what chance explains, from which it is said in words
 LOUD = 2.0  # times its healthy scale from which a level is told
 STATUS = {
     "none": "none", "name": "named", "set": "ambiguous", "pair": "pair", "unknown": "unknown",
@@ -39,6 +40,7 @@ def statement(answer: Answer) -> dict[str, Any]:
             name: {"before": round(a, 3), "nuisance_only": round(b, 3), "after": round(c, 3)} for name, a, b, c in gaps
         },
         "held_out": dict(zip(("before", "nuisance_only", "after"), map(_held, answer.held), strict=True)),
+        "misfit": round(verdict.misfit, 2),
         "hypotheses": [
             {
                 "hypothesis": row.fit.hypothesis.name, "evidence": _round(row.evidence),
@@ -152,7 +154,18 @@ def in_words(answer: Answer) -> str:
         )
         said += f". Sizes, with 90 % intervals: {_plain(sizes)}.{beside}"
     late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
-    return f"{said} Its probability is {chance(probability)}.{rival}{_beyond(answer)}{late}{_length(answer)}"
+    told = f"{said} Its probability is {chance(probability)}.{rival}{_lacking(verdict.misfit)}"
+    return f"{told}{_beyond(answer)}{late}{_length(answer)}"
+
+
+def _lacking(misfit: float) -> str:
+    """What the model lacks beyond all hypotheses."""
+    if misfit < LACKING:
+        return ""
+    return (
+        f" The model lacks more than that: effects that are not named explain {misfit:.1f} times as much of the rest as"
+        " they would by chance. So each nat of evidence counts as much less."
+    )
 
 
 def _length(answer: Answer) -> str:
