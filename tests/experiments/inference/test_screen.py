@@ -1,15 +1,18 @@
-"""The rough order of effects against the marginal likelihood of the same linear model, by another formula."""
+"""The rough order of effects against the marginal likelihood of the same linear model, by another formula; misfit."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from experiments.inference.fitting import fit
-from experiments.inference.model import Hypothesis
+from experiments.inference.fitting import finish, fit
+from experiments.inference.levels import middles
+from experiments.inference.model import Effect, Hypothesis, Level, Library
 from experiments.inference.policy import Policy
+from experiments.inference.priors import HalfNormal, LogNormal
 from experiments.inference.problem import Problem, raised
-from experiments.inference.screen import SIZE, rough_gains
+from experiments.inference.screen import SIZE, misfit, rough_gains
+from experiments.inference.verdict import decide
 from tests.experiments.inference.toy import BEND, STEEP, Line, line
 
 
@@ -32,3 +35,53 @@ def test_a_rough_gain_is_a_ratio_of_likelihoods(bend: float) -> None:
     steep = errors + lines.T @ np.diag([1.0, 3.0**2]) @ lines
     expected = [value(healthy + SIZE**2 * np.outer(change, change)) - value(healthy), value(steep) - value(healthy)]
     assert rough_gains(none, (bent, STEEP), Policy()) == pytest.approx(expected, abs=0.02)
+
+
+def bent_lines(seed: int, size: float, count: int = 400) -> tuple[Line, tuple[Effect, ...]]:
+    """A line on which waves of random size stand that no hypothesis has, and effects that are such waves."""
+    rng = np.random.default_rng(seed)
+    time, clean = np.linspace(-1.0, 1.0, count), line(seed, count=count)
+    waves = [
+        np.cos(np.pi * (k * time + phase)) for k, phase in zip(range(3, 33), rng.uniform(0.0, 2.0, 30), strict=True)
+    ]
+    levels = (Level("noise", "sensor", LogNormal(1.0, 0.3)), Level("drift", "force", HalfNormal(1e-3), "drift"))
+    one = 0.05 / np.sqrt(0.5 * count)  # of a wave whose score has the deviation 1 by noise alone
+    system = Line(clean + size * one * rng.standard_normal(30) @ np.stack(waves), levels=levels)
+    effects = [replace(BEND, name=f"wave {k}", family=f"wave {k}", shown=((10.0 * one * wave)[None, None],))
+               for k, wave in enumerate(waves)]  # fmt: skip
+    return system, tuple(effects)
+
+
+def test_a_model_that_errs_as_it_says_has_no_misfit() -> None:
+    found = []
+    for seed in range(6):
+        system, effects = bent_lines(seed, 0.0)
+        none = fit(Problem(system, Hypothesis(), Policy()), np.zeros(2))
+        assert none is not None
+        found.append(misfit(none, effects, Policy()))
+    assert max(found) < 1.5 and float(np.mean(found)) < 1.2
+
+
+def test_misfit_is_the_mean_square_of_the_scores() -> None:
+    """Waves of `size` beside noise: z^2 is 1 + size^2 in the mean; ten families are taken as 1."""
+    size, found = 5.0, []
+    for seed in range(6):
+        system, effects = bent_lines(seed, size)
+        start = np.array([0.3, 0.05])
+        problem = Problem(system, Hypothesis(), Policy())
+        held = finish(problem, start, middles(system.levels), problem.groups(start, system.covariances(start, ())))
+        found.append(misfit(replace(held, psi=middles(system.levels)), effects, Policy()))
+    assert float(np.mean(found)) == pytest.approx((30 * (1.0 + size**2) + 10) / 40, rel=0.25)
+
+
+def test_a_nat_counts_less_where_the_model_lacks_more() -> None:
+    system = Line(line(3, bend=0.1))
+    none, bent = (
+        fit(Problem(system, Hypothesis(effects), Policy()), np.zeros(2 + len(effects))) for effects in ((), (BEND,))
+    )
+    assert none is not None and bent is not None
+    library = Library((BEND, STEEP))
+    usual, less = (decide([none, bent], library, ("drift",), Policy(), misfit=size) for size in (1.0, 4.0))
+    first, then = ({row.fit.hypothesis.name: row for row in one.rows}["bend"] for one in (usual, less))
+    assert then.evidence == pytest.approx(first.evidence / 4.0) and less.misfit == 4.0
+    assert abs(then.posterior - 0.5) < abs(first.posterior - 0.5)
