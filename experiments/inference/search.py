@@ -282,12 +282,8 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
         base = make()
         order = _ordered(search, base, search.library.effects, most)
         most = min(most, max(POLISHED, sum(_may_lead(search, gain, one, order[0][0]) for gain, one, _ in order)))
-        search.attempts(
-            [
-                (effect.name, "fitted", partial(fit, search.problem(effect), x, base.psi, base.slopes, 1, thorough=False))
-                for _, effect, x in order[:most]
-            ]
-        )
+        begun = partial(fit, psi=base.psi, slopes=base.slopes, rounds=1, thorough=False)
+        search.attempts([(one.name, "fitted", partial(begun, search.problem(one), x)) for _, one, x in order[:most]])
         tried |= {effect.name for _, effect, _ in order[:most] if effect.name in search.fits}
         if base is none:
             search.not_tried += [f"{one.name}: first steps gain {gain:.1f} nats" for gain, one, _ in order[most:]]
