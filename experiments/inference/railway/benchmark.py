@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from experiments.discrepancy.baseline.evidence import evidence_of
+from experiments.discrepancy.baseline.parallel import one_thread_each
 from experiments.discrepancy.blind.blind_cases import FASTSIM, build_specimen, drawn_effect, specimen_scores
 from experiments.inference.counting import Rows, dealt, judged, share
 from experiments.inference.counting import score as counted
@@ -122,7 +123,7 @@ def asked(case: Case, limit: float) -> Answer:
     kinds = [name for name, one in EFFECTS.classes().items() if one.equivalence() not in denied]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return answer(evidence_of(case.recorded, case.told), kinds, limit=limit)
+        return one_thread_each(answer)(evidence_of(case.recorded, case.told), kinds, limit=limit)
 
 
 def answered(case: Case, found: Answer) -> dict[str, Any]:
