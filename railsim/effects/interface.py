@@ -112,6 +112,8 @@ class Effect(Spec, frozen=True):
     """Power of a number's distance from `absent` with which what is measured grows; 1 where none is stated."""
     signature: ClassVar[str] = ""
     """In words: what it looks like."""
+    advice: ClassVar[str] = ""
+    """What to change in the nominal scenario where a verdict names it, as a sentence; empty: add it."""
     acts_on: ClassVar[str] = "vehicle"
     family: ClassVar[str] = ""
     """Equivalence class: effects of one family look alike to sensors on the vehicle. Empty: a class of its own."""

@@ -28,6 +28,7 @@ class SecondBogie(Effect, frozen=True):
     signature: ClassVar[str] = (
         "the body answers to the track under the other bogie too, later by their distance over the speed; below 3 Hz"
     )
+    advice: ClassVar[str] = "Take the whole vehicle as the nominal scenario."
     references: ClassVar[tuple[str, ...]] = (
         "Wickens (2003), Fundamentals of rail vehicle dynamics, ch. 8: the body's inertia couples its ends",
     )

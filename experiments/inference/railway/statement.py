@@ -9,6 +9,7 @@ from experiments.inference.held_out import Held
 from experiments.inference.model import Fit
 from experiments.inference.railway.answer import Answer
 from experiments.inference.railway.gaps import overall
+from railsim.effects.interface import EFFECTS
 
 INTERVAL = 1.645  # standard deviations to each side of a value: nine of ten true ones lie within
 STRAINED = 2.0  # standard deviations of its tolerance from which a coordinate is told
@@ -154,7 +155,9 @@ def in_words(answer: Answer) -> str:
         )
         said += f". Sizes, with 90 % intervals: {_plain(sizes)}.{beside}"
     late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
-    told = f"{said} Its probability is {chance(probability)}.{rival}{_lacking(verdict.misfit)}"
+    plugins = (one for one in EFFECTS.classes().values() if one.equivalence() in action.families)
+    advice = "".join(f" {one.advice}" for one in plugins if one.advice)
+    told = f"{said} Its probability is {chance(probability)}.{advice}{rival}{_lacking(verdict.misfit)}"
     return f"{told}{_beyond(answer)}{late}{_length(answer)}"
 
 

@@ -107,3 +107,15 @@ def test_what_does_not_go_with_the_inference_is_refused(capsys: pytest.CaptureFi
     assert main([*given, "--held-out", "other"]) == 2
     assert "--method stages" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_what_to_change_in_the_scenario_is_said(found: Answer) -> None:
+    verdict = dataclasses.replace(found.verdict, action=Action("name", ("second_bogie",)))
+    assert "Take the whole vehicle as the nominal scenario." in in_words(dataclasses.replace(found, verdict=verdict))
+    assert "nominal scenario" not in in_words(found)
+
+
+def test_what_the_model_lacks_beside_is_said(found: Answer) -> None:
+    assert "lacks more" not in in_words(found)
+    lacking = dataclasses.replace(found, verdict=dataclasses.replace(found.verdict, misfit=12.3))
+    assert "12.3 times as much" in in_words(lacking) and statement(lacking)["misfit"] == 12.3
