@@ -116,6 +116,8 @@ def test_what_to_change_in_the_scenario_is_said(found: Answer) -> None:
 
 
 def test_what_the_model_lacks_beside_is_said(found: Answer) -> None:
-    assert "lacks more" not in in_words(found)
+    assert "The model lacks" not in in_words(found)
     lacking = dataclasses.replace(found, verdict=dataclasses.replace(found.verdict, misfit=12.3))
     assert "12.3 times as much" in in_words(lacking) and statement(lacking)["misfit"] == 12.3
+    none = dataclasses.replace(lacking.verdict, action=Action("none"))
+    assert "Nothing is missing" not in in_words(dataclasses.replace(lacking, verdict=none))
