@@ -138,9 +138,7 @@ def in_words(answer: Answer) -> str:
     ]
     rival = f" Next comes {_plain(rivals[0].fit.hypothesis.name)} ({rivals[0].evidence:+.1f} nats)." if rivals else ""
     if action.kind == "none" and verdict.misfit >= LACKING:
-        said = (
-            "No effect of the library stands out: what each explains is as much as others explain that are not there."
-        )
+        said = "No effect of the library stands out: each explains about as much as others that are not there."
     elif action.kind == "none":
         said = "Nothing is missing: tolerances, sensors and the errors of the track file explain the recording."
     elif action.kind == "unknown":
@@ -170,8 +168,8 @@ def _lacking(misfit: float) -> str:
     if misfit < LACKING:
         return ""
     return (
-        f" The model lacks something that no hypothesis describes: effects that are not named explain {misfit:.1f} times"
-        " as much of what is left as they would by chance. So each nat of evidence counts as much less."
+        " The model lacks something that no hypothesis describes: effects that are not named explain"
+        f" {misfit:.1f} times as much of what is left as they would by chance. So each nat of evidence counts as much less."
     )
 
 
