@@ -169,7 +169,7 @@ def _lacking(misfit: float) -> str:
         return ""
     return (
         " The model lacks something that no hypothesis describes: effects that are not named explain"
-        f" {misfit:.1f} times as much of what is left as they would by chance. So each nat of evidence counts as much less."
+        f" {misfit:.1f} times as much of what is left as they would by chance. So each nat of evidence counts less."
     )
 
 
