@@ -106,7 +106,8 @@ def answer(
     none = next(row.fit for row in verdict.rows if row.fit.hypothesis.name == "none")
     best, aligned = stated(verdict), np.zeros(len(system.coordinates))
     aligned[system.alignment] = none.x[system.alignment]
-    groups = Problem(system, Hypothesis(), policy).groups(aligned, system.covariances(aligned, ()))
+    over = system.about(aligned, (), None)  # the same track and errors as of all fits
+    groups = Problem(over, Hypothesis(), policy).groups(aligned, over.covariances(aligned, ()))
     say("held-out sections")
     held = (
         untouched(system, aligned, policy),

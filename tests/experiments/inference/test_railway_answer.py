@@ -17,6 +17,7 @@ from experiments.inference.railway.answer import Answer, answer
 from experiments.inference.railway.cases import VERTICAL, nominal, recorded
 from experiments.inference.railway.report import write
 from experiments.inference.railway.statement import in_words, statement
+from experiments.inference.railway.system import Railway
 from experiments.inference.search import healthy_fit, places
 from experiments.inference.verdict import Action, Verdict, decide
 from railsim.files import read_json
@@ -55,6 +56,17 @@ def test_a_wrong_gain_is_named_with_its_size(found: Answer, tmp_path: Path) -> N
     held = told["held_out"]
     assert held["after"]["gap"] < held["nuisance_only"]["gap"] < held["before"]["gap"]
     assert "sensor gain" in in_words(found)
+
+
+def test_all_models_are_held_against_the_same_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the errors of the track file are found to be others than stated."""
+    measured = recorded(np.random.default_rng(6), "survey loud", (), VERTICAL[:2])
+    monkeypatch.setattr(f"{answer.__module__}.infer", two_hypotheses)
+    loud = answer(evidence_of(measured, nominal("home", VERTICAL[:2])), ("sensor_gain",))
+    assert isinstance(loud.none.system, Railway) and any(loud.none.system.survey or ())
+    survey = [k for k, one in enumerate(loud.system.levels) if one.name.startswith("survey")]
+    for before, after in zip(loud.nominal, loud.none.groups, strict=True):
+        assert np.allclose(before.components[survey], after.components[survey], rtol=1e-9)
 
 
 def test_its_files_say_the_same_and_its_model_runs(found: Answer, tmp_path: Path) -> None:
