@@ -35,7 +35,7 @@ BESIDE = 2  # effects beside which something unknown is looked for
 HEAVY = 4  # of the best fits of each form in an ordered library, whose arrays stay
 PLACES = 8  # where something unknown is looked for beside a fit, where runs are dear
 WHOLE = 8  # of those that are fitted whole at most
-HOPELESS = 20.0  # nats behind the leader, from where on something unknown is not fitted whole
+HOPELESS = 20.0  # nats behind the leader, from where on nothing is fitted whole, or on
 
 Ordered = tuple[float, Effect, np.ndarray]
 """What first steps gain, of which effect, and where they lead."""
@@ -289,10 +289,11 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
             search.not_tried += [f"{one.name}: first steps gain {gain:.1f} nats" for gain, one, _ in order[most:]]
     left = (text for text in dict.fromkeys(search.not_tried) if text.rsplit(": ", 1)[0] not in tried)
     search.not_tried = list(left)
+    likely = search.named()[:POLISHED]
     search.attempts([
         (f"{one.hypothesis.name} once more", "fitted on",
          partial(fit, search.problem(*one.hypothesis.effects), one.x, one.psi, one.slopes))
-        for one in search.named()[:POLISHED]
+        for one in likely if search.value(one) > search.value(likely[0]) - HOPELESS
     ])  # fmt: skip
 
 

@@ -103,15 +103,22 @@ def answer(
 
     verdict = infer(system, found.library, policy, SEARCH * limit - (time.monotonic() - begin), told)
     seconds = time.monotonic() - begin
+    say("held-out sections")
+    nominal, held = _compared(verdict, system, policy, begin, limit)
+    return Answer(verdict, system, found, seconds, nominal, held)
+
+
+def _compared(
+    verdict: Verdict, system: Railway, policy: Policy, begin: float, limit: float
+) -> tuple[tuple[Group, ...], tuple[Held | None, Held | None, Held | None]]:
+    """What the nominal model leaves, over the track and the errors of all fits; and held-out sections."""
     none = next(row.fit for row in verdict.rows if row.fit.hypothesis.name == "none")
     best, aligned = stated(verdict), np.zeros(len(system.coordinates))
     aligned[system.alignment] = none.x[system.alignment]
-    over = system.about(aligned, (), None)  # the same track and errors as of all fits
-    groups = Problem(over, Hypothesis(), policy).groups(aligned, over.covariances(aligned, ()))
-    say("held-out sections")
+    over = system.about(aligned, (), None)
     held = (
         untouched(system, aligned, policy),
         held_out(none, system, policy, begin + 0.5 * (1.0 + SEARCH) * limit),
         None if best is None or best is none else held_out(best, system, policy, begin + limit),
     )
-    return Answer(verdict, system, found, seconds, groups, held)
+    return Problem(over, Hypothesis(), policy).groups(aligned, over.covariances(aligned, ())), held
