@@ -5,7 +5,7 @@ examples:
 """
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,6 @@ from experiments.reporting.text import table
 from railsim.errors import InputError
 
 PAGE = "RESULTS.md"
-
-Rows = Sequence[Mapping[str, Any]]
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -144,7 +142,7 @@ def _inference(given: argparse.Namespace) -> Outcome:
     return _counted(given, NAME, score)
 
 
-def _counted(given: argparse.Namespace, name: str, score: Callable[[Rows], list[list[Any]]]) -> Outcome:
+def _counted(given: argparse.Namespace, name: str, score: Callable[..., list[list[Any]]]) -> Outcome:
     """Table and picture of all answered cases."""
     from experiments.inference.counting import page, read_rows
     from experiments.inference.counting_picture import picture

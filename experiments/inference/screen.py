@@ -5,8 +5,10 @@ raised as where a fit begins. It decides nothing; what comes first is fitted.
 import math
 import time
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from experiments.inference.levels import sums
 from experiments.inference.model import Effect, Fit, Hypothesis
@@ -96,10 +98,19 @@ class _Screen:
         coordinates take.
         """
         change = whitened(self.parts, self.psi, [one[None] for one in shown])[0]
-        precise = 1.0 / self.problem.spreads**2
-        pull = self.slopes @ self.residual - (self.base.x - self.problem.means) * precise
-        shared = np.linalg.solve(self.square + np.diag(precise), self.slopes @ change)
-        return float(change @ self.residual - shared @ pull), float(change @ change - shared @ (self.slopes @ change))
+        along = self.slopes @ change
+        shared = cho_solve(self.curved, along)
+        return float(change @ self.residual - shared @ self.pull), float(change @ change - shared @ along)
+
+    @cached_property
+    def pull(self) -> np.ndarray:
+        """Slope of the log posterior by the fit's coordinates."""
+        return self.slopes @ self.residual - (self.base.x - self.problem.means) / self.problem.spreads**2
+
+    @cached_property
+    def curved(self) -> tuple[np.ndarray, bool]:
+        """Its curvature, factorised (Cholesky)."""
+        return cho_factor(self.square + np.diag(1.0 / self.problem.spreads**2))
 
     def gains(self, begins: Sequence[tuple[Effect, np.ndarray]]) -> list[float]:
         """Of each start."""

@@ -16,12 +16,10 @@ class SecondBogie(Effect, frozen=True):
     """A whole body on two bogies in place of half a body on one: it pitches and yaws, and the rear bogie shakes it too.
 
     The ends of a body of mass m over bogies 2 a apart move as half bodies do where its inertia about pitch and yaw is
-    m a^2: a push at one end does not move the other (centre of percussion). Real bodies have less, by the share.
+    m a^2: a push at one end does not move the other (centre of percussion). Real bodies have less: (1 - share) m a^2.
     """
 
-    share: float = quantity(
-        0.27, unit="- of m a^2, by which the body's inertia about pitch and yaw is less", source=CHOSEN, ge=0.0, le=0.6
-    )
+    share: float = quantity(0.27, unit="- of m a^2", source=CHOSEN, ge=0.0, le=0.6)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.05})

@@ -145,7 +145,7 @@ def in_words(answer: Answer) -> str:
         said = f"Something is missing that no effect of the library explains. It acts at: {action.place}."
     else:
         sizes = "; ".join(
-            f"{name} {one['value']:.3g} ({one['low']:.3g} to {one['high']:.3g}) {one['unit'].strip('-')}".strip()
+            f"{name} {one['value']:.3g} ({one['low']:.3g} to {one['high']:.3g}) {one['unit'].strip('- ')}".strip()
             for name, one in parameters(answer, answer.best).items()
         )
         lead = {"set": "One of these is missing, and the recording cannot tell which"}.get(
