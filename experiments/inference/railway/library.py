@@ -15,6 +15,7 @@ import numpy as np
 
 from experiments.inference.levels import middles
 from experiments.inference.model import Coordinate, Effect, Library
+from experiments.inference.railway.along import Along, placeable, prior_along
 from experiments.inference.railway.system import Installed, Railway
 from railsim.effects.interface import EFFECTS, Parameter, Setup
 from railsim.effects.interface import Effect as Plugin
@@ -27,6 +28,8 @@ VISIBLE = 3.0  # standard deviations of noise, survey and healthy levels togethe
 TOLERATED = 3.0  # healthy spreads within which a default size is no fault
 PHASES = 4  # angles of a wheel from which a search begins
 AT_ONCE = 64  # signatures that are made together
+UNFIT = "does not fit this vehicle or its sensors, or its run fails"
+UNSEEN = "these channels would not show it"
 HALF = 0.5  # of a size: spread of its fault prior
 
 
@@ -166,9 +169,14 @@ class _Maker:
         return (best, float(self.slopes[best] @ first / sizes[best] ** 2)) if abs(alike[best]) > ALIKE else None
 
 
+_Entry = tuple[str, type[Plugin], dict[str, Any], dict[str, Parameter]]
+"""An effect's name, plug-in, choices and numbers."""
+
+
 def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
     """All effects that the record's channels would show; of `kinds` of plug-ins alone where some are given."""
-    entries: list[tuple[str, type[Plugin], dict[str, Any], dict[str, Parameter]]] = []
+    entries: list[_Entry] = []
+    places: list[_Entry] = []
     left_out, installed, twins_made = [], {}, {}
     for kind, plugin in EFFECTS.classes().items():
         if kinds is not None and kind not in kinds:
@@ -176,8 +184,10 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
         numbers = {k: one for k, one in plugin.parameters().items() if one.role not in ("onset", "ramp")}
         if not plugin.named or plugin.by_registration:
             left_out.append(f"{kind}: no name of a verdict")
+        elif plugin.local() and placeable(plugin):
+            places += [(kind, plugin, choices, numbers) for choices in variants(plugin, system)]
         elif plugin.local() or not any(one.absent is not None for one in numbers.values()):
-            left_out.append(f"{kind}: acts at a place or a time, which is not looked for yet")
+            left_out.append(f"{kind}: a wave over a part of the way, which is not looked for")
         else:
             entries += [(kind, plugin, choices, numbers) for choices in variants(plugin, system)]
     maker, effects, signatures = _Maker(system), [], []
@@ -187,13 +197,12 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
     wholes = maker.signatures([None if one is None or twin is not None else _setup(system, *entry[1:], share=1.0)
                                for one, twin, entry in zip(firsts, twins, entries, strict=True)])  # fmt: skip
     for (kind, plugin, choices, numbers), first, twin, whole in zip(entries, firsts, twins, wholes, strict=True):
-        label = ", ".join(f"{key} {value}" for key, value in choices.items())
-        name = f"{kind} ({label})" if label else kind
+        name = _name(kind, choices)
         shown = first.white / FIRST if twin is not None and first is not None else whole and whole.white
         if shown is None:
-            left_out.append(f"{name}: does not fit this vehicle or its sensors, or its run fails")
+            left_out.append(f"{name}: {UNFIT}")
         elif np.linalg.norm(shown) < VISIBLE:
-            left_out.append(f"{name}: these channels would not show it")
+            left_out.append(f"{name}: {UNSEEN}")
         elif (effect := _effect(name, plugin, choices, numbers, twin, system)) is None:
             left_out.append(f"{name}: within the tolerance of what healthy vehicles have")
         else:
@@ -202,7 +211,32 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
                 twins_made[name] = _twin(installed[name], next(iter(numbers.values())), twin, system)
             effects.append(effect if whole is None else replace(effect, shown=whole.plain))
             signatures.append(shown)
-    return Found(Library(_distinct(effects, signatures, left_out)), installed, tuple(left_out), twins_made)
+    along = [_along(system, maker, entry, installed, left_out) for entry in places]
+    effects = [*_distinct(effects, signatures, left_out), *(one for one in along if one is not None)]
+    return Found(Library(tuple(effects)), installed, tuple(left_out), twins_made)
+
+
+def _along(
+    system: Railway, maker: _Maker, entry: _Entry, installed: dict[str, Installed], left_out: list[str]
+) -> Effect | None:
+    """An effect with a place or a time, if the channels would show it; else why it is left out."""
+    kind, plugin, choices, numbers = entry
+    name = _name(kind, choices)
+    where = Along(system, plugin, choices, numbers)
+    if not where.copies:
+        left_out.append(f"{name}: {UNFIT}")
+    elif where.loudest(maker.roots) < VISIBLE:
+        left_out.append(f"{name}: {UNSEEN}")
+    else:
+        installed[name] = Installed(plugin, dict(choices), tuple(numbers))
+        own = [prior_along(one, key, plugin, system.record) or prior(key, one) for key, one in numbers.items()]
+        return Effect(name, plugin.equivalence(), own=tuple(own), seek=where.seek)
+    return None
+
+
+def _name(kind: str, choices: dict[str, Any]) -> str:
+    label = ", ".join(f"{key} {value}" for key, value in choices.items())
+    return f"{kind} ({label})" if label else kind
 
 
 def _setup(
