@@ -177,8 +177,15 @@ def covered(case: Case, found: Answer, names: list[str | None]) -> dict[str, flo
             places = list(range(column, column + len(effect.own)))
             column += len(effect.own)
         for place, value, field in zip(places, values, found.found.installed[effect.name].fields, strict=True):
-            errors[f"{effect.family}: {field}"] = float((fit.x[place] - value) / spreads[place])
+            off = fit.x[place] - value
+            if type(true).role(field) == "distance":  # of any of those that come again
+                off -= sum(round(off / apart) * apart for apart in _spacings(true))
+            errors[f"{effect.family}: {field}"] = float(off / spreads[place])
     return errors
+
+
+def _spacings(true: Plugin) -> list[float]:
+    return [getattr(true, name) for name in true.fields_of("spacing")]
 
 
 def score(rows: Rows) -> list[list[Any]]:

@@ -145,7 +145,7 @@ def test_a_damper_s_fault_is_its_tolerance_with_another_prior(system: Railway) -
     assert damper.mean == pytest.approx(np.log(0.5))
     (gain,) = faults["sensor_gain (channel body.acceleration_z)"]
     assert gain.name == "gain body.acceleration_z [m/s2]"
-    assert {one.split(":")[0] for one in found.left_out} >= {"payload", "rail_joints"}
+    assert {one.split(":")[0] for one in found.left_out} >= {"payload", "gauge_variation"}
 
 
 def test_answers_are_what_a_small_force_does_to_the_model(whole: Railway) -> None:
