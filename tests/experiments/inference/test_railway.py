@@ -138,7 +138,7 @@ def test_gains_and_delays_take_no_runs(system: Railway) -> None:
 
 
 def test_a_damper_s_fault_is_its_tolerance_with_another_prior(system: Railway) -> None:
-    found = found_library(system, ("weak_vertical_damper", "sensor_gain", "payload", "rail_joints"))
+    found = found_library(system, ("weak_vertical_damper", "sensor_gain", "payload", "gauge_variation"))
     faults = {effect.name: effect.faults for effect in found.library.effects}
     (damper,) = faults["weak_vertical_damper (bogie 1)"]
     assert damper.name == "log secondary_vertical_damping"
