@@ -86,7 +86,7 @@ def _inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
     from experiments.discrepancy.baseline.parallel import one_thread_each
     from experiments.inference.railway.answer import answer
     from experiments.inference.railway.report import write
-    from experiments.inference.railway.statement import chance, in_words
+    from experiments.inference.railway.statement import FURTHER, chance, in_words
     from experiments.reporting.logs import tell
     from railsim.files import write_folder_atomically
 
@@ -100,10 +100,12 @@ def _inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
         told = write(found, folder)
     rows = [[one["hypothesis"], one["evidence"], chance(one["probability"])] for one in told["hypotheses"][:10]]
     gaps = [[name, *one.values()] for name, one in told["channels"].items()]
+    more = [list(one.values()) for one in told["further"]]
     parts = [
         f"{told['status'].upper()}: {in_words(found)}",
         table(["hypothesis", "evidence [nats]", "probability"], rows, decimals=3),
         table(["gap of the channels", "nominal", "tolerances used", "as stated"], gaps, decimals=2),
+        *([table(list(FURTHER), more, decimals=2)] if more else []),
         ", ".join(f"{given.out}/{name}" for name in ("report.html", "verdict.json", told["model"]) if name),
     ]
     return Outcome(told, "\n\n".join(parts))

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.baseline.evidence import KINDS
 from experiments.discrepancy.fit.fitting import Fit, Problem, starting_fit
 from experiments.discrepancy.fit.products import WEIGHT
 from experiments.discrepancy.progress import Progress
@@ -18,15 +17,15 @@ from experiments.discrepancy.result.planning import nominal_problem
 from experiments.discrepancy.screen.projection import Projection
 from experiments.discrepancy.select.decide import ENOUGH, IN_SET
 from experiments.discrepancy.workflow import Findings
+from experiments.inference.railway.further import further_sensors
 from railsim.effects.interface import Effect
 from railsim.errors import InputError
-from railsim.scenario import Scenario, load_scenario, shipped_scenarios
+from railsim.scenario import Scenario
 from railsim.sensors.interface import Sensor
 from railsim.speed import Constant
 
 LONGEST = 40.0  # s of run that are planned with
 SPEEDS = (0.8, 1.2)  # of the nominal speed
-MOST_RATE = 512.0  # Hz; faster sensors are planned at this rate at most
 RIVALS = 3  # classes that are told apart
 
 
@@ -71,22 +70,6 @@ def rivals_of(findings: Findings) -> list[tuple[Effect, ...]]:
         if one.probability >= IN_SET:
             found.setdefault(one.hypothesis.classes, one.hypothesis.fit.effects)
     return list(found.values())[:RIVALS]
-
-
-def further_sensors(scenario: Scenario) -> list[Sensor]:
-    """Sensors of the shipped scenarios that this vehicle can have and does not have."""
-    have = {name for sensor in scenario.sensors for name in sensor.channels()}
-    found: dict[tuple[str, ...], Sensor] = {}
-    for name in shipped_scenarios():
-        for sensor in load_scenario(name).sensors:
-            new = tuple(channel for channel in sensor.channels() if channel not in have)
-            if sensor.kind not in KINDS or not new or new in found:
-                continue
-            slower = sensor.but(rate=min(sensor.rate, MOST_RATE))
-            with suppress(InputError):
-                scenario.but(sensors=(slower,)).check()
-                found[new] = slower
-    return list(found.values())
 
 
 def _with_sensors(

@@ -11,13 +11,15 @@ import numpy as np
 from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.inference.held_out import Held, held_out, untouched
 from experiments.inference.model import Fit, Group, Hypothesis
+from experiments.inference.next_measurement import Saving
 from experiments.inference.policy import Policy
 from experiments.inference.problem import Problem
+from experiments.inference.railway.further import further, options
 from experiments.inference.railway.library import Found, found_library
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.runs import give_back
 from experiments.inference.railway.scales import SCALES
-from experiments.inference.railway.system import Railway
+from experiments.inference.railway.system import SEED, Railway
 from experiments.inference.search import infer
 from experiments.inference.verdict import State, Verdict
 
@@ -32,7 +34,8 @@ class Answer:
     ----------
     system, found : the recording as a system, and the effects that it would show. seconds : of the search.
     nominal : residuals of the nominal model, aligned with the track. held : judged by held-out sections, of the nominal
-    model, of `none` and of what was stated (None: no fit was finite, or there was no time left).
+    model, of `none` and of what was stated (None: no fit was finite, or there was no time left). further : recordings
+    that would tell more, where several effects stay likely.
     """
 
     verdict: Verdict
@@ -41,6 +44,7 @@ class Answer:
     seconds: float
     nominal: tuple[Group, ...]
     held: tuple[Held | None, Held | None, Held | None]
+    further: tuple[Saving, ...] = ()
 
     @property
     def none(self) -> Fit:
@@ -105,7 +109,12 @@ def answer(
     seconds = time.monotonic() - begin
     say("held-out sections")
     nominal, held = _compared(verdict, system, policy, begin, limit)
-    return Answer(verdict, system, found, seconds, nominal, held)
+    more: list[Saving] = []
+    if verdict.action.kind == "set":
+        more = further(
+            verdict, options(system.record, system.installed), np.random.default_rng(SEED), begin + limit, say
+        )
+    return Answer(verdict, system, found, seconds, nominal, held, tuple(more))
 
 
 def _compared(

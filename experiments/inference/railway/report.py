@@ -6,7 +6,7 @@ from typing import Any
 
 from experiments.inference.railway import pictures
 from experiments.inference.railway.answer import Answer
-from experiments.inference.railway.statement import STATUS, chance, in_words, statement
+from experiments.inference.railway.statement import FURTHER, STATUS, chance, in_words, statement
 from experiments.reporting import html
 from railsim.files import write_json
 
@@ -41,6 +41,8 @@ def _parts(answer: Answer, told: dict[str, Any], images: dict[str, bytes]) -> li
     parts += ["<h2>What was compared</h2>", html.image("evidence", images["evidence"]), _hypotheses(told)]
     if told["parameters"]:
         parts += ["<h2>Sizes, with 90 % intervals</h2>", _sizes(told["parameters"])]
+    if told["further"]:
+        parts += ["<h2>What to record next</h2>", _further(told)]
     parts += ["<h2>Expected loss of each statement</h2>", _losses(told)]
     for title, key in (("Not tried", "not_tried"), ("Effects that are not in the library here", "not_shown"),
                        ("Channels that were not used", "left_out"), ("Steps of the search", "steps")):  # fmt: skip
@@ -82,6 +84,12 @@ def _sizes(found: dict[str, dict[str, Any]]) -> str:
         for n, v in found.items()
     ]
     return html.table(["", "value", "low", "high", "unit"], rows, [False, True, True, True, False])
+
+
+def _further(told: dict[str, Any]) -> str:
+    rows = [[escape(one["recording"]), f"{one['nats']:.1f}", f"{one['loss']:.3g}", f"{one['loss_after']:.3g}"]
+            for one in told["further"]]  # fmt: skip
+    return html.table(list(FURTHER), rows, [False, True, True, True])
 
 
 def _losses(told: dict[str, Any]) -> str:

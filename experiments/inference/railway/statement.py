@@ -21,6 +21,8 @@ STATUS = {
     "name and unknown": "named and unknown",
 }  # fmt: skip
 """Of actions; `status` has two more."""
+FURTHER = ("a recording like this, ...", "nats between the likeliest two", "expected loss now", "with it")
+"""Titles of a table of further recordings."""
 
 
 def statement(answer: Answer) -> dict[str, Any]:
@@ -49,6 +51,11 @@ def statement(answer: Answer) -> dict[str, Any]:
                 "strained": _strained(answer, row.fit), "loud": _loud(row.fit),
             }
             for row in verdict.rows
+        ],
+        "further": [
+            {"recording": one.name, "nats": _round(one.separation), "loss": _round(one.before),
+             "loss_after": _round(one.after)}
+            for one in answer.further
         ],
         "losses": {name: _round(value) for name, value in sorted(verdict.losses.items(), key=lambda one: one[1])},
         "not_tried": list(verdict.not_tried),
@@ -159,8 +166,16 @@ def in_words(answer: Answer) -> str:
     late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
     plugins = (one for one in EFFECTS.classes().values() if one.equivalence() in action.families)
     advice = "".join(f" {one.advice}" for one in plugins if one.advice)
-    told = f"{said} Its probability is {chance(probability)}.{advice}{rival}{_lacking(verdict.misfit)}"
+    told = f"{said} Its probability is {chance(probability)}.{advice}{rival}{_more(answer)}{_lacking(verdict.misfit)}"
     return f"{told}{_beyond(answer)}{late}{_length(answer)}"
+
+
+def _more(answer: Answer) -> str:
+    """Which further recording would tell most."""
+    if not answer.further or answer.further[0].after >= answer.further[0].before:
+        return ""
+    best = answer.further[0]
+    return f" What would tell most: a recording like this, {best.name} ({best.separation:.1f} nats between them)."
 
 
 def _lacking(misfit: float) -> str:

@@ -1,10 +1,9 @@
 """What would tell two effects apart: nothing tells one from itself, fewer sensors never tell more."""
 
 import numpy as np
-import pytest
 
 from experiments.discrepancy.fit.fitting import Problem
-from experiments.discrepancy.result.separating import closest_evidence, further_sensors, unexplained_nats, with_channels
+from experiments.discrepancy.result.separating import closest_evidence, unexplained_nats, with_channels
 from railsim.effects.weak_lateral_damper import WeakLateralDamper
 from railsim.effects.weak_yaw_damper import WeakYawDamper
 
@@ -27,16 +26,3 @@ def test_fewer_sensors_tell_no_more(problem: Problem):
     )
     assert whole > 10.0 > few
     assert closest_evidence(problem, [YAW, YAW]) < 1e-3 * whole
-
-
-def test_further_sensors_are_new_and_fit_the_vehicle(problem: Problem, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(
-        "experiments.discrepancy.result.separating.shipped_scenarios", lambda: ["lateral_2mm", "suspension"]
-    )
-    scenario = problem.evidence.scenario
-    have = {name for sensor in scenario.sensors for name in sensor.channels()}
-    found = further_sensors(scenario)
-    assert found
-    for sensor in found:
-        assert set(sensor.channels()) - have
-        scenario.but(sensors=(sensor,)).check()
