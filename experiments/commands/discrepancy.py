@@ -2,7 +2,8 @@
 
 examples:
   railsim discrepancy recording --model default --out verdict
-  railsim discrepancy recording --model whole_coach --method inference --out verdict
+  railsim discrepancy recording --model whole_coach --out verdict
+  railsim discrepancy recording --model default --method inference --out verdict
 """
 
 import argparse
@@ -38,9 +39,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         choices=("stages", "inference"),
-        default="stages",
-        help="stages: screening, then fits, for half vehicles (default);\ninference: one comparison of all hypotheses, "
-        "for whole\nvehicles too",
+        help="stages: screening, then fits, for half vehicles;\n"
+        "inference: one comparison of all hypotheses, for half and\nwhole vehicles (default: inference where the model "
+        "is a\nwhole vehicle, else stages)",
     )
     parser.add_argument(
         "--time-limit",
@@ -62,7 +63,7 @@ def execute(given: argparse.Namespace) -> Outcome:
     if not given.recording:
         raise InputError("give a RECORDING, or --plan to see what one could show")
     scenario = load_scenario(given.model)
-    if given.method == "inference":
+    if _method(given.method, scenario) == "inference":
         return _inferred(given, scenario)
     countdown = Countdown(scenario.duration)
     verdict = explain(
@@ -77,6 +78,13 @@ def execute(given: argparse.Namespace) -> Outcome:
     )
     countdown.finish()
     return Outcome(verdict, _text(given.out, verdict))
+
+
+def _method(asked: str | None, scenario: "Scenario") -> str:
+    """The method that was asked for, else the one for the model's vehicle: the stages know half vehicles only."""
+    from railsim.vehicles.whole_vehicle import WholeVehicle
+
+    return asked or ("inference" if isinstance(scenario.vehicle, WholeVehicle) else "stages")
 
 
 def _inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:

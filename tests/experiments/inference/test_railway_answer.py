@@ -112,6 +112,16 @@ def test_tolerances_that_are_stretched_far_are_said(found: Answer) -> None:
     assert "far beyond their sheet (in deviations: log body mass +8)" in told
 
 
+@pytest.mark.parametrize(("model", "told"), [("whole_coach", "--held-out"), ("default", "nowhere")])
+def test_a_whole_vehicle_is_compared_by_the_inference(
+    model: str, told: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Which does not take recordings that are held out: said before the recording is read."""
+    given = ["discrepancy", "nowhere", "--model", model, "--held-out", "other", "--out", str(tmp_path / "out")]
+    assert main(given) == 2
+    assert told in capsys.readouterr().err
+
+
 def test_what_does_not_go_with_the_inference_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     given = ["discrepancy", "nowhere", "--model", "default", "--method", "inference", "--out", str(tmp_path / "out")]
     assert main([*given, "--time-limit", "0"]) == 2
