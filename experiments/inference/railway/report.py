@@ -80,7 +80,7 @@ def _hypotheses(told: dict[str, Any]) -> str:
 
 def _sizes(found: dict[str, dict[str, Any]]) -> str:
     rows = [
-        [escape(n), f"{v['value']:.4g}", f"{v['low']:.4g}", f"{v['high']:.4g}", escape(v["unit"])]
+        [escape(n), f"{v['value']:.10g}", f"{v['low']:.10g}", f"{v['high']:.10g}", escape(v["unit"])]
         for n, v in found.items()
     ]
     return html.table(["", "value", "low", "high", "unit"], rows, [False, True, True, True, False])

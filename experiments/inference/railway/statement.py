@@ -101,7 +101,10 @@ def parameters(answer: Answer, fit: Fit) -> dict[str, dict[str, Any]]:
 def _value(factor: bool, unit: str, value: float, spread: float) -> dict[str, Any]:
     ends = [value, value - INTERVAL * spread, value + INTERVAL * spread]
     middle, low, high = (math.exp(one) if factor else float(one) for one in ends)
-    return {"value": _round(middle), "low": _round(low), "high": _round(high), "unit": "-" if factor else unit}
+    width = high - low
+    digits = 1 - math.floor(math.log10(width)) if 0.0 < width < math.inf else 3  # two of the width mean something
+    told = {name: round(one, digits) for name, one in (("value", middle), ("low", low), ("high", high))}
+    return told | {"unit": "-" if factor else unit}
 
 
 def _strained(answer: Answer, fit: Fit) -> dict[str, float]:
@@ -152,7 +155,7 @@ def in_words(answer: Answer) -> str:
         said = f"Something is missing that no effect of the library explains. It acts at: {action.place}."
     else:
         sizes = "; ".join(
-            f"{name} {one['value']:.3g} ({one['low']:.3g} to {one['high']:.3g}) {one['unit'].strip('- ')}".strip()
+            f"{name} {one['value']:.10g} ({one['low']:.10g} to {one['high']:.10g}) {one['unit'].strip('- ')}".strip()
             for name, one in parameters(answer, answer.best).items()
         )
         lead = {"set": "One of these is missing, and the recording cannot tell which"}.get(

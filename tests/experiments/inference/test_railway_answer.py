@@ -10,13 +10,13 @@ import pytest
 from experiments.cli import main
 from experiments.discrepancy.baseline.evidence import evidence_of
 from experiments.inference.fitting import fit
-from experiments.inference.model import Hypothesis, Library, System
+from experiments.inference.model import Coordinate, Effect, Hypothesis, Library, System
 from experiments.inference.policy import Policy
 from experiments.inference.problem import Problem
 from experiments.inference.railway.answer import Answer, answer
 from experiments.inference.railway.cases import VERTICAL, nominal, recorded
 from experiments.inference.railway.report import write
-from experiments.inference.railway.statement import in_words, statement
+from experiments.inference.railway.statement import in_words, parameters, statement
 from experiments.inference.railway.system import Railway
 from experiments.inference.search import healthy_fit, places
 from experiments.inference.verdict import Action, Verdict, decide
@@ -78,6 +78,18 @@ def test_its_files_say_the_same_and_its_model_runs(found: Answer, tmp_path: Path
     (effect,) = model.effects
     settings = effect.settings()
     assert settings["kind"] == "sensor_gain" and settings["factor"] == pytest.approx(GAIN, rel=0.02)
+
+
+def test_a_narrow_interval_of_a_large_number_is_told_whole(found: Answer) -> None:
+    """A place at 250 m that is known to 3 cm."""
+    fit = found.none
+    own = Coordinate("place", "m", 200.0, 100.0)
+    effect = Effect("dip", "dip", own=(own,))
+    precision = np.pad(fit.precision, (0, 1))
+    precision[-1, -1] = 0.03**-2
+    there = dataclasses.replace(fit, hypothesis=Hypothesis((effect,)), x=np.append(fit.x, 250.01), precision=precision)
+    (told,) = parameters(found, there).values()
+    assert told == {"value": 250.01, "low": 249.961, "high": 250.059, "unit": "m"}
 
 
 def test_nothing_is_said_where_nothing_was_tried(found: Answer) -> None:
