@@ -118,7 +118,7 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
     told = list(SETS[given.system](folder, tell))
     text = page(told)
     if given.system == "pendulum":
-        powers = predicted_powers(folder, {one.name: one for one in told})
+        powers = predicted_powers(folder)
         rows = [[name, nothing, friction] for name, (nothing, friction) in powers.items()]
         text += "\n\n" + table(
             ["predicted from the four others", "frictionless: power", "with friction: power"], rows, 2

@@ -1,7 +1,8 @@
 """Both measured laboratory sets through the inference: tables, and pictures of what was missing."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -116,34 +117,67 @@ def _law(system: pendulum.Pendulum, verdict: Verdict) -> Curve | None:
     return curve(row.fit, level, states, cross, own)
 
 
-def predicted_powers(folder: Path, told: dict[str, Told]) -> dict[str, tuple[float, float]]:
-    """Whitened power of the records that were not learned from: without friction, and with the friction of the others.
+def predicted_powers(
+    folder: Path, families: Collection[str] = pendulum.FRICTIONS
+) -> dict[str, tuple[float, float]]:  # fmt: skip
+    """Whitened power of the records that were not learned from: without friction, and with the friction of the others:
+    one or two of `families`, those that speak for the others most.
 
-    W and friction are held at the means over the four others; the encoder's zero, its noise and the states of the
+    W and friction are held at what the four others say together; the encoder's zero, its noise and the states of the
     windows are fitted, and no latent error is allowed.
     """
-    dry = next(effect for effect in pendulum.LIBRARY.effects if effect.name == "dry friction")
-    found = [
-        row.fit.x for name in LEARNED for row in told[name].verdict.rows if row.fit.hypothesis.name == "dry friction"
-    ]
-    if not found:
-        raise InputError("no record named dry friction; there is nothing to predict with")
-    pull, _, _, friction = np.mean(found, axis=0)
-    held = (Coordinate("log W", "1/s2", float(pull), KNOWN),)
-    known = replace(dry, faults=held, own=(Coordinate("log dry", "rad/s2", float(friction), KNOWN),), starts=())
+    others = [pendulum.Pendulum(_angle(folder, name)) for name in LEARNED]
+    frictions = [one for one in pendulum.LIBRARY.effects if one.family in families]
+    choices = [(one,) for one in frictions] + list(combinations(frictions, 2))
+    _, pull, known = max((_learned(others, one) for one in choices), key=lambda one: one[0])
+    held = replace(known[0], faults=(Coordinate("log W", "1/s2", pull, KNOWN),))
     powers = {}
     for name in PREDICTED:
-        _, angle = pendulum.read_pendulum(folder / PENDULUM.format(name))
-        system = pendulum.Pendulum(angle)
-        powers[name] = (_power(system, Effect("known", "known", faults=held)), _power(system, known))
+        system = pendulum.Pendulum(_angle(folder, name))
+        bare = Effect("known", "known", faults=held.faults)
+        powers[name] = (_power(system, (bare,)), _power(system, (held, *known[1:])))
     return powers
 
 
-def _power(system: pendulum.Pendulum, effect: Effect) -> float:
+def _angle(folder: Path, name: str) -> np.ndarray:
+    return pendulum.read_pendulum(folder / PENDULUM.format(name))[1]
+
+
+def _learned(
+    systems: Sequence[pendulum.Pendulum], effects: tuple[Effect, ...]
+) -> tuple[float, float, tuple[Effect, ...]]:
+    """Evidence of frictions over some records; log W, and the frictions at what all records say of them together: the
+    product of their posteriors, with the prior once.
+    """
+    problem = Problem(systems[0], Hypothesis(effects), Policy())
+    shared = np.array([0, *range(len(systems[0].coordinates), len(problem.means))])
+    prior = np.diag(problem.spreads[shared] ** -2.0)
+    precision, pulled, evidence = prior, prior @ problem.means[shared], 0.0
+    for system in systems:
+        found = fit(replace(problem, system=system), _begin(system, effects))
+        if found is None:
+            return -np.inf, 0.0, effects
+        own = np.linalg.inv(np.linalg.inv(found.precision)[np.ix_(shared, shared)]) - prior
+        told = own @ found.x[shared] + prior @ (found.x - problem.means)[shared]
+        precision, pulled, evidence = precision + own, pulled + told, evidence + found.evidence
+    pull, *sizes = np.linalg.solve(precision, pulled).tolist()
+    known = tuple(replace(one, own=(replace(one.own[0], mean=size, spread=KNOWN),), starts=())
+                  for one, size in zip(effects, sizes, strict=True))  # fmt: skip
+    return evidence, pull, known
+
+
+def _begin(system: pendulum.Pendulum, effects: tuple[Effect, ...]) -> np.ndarray:
+    x = system.starts()[0]
+    for effect in effects:
+        x = effect.begins(x, system.coordinates)[-1]
+    return x
+
+
+def _power(system: pendulum.Pendulum, effects: tuple[Effect, ...]) -> float:
     """Whitened power with noise and states alone as sources of error."""
     quiet = tuple(replace(one, prior=LogNormal(NOTHING, KNOWN)) if one.place else one for one in system.levels)
-    problem = Problem(pendulum.Pendulum(system.angle, levels=quiet), Hypothesis((effect,)), Policy())
-    found = fit(problem, effect.begins(system.starts()[0], system.coordinates)[-1])
+    problem = Problem(pendulum.Pendulum(system.angle, levels=quiet), Hypothesis(effects), Policy())
+    found = fit(problem, _begin(system, effects))
     if found is None:
         raise InputError("a record cannot be predicted: its motion is not finite")
     noise = np.log(ENCODER) * np.ones(1)

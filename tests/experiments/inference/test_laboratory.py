@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from experiments.inference import laboratory
 from experiments.inference.curve import curve
 from experiments.inference.model import Hypothesis
 from experiments.inference.policy import Policy
@@ -45,6 +47,18 @@ def test_dry_friction_is_named_with_its_size():
     assert verdict.action.families == ("dry friction",)
     row = next(row for row in verdict.rows if row.fit.hypothesis.name == "dry friction")
     assert np.exp(row.fit.x[-1]) == pytest.approx(0.5, rel=0.15)
+
+
+def test_friction_of_four_records_predicts_two_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Swings of 1.2 to 0.5 rad by one joint; of two frictions the one that is there."""
+    monkeypatch.setattr(laboratory, "ENCODER", 1e-3)
+    for number, name in enumerate((*laboratory.LEARNED, *laboratory.PREDICTED)):
+        angle = swinging(20 + number, dry=0.4, amplitude=1.2 - 0.14 * number)
+        told = pd.DataFrame({"time [s]": 0.004 * np.arange(len(angle)), "angle [rad]": angle})
+        told.to_csv(tmp_path / laboratory.PENDULUM.format(name), index=False)
+    for nothing, friction in laboratory.predicted_powers(tmp_path, ("dry friction", "viscous friction")).values():
+        assert nothing > 2.0
+        assert friction == pytest.approx(1.0, abs=0.2)
 
 
 def test_friction_that_the_library_lacks_is_an_unknown_law_of_the_rate_with_its_curve():
