@@ -135,11 +135,11 @@ class Along:
 
     def _lengths(self) -> Iterator[tuple[dict[str, float], np.ndarray]]:
         """Each shape, with copies at places that move on from run to run."""
-        times = np.arange(DROPPED, self.record.duration, EVERY)
-        places, count = self._scale(times), round(APART / EVERY)
+        places = np.unique(self._scale(np.arange(DROPPED, self.record.duration, EVERY)))  # once where it stands
+        each, count = float(np.diff(places).mean()), round(APART / EVERY)
         if self.spacing is not None:
-            apart = min(self.numbers[self.spacing].high, APART * float(np.ptp(places) / np.ptp(times)))
-            count = max(1, round(apart / float(np.diff(places).mean())))
+            apart = min(self.numbers[self.spacing].high, count * each)
+            count = max(1, round(apart / each))
             for k in range(min(count, len(places))):
                 yield {self.spacing: apart}, np.arange(places[k], places[-1], apart)
             return

@@ -109,12 +109,13 @@ def answer(
     seconds = time.monotonic() - begin
     say("held-out sections")
     nominal, held = _compared(verdict, system, policy, begin, limit)
-    more: list[Saving] = []
-    if verdict.action.kind == "set":
-        more = further(
-            verdict, options(system.record, system.installed), np.random.default_rng(SEED), begin + limit, say
-        )
-    return Answer(verdict, system, found, seconds, nominal, held, tuple(more))
+    more = _further(verdict, system, begin + limit, say) if verdict.action.kind == "set" else ()
+    return Answer(verdict, system, found, seconds, nominal, held, more)
+
+
+def _further(verdict: Verdict, system: Railway, end: float, say: Callable[[str], None]) -> tuple[Saving, ...]:
+    """What to record next, as far as there is time."""
+    return tuple(further(verdict, options(system.record, system.installed), np.random.default_rng(SEED), end, say))
 
 
 def _compared(

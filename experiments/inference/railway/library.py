@@ -175,9 +175,7 @@ _Entry = tuple[str, type[Plugin], dict[str, Any], dict[str, Parameter]]
 
 def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
     """All effects that the record's channels would show; of `kinds` of plug-ins alone where some are given."""
-    entries: list[_Entry] = []
-    places: list[_Entry] = []
-    left_out, installed, twins_made = [], {}, {}
+    entries, places, left_out, installed, twins_made = [], [], [], {}, {}
     for kind, plugin in EFFECTS.classes().items():
         if kinds is not None and kind not in kinds:
             continue

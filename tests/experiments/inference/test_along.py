@@ -15,6 +15,8 @@ from experiments.inference.railway.cases import ALL, VERTICAL, nominal, recorded
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.system import Railway
 from railsim.effects.interface import EFFECTS
+from railsim.scenario import Scenario
+from railsim.simulation import measure, simulate_held
 
 FEW = VERTICAL[:2]
 LATERAL = [one for one in ALL if one["name"] in {"bogie", "body"}]
@@ -85,3 +87,17 @@ def test_places_follow_the_speed() -> None:
     assert float(np.diff(at_times(record, np.array([3.0, 8.0])))[0]) == pytest.approx(100.0, rel=5e-3)
     first, last = reach(record, "distance")
     assert last - first == pytest.approx(20.0 * (record.duration - 2.0), rel=5e-3)
+
+
+def test_no_two_copies_are_at_one_place_where_the_vehicle_stands() -> None:
+    """It stands for 5 s: copies there would be one of many times its size."""
+    time, speed = (0.0, 8.0, 11.0, 16.0, 19.0, 26.0), (15.0, 15.0, 0.0, 0.0, 15.0, 15.0)
+    told = nominal("home", FEW)
+    settings = {"duration": 26.0, "speed": {"kind": "profile", "time": time, "speed": speed}}
+    told = Scenario.build(told.values() | settings)
+    system = Railway(Record(evidence_of(measure(simulate_held(told, "compiled"), told).measurements, told)))
+    plugin = EFFECTS.classes()["exposed_stretch"]
+    along = Along(system, plugin, {}, plugin.parameters())
+    for long in {tuple(one.values.items()) for one in along.copies}:
+        places = sorted(one.place for one in along.copies if tuple(one.values.items()) == long)
+        assert len(places) > 10 and min(np.diff(places)) > 0.1
