@@ -91,20 +91,21 @@ class RailRoughnessScorer(Scorer):
         if answered.any():
             wrong = (found - true)[answered]
             size = root_mean_square(true[answered])
-            scores[f"roughness {name}mm relative error [-]"] = root_mean_square(wrong) / size
             scores[f"roughness {name}mm within 2 std [-]"] = float(np.mean(np.abs(wrong) <= 2.0 * std[answered]))
-            scores[f"roughness {name}mm relative std [-]"] = root_mean_square(std[answered]) / size
+            if size > 0.0:  # of rails that are smooth there no error is relative
+                scores[f"roughness {name}mm relative error [-]"] = root_mean_square(wrong) / size
+                scores[f"roughness {name}mm relative std [-]"] = root_mean_square(std[answered]) / size
         return scores
 
     def _spectrum(self, estimate: Estimate, valid: np.ndarray, true: Spectra) -> dict[str, float]:
         wrong, std, asked = [], [], 0
         for entry in estimate.about["spectrum"]:
             band = third_octave(entry["wavelength [m]"])
-            known = level(np.sqrt(np.mean(_rms(true, band)[:, valid] ** 2, axis=1)))
+            known = np.sqrt(np.mean(_rms(true, band)[:, valid] ** 2, axis=1))
             for row, side in enumerate(SIDES):
                 asked += 1
-                if entry[f"{side} level [dB]"] is not None:
-                    wrong.append(entry[f"{side} level [dB]"] - known[row])
+                if entry[f"{side} level [dB]"] is not None and known[row] > 0.0:
+                    wrong.append(entry[f"{side} level [dB]"] - level(known[row]))
                     std.append(entry[f"{side} level_std [dB]"])
         if not asked:
             return {}
