@@ -108,6 +108,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone, which is its right
         return 0
     except KeyboardInterrupt as stop:
+        sys.unraisablehook = _say_nothing
+        if arguments is None:  # the process ends with this
+            usual = _say_nothing
         return _complain(str(stop) or "interrupted; nothing was written", INTERRUPTED)
     except InputError as error:
         return _complain(str(error))
@@ -147,6 +150,10 @@ def _hear_again(lost: Any) -> None:
         threading.Timer(LATER, _thread.interrupt_main).start()  # at once it would be raised in here
     else:
         sys.__unraisablehook__(lost)
+
+
+def _say_nothing(lost: Any) -> None:
+    """What was half made when a Ctrl-C came may complain as it is deleted: of no use to who pressed it."""
 
 
 def build_parser() -> argparse.ArgumentParser:

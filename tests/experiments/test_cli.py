@@ -285,11 +285,26 @@ def test_being_told_to_end_is_like_an_interrupt(monkeypatch: pytest.MonkeyPatch,
     assert signal.getsignal(signal.SIGTERM) is before
 
 
+def test_what_an_interrupt_left_half_made_does_not_complain(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    class HalfMade:
+        def __del__(self) -> None:
+            raise AttributeError("not there yet")
+
+    def execute(given: argparse.Namespace) -> None:
+        held = HalfMade()
+        raise KeyboardInterrupt(f"interrupted with {type(held).__name__}")
+
+    monkeypatch.setattr("experiments.commands.list.execute", execute)
+    assert main(["list"]) == 130
+    assert capsys.readouterr().err == "railsim: interrupted with HalfMade\n"
+
+
 def test_interrupt_leaves_nothing_behind(tmp_path: Path, cache: Path):
     """Ctrl-C while the engine works: exit code 130, one line, no half of a folder."""
     words = [sys.executable, "-m", "experiments.cli", "simulate", "default", "--engine", "compiled", "--out", "out"]
     settings = {"PYTHONPATH": str(ROOT), "RAILSIM_CACHE": str(tmp_path / "cache"), "PATH": ""}
     words += ["--set", "track=long.csv", "duration=7000", "speed={kind: constant, speed: 10}", "sensors=[]"]
+    words += ["output_rate=64"]  # 0.4 GB: a disk with less than 5 GB left would refuse the run at full rate
     (tmp_path / "long.csv").write_text("s [m],vertical [m]\n" + "".join(f"{20e3 * i},0\n" for i in range(5)))
     heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # background jobs of a shell are born deaf to it
     child = subprocess.Popen(words, cwd=tmp_path, env=settings, stderr=subprocess.PIPE, text=True, preexec_fn=heard)
@@ -301,8 +316,7 @@ def test_interrupt_leaves_nothing_behind(tmp_path: Path, cache: Path):
         child.send_signal(signal.SIGINT)
         with suppress(subprocess.TimeoutExpired):
             _, complaint = child.communicate(timeout=5)
-    assert child.returncode == 130
-    assert complaint == "railsim: interrupted; nothing was written\n"
+    assert (child.returncode, complaint) == (130, "railsim: interrupted; nothing was written\n")
     assert not list(tmp_path.glob("out*"))
     assert not list(tmp_path.glob("cache/*.partial-*"))
 
