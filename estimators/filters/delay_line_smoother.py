@@ -9,12 +9,16 @@ form (Bierman 1973, "Fixed interval smoothing with discrete measurements"), whic
 numbers as Rauch, Tung and Striebel's.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from estimators.filters.kalman import correct
 from railsim.compiled import allocating, inlined
+
+BLOCK = 32768
+"""Steps whose filtered covariances are held at once: 0.1 to 0.3 GB."""
 
 
 class Steps(NamedTuple):
@@ -81,9 +85,45 @@ def _predict(P, F, Q, column, quantities, A, there, new):
             new[i, j] = P[i - quantities, j - quantities]
 
 
+def smooth(
+    steps: Steps,
+    index: np.ndarray,
+    measured: np.ndarray,
+    R: np.ndarray,
+    tilt_factors: np.ndarray,
+    settled: np.ndarray,
+    x: np.ndarray,
+    P: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Smoothed mean and variance of the track, shapes (n, quantities); parameters as of `forward`.
+
+    A record of more than `BLOCK` steps is filtered twice: the first time, only the states at the beginnings of blocks
+    are kept. The numbers are those of one pass, to the last bit.
+    """
+    count = len(index)
+
+    def over(kernel: Callable[..., Any], begin: int, *rest: Any) -> Any:
+        here = slice(begin, begin + BLOCK)
+        courses = (index, measured, R, tilt_factors, settled) if kernel is forward else (index, tilt_factors)
+        return kernel(steps, *(one[here] for one in courses), *rest, begin == 0)
+
+    begins = range(0, count, BLOCK)
+    starts = []
+    for begin in begins:
+        starts.append((x.copy(), P.copy()))
+        if begin != begins[-1]:
+            over(forward, begin, x, P)
+    values, variance = np.empty((count, steps.quantities)), np.empty((count, steps.quantities))
+    adjoint, L = np.zeros(len(x)), np.zeros_like(P)
+    for begin, start in zip(reversed(begins), reversed(starts), strict=True):
+        filtered = over(forward, begin, *start)
+        values[begin : begin + BLOCK], variance[begin : begin + BLOCK] = over(backward, begin, filtered, adjoint, L)
+    return values, variance
+
+
 @allocating
-def forward(steps, index, measured, R, tilt_factors, settled, x, P):
-    """Kalman filter from (x, P), which are overwritten.
+def forward(steps, index, measured, R, tilt_factors, settled, x, P, first):
+    """Kalman filter from (x, P), which become those after the last step.
 
     Parameters
     ----------
@@ -92,6 +132,7 @@ def forward(steps, index, measured, R, tilt_factors, settled, x, P):
     R : variances, shape (n, m).
     tilt_factors : factors of the tilts in each measurement, shape (n, m, 2).
     settled : False where the vehicle's motion is unknown, shape (n,).
+    first : whether (x, P) are those at the first step; else those after the step before it.
 
     Returns
     -------
@@ -106,9 +147,9 @@ def forward(steps, index, measured, R, tilt_factors, settled, x, P):
     gains, innovations, variances = np.zeros((count, m, states)), np.zeros((count, m)), np.zeros((count, m))
     F, Q, A, new = np.empty((rows, columns)), np.empty((rows, rows)), np.empty((rows, states)), np.empty_like(P)
     top, there = np.empty(rows), np.empty(columns)
-    likelihood = 0.0
+    likelihood, given = 0.0, P
     for k in range(count):
-        if k > 0:
+        if k > 0 or not first:
             _interpolate(steps.F, index[k], F)
             _interpolate(steps.Q, index[k], Q)
             for i in range(rows):
@@ -148,18 +189,23 @@ def forward(steps, index, measured, R, tilt_factors, settled, x, P):
                 correct(x, P, gain, S, error)
                 innovations[k, j], variances[k, j] = error, S
                 likelihood -= 0.5 * (np.log(S) + error * error / S)
+    given[:] = P
     return mean, beside, gains, innovations, variances, likelihood
 
 
 @allocating
-def backward(steps, index, tilt_factors, filtered):
-    """Smoothed mean and variance of the track, shapes (n, lines), from what `forward` returned."""
+def backward(steps, index, tilt_factors, filtered, adjoint, L, first):
+    """Smoothed mean and variance of the track, shapes (n, lines), from what `forward` returned.
+
+    adjoint, L : what later steps say of the state after the last one, zero at the end of the record, shapes (states,)
+    and (states, states); they become those after the step before the first one. first : there is no such step.
+    """
     mean, beside, gains, innovations, variances, _ = filtered
     count, quantities, states = beside.shape
     m = gains.shape[1]
     rows, columns = steps.F.shape[1:]
     smoothed, spread = np.empty((count, quantities)), np.empty((count, quantities))
-    adjoint, L, new = np.zeros(states), np.zeros((states, states)), np.empty((states, states))
+    given, new = L, np.empty((states, states))
     F, G, half = np.empty((rows, columns)), np.empty((columns, columns)), np.empty((rows, columns))
     side, moved, back = np.empty((columns, states)), np.empty(states), np.empty(states)
     for k in range(count - 1, -1, -1):
@@ -176,11 +222,12 @@ def backward(steps, index, tilt_factors, filtered):
                     part += L[i, j] * beside[k, line, j]
                 shrink -= beside[k, line, i] * part
             smoothed[k, line], spread[k, line] = total, shrink
-        if k > 0:
+        if k > 0 or not first:
             _interpolate(steps.F, index[k], F)
             _transpose(adjoint, L, F, steps.column, quantities, half, G, side, moved, new)
             adjoint[:] = moved
             L, new = new, L
+    given[:] = L
     return smoothed, spread
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from estimators.filters.delay_line_smoother import backward, forward
+from estimators.filters import delay_line_smoother
 from estimators.filters.information import Information
 from estimators.filters.track_spectrum import Passage, TrackSpectrum, passage
 from estimators.signals.bands import Band, settled
@@ -209,8 +209,9 @@ def smooth(
     measured = np.stack([one.values for one in observations], axis=1)
     turning = np.stack([one.turning for one in observations], axis=1)
     x, P = np.zeros(len(made.covariance)), made.covariance.copy()
-    filtered = forward(made.steps, table_index, measured, noise, turning, odometry.valid, x, P)
-    values, variance = backward(made.steps, table_index, turning, filtered)
+    values, variance = delay_line_smoother.smooth(
+        made.steps, table_index, measured, noise, turning, odometry.valid, x, P
+    )
     return values, np.maximum(variance, 0.0)
 
 

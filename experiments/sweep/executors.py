@@ -1,5 +1,6 @@
 """Where tasks run: processes of this machine, or a Dask cluster. Both give results as they come."""
 
+import ctypes
 import ipaddress
 import math
 import os
@@ -12,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import urlsplit
@@ -37,6 +39,10 @@ ANSWER = 10.0  # s that a scheduler has to answer, and its workers to be there
 _TLS = "DASK_DISTRIBUTED__COMM__TLS"
 MOST_DEATHS = 3  # in a row without a result between them
 _WATCH = 1.0  # s between two looks whether the parent is alive
+
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # M_TRIM_THRESHOLD and M_MMAP_THRESHOLD of malloc.h
+MAPPED = 32 * 2**20  # bytes of an array from which on it is mapped: the most that glibc takes
+KEPT = 512 * 2**20  # bytes that are free and stay with the process: those of the runs of a group
 
 Finished = tuple[Task, dict[str, Any]]
 
@@ -241,7 +247,21 @@ def perform_on_cluster(group: Sequence[Task], keep_truth: bool) -> list[dict[str
     """`perform_group` on a Dask worker, in the folder that the worker clears up after a crash."""
     from distributed import get_worker
 
+    keep_freed_memory()
     return perform_group(group, get_worker().local_directory, keep_truth)
+
+
+@cache
+def keep_freed_memory() -> None:
+    """Let this process use freed memory again (glibc alone; mallopt(3)).
+
+    A page that comes from the system is cleared first, which costs more than the run that fills it. A Dask nanny sets
+    MALLOC_TRIM_THRESHOLD_, by which glibc also stops to adapt the size from which on an array is mapped anew.
+    """
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "mallopt"):
+        libc.mallopt(_MMAP_THRESHOLD, MAPPED)
+        libc.mallopt(_TRIM_THRESHOLD, KEPT)
 
 
 def _results(future: "Future[list[dict[str, Any]]] | Any") -> list[dict[str, Any]]:
@@ -254,6 +274,7 @@ def _results(future: "Future[list[dict[str, Any]]] | Any") -> list[dict[str, Any
 def begin_worker(parent: int) -> None:
     """At a process's start: Ctrl-C is the parent's business, and without the parent there is nothing to do."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    keep_freed_memory()
 
     def watch() -> None:
         while os.getppid() == parent:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
-from estimators.filters.delay_line_smoother import backward, forward
+from estimators.filters import delay_line_smoother
+from estimators.filters.delay_line_smoother import forward, smooth
 from estimators.filters.information import information
 from estimators.filters.track_spectrum import (
     ERRI_VERTICAL,
@@ -79,7 +80,7 @@ def _scaled_inverse(matrix: np.ndarray) -> np.ndarray:
     return np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-11, hermitian=True) / np.outer(size, size)
 
 
-def test_smoother_gives_the_numbers_of_filterpy():
+def test_smoother_gives_the_numbers_of_filterpy(monkeypatch: pytest.MonkeyPatch):
     rng = np.random.default_rng(3)
     made, count = _passage(), 60
     place = made.table_index(np.linspace(*SPEEDS, count))
@@ -91,8 +92,12 @@ def test_smoother_gives_the_numbers_of_filterpy():
     R = np.full((count, 2), [1e-4, 1e-2])
     x, P = np.zeros(len(made.covariance)), made.covariance.copy()
     settled = np.ones(count, dtype=bool)
-    filtered = forward(made.steps, place, measured, R, turning, settled, x, P)
-    values, variance = backward(made.steps, place, turning, filtered)
+    start = x.copy(), P.copy()
+    values, variance = smooth(made.steps, place, measured, R, turning, settled, x, P)
+    for block in (7, 59, 60):  # the same to the last bit in pieces
+        monkeypatch.setattr(delay_line_smoother, "BLOCK", block)
+        again = smooth(made.steps, place, measured, R, turning, settled, *(one.copy() for one in start))
+        np.testing.assert_array_equal(again, (values, variance))
 
     reference = KalmanFilter(dim_x=len(made.covariance), dim_z=1)
     reference.x, reference.P = np.zeros((len(made.covariance), 1)), made.covariance.copy()
@@ -136,7 +141,7 @@ def test_likelihood_is_the_density_of_all_measurements_together():
     whole, values = np.block(blocks) + np.diag(R.ravel()), measured.ravel()
     expected = -0.5 * (np.linalg.slogdet(whole)[1] + values @ np.linalg.solve(whole, values))
     start = np.zeros(len(made.covariance)), made.covariance.copy()
-    likelihood = forward(made.steps, place, measured, R, turning, np.ones(count, dtype=bool), *start)[-1]
+    likelihood = forward(made.steps, place, measured, R, turning, np.ones(count, dtype=bool), *start, True)[-1]
     assert likelihood == pytest.approx(expected, rel=1e-9)
 
 
@@ -148,7 +153,7 @@ def test_standstill_makes_the_vehicle_unknown_again():
         settled = np.full(count, True)
         settled[20] = not stopped
         P = made.covariance.copy()
-        forward(made.steps, place, nothing, R, turning, settled, np.zeros(len(P)), P)
+        forward(made.steps, place, nothing, R, turning, settled, np.zeros(len(P)), P, True)
         assert np.isfinite(P).all()
 
 
