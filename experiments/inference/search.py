@@ -94,8 +94,8 @@ class Search:
         """Keep the fit of a hypothesis that `make` makes, unless the time ends before."""
         self.attempts([(what, how, make)])
 
-    def attempts(self, tasks: Sequence[tuple[str, str, Callable[[], Fit | None]]]) -> None:
-        """The same of several, side by side."""
+    def attempts(self, tasks: Sequence[tuple[str, str, Callable[[], Fit | None]]]) -> bool:
+        """The same of several, side by side; whether the time sufficed for one round of each at least."""
         begun = [one for one in tasks if not self.late(one[0])]
         found = self.system.side_by_side([partial(_in_time, make) for _, _, make in begun])
         for (what, how, _), (one, done) in zip(begun, found, strict=True):
@@ -104,6 +104,7 @@ class Search:
             else:
                 self.late(what)
         self._lighten()
+        return len(begun) == len(tasks) and all(done for _, done in found)
 
     def _lighten(self) -> None:
         """Let go of the arrays of fits that nothing begins from any more."""
@@ -178,8 +179,7 @@ def infer(
             for begin in _distinct([*effect.begins(none.x, system.coordinates),
                                     *effect.begins(nominal, system.coordinates)])
         ])  # fmt: skip
-    _none_again(search)
-    search.cut |= time.monotonic() > search.end
+    search.cut |= not _none_again(search)
     _pairs(search)
     _small_ones(search)
     _unknowns(search)
@@ -315,21 +315,24 @@ def _nominal_fit(search: Search, nominal: np.ndarray) -> Fit:
     return Fit(Hypothesis(), problem.system, nominal, high, total, -np.inf, nothing, nothing, groups, slopes)
 
 
-def _none_again(search: Search) -> None:
-    """`none` from the nuisances of the two best effects; of the best one, and from its own end, where runs are dear."""
+def _none_again(search: Search) -> bool:
+    """`none` from the nuisances of the two best effects; of the best one, and from its own end, where runs are dear:
+    there in the levels that it has, for to anneal them takes as long as a fit. Gives whether the time sufficed.
+    """
     count, named, tasks = len(search.system.coordinates), search.named(), []
+    none = search.fits["none"]
+    psi = none.psi if search.system.dear else None
     for found in named[: 1 if search.system.dear else 2]:
         x = found.x[:count].copy()
         for fault in (one for effect in found.hypothesis.effects for one in effect.faults):
             index = [one.name for one in search.system.coordinates].index(fault.name)
             x[index] = search.system.coordinates[index].mean
         slopes = [one[:count] for one in found.slopes]
-        again = partial(fit, search.problem(), x, slopes=slopes)
+        again = partial(fit, search.problem(), x, psi, slopes)
         tasks.append(("none from other nuisances", f"from the nuisances of {found.hypothesis.name}", again))
-    none = search.fits["none"]
     if search.system.dear and (not named or search.value(named[0]) < search.value(none) + HOPELESS):
         tasks.append(("none once more", "fitted on", partial(fit, search.problem(), none.x, none.psi, none.slopes)))
-    search.attempts(tasks)
+    return search.attempts(tasks)
 
 
 def _pairs(search: Search) -> None:

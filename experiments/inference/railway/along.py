@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -165,8 +166,13 @@ class Along:
 
     def _time(self, place: float) -> float:
         """When the vehicle is at a place, by the record's clock."""
+        return float(np.interp(place, *self._passed))
+
+    @cached_property
+    def _passed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places, and when the vehicle is there."""
         times = np.arange(0.0, self.record.duration + EVERY, EVERY)
-        return float(np.interp(place, self._scale(times), times))
+        return self._scale(times), times
 
     def _near(self, at: float) -> np.ndarray:
         """Frames in which what acts at a time moves the vehicle."""

@@ -21,6 +21,8 @@ from experiments.inference.railway.answers import Answers
 from experiments.inference.railway.build import (
     along_coordinates,
     built_coordinates,
+    law_coordinates,
+    other_law,
     sensor_coordinates,
 )
 from experiments.inference.railway.record import Record
@@ -99,12 +101,30 @@ class Railway:
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """Build, payload, alignment, sensors."""
+        """Build, payload, alignment, creep law, sensors."""
         return self._coordinates
 
     @cached_property
     def _coordinates(self) -> tuple[Coordinate, ...]:
-        return (*self.build, *along_coordinates(self.record), *sensor_coordinates(self.record))
+        return (*self.build, *along_coordinates(self.record), *self._law, *sensor_coordinates(self.record))
+
+    @property
+    def _law(self) -> tuple[Coordinate, ...]:
+        """The creep law, where another one would show."""
+        if "law" not in self.kept:
+            change = self._law_change @ self.simulated.turns[1][0].T
+            seen = float(np.sum(np.abs(change) ** 2 / self.record.densities)) > SEEN**2
+            self.kept["law"] = tuple(law_coordinates(self.record.scenario.vehicle)) if seen else ()
+        return self.kept["law"]
+
+    @cached_property
+    def _law_change(self) -> np.ndarray:
+        """(F, frames, components) of what the other creep law changes in the nominal run; 0 where it has none."""
+        other = other_law(self.nominal.vehicle)
+        if other is None:
+            return np.zeros((*self.record.seen.shape[:2], len(self.simulated.turns[0])), complex)
+        both = self.simulated.outputs([(self.nominal, 0.0), (self.nominal.but(vehicle=other), 0.0)])
+        return np.nan_to_num(both[1] - both[0])
 
     @property
     def levels(self) -> tuple[Level, ...]:
@@ -145,7 +165,7 @@ class Railway:
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """(points, F, frames, channels) of each section; not finite where a run has failed."""
         still = points.copy()
-        still[:, self._of_sensors] = 0.0
+        still[:, self._after_runs] = 0.0
         moved, back = np.unique(still, axis=0, return_inverse=True)
         raw = self._raw([(x, effects) for x in moved])
         return self._sections(self._sensed(points, raw[back.ravel()]))
@@ -158,20 +178,21 @@ class Railway:
         return [self._sections(self._sensed(at, part)) for (at, _), part in parts]
 
     def _sensed(self, points: np.ndarray, raw: np.ndarray) -> np.ndarray:
-        """(points, F, frames, channels) of what the ideal sensors show, with gains, delays and turns."""
+        """(points, F, frames, channels) of what the ideal sensors show, with another creep law, gains, delays, turns."""
         count, (_, whole) = len(self.record.channels), self.simulated.turns
         found = np.empty((*raw.shape[:3], count), complex)
         for row, x in enumerate(points[:, self._of_sensors]):
             gains, delays, angles = x[:count], x[count : 2 * count], x[2 * count :]
             shown = np.tensordot(np.concatenate([[1.0], angles]), whole, 1)
             factor = np.exp(gains - 2j * np.pi * self.record.frequencies[:, None] * delays)
-            found[row] = (raw[row] @ shown.T) * factor[:, None, :]
+            law = points[row, self._index["creep law"]] * self._law_change if self._law else 0.0
+            found[row] = ((raw[row] + law) @ shown.T) * factor[:, None, :]
         return found
 
     def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """(levels, F, channels, channels) of each section; linear answers of the nominal build."""
         still = x.copy()
-        still[self._of_sensors] = 0.0
+        still[self._after_runs] = 0.0
         shown = self._one(still, effects)
         f, count = self.record.frequencies, len(self.record.channels)
         if shown is None:
@@ -330,6 +351,11 @@ class Railway:
         """Where gains, delays and turns stand among the coordinates."""
         first = len(self.coordinates) - len(sensor_coordinates(self.record))
         return slice(first, len(self.coordinates))
+
+    @cached_property
+    def _after_runs(self) -> slice:
+        """Where the coordinates stand that no run depends on: creep law and sensors."""
+        return slice(self._of_sensors.start - len(self._law), len(self.coordinates))
 
     @cached_property
     def _noise(self) -> np.ndarray:
