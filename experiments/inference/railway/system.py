@@ -178,7 +178,7 @@ class Railway:
         return [self._sections(self._sensed(at, part)) for (at, _), part in parts]
 
     def _sensed(self, points: np.ndarray, raw: np.ndarray) -> np.ndarray:
-        """(points, F, frames, channels) of what the ideal sensors show, with another creep law, gains, delays, turns."""
+        """(points, F, frames, channels) of what the ideal sensors show, with creep law, gains, delays and turns."""
         count, (_, whole) = len(self.record.channels), self.simulated.turns
         found = np.empty((*raw.shape[:3], count), complex)
         for row, x in enumerate(points[:, self._of_sensors]):

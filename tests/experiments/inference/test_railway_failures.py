@@ -11,7 +11,7 @@ from experiments.inference.levels import fit_levels, sums
 from experiments.inference.model import Effect, Hypothesis, Library
 from experiments.inference.policy import Policy
 from experiments.inference.problem import Problem, raised
-from experiments.inference.railway.cases import VERTICAL, nominal, recorded
+from experiments.inference.railway.cases import ALL, VERTICAL, nominal, recorded
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.statement import chance
 from experiments.inference.railway.system import Railway
@@ -93,3 +93,14 @@ def test_the_place_is_that_of_the_likeliest_and_a_name_far_ahead_is_said(system:
 
 def test_no_probability_is_said_to_be_one_or_nothing() -> None:
     assert [chance(one) for one in (1.0, 0.5, 0.0)] == ["over 0.999", "0.500", "under 0.001"]
+
+
+def test_another_creep_law_is_a_coordinate_and_strains_no_tolerance() -> None:
+    """FASTSIM's curve under a sheet of Polach's: a driving torque on all wheels imitates the difference."""
+    sensors = ({**ALL[0], "axes": ["y"]}, {**ALL[-1], "axes": ["yaw"]})
+    measured = recorded(np.random.default_rng(21), "other law", (), sensors)
+    system = Railway(Record(evidence_of(measured, nominal("home", sensors))))
+    found, names = healthy_fit(system, Policy()), [one.name for one in system.coordinates]
+    assert found.x[names.index("creep law")] == pytest.approx(1.0, abs=0.2)
+    built = [(x / one.spread, one.name) for x, one in zip(found.x, system.build, strict=False)]
+    assert max(abs(x) for x, _ in built) < 3.0, built
