@@ -124,7 +124,7 @@ class Simulated:
         """Tell places and truths of the runs that do not fail, in any order."""
         runs, numbers = [], []
         for number, (setup, ahead) in enumerate(setups):
-            if not math.isfinite(ahead):
+            if not math.isfinite(ahead) or not _can_be_built(setup):
                 continue
             rate = self.record.scenario.output_rate
             sub = default_substeps(setup.model, setup.speed_tables, rate)
@@ -143,3 +143,11 @@ class Simulated:
         """Whether it differs from the nominal setup in its sensors alone."""
         names = [one.name for one in fields(Setup) if one.name != "sensors"]
         return all(getattr(setup, name) is getattr(self.nominal, name) for name in names)
+
+
+def _can_be_built(setup: Setup) -> bool:
+    """Whether there is such a vehicle; a step of a search may end where a wheel does not fit its rail any more."""
+    try:
+        return setup.model is not None
+    except ValueError:
+        return False
