@@ -16,10 +16,6 @@ from railsim.track.track import Track
 from railsim.vehicles.interface import Vehicle
 
 PAYLOAD = 1500.0  # kg; spread of what nobody has weighed
-RAILS = {"friction": 0.3, "k_slip": 0.6}
-"""Logs by which the rails' condition differs from day to day. Polach (2005, table 1): friction 0.30 wet to 0.55 dry;
-kS 0.4 dry to 0.1 very slippery, and 1 in theory. FASTSIM's curve lies within these.
-"""
 OFFSET, WANDER = 0.3, 0.02  # m at mid-run and of each slow sine, after registration
 SCALE = 2e-3  # of the speed, after registration
 PERIOD = 8.0  # s of the run for each slow sine
@@ -34,8 +30,8 @@ def named(one: Nuisance) -> str:
 
 
 def built_coordinates(vehicle: Vehicle) -> list[Coordinate]:
-    """Logs of a build's numbers and of the rails' condition, and the payload."""
-    logs = [Coordinate(named(one), "-", 0.0, RAILS.get(one.name, one.std)) for one in built(vehicle)]
+    """Logs of a build's numbers, and the payload."""
+    logs = [Coordinate(named(one), "-", 0.0, one.std) for one in built(vehicle)]
     return [*logs, Coordinate("payload", "kg", 0.0, PAYLOAD)]
 
 
