@@ -123,11 +123,11 @@ class Railway:
         same over every track that is expected: FASTSIM takes many times as long as Polach's law.
         """
         if "law change" not in self.kept:
-            other, shape = other_law(self.nominal.vehicle), (*self.record.seen.shape[:2], len(self.simulated.turns[0]))
-            changed = self.nominal if other is None else self.nominal.but(vehicle=other)
-            before, after = self.simulated.outputs([(self.nominal, 0.0), (changed, 0.0)])
-            finite = other is not None and np.isfinite(after).all() and np.isfinite(before).all()
-            self.kept["law change"] = after - before if finite else np.zeros(shape, complex)
+            other = other_law(self.nominal.vehicle)
+            setups = [self.nominal] if other is None else [self.nominal, self.nominal.but(vehicle=other)]
+            shown = self.simulated.outputs([(one, 0.0) for one in setups])
+            change = shown[-1] - shown[0]
+            self.kept["law change"] = change if np.isfinite(change).all() else np.zeros_like(change)
         return self.kept["law change"]
 
     @property
