@@ -22,8 +22,10 @@ class Buffers:
         """An array of float64 with whatever stood there before."""
         count = math.prod(shape)
         size = -(-8 * max(count, 1) // UNIT) * UNIT
-        free = self._free.get(size)
-        memory = free.pop() if free else mmap.mmap(-1, size)
+        try:
+            memory = self._free[size].pop()  # in one step, for several threads take at a time
+        except LookupError:
+            memory = mmap.mmap(-1, size)
         flat = np.frombuffer(memory, count=count)
         weakref.finalize(flat, self._back, memory).atexit = False
         return flat.reshape(shape)

@@ -2,11 +2,8 @@
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from queue import SimpleQueue
-from threading import Event
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +20,7 @@ from railsim.lanes.buffers import Buffers
 from railsim.lanes.machine import LANES, aligned, machine_for
 from railsim.lanes.spread import spread
 from railsim.lanes.structure import refused, structure_of
+from railsim.lanes.threads import in_threads
 
 BLOCK = 64  # rows between two looks at the lanes
 SHIFT = "lateral_shift [m]"
@@ -143,40 +141,7 @@ def advance(
     longest, buffers = longest or max(job.run.rows for job in waiting), buffers or Buffers()
     first = -(-len(waiting) // threads)
     fleets = [_Fleet(waiting, longest, buffers, first, width, channels) for _ in range(min(threads, len(waiting)))]
-    if len(fleets) == 1:
-        yield from fleets[0].advance()
-    else:
-        yield from _together(fleets)
-
-
-def _together(fleets: Sequence["_Fleet"]) -> Iterator[Result]:
-    """What several fleets give, each in a thread."""
-    done: SimpleQueue[Result | None] = SimpleQueue()
-    stopped = Event()
-
-    def work(fleet: _Fleet) -> None:
-        try:
-            for result in fleet.advance():
-                if stopped.is_set():
-                    return
-                done.put(result)
-        finally:
-            done.put(None)
-
-    with ThreadPoolExecutor(len(fleets)) as pool:
-        futures = [pool.submit(work, fleet) for fleet in fleets]
-        try:
-            left = len(fleets)
-            while left:
-                result = done.get()
-                if result is None:
-                    left -= 1
-                else:
-                    yield result
-        finally:
-            stopped.set()
-    for future in futures:
-        future.result()
+    yield from in_threads([fleet.advance for fleet in fleets], threads)
 
 
 class _Fleet:

@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
@@ -209,27 +210,27 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
                 twins_made[name] = _twin(installed[name], next(iter(numbers.values())), twin, system)
             effects.append(effect if whole is None else replace(effect, shown=whole.plain))
             signatures.append(shown)
-    along = [_along(system, maker, entry, installed, left_out) for entry in places]
-    effects = [*_distinct(effects, signatures, left_out), *(one for one in along if one is not None)]
+    found = _distinct(effects, signatures, left_out)
+    along = system.side_by_side([partial(_along, system, maker, entry) for entry in places])
+    for (_, plugin, choices, numbers), one in zip(places, along, strict=True):
+        if isinstance(one, str):
+            left_out.append(one)
+        else:
+            installed[one.name] = Installed(plugin, dict(choices), tuple(numbers))
+    effects = [*found, *(one for one in along if not isinstance(one, str))]
     return Found(Library(tuple(effects)), installed, tuple(left_out), twins_made)
 
 
-def _along(
-    system: Railway, maker: _Maker, entry: _Entry, installed: dict[str, Installed], left_out: list[str]
-) -> Effect | None:
+def _along(system: Railway, maker: _Maker, entry: _Entry) -> Effect | str:
     """An effect with a place or a time, if the channels would show it; else why it is left out."""
     kind, plugin, choices, numbers = entry
-    name = _name(kind, choices)
-    where = Along(system, plugin, choices, numbers)
+    name, where = _name(kind, choices), Along(system, plugin, choices, numbers)
     if not where.copies:
-        left_out.append(f"{name}: {UNFIT}")
-    elif where.loudest(maker.roots) < VISIBLE:
-        left_out.append(f"{name}: {UNSEEN}")
-    else:
-        installed[name] = Installed(plugin, dict(choices), tuple(numbers))
-        own = [prior_along(one, key, plugin, system.record) or prior(key, one) for key, one in numbers.items()]
-        return Effect(name, plugin.equivalence(), own=tuple(own), seek=where.seek)
-    return None
+        return f"{name}: {UNFIT}"
+    if where.loudest(maker.roots) < VISIBLE:
+        return f"{name}: {UNSEEN}"
+    own = [prior_along(one, key, plugin, system.record) or prior(key, one) for key, one in numbers.items()]
+    return Effect(name, plugin.equivalence(), own=tuple(own), seek=where.seek)
 
 
 def _name(kind: str, choices: dict[str, Any]) -> str:

@@ -3,6 +3,7 @@
 import ctypes
 import os
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -12,16 +13,18 @@ from railsim.engines.interface import Diverged, Run
 from railsim.errors import InputError
 from railsim.lanes.buffers import Buffers
 from railsim.lanes.fleet import Job, Piece, advance, kept_channels, prepare
+from railsim.lanes.machine import LANES
+from railsim.lanes.threads import in_threads
 from railsim.truth import HeldTruth
 
 THREADS = min(2, os.cpu_count() or 1)
-AT_ONCE = 32  # runs of one structure whose rows are in memory
 FEW = 3  # runs of one structure up to which one after another takes less time than side by side
 
+Done = tuple[int, HeldTruth | None]
+"""A run's place, and its truth; None where it failed."""
 
-def run_all(
-    runs: Sequence[Run], about: dict[str, object], channels: Sequence[str] | None
-) -> Iterator[tuple[int, HeldTruth | None]]:
+
+def run_all(runs: Sequence[Run], about: dict[str, object], channels: Sequence[str] | None) -> Iterator[Done]:
     """Places of the runs and their truths as they are done, with at least these channels (None = all); a truth that is
     not kept leaves its memory to the next.
     """
@@ -33,20 +36,23 @@ def run_all(
             yield number, None
             continue
         groups.setdefault(job.group, []).append(job)
-    buffers = Buffers()
+    sets: list[list[Job]] = []
     for group in groups.values():
-        if len(group) <= FEW or group[0].refused:
-            yield from ((job.number, _alone(job, about, channels)) for job in group)
-            continue
-        for first in range(0, len(group), AT_ONCE):
-            yield from _together(group[first : first + AT_ONCE], about, channels, buffers)
+        size = 1 if len(group) <= FEW or group[0].refused else LANES
+        sets += [group[first : first + size] for first in range(0, len(group), size)]
+    buffers = Buffers()
+    sets.sort(key=lambda one: -sum(job.run.rows * job.run.substeps for job in one))
+    yield from in_threads([partial(_truths, one, about, channels, buffers) for one in sets], THREADS)
 
 
-def _together(
-    group: Sequence[Job], about: dict[str, object], channels: Sequence[str] | None, buffers: Buffers
-) -> Iterator[tuple[int, HeldTruth | None]]:
-    """Runs of one structure side by side."""
-    for result in advance(group, buffers=buffers, threads=THREADS, channels=channels):
+def _truths(
+    jobs: Sequence[Job], about: dict[str, object], channels: Sequence[str] | None, buffers: Buffers
+) -> Iterator[Done]:
+    """Of one run, or of a set of lanes."""
+    if len(jobs) == 1:
+        yield jobs[0].number, _alone(jobs[0], about, channels)
+        return
+    for result in advance(jobs, buffers=buffers, channels=channels):
         job, rows = (result.job, result.rows) if isinstance(result, Piece) else result
         if isinstance(rows, Diverged):
             yield job.number, None
