@@ -160,6 +160,12 @@ class Effect(Spec, frozen=True):
         return cls.family or cls.__module__.rpartition(".")[2]
 
     @classmethod
+    def ordinary(cls, setup: Setup) -> Mapping[str, float]:
+        """Standard deviations of its numbers about `absent` on healthy vehicles, where those have a little of it."""
+        del setup
+        return {}
+
+    @classmethod
     def fields_of(cls, *roles: Role) -> list[str]:
         """Names of the fields with one of these roles."""
         return [name for name in cls.model_fields if cls.role(name) in roles]

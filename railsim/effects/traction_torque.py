@@ -4,9 +4,12 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from railsim.constants import GRAVITY
 from railsim.effects.interface import CHOSEN, Effect, Setup
 from railsim.spec import quantity
 from railsim.speed import Traction
+
+GRADIENT = 0.01  # a choice: standard deviation of the gradient along a line
 
 
 class TractionTorque(Effect, frozen=True):
@@ -19,6 +22,13 @@ class TractionTorque(Effect, frozen=True):
     signature: ClassVar[str] = "tachometer and speed differ by a steady creepage; the bogie pitches"
     acts_on: ClassVar[str] = "load"
     references: ClassVar[tuple[str, ...]] = ("Ward et al. (2011), section 4.2",)
+
+    @classmethod
+    def ordinary(cls, setup: Setup) -> Mapping[str, float]:
+        """What holds the vehicle's speed on a line's gradients."""
+        model, (wheelset, *others) = setup.model, setup.model.wheelsets
+        weight = GRAVITY * sum(body.mass for body in model.bodies) + sum(model.vertical_load.values())
+        return {"torque": GRADIENT * weight * wheelset.radius / (1 + len(others))}
 
     def install(self, setup: Setup) -> Setup:
         """Torques from the start of the run."""

@@ -64,9 +64,8 @@ class Found:
 
     def made(self, effect: Effect, values: Sequence[float]) -> Plugin:
         """A plug-in from the values of an effect's faults and own coordinates."""
-        if effect.name in self.twins:
-            return self.twins[effect.name].make(values[0])
-        return self.installed[effect.name].make(np.asarray(values))
+        name = effect.name.removeprefix("small ")
+        return self.twins[name].make(values[0]) if name in self.twins else self.installed[name].make(np.asarray(values))
 
 
 def variants(plugin: type[Plugin], system: Railway) -> Iterator[dict[str, Any]]:
@@ -283,7 +282,15 @@ def _effect(
         return Effect(name, plugin.equivalence(), (fault,), place=place,
                       starts=((mean,), (-mean,)) if both else ((mean,), (2.0 * mean,)))  # fmt: skip
     own = tuple(prior(key, one) for key, one in numbers.items())
-    return Effect(name, plugin.equivalence(), own=own, starts=starts(numbers), place=place)
+    healthy = _healthy(plugin, numbers, system)
+    return Effect(name, plugin.equivalence(), own=own, starts=starts(numbers), place=place, healthy=healthy)
+
+
+def _healthy(plugin: type[Plugin], numbers: dict[str, Parameter], system: Railway) -> tuple[Coordinate, ...]:
+    """Priors of an effect's numbers where healthy vehicles have a little of it."""
+    spreads = plugin.ordinary(system.nominal)
+    return tuple(Coordinate(name, one.unit, one.absent or 0.0, spreads[name]) for name, one in numbers.items()
+                 if name in spreads)  # fmt: skip
 
 
 def _distinct(effects: list[Effect], signatures: list[np.ndarray], left_out: list[str]) -> tuple[Effect, ...]:

@@ -11,6 +11,7 @@ from experiments.inference.levels import fit_levels, sums
 from experiments.inference.model import Effect, Hypothesis, Library
 from experiments.inference.policy import Policy
 from experiments.inference.problem import Problem, raised
+from experiments.inference.railway.answer import answer
 from experiments.inference.railway.cases import ALL, VERTICAL, nominal, recorded
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.statement import chance
@@ -104,3 +105,14 @@ def test_another_creep_law_is_a_coordinate_and_strains_no_tolerance() -> None:
     assert found.x[names.index("creep law")] == pytest.approx(1.0, abs=0.2)
     built = [(x / one.spread, one.name) for x, one in zip(found.x, system.build, strict=False)]
     assert max(abs(x) for x, _ in built) < 3.0, built
+
+
+def test_what_holds_the_speed_on_a_line_s_gradients_is_no_fault() -> None:
+    """A torque of 400 N m on each wheelset: 0.8 % of the weight. All of a vehicle in service have some."""
+    sensors = ({**ALL[0], "axes": ["y"]}, {**ALL[-1], "axes": ["yaw"]})
+    torque = {"kind": "traction_torque", "torque": 400.0}
+    measured = recorded(np.random.default_rng(22), "home", (torque,), sensors)
+    found = answer(evidence_of(measured, nominal("home", sensors)), ["traction_torque"])
+    names = [row.fit.hypothesis.name for row in found.verdict.rows]
+    assert found.verdict.action.kind == "none", names
+    assert names.index("small traction_torque") < names.index("traction_torque")
