@@ -180,6 +180,7 @@ def infer(
                                     *effect.begins(nominal, system.coordinates)])
         ])  # fmt: skip
     search.cut |= not _none_again(search)
+    search.cut |= not _small_ones(search)
     _pairs(search)
     _small_ones(search)
     _unknowns(search)
@@ -378,12 +379,17 @@ def _halves(search: Search, pair: Fit, count: int) -> None:
     ])  # fmt: skip
 
 
-def _small_ones(search: Search) -> None:
-    """Effects that were fitted, as healthy systems have them: alone, and beside the best of the others."""
+def _small_ones(search: Search) -> bool:
+    """Effects that were fitted, as healthy systems have them: alone, and beside the best of the others. Gives whether
+    the time sufficed.
+    """
+    tasks = []
     for found in [one for one in search.named() if any(effect.healthy for effect in one.hypothesis.effects)]:
         effects = tuple(effect.small() if effect.healthy else effect for effect in found.hypothesis.effects)
-        small = partial(fit, search.problem(*effects), found.x, found.psi, found.slopes, 1)
-        search.attempt(Hypothesis(effects).name, "as healthy systems have it", small)
+        if (name := Hypothesis(effects).name) not in search.fits:
+            small = partial(fit, search.problem(*effects), found.x, found.psi, found.slopes, 1)
+            tasks.append((name, "as healthy systems have it", small))
+    return search.attempts(tasks)
 
 
 def _unknowns(search: Search) -> None:
