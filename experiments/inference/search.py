@@ -393,9 +393,9 @@ def _small_ones(search: Search) -> bool:
 
 
 def _unknowns(search: Search) -> None:
-    """Something unknown at each place, beside `none` and beside the best effects."""
+    """Something unknown at each place, beside healthy systems and beside the best effects."""
     best = [one for one in search.named() if len(one.hypothesis.named) == len(one.hypothesis.effects) == 1][:BESIDE]
-    for base in (search.fits["none"], *best):
+    for base in (*_healthy(search), *best):
         tasks = []
         for place in _strained(search, base):
             levels = tuple(level for level in search.system.levels if level.place == place)
@@ -404,6 +404,14 @@ def _unknowns(search: Search) -> None:
             tasks.append((name, f"levels of {base.hypothesis.name} fitted anew", anew))
         search.attempts(tasks)
     _whole(search)
+
+
+def _healthy(search: Search) -> list[Fit]:
+    """`none`, and a healthy system with a little of an effect where that is likelier."""
+    none, fits = search.fits["none"], search.fits.values()
+    little = [one for one in fits if one.hypothesis.effects and not (one.hypothesis.named or one.hypothesis.place)]
+    likelier = sorted((one for one in little if search.value(one) > search.value(none)), key=search.value)
+    return [none, *likelier[-1:]]
 
 
 def _strained(search: Search, base: Fit) -> list[str]:
@@ -432,7 +440,7 @@ def _whole(search: Search) -> None:
             (one for one in search.fits.values() if one.hypothesis.unknown), key=lambda f: -search.value(f)
         )
         most = max(search.value(one) for one in search.fits.values())
-        leads = [next((f for f in unknown if bool(f.hypothesis.effects) is beside), None) for beside in (False, True)]
+        leads = [next((f for f in unknown if bool(f.hypothesis.named) is beside), None) for beside in (False, True)]
         left = [one for one in leads if one and one.hypothesis.name not in done and search.value(one) > most - HOPELESS]
         if not left or search.late(f"{left[0].hypothesis.name}, fitted whole"):
             break

@@ -132,6 +132,13 @@ def test_what_healthy_systems_have_a_little_of_is_not_named():
     assert str(verdict.action) == "none" and verdict.rows[0].fit.hypothesis.name == "small bend"
 
 
+def test_something_unknown_beside_what_healthy_systems_have_is_no_fault():
+    own = (replace(BEND.own[0], spread=0.3),)
+    verdict = infer(Line(line(2, bend=0.3, drift=1.0)), Library((replace(BEND, healthy=own, place=None), STEEP)))
+    assert verdict.action == Action("unknown", (), "drift")
+    assert verdict.rows[0].fit.hypothesis.name == "small bend + unknown: drift"
+
+
 def test_a_verdict_without_time_says_what_it_did_not_try():
     verdict = infer(Line(line(5, bend=0.6)), LIBRARY, limit=0.0)
     assert [row.fit.hypothesis.name for row in verdict.rows] == ["none"]
