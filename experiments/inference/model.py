@@ -66,6 +66,7 @@ class Effect:
     unknown at `place`, by coordinates of a law that every hypothesis has, with wide priors; "small" = of a size that
     healthy systems have. healthy : priors of `own` where healthy systems have a little of it. shown : what its own
     coordinates at the first start change of the nominal predictions, (F, T, C) of each group, where that is known.
+    entry : name in the library, where that is another than `name`.
     """
 
     name: str
@@ -78,6 +79,12 @@ class Effect:
     kind: str = "name"
     healthy: tuple[Coordinate, ...] = ()
     shown: tuple[np.ndarray, ...] | None = field(default=None, compare=False, repr=False)
+    entry: str | None = None
+
+    @property
+    def listed(self) -> str:
+        """The name under which the library has it."""
+        return self.entry or self.name
 
     def sought(self, base: "Fit") -> "Effect":
         """The effect with the starts that a fit without it suggests."""
@@ -85,7 +92,7 @@ class Effect:
 
     def small(self) -> "Effect":
         """The same as healthy systems have it."""
-        return replace(self, name=f"small {self.name}", kind="small", own=self.healthy)
+        return replace(self, name=f"small {self.name}", kind="small", own=self.healthy, entry=self.listed)
 
     def begins(self, x: np.ndarray, healthy: Sequence[Coordinate]) -> list[np.ndarray]:
         """Coordinates with this effect beside what x holds: from x itself where it only has other priors, and from each

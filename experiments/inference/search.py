@@ -1,4 +1,4 @@
-"""The search: every effect is fitted, `none` gets every chance that the effects had, pairs and unknowns come last.
+"""The search: every effect is fitted, `none` gets every chance that the effects had, unknowns and pairs come last.
 
 Most wrong verdicts come from a bad optimum, not from the score. So `none` is tried again from the nuisances of the
 best effect (what nuisances can do is no evidence), every effect begins at the fit of `none` and at the nominal build,
@@ -59,6 +59,7 @@ class Search:
     not_tried: list[str] = field(default_factory=list)
     end: float = math.inf  # of time.monotonic()
     say: Callable[[str], None] = lambda _: None
+    beside: set[tuple[str, float]] = field(default_factory=set)  # names and evidence of fits: an unknown was looked for
     cut: bool = False  # whether the time ended before the likeliest effects were fitted, and `none` once more
 
     @property
@@ -181,9 +182,11 @@ def infer(
         ])  # fmt: skip
     search.cut |= not _none_again(search)
     search.cut |= not _small_ones(search)
+    _unknowns(search)
     _pairs(search)
     _small_ones(search)
     _unknowns(search)
+    _whole(search)
     return search.verdict()
 
 
@@ -393,9 +396,14 @@ def _small_ones(search: Search) -> bool:
 
 
 def _unknowns(search: Search) -> None:
-    """Something unknown at each place, beside healthy systems and beside the best effects."""
+    """Something unknown at each place, beside healthy systems and beside the best effects, where that was not looked
+    for yet. Where runs are dear it takes none, so that it goes before pairs.
+    """
     best = [one for one in search.named() if len(one.hypothesis.named) == len(one.hypothesis.effects) == 1][:BESIDE]
     for base in (*_healthy(search), *best):
+        if (base.hypothesis.name, base.evidence) in search.beside:
+            continue
+        search.beside.add((base.hypothesis.name, base.evidence))
         tasks = []
         for place in _strained(search, base):
             levels = tuple(level for level in search.system.levels if level.place == place)
@@ -403,7 +411,6 @@ def _unknowns(search: Search) -> None:
             name = f"{base.hypothesis.name}, unknown: {place}"
             tasks.append((name, f"levels of {base.hypothesis.name} fitted anew", anew))
         search.attempts(tasks)
-    _whole(search)
 
 
 def _healthy(search: Search) -> list[Fit]:

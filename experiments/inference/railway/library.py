@@ -64,8 +64,8 @@ class Found:
 
     def made(self, effect: Effect, values: Sequence[float]) -> Plugin:
         """A plug-in from the values of an effect's faults and own coordinates."""
-        name = effect.name.removeprefix("small ")
-        return self.twins[name].make(values[0]) if name in self.twins else self.installed[name].make(np.asarray(values))
+        twin = self.twins.get(effect.listed)
+        return twin.make(values[0]) if twin else self.installed[effect.listed].make(np.asarray(values))
 
 
 def variants(plugin: type[Plugin], system: Railway) -> Iterator[dict[str, Any]]:
@@ -282,11 +282,11 @@ def _effect(
         return Effect(name, plugin.equivalence(), (fault,), place=place,
                       starts=((mean,), (-mean,)) if both else ((mean,), (2.0 * mean,)))  # fmt: skip
     own = tuple(prior(key, one) for key, one in numbers.items())
-    healthy = _healthy(plugin, numbers, system)
+    healthy = _healthy_size(plugin, numbers, system)
     return Effect(name, plugin.equivalence(), own=own, starts=starts(numbers), place=place, healthy=healthy)
 
 
-def _healthy(plugin: type[Plugin], numbers: dict[str, Parameter], system: Railway) -> tuple[Coordinate, ...]:
+def _healthy_size(plugin: type[Plugin], numbers: dict[str, Parameter], system: Railway) -> tuple[Coordinate, ...]:
     """Priors of an effect's numbers where healthy vehicles have a little of it."""
     spreads = plugin.ordinary(system.nominal)
     return tuple(Coordinate(name, one.unit, one.absent or 0.0, spreads[name]) for name, one in numbers.items()

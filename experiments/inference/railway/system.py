@@ -437,7 +437,7 @@ class Railway:
                 own = x[column : column + len(effect.own)]
                 column += len(effect.own)
                 if effect.own:
-                    made.append(self.installed[effect.name.removeprefix("small ")].make(own))
+                    made.append(self.installed[effect.listed].make(own))
             return self.simulated.setup(values, tuple(made)), float(ahead)
         except InputError:
             return self.nominal, math.nan
