@@ -92,6 +92,8 @@ class WholeCurving(Section):
         names = list(table["quantity"].unique())
         for vehicle, colour, offset in zip(VEHICLES, (BLUE, ORANGE), (-0.15, 0.15), strict=True):
             part = table[table["vehicle"] == vehicle]
+            if part.empty:
+                continue
             places = [names.index(name) + offset for name in part["quantity"]]
             axes.plot(100.0 * part["difference [-]"], places, "o", color=colour, markersize=4, alpha=0.7, label=vehicle)
         axes.axvline(100.0 * LIMIT, color="black", linewidth=0.8, linestyle="--", label="1 %")
@@ -102,7 +104,8 @@ class WholeCurving(Section):
         axes.set_xlim(left=0.0)
         axes.set_xticks([0.0, 0.1, 0.3, 1.0, 3.0, 10.0], ["0", "0.1", "0.3", "1", "3", "10"])
         axes.set_xlabel("difference of run and balance [%]")
-        axes.set_title("Steady curving of whole vehicles, R 300, 400 and 800 m", fontsize="medium")
+        radii = ", ".join(f"{radius:g}" for radius in sorted(table["R [m]"].unique()))
+        axes.set_title(f"Steady curving of whole vehicles, R {radii} m", fontsize="medium")
         axes.legend(fontsize="small")
 
 
