@@ -20,6 +20,7 @@ from experiments.inference.railway.record import Record
 from experiments.inference.railway.runs import give_back
 from experiments.inference.railway.scales import SCALES
 from experiments.inference.railway.system import SEED, Railway
+from experiments.inference.railway.unknown import Unknown, unknown_of
 from experiments.inference.search import infer
 from experiments.inference.verdict import State, Verdict
 
@@ -60,6 +61,11 @@ class Answer:
         problem = Problem(found.system, found.hypothesis, Policy())
         components = found.system.covariances(found.x, found.hypothesis.effects)
         return replace(found, groups=problem.groups(found.x, components))
+
+    @cached_property
+    def unknown(self) -> Unknown | None:
+        """What the unknown that is stated is like; None where none is."""
+        return unknown_of(self.best)
 
 
 def stated(verdict: Verdict) -> Fit | None:

@@ -94,11 +94,14 @@ class Answers:
     def acting(self, place: Place, frames: Mapping[str, np.ndarray]) -> np.ndarray:
         """(F, frames) the force that acts at a place; `frames`: (F, frames) of what is needed, by name."""
         if place.lower:
-            row = opening(self.model, place)
-            moved = sum((row[name] * frames[_channel(name)] for name in row), np.zeros(1))
-            return _impedance(self.model, place, 2.0 * np.pi * self.f)[:, None] * moved
+            return _impedance(self.model, place, 2.0 * np.pi * self.f)[:, None] * self.opened(place, frames)
         left, right = (frames[name] for name in _needed(self.model, place))
         return (right - left) * self._half_gauge(place) if place.axis == "yaw" else left + right
+
+    def opened(self, place: Place, frames: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(F, frames) [m or rad] how far a place between two bodies opens."""
+        row = opening(self.model, place)
+        return sum((row[name] * frames[_channel(name)] for name in row), np.zeros(1))
 
     def _half_gauge(self, place: Place) -> float:
         return next(one.axlebox_half_spacing for one in self.model.wheelsets if one.body == place.upper)

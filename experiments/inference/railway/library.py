@@ -289,8 +289,12 @@ def _effect(
 def _healthy_size(plugin: type[Plugin], numbers: dict[str, Parameter], system: Railway) -> tuple[Coordinate, ...]:
     """Priors of an effect's numbers where healthy vehicles have a little of it."""
     spreads = plugin.ordinary(system.nominal)
-    return tuple(Coordinate(name, one.unit, one.absent or 0.0, spreads[name]) for name, one in numbers.items()
-                 if name in spreads)  # fmt: skip
+    if not spreads:
+        return ()
+    return tuple(
+        Coordinate(name, one.unit, one.absent or 0.0, spreads[name]) if name in spreads else prior(name, one)
+        for name, one in numbers.items()
+    )
 
 
 def _distinct(effects: list[Effect], signatures: list[np.ndarray], left_out: list[str]) -> tuple[Effect, ...]:

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from experiments.inference.railway.answer import Answer
 from experiments.inference.railway.gaps import BANDS, left
 from experiments.inference.railway.statement import chance
+from experiments.inference.railway.unknown import VELOCITY, Unknown
 from experiments.reporting.plots import BLUE, GREY
 
 SHOWN = 12  # hypotheses
@@ -49,6 +50,28 @@ def where(answer: Answer) -> Figure:
         _map(axes, left(groups, levels, f).T, title)
     panels[0].set_yticks(range(len(channels)), channels, fontsize=8)
     figure.supxlabel("frequency [Hz]; numbers: rms of what is left over noise and track errors as stated", fontsize=9)
+    return figure
+
+
+def unknown(one: Unknown) -> Figure:
+    """Something unknown: its course, its power over what acts there, and its curves over the motion there."""
+    figure = Figure(figsize=(8.5, 5.5), layout="constrained")
+    above, under = figure.subfigures(2, 1)
+    course, below = above.subplots(), under.subplots(1, 1 + len(one.curves), squeeze=False)[0]
+    course.plot(one.time, one.values, color=BLUE, linewidth=0.6)
+    course.set_xlabel("time [s]")
+    course.set_ylabel(f"missing [{one.unit}]")
+    course.set_title(f"{one.place}: {one.words}", fontsize=10)
+    below[0].semilogy(one.frequencies, one.power, color=BLUE, linewidth=1.0)
+    below[0].set_xlabel("frequency [Hz]")
+    below[0].set_ylabel("power over what acts there [-]", fontsize=9)
+    base = "rad" if one.unit == "N m" else "m"
+    for axes, (name, curve) in zip(below[1:], one.curves.items(), strict=True):
+        axes.plot(curve.state, curve.mean, "o-", color=BLUE, markersize=4, linewidth=1.0)
+        axes.axhline(0.0, color="black", linewidth=0.8)
+        axes.set_xlabel(f"{name} [{base}{'/s' if name == VELOCITY else ''}]")
+        axes.set_title(f"explains {max(0.0, 100.0 * curve.share):.0f} %", fontsize=9)
+        axes.locator_params(axis="x", nbins=4)
     return figure
 
 

@@ -19,6 +19,8 @@ def write(answer: Answer, folder: Path) -> dict[str, Any]:
     """Write all files into a folder; gives what verdict.json holds."""
     told = statement(answer)
     figures = {"where": pictures.where(answer), "evidence": pictures.evidence(answer)}
+    if told["unknown"] and answer.unknown:
+        figures["unknown"] = pictures.unknown(answer.unknown)
     images = {name: html.png(figure, DPI) for name, figure in figures.items()}
     for name, data in images.items():
         (folder / f"{name}.png").write_bytes(data)
@@ -39,6 +41,8 @@ def _parts(answer: Answer, told: dict[str, Any], images: dict[str, bytes]) -> li
     ]
     parts += ["<h2>Where each model lies off the recording</h2>", html.image("where", images["where"]), _held(told)]
     parts += ["<h2>What was compared</h2>", html.image("evidence", images["evidence"]), _hypotheses(told)]
+    if "unknown" in images:
+        parts += ["<h2>What the unknown is like</h2>", html.image("unknown", images["unknown"])]
     if told["parameters"]:
         parts += ["<h2>Sizes, with 90 % intervals</h2>", _sizes(told["parameters"])]
     if told["further"]:

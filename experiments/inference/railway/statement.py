@@ -9,6 +9,7 @@ from experiments.inference.held_out import Held
 from experiments.inference.model import Fit
 from experiments.inference.railway.answer import Answer
 from experiments.inference.railway.gaps import overall
+from experiments.inference.railway.unknown import BROADBAND, told
 from railsim.effects.interface import EFFECTS
 
 INTERVAL = 1.645  # standard deviations to each side of a value: nine of ten true ones lie within
@@ -38,6 +39,7 @@ def statement(answer: Answer) -> dict[str, Any]:
         "statement": str(action) if action else kind,
         "effects": list(action.families) if action else [],
         "place": action.place if action else None,
+        "unknown": told(answer.unknown) if action and action.place and answer.unknown else None,
         "parameters": parameters(answer, best),
         "channels": {
             name: {"before": round(a, 3), "nuisance_only": round(b, 3), "after": round(c, 3)} for name, a, b, c in gaps
@@ -152,7 +154,9 @@ def in_words(answer: Answer) -> str:
     elif action.kind == "none":
         said = "Nothing is missing: tolerances, sensors and the errors of the track file explain the recording."
     elif action.kind == "unknown":
-        said = f"Something is missing that no effect of the library explains. It acts at: {action.place}."
+        said = (
+            f"Something is missing that no effect of the library explains. It acts at: {action.place}.{_like(answer)}"
+        )
     else:
         sizes = "; ".join(
             f"{name} {one['value']:.10g} ({one['low']:.10g} to {one['high']:.10g}) {one['unit'].strip('- ')}".strip()
@@ -161,7 +165,7 @@ def in_words(answer: Answer) -> str:
         lead = {"set": "One of these is missing, and the recording cannot tell which"}.get(
             action.kind, "What is missing"
         )
-        beside = f" Beside it something unknown acts at: {action.place}." if action.place else ""
+        beside = f" Beside it something unknown acts at: {action.place}.{_like(answer)}" if action.place else ""
         said = (
             f"{lead}: {_plain(' or '.join(action.families) if action.kind == 'set' else ' and '.join(action.families))}"
         )
@@ -169,8 +173,21 @@ def in_words(answer: Answer) -> str:
     late = f" {len(verdict.not_tried)} hypotheses were not fitted whole." if verdict.not_tried else ""
     plugins = (one for one in EFFECTS.classes().values() if one.equivalence() in action.families)
     advice = "".join(f" {one.advice}" for one in plugins if one.advice)
-    told = f"{said} Its probability is {chance(probability)}.{advice}{rival}{_more(answer)}{_lacking(verdict.misfit)}"
-    return f"{told}{_beyond(answer)}{late}{_length(answer)}"
+    words = f"{said} Its probability is {chance(probability)}.{advice}{rival}{_more(answer)}{_lacking(verdict.misfit)}"
+    return f"{words}{_beyond(answer)}{late}{_length(answer)}"
+
+
+def _like(answer: Answer) -> str:
+    """What the unknown is like."""
+    one = answer.unknown
+    if one is None:
+        return ""
+    part = (
+        f" ({100.0 * one.share:.0f} % of it)"
+        if one.words != BROADBAND
+        else ": no tone, pulses or curve hold half of it"
+    )
+    return f" It is like this: {one.words}{part}."
 
 
 def _more(answer: Answer) -> str:

@@ -389,6 +389,27 @@ class Railway:
             self.kept["answers"] = tuple(Answers(model, speed, self.record.channels, f) for speed in speeds)
         return self.kept["answers"]
 
+    def answer(self, level: Level, section: int) -> np.ndarray:
+        """(F, channels) to 1 N, 1 N m or one unit of a reading, of a latent level."""
+        channels, answers = list(self.record.channels), self._answers[section]
+        if level.kind == "reading":
+            return np.tile(np.eye(len(channels))[channels.index(str(level.place))], (len(answers.f), 1))
+        return answers.forces[:, :, [one.name for one in answers.places].index(str(level.place))]
+
+    def opening(self, x: np.ndarray, effects: tuple[Effect, ...], level: Level) -> np.ndarray | None:
+        """(F, frames) [m or rad] how far the place of a latent force opens at x; None where it joins no two bodies."""
+        place = next((one for one in self._answers[0].places if one.name == level.place and one.lower), None)
+        still = x.copy()
+        still[self._after_runs] = 0.0
+        shown = self._one(still, effects) if place else None
+        return self._answers[0].opened(place, shown.acting) if place and shown else None
+
+    def unit_of(self, level: Level) -> str:
+        """Of what acts at the place of a latent level."""
+        if level.kind == "reading":
+            return str(level.place).rpartition("[")[2].rstrip("]")
+        return "N m" if str(level.place).rpartition(" ")[2] in ("roll", "yaw") else "N"
+
     @cached_property
     def _survey(self) -> dict[str, list[np.ndarray]]:
         """(F, channels, channels) of each source of errors and section, as loud as stated."""

@@ -13,6 +13,7 @@ from experiments.inference.policy import Policy
 from experiments.inference.problem import Problem, raised
 from experiments.inference.railway.answer import answer
 from experiments.inference.railway.cases import ALL, VERTICAL, nominal, recorded
+from experiments.inference.railway.library import found_library
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.statement import chance
 from experiments.inference.railway.system import Railway
@@ -116,3 +117,12 @@ def test_what_holds_the_speed_on_a_line_s_gradients_is_no_fault() -> None:
     names = [row.fit.hypothesis.name for row in found.verdict.rows]
     assert found.verdict.action.kind == "none", names
     assert names.index("small traction_torque") < names.index("traction_torque")
+
+
+def test_rails_that_give_way_as_in_service_are_no_fault(system: Railway) -> None:
+    """No rail is rigid: up to half of 1 / (50 MN/m) is ordinary, whatever its waves."""
+    (effect,) = found_library(system, ["soft_track"]).library.effects
+    (small,) = Library((effect,)).small
+    (softness, *waves), (fault, *others) = small.own, effect.own
+    assert (softness.name, softness.mean, softness.spread) == ("softness", 0.0, 1e-8)
+    assert fault.mean > softness.spread and waves == others

@@ -1,0 +1,123 @@
+"""What something unknown in a fit is like: its course in time, and whether it is a tone, comes in pulses, or follows
+the motion at its place.
+
+The course is the mean of the latent force (or reading) given the residuals: with answers h, expected power P and
+covariance S of all errors it is P h^H S^-1 r at each frequency (Wiener 1949).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from experiments.inference.course import Curve, curve, pulses, tone
+from experiments.inference.model import Fit, Level
+from experiments.inference.railway.record import DROPPED, WINDOW
+from experiments.inference.railway.system import Railway
+
+RATE = 128.0  # Hz; of the course
+MOST = 0.5  # of it: what explains less than half does not tell what it is like
+
+DISPLACEMENT, VELOCITY, BROADBAND = "displacement", "velocity", "broadband"
+
+
+@dataclass(frozen=True, eq=False)
+class Unknown:
+    """A latent force or reading.
+
+    Attributes
+    ----------
+    place, unit : where it acts, and of its values. words : what it is like. share : of it that this explains. time,
+    values : (n,) its course [s] within the band that is compared. frequencies, power : (F,) [Hz] its mean power over
+    what acts there. curves : over displacement and velocity of the place, where it lies between two bodies.
+    """
+
+    place: str
+    unit: str
+    words: str
+    share: float
+    time: np.ndarray
+    values: np.ndarray
+    frequencies: np.ndarray
+    power: np.ndarray
+    curves: dict[str, Curve]
+
+
+def unknown_of(fit: Fit) -> Unknown | None:
+    """Of a fit with its residuals; None where its hypothesis has nothing unknown."""
+    system = fit.system
+    if not fit.hypothesis.unknown or not isinstance(system, Railway):
+        return None
+    level = fit.hypothesis.unknown[0]
+    course, passed, usual = _course(fit, system, level)
+    values, even = (_history(system, one) for one in (course, course / usual[:, None]))
+    time = DROPPED + 0.5 * WINDOW + np.arange(len(values)) / RATE
+    curves: dict[str, Curve] = {}
+    opening = system.opening(fit.x, fit.hypothesis.effects, level)
+    if opening is not None:
+        f = system.record.frequencies
+        count = 2.0 * (f[-1] - f[0]) * len(values) / RATE
+        omega = 2j * np.pi * f[:, None]
+        for name, state in ((DISPLACEMENT, opening), (VELOCITY, omega * opening)):
+            curves[name] = curve(values, _history(system, passed * state), count)
+    words, share = _words(even, curves)
+    power = np.mean(np.abs(course) ** 2, axis=1) / usual**2
+    return Unknown(
+        level.place or "", system.unit_of(level), words, share, time, values, system.record.frequencies, power, curves
+    )
+
+
+def told(one: Unknown) -> dict[str, Any]:
+    """For programs."""
+    return {
+        "place": one.place, "like": one.words, "share": round(one.share, 3), "unit": one.unit,
+        "rms": float(f"{np.sqrt(np.mean(one.values**2)):.3g}"),
+        "curves": {
+            name: {"share": round(of.share, 3), name: _figures(of.state), "mean": _figures(of.mean)}
+            for name, of in one.curves.items()
+        },
+    }  # fmt: skip
+
+
+def _figures(values: np.ndarray) -> list[float]:
+    return [float(f"{value:.4g}") for value in values]
+
+
+def _words(even: np.ndarray, curves: dict[str, Curve]) -> tuple[str, float]:
+    """What explains most of it, and how much. `even`: its course, all frequencies as loud beside what acts there."""
+    (frequency, pure), (period, again) = tone(even, RATE), pulses(even, RATE)
+    found = {f"a tone at {frequency:.1f} Hz": pure, f"pulses every {period:.2f} s": again}
+    found |= {f"it follows the {name} there": one.share for name, one in curves.items()}
+    words = max(found, key=found.__getitem__)
+    return (words, found[words]) if found[words] >= MOST else (BROADBAND, found[words])
+
+
+def _course(fit: Fit, system: Railway, level: Level) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(F, frames) its mean; (F, frames) the share of a force there that passes into that mean; (F,) root of the power
+    of what acts there.
+    """
+    number = [one.name for one in system.levels].index(level.name)
+    shape = system.record.seen.shape[:2]
+    course, passed, powers = np.zeros(shape, complex), np.zeros(shape), np.zeros(shape)
+    for section, group in enumerate(fit.groups):
+        answer = system.answer(level, section)
+        size = np.einsum("fc,fc->f", answer, np.conj(answer)).real
+        power = np.einsum("fcc->f", group.components[number]).real / size
+        covariance = np.tensordot(np.exp(2.0 * fit.psi), group.components, 1)
+        seen = np.exp(2.0 * fit.psi[number]) * power[:, None] * np.conj(answer)
+        onto = np.einsum("fc,fcd->fd", seen, np.linalg.inv(covariance))
+        part = system.record.sections[section]
+        course[:, part] = np.einsum("fd,ftd->ft", onto, group.residual)
+        passed[:, part] = np.einsum("fd,fd->f", onto, answer).real[:, None]
+        powers[:, part] = power[:, None]
+    return course, passed, np.sqrt(powers.mean(axis=1))
+
+
+def _history(system: Railway, frames: np.ndarray) -> np.ndarray:
+    """(n,) at `RATE` of kept frames (F, frames), without half a window at both ends; 0 where a frame was left out."""
+    record = system.record
+    of = record.frames(RATE)
+    whole = np.zeros((len(frames), len(of.places), 1), complex)
+    whole[:, record.kept, 0] = frames
+    aside = of.size // 2  # where one window alone reaches
+    return of.synthesise(whole)[0, aside : of.places[-1, -1] + 1 - aside] * np.sqrt(RATE)
