@@ -56,7 +56,7 @@ def where(answer: Answer) -> Figure:
 def unknown(one: Unknown) -> Figure:
     """Something unknown: its course, its power over what acts there, and its curves over the motion there."""
     figure = Figure(figsize=(8.5, 5.5), layout="constrained")
-    above, under = figure.subfigures(2, 1)
+    above, under = np.ravel(np.asarray(figure.subfigures(2, 1)))
     course, below = above.subplots(), under.subplots(1, 1 + len(one.curves), squeeze=False)[0]
     course.plot(one.time, one.values, color=BLUE, linewidth=0.6)
     course.set_xlabel("time [s]")
