@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from experiments.inference.model import Coordinate
 from experiments.inference.railway.record import Record
 from railsim.effects.interface import EFFECTS, Setup
 from railsim.effects.interface import Effect as Plugin
+from railsim.errors import InputError
 from railsim.speed import Profile
 from railsim.track.track import Track
 from railsim.vehicles.interface import Vehicle
@@ -113,7 +115,7 @@ def setup_at(record: Record, track: Track, values: Mapping[str, float], effects:
 
     Raises
     ------
-    InputError : an effect does not fit.
+    InputError : an effect does not fit, or there is no such vehicle to install it on.
     """
     scenario = record.scenario
     setup = Setup(
@@ -122,9 +124,10 @@ def setup_at(record: Record, track: Track, values: Mapping[str, float], effects:
     )  # fmt: skip
     laden = values.get("payload", 0.0)
     load = (EFFECTS.pick("payload").build({"mass": float(np.clip(laden, -2000.0, 10e3))}),) if laden else ()
-    for effect in (*scenario.effects, *load, *effects):
-        setup = effect.install(setup)
-    return setup
+    try:
+        return reduce(lambda made, effect: effect.install(made), (*scenario.effects, *load, *effects), setup)
+    except ValueError as error:  # as a wheel that does not fit its rail
+        raise InputError(str(error)) from error
 
 
 def speed_at(record: Record, values: Mapping[str, float]) -> Profile:

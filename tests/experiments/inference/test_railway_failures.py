@@ -12,6 +12,7 @@ from experiments.inference.model import Effect, Hypothesis, Library
 from experiments.inference.policy import Policy
 from experiments.inference.problem import Problem, raised
 from experiments.inference.railway.answer import answer
+from experiments.inference.railway.build import setup_at
 from experiments.inference.railway.cases import ALL, VERTICAL, nominal, recorded
 from experiments.inference.railway.library import found_library
 from experiments.inference.railway.record import Record
@@ -19,7 +20,9 @@ from experiments.inference.railway.statement import chance
 from experiments.inference.railway.system import Railway
 from experiments.inference.search import healthy_fit, places
 from experiments.inference.verdict import decide
+from railsim.effects.interface import EFFECTS
 from railsim.engines.interface import default_substeps
+from railsim.errors import InputError
 from railsim.scenario import Scenario
 from railsim.simulation import measure, simulate_held
 
@@ -126,3 +129,11 @@ def test_rails_that_give_way_as_in_service_are_no_fault(system: Railway) -> None
     (softness, *waves), (fault, *others) = small.own, effect.own
     assert (softness.name, softness.mean, softness.spread) == ("softness", 0.0, 1e-8)
     assert fault.mean > softness.spread and waves == others
+
+
+def test_a_step_to_a_wheel_that_fits_no_rail_is_a_run_that_fails(system: Railway) -> None:
+    """An effect that needs the model, installed on such a vehicle."""
+    record, fast = system.record, EFFECTS.pick("traction_torque").build({"torque": 500.0})
+    worn = {"log pair.wheel_profile_radius": -2.0}
+    with pytest.raises(InputError, match="wheel_profile_radius"):
+        setup_at(record, record.evidence.track, worn, (fast,))
