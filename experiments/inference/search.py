@@ -439,28 +439,36 @@ def _strained(search: Search, base: Fit) -> list[str]:
 
 def _whole(search: Search) -> None:
     """What leads of the unknowns, alone and beside an effect, is fitted whole, in covariances of its own, until those
-    that lead were: with those of another hypothesis their evidence is not comparable.
+    that lead were: with those of another hypothesis their evidence is not comparable. So where one of them leads, the
+    other is fitted too, however far behind it seems.
     """
-    done: set[str] = set()
+    done: dict[str, bool] = {}
     for _ in range(WHOLE):
         unknown = sorted(
             (one for one in search.fits.values() if one.hypothesis.unknown), key=lambda f: -search.value(f)
         )
-        most = max(search.value(one) for one in search.fits.values())
-        leads = [next((f for f in unknown if bool(f.hypothesis.named) is beside), None) for beside in (False, True)]
-        left = [one for one in leads if one and one.hypothesis.name not in done and search.value(one) > most - HOPELESS]
-        if not left or search.late(f"{left[0].hypothesis.name}, fitted whole"):
+        leader = max(search.fits.values(), key=search.value)
+        leads = {
+            beside: next((f for f in unknown if bool(f.hypothesis.named) is beside), None) for beside in (False, True)
+        }
+        left = [
+            (one, beside) for beside, one in leads.items() if one and one.hypothesis.name not in done
+            and (search.value(one) > search.value(leader) - HOPELESS
+                 or (leader.hypothesis.unknown and beside not in done.values()))
+        ]  # fmt: skip
+        if not left or search.late(f"{left[0][0].hypothesis.name}, fitted whole"):
             break
-        name = left[0].hypothesis.name
-        done.add(name)
+        ((first, beside), *_) = left
+        name = first.hypothesis.name
+        done[name] = beside
         try:
-            problem = search.problem(*left[0].hypothesis.effects, unknown=left[0].hypothesis.unknown)
-            again = fit(problem, left[0].x, slopes=left[0].slopes)
+            problem = search.problem(*first.hypothesis.effects, unknown=first.hypothesis.unknown)
+            again = fit(problem, first.x, slopes=first.slopes)
         except OutOfTimeError:
             search.late(f"{name}, fitted whole")
             break
         if again is not None:
-            search.step(f"{name}: fitted whole ({again.evidence - left[0].evidence:+.1f} nats)")
+            search.step(f"{name}: fitted whole ({again.evidence - first.evidence:+.1f} nats)")
             search.fits[name] = again
 
 
