@@ -185,7 +185,7 @@ def _like(answer: Answer) -> str:
     part = (
         f" ({100.0 * one.share:.0f} % of it)"
         if one.words != BROADBAND
-        else ": no tone, pulses or curve hold half of it"
+        else "; neither a tone nor pulses nor a curve over the motion holds half of it"
     )
     return f" It is like this: {one.words}{part}."
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from experiments.inference.course import Curve, curve, pulses, tone
+from experiments.inference.levels import Sums
 from experiments.inference.model import Fit, Level
 from experiments.inference.railway.record import DROPPED, WINDOW
 from experiments.inference.railway.system import Railway
@@ -103,9 +104,8 @@ def _course(fit: Fit, system: Railway, level: Level) -> tuple[np.ndarray, np.nda
         answer = system.answer(level, section)
         size = np.einsum("fc,fc->f", answer, np.conj(answer)).real
         power = np.einsum("fcc->f", group.components[number]).real / size
-        covariance = np.tensordot(np.exp(2.0 * fit.psi), group.components, 1)
         seen = np.exp(2.0 * fit.psi[number]) * power[:, None] * np.conj(answer)
-        onto = np.einsum("fc,fcd->fd", seen, np.linalg.inv(covariance))
+        onto = np.einsum("fc,fcd->fd", seen, np.linalg.inv(Sums.of(group).covariance(fit.psi)))
         part = system.record.sections[section]
         course[:, part] = np.einsum("fd,ftd->ft", onto, group.residual)
         passed[:, part] = np.einsum("fd,fd->f", onto, answer).real[:, None]
