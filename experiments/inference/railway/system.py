@@ -291,36 +291,40 @@ class Railway:
 
     @property
     def _first_survey(self) -> tuple[int, ...]:
-        """Levels of the file's errors, kind by kind, by the likelihood of the nominal model: a track that is taken as
-        too uncertain loses its short waves, and then their absence speaks for that uncertainty, an optimum of its own.
+        """Levels of the file's errors, kind by kind, by the likelihood of the nominal model where it lies best on the
+        track: a track that is taken as too uncertain loses its short waves, and then their absence speaks for that
+        uncertainty, an optimum of its own; and where the model is decimetres off, short waves are better absent.
         """
         if "first survey" not in self.kept:
-            best = (0,) * len(self._kinds)
+            x, best = self._laid(), (0,) * len(self._kinds)
             for kind in range(len(best)):
                 tried = [_with(best, kind, step) for step in FIRST]
-                left = dict(zip((best, *tried), self._left((best, *tried)), strict=True))
+                left = dict(zip((best, *tried), self._left([(one, x) for one in (best, *tried)]), strict=True))
                 rough = min(tried, key=left.__getitem__)
                 if left[best] - left[rough] < TOLD:
                     continue
                 near = [_with(best, kind, rough[kind] + step) for step in (-1, 0, 1)]
-                best = min(near, key=lambda one: self._over(one).nominal_cost)
+                best = min(near, key=lambda one: self._over(one).cost_at(x))
             self.kept["first survey"] = best
         return self.kept["first survey"]
 
-    def _left(self, surveys: Sequence[tuple[int, ...]]) -> list[float]:
-        """Of each: sum of the logs of what is left, the likelihood with a free spectrum in each channel."""
-        new = [one for one in dict.fromkeys(surveys) if ("left", one) not in self.kept]
-        tracks = [self._expected(self._levels_at(one)) for one in new]
-        runs = self.simulated.channels([(self.nominal.but(track=one), 0.0) for one in tracks])
-        for survey, shown in zip(new, runs, strict=True):
-            power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=1)
-            self.kept["left", survey] = float(np.log(power).sum()) if np.isfinite(power).all() else math.inf
-        return [self.kept["left", one] for one in surveys]
+    def _laid(self) -> np.ndarray:
+        """The start that leaves least over the file's track as stated."""
+        starts, stated = self.starts(), (0,) * len(self._kinds)
+        return starts[int(np.argmin(self._left([(stated, x) for x in starts])))]
 
-    @cached_property
-    def nominal_cost(self) -> float:
-        """Minus the log likelihood of the nominal model with the levels that fit it best, and their priors."""
-        x = np.zeros(len(self.coordinates))
+    def _left(self, at: Sequence[tuple[tuple[int, ...], np.ndarray]]) -> list[float]:
+        """Of levels and coordinates: sum of the logs of what is left, the likelihood with a free spectrum in each
+        channel.
+        """
+        tracks = {one: self._expected(self._levels_at(one)) for one, _ in at}
+        placed = [(tracks[one], *self._at(x, ())) for one, x in at]
+        shown = self.simulated.channels([(setup.but(track=track), ahead) for track, setup, ahead in placed])
+        power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=2)
+        return [float(np.log(one).sum()) if np.isfinite(one).all() else math.inf for one in power]
+
+    def cost_at(self, x: np.ndarray) -> float:
+        """Minus the log likelihood at x with the levels that fit best there, and their priors."""
         pairs = zip(self.observed, self.predict(x[None], ()), self.covariances(x, ()), strict=True)
         groups = [Group(seen - shown[0], parts) for seen, shown, parts in pairs]
         if not all(np.isfinite(one.residual).all() for one in groups):
