@@ -51,6 +51,16 @@ def test_errors_of_the_track_that_are_stated_wrong_are_found(setting: str, steps
     assert found.survey is not None and found.survey[0] in steps
 
 
+def test_a_track_is_not_taken_as_uncertain_because_the_model_lies_off_on_it() -> None:
+    """Registered 0.3 m off, short waves are better absent; with the errors stated right they are there."""
+    record = Record(evidence_of(recorded(np.random.default_rng(8), "home", (), FEW), nominal("home", FEW)))
+    off = dataclasses.replace(record.registration, start=record.registration.start + 0.3)
+    vars(record)["registration"] = off
+    system = Railway(record)
+    found = system.about(np.zeros(len(system.coordinates)), (), None)
+    assert abs((found.survey or (0,))[0]) <= 1  # steps of a factor of two; None is as stated
+
+
 def test_nuisances_are_never_worse_than_the_untouched_model(system: Railway) -> None:
     """By the one measure that decides, each with the levels that fit it best."""
     none, zero = healthy_fit(system, Policy()), np.zeros(len(system.coordinates))
