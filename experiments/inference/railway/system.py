@@ -7,7 +7,7 @@ what effects bring. Every number of the vehicle's data sheet that moves the chan
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -400,13 +400,20 @@ class Railway:
             return np.tile(np.eye(len(channels))[channels.index(str(level.place))], (len(answers.f), 1))
         return answers.forces[:, :, [one.name for one in answers.places].index(str(level.place))]
 
-    def opening(self, x: np.ndarray, effects: tuple[Effect, ...], level: Level) -> np.ndarray | None:
-        """(F, frames) [m or rad] how far the place of a latent force opens at x; None where it joins no two bodies."""
-        place = next((one for one in self._answers[0].places if one.name == level.place and one.lower), None)
+    def joint(self, x: np.ndarray, effects: tuple[Effect, ...], level: Level) -> tuple[np.ndarray, np.ndarray] | None:
+        """(F, frames) how far the place of a latent force opens at x [m or rad], and the force or moment on its upper
+        body by which tolerances there are off the data sheet; None where it joins no two bodies.
+        """
+        nominal, count = self._answers[0], len(self.coordinates)
+        place = next((one for one in nominal.places if one.name == level.place and one.lower), None)
         still = x.copy()
         still[self._after_runs] = 0.0
-        shown = self._one(still, effects) if place else None
-        return self._answers[0].opened(place, shown.acting) if place and shown else None
+        if place is None or (shown := self._one(still, effects)) is None:
+            return None
+        still[[self._index[fault.name] for one in effects for fault in one.faults]] = 0.0
+        built = replace(nominal, model=self._at(still[:count], ())[0].model)
+        beyond = nominal.acting(place, shown.acting) - built.acting(place, shown.acting)
+        return nominal.opened(place, shown.acting), beyond
 
     def unit_of(self, level: Level) -> str:
         """Of what acts at the place of a latent level."""

@@ -2,7 +2,8 @@
 the motion at its place.
 
 The course is the mean of the latent force (or reading) given the residuals: with answers h, expected power P and
-covariance S of all errors it is P h^H S^-1 r at each frequency (Wiener 1949).
+covariance S of all errors it is P h^H S^-1 r at each frequency (Wiener 1949). A fit lays part of what follows the
+motion to tolerances at that place, as friction to a damper; by how much they are off the data sheet is missing too.
 """
 
 from dataclasses import dataclass
@@ -51,16 +52,15 @@ def unknown_of(fit: Fit) -> Unknown | None:
         return None
     level = fit.hypothesis.unknown[0]
     course, passed, usual = _course(fit, system, level)
+    joint, states = system.joint(fit.x, fit.hypothesis.effects, level), {}
+    if joint is not None:
+        opening, beyond = joint
+        course = course + passed * beyond
+        states = {DISPLACEMENT: opening, VELOCITY: 2j * np.pi * system.record.frequencies[:, None] * opening}
     values, even = (_history(system, one) for one in (course, course / usual[:, None]))
     time = DROPPED + 0.5 * WINDOW + np.arange(len(values)) / RATE
-    curves: dict[str, Curve] = {}
-    opening = system.opening(fit.x, fit.hypothesis.effects, level)
-    if opening is not None:
-        f = system.record.frequencies
-        count = 2.0 * (f[-1] - f[0]) * len(values) / RATE
-        omega = 2j * np.pi * f[:, None]
-        for name, state in ((DISPLACEMENT, opening), (VELOCITY, omega * opening)):
-            curves[name] = curve(values, _history(system, passed * state), count)
+    count = 2.0 * float(np.ptp(system.record.frequencies)) * len(values) / RATE
+    curves = {name: curve(values, _history(system, passed * state), count) for name, state in states.items()}
     words, share = _words(even, curves)
     power = np.mean(np.abs(course) ** 2, axis=1) / usual**2
     return Unknown(

@@ -64,3 +64,20 @@ def test_friction_follows_the_velocity() -> None:
     said = told(found)
     assert said["like"] == found.words and len(said["curves"]["velocity"]["mean"]) == len(over.mean)
     assert len(drawn(found).axes) == 4
+
+
+def test_tolerances_off_their_sheet_are_part_of_what_is_missing() -> None:
+    """A damper that is 30 % stronger: minus that share of its force, two dampers side by side, and no other place's."""
+    record = Record(
+        evidence_of(recorded(np.random.default_rng(5), "home", (), VERTICAL[:2]), nominal("home", VERTICAL[:2]))
+    )
+    system = Railway(record, SCALES)
+    x, places = np.zeros(len(system.coordinates)), {one.place: one for one in system.levels if one.kind == "force"}
+    x[[one.name for one in system.coordinates].index("log secondary_vertical_damping")] = np.log(1.3)
+    joint, elsewhere = (system.joint(x, (), places[name]) for name in ("secondary z", "primary1 z"))
+    assert (
+        joint and elsewhere and not elsewhere[1].any() and system.joint(x, (), places["contact of wheelset1 z"]) is None
+    )
+    velocity = 2j * np.pi * record.frequencies[:, None] * joint[0]
+    expected = -0.3 * 2.0 * nominal().vehicle.model_dump()["secondary_vertical_damping"] * velocity
+    np.testing.assert_allclose(joint[1], expected, rtol=1e-6)
