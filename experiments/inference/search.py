@@ -232,7 +232,9 @@ def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
 def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -> list[Ordered]:
     """What the first steps of each effect beside a fit gain over the same steps without it, in its covariance [nats],
     and where they lead; most first. Only an order, nothing is decided by it: by what the library saw, then one linear
-    step, then a few steps of those that promise most, ever fewer. count : of those that will be fitted.
+    step, then a few steps of those that promise most, ever fewer. Steps have the slopes of the fit; where these are not
+    the effect's own, as where it is another vehicle, they gain less than was promised, and the promise counts.
+    count : of those that will be fitted.
     """
     count = count if base.system.dear else search.policy.candidates
     components, now = [group.components for group in base.groups], time.monotonic()
@@ -249,7 +251,8 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     tasks = [((), base.x), *(((effect,), x) for _, effect, x in most)]
     steps = [partial(_stepped, search, base, beside, x, components, end) for beside, x in tasks]
     without, *stepped = base.system.side_by_side(steps)
-    found = [(one[0] - without[0], effect, one[1]) for one, (_, effect, _) in zip(stepped, most, strict=True)
+    found = [(max(promised, one[0] - without[0]), effect, one[1])
+             for one, (promised, effect, _) in zip(stepped, most, strict=True)
              if one is not None and without is not None]  # fmt: skip
     late = [one for one in reached if one.name not in first]
     late += [one for (_, one, _), step in zip(most, stepped, strict=True) if step is None]
