@@ -7,11 +7,12 @@ import pytest
 
 from experiments.inference.fitting import finish, fit
 from experiments.inference.levels import middles
-from experiments.inference.model import Effect, Hypothesis, Level, Library
+from experiments.inference.model import Coordinate, Effect, Hypothesis, Level, Library
 from experiments.inference.policy import Policy
 from experiments.inference.priors import HalfNormal, LogNormal
 from experiments.inference.problem import Problem, raised
 from experiments.inference.screen import SIZE, misfit, rough_gains
+from experiments.inference.search import Search, _none, _ordered
 from experiments.inference.verdict import decide
 from tests.experiments.inference.toy import BEND, STEEP, Line, line
 
@@ -85,3 +86,28 @@ def test_a_nat_counts_less_where_the_model_lacks_more() -> None:
     first, then = ({row.fit.hypothesis.name: row for row in one.rows}["bend"] for one in (usual, less))
     assert then.evidence == pytest.approx(first.evidence / 4.0) and less.misfit == 4.0
     assert abs(then.posterior - 0.5) < abs(first.posterior - 0.5)
+
+
+MIRROR = Effect("mirror", "mirror", own=(Coordinate("bend", "1/s2", 0.0, 1.0),), starts=((0.5,),), place="drift")
+THIRD = Effect("third", "third", own=(Coordinate("third", "1/s3", 0.0, 1.0),), starts=((0.5,),), place="drift")
+
+
+class Mirrored(Line):
+    """Beside `mirror` the line falls with its slope, and faster: the slopes of a fit without it lead the wrong way."""
+
+    def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        name, slope = (effects[-1].name if effects else ""), points[:, 1:2]
+        slope, power = (-0.5 * np.sinh(2.0 * slope) if name == "mirror" else slope), (3 if name == "third" else 2)
+        own = points[:, 2:3] * self.time**power if effects else 0.0
+        return ((points[:, :1] + slope * self.time + own)[:, None, None],)
+
+
+def test_steps_with_slopes_of_another_model_do_not_hide_an_effect() -> None:
+    """The bend comes with the mirror, so it is first, though steps with the slopes of `none` lead away from it."""
+    wide = (Coordinate("offset", "-", 0.0, 1.0), Coordinate("slope", "1/s", 0.0, 3.0))
+    system = Mirrored(line(7, bend=0.5, slope=1.0), coordinates=wide)
+    library = Library((THIRD, MIRROR))
+    search = Search(system, library, Policy())
+    _none(search)
+    order = [effect.name for _, effect, _ in _ordered(search, search.fits["none"], library.effects, 2)]
+    assert order == ["mirror", "third"]
