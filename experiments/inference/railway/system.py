@@ -299,7 +299,7 @@ class Railway:
             x, best = self._laid(), (0,) * len(self._kinds)
             for kind in range(len(best)):
                 tried = [_with(best, kind, step) for step in FIRST]
-                left = dict(zip((best, *tried), self._left([(one, x) for one in (best, *tried)]), strict=True))
+                left = dict(zip(tried, self._left([(one, x) for one in tried]), strict=True))  # `best` among them
                 rough = min(tried, key=left.__getitem__)
                 if left[best] - left[rough] < TOLD:
                     continue
@@ -410,7 +410,8 @@ class Railway:
         still[self._after_runs] = 0.0
         if place is None or (shown := self._one(still, effects)) is None:
             return None
-        still[[self._index[fault.name] for one in effects for fault in one.faults]] = 0.0
+        for fault in (fault for one in effects for fault in one.faults):
+            still[self._index[fault.name]] = self.coordinates[self._index[fault.name]].mean
         built = replace(nominal, model=self._at(still[:count], ())[0].model)
         beyond = nominal.acting(place, shown.acting) - built.acting(place, shown.acting)
         return nominal.opened(place, shown.acting), beyond
