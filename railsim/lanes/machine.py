@@ -1,10 +1,10 @@
 """Sets of lanes that can run: source written to a file, compiled once, and the array that it works on."""
 
-import hashlib
 import importlib.util
 import os
 import sys
 import tempfile
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,11 +17,12 @@ from railsim.contact.wheel import DAMPING, DECAY, K_ADHESION, K_SLIP, RATIO
 from railsim.dynamics.plant import Plant
 from railsim.lanes.layout import ALIGNED, Layout
 from railsim.lanes.memory import ADDRESSES
-from railsim.lanes.source import Source
+from railsim.lanes.source import Source, module_name
 from railsim.lanes.structure import structure_of
 from railsim.lanes.wheel_source import CONSTANTS
 
 LANES = 16  # two registers of eight numbers; more fall out of the caches, and are harder to fill
+_ONE_AT_A_TIME = threading.Lock()  # machines are made; Python 3.11 does not parse text in two threads
 LAW_PLACES = (DAMPING, RATIO, DECAY, K_ADHESION, K_SLIP)
 
 
@@ -54,7 +55,8 @@ def machine_for(plant: Plant, size: int, channels: int, lanes: int = LANES) -> M
     ------
     Untraceable : the plant has something that lanes cannot run.
     """
-    return _machine(structure_of(plant), lanes, _Kept(plant, size, channels))
+    with _ONE_AT_A_TIME:
+        return _machine(structure_of(plant), lanes, _Kept(plant, size, channels))
 
 
 class _Kept:
@@ -75,12 +77,14 @@ def _machine(structure: bytes, lanes: int, kept: _Kept) -> Machine:
     del structure
     plant, size, channels = kept.values
     source = Source(plant, size, channels, lanes)
+    if module_name(source.wheel) not in sys.modules:
+        _load(source.wheel)
     return Machine(_load(source.text).march, source.layout, source.wheels, source.looked_up, size, channels)
 
 
 def _load(text: str) -> Any:
     """A module of that source; its file stays, so that the compiled code is found again."""
-    name = f"lanes_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    name = module_name(text)
     path = kernel_folder() / "lanes" / f"{name}.py"
     path.parent.mkdir(exist_ok=True)
     os.utime(path.parent)

@@ -4,6 +4,7 @@ So the compiler knows that no lane touches another one's numbers, and computes a
 look-up in a table would keep it from that: coefficients are copied into rows when a lane comes into another cell.
 """
 
+import hashlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -15,17 +16,28 @@ from railsim.lanes.symbols import BINARY, COMPARISONS, Symbol
 from railsim.lanes.wheel_source import WHEEL_ROWS, wheel_text
 from railsim.track.kernel import CHANNELS
 
+WHEEL = '''"""A wheel of each of {lanes} lanes: made by railsim.lanes for the kernels of railsim.contact."""
+
+import math
+
+from railsim.compiled import kernel
+from railsim.contact.polach import friction_coefficient, polach_force
+from railsim.contact.wheel import (
+    ContactPoint, Gap, WheelState, cell_of, creep_force, creepages, gap, nearer, normal_contact, resultant,
+)
+from railsim.lanes.memory import number_at
+
+'''
+
 HEADER = '''"""{lanes} lanes: made by railsim.lanes from the kernels of railsim.dynamics."""
 
 import math
 
 from railsim.compiled import kernel
 from railsim.contact.elementary import any_arc_tangent, cosine, cube_root, hyperbolic_tangent, sine
-from railsim.contact.polach import friction_coefficient, polach_force
-from railsim.contact.wheel import (
-    ContactPoint, Gap, WheelState, cell_of, creep_force, creepages, gap, nearer, normal_contact, resultant,
-)
 from railsim.lanes.memory import number_at
+from railsim.lanes.straight import straight
+from {wheel} import wheel
 
 '''
 
@@ -83,12 +95,18 @@ def clock(W, A, starts, row, rate, since, ahead):
 '''
 
 
+def module_name(text: str) -> str:
+    """Name of the module of a source."""
+    return f"lanes_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
 class Source:
     """Text and layout of the lanes for runs with the structure of one plant.
 
     Attributes
     ----------
-    text : source of a module with `march`. layout : rows of its array. wheels : first row of each wheel's block.
+    wheel : source of a module with the contact of one wheel, the same for many structures. text : of one with `march`,
+    which imports that one by its `module_name`. layout : rows of its array. wheels : first row of each wheel's block.
     """
 
     def __init__(self, plant: Plant, size: int, channels: int, lanes: int) -> None:
@@ -105,7 +123,8 @@ class Source:
         }
         self.looked_up = {name: len(program.places) + len(program.numbers) for name, program in programs.items()}
         self._sides = 2 * len(plant.core.radius)
-        parts = [HEADER.format(lanes=lanes), wheel_text(plant, lanes)]
+        self.wheel = "\n".join([WHEEL.format(lanes=lanes), wheel_text(plant, lanes)])
+        parts = [HEADER.format(lanes=lanes, wheel=module_name(self.wheel))]
         parts += [self._function(name, program) for name, program in programs.items()]
         parts.append(self._march(plant, size, channels))
         self.text = "\n".join(parts)
@@ -130,9 +149,12 @@ class Source:
     def _function(self, name: str, program: Program) -> str:
         """Loops of a program, and what comes between them."""
         wanted = _Wanted(name, program, self.layout)
+        loops: list[str] = []
         lines = ["@kernel", f"def {name}(W, A):"]
         for level in range(wanted.levels):
-            lines += wanted.loop(level)
+            if loop := wanted.loop(level):
+                loops += [f'{name}_{level} = straight({self.lanes}, """', *loop, '""", globals())', ""]
+                lines.append(f"    {name}_{level}(W)")
             lines += wanted.look_ups(level)
             if level == program.wheels_level:
                 first, rows = self.wheels[0] * self.lanes, len(WHEEL_ROWS) * self.lanes
@@ -141,7 +163,7 @@ class Source:
                     f"        at = {first} + j * {rows}",
                     f"        wheel(W[at : at + {rows}], A, j % 2, j % 2 + 2 * (j // {self._sides}))",
                 ]
-        return "\n".join([*lines, "", ""])
+        return "\n".join([*loops, "", *lines, "", ""])
 
 
 class _Wanted:
@@ -189,7 +211,7 @@ class _Wanted:
         return self._layout.text("time" if name == ("time",) else name)
 
     def loop(self, level: int) -> list[str]:
-        """Lines of the loop that computes what is known at a level."""
+        """Lines for each lane k that compute what is known at a level."""
         lines: list[str] = []
         loaded: set[Symbol] = set()
 
@@ -211,9 +233,7 @@ class _Wanted:
         for node in sorted(self._later, key=lambda n: n.place):
             if node.level == level:
                 stores.append(f"{self._layout.text((self._name, 'later', node.place))} = v{node.place}")
-        if not stores:
-            return []
-        return [f"    for k in range({self._layout.lanes}):", *(f"        {line}" for line in lines + stores)]
+        return lines + stores if stores else []
 
     def look_ups(self, level: int) -> list[str]:
         """Lines that copy numbers of tables where a lane has come into another cell."""

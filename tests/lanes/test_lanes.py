@@ -1,7 +1,9 @@
 """Runs side by side in lanes are the runs of the compiled engine, whatever runs beside them."""
 
 import re
+import sys
 from collections.abc import Sequence
+from types import ModuleType
 from typing import Any
 
 import numba
@@ -16,7 +18,7 @@ from railsim.lanes import machine
 from railsim.lanes.buffers import Buffers
 from railsim.lanes.fleet import BLOCK, Job, Piece, advance, prepare
 from railsim.lanes.machine import machine_for
-from railsim.lanes.source import Source
+from railsim.lanes.source import Source, module_name
 from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import build_run, load_engine, simulate
 
@@ -165,6 +167,9 @@ def test_lane_loops_hold_no_scalar_arithmetic(monkeypatch: pytest.MonkeyPatch) -
     options = {"_nrt": False, "nogil": True, "fastmath": {"contract", "reassoc", "nsz"}, "error_model": "numpy"}
     monkeypatch.setattr(compiled, "kernel", lambda function: numba.njit(**options)(function))
     world: dict[str, Any] = {}
+    wheel = ModuleType(module_name(source.wheel))
+    monkeypatch.setitem(sys.modules, wheel.__name__, wheel)
+    exec(compile(source.wheel, "wheel", "exec"), wheel.__dict__)
     exec(compile(source.text, "lanes", "exec"), world)
     array, addresses = numba.float64[::1], numba.int64[:, ::1]
     for name, arguments in (
