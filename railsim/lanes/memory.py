@@ -21,6 +21,28 @@ def _number_at(typing_context: Any, address: Any, index: Any) -> Any:
 number_at: Any = intrinsic(_number_at)
 
 
+def copied(lanes: int, count: int) -> Any:
+    """What copies `count` numbers at an address into an array of float64, `lanes` places apart, in compiled code:
+    copy(array, to, address, index).
+    """
+
+    def typed(typing_context: Any, array: Any, to: Any, address: Any, index: Any) -> Any:
+        del typing_context, to, address, index
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            own, to, address, index = arguments
+            target = context.make_array(signature.args[0])(context, builder, own).data
+            source = builder.inttoptr(address, context.get_value_type(types.CPointer(types.float64)))
+            for i in range(count):
+                number = builder.load(builder.gep(source, [builder.add(index, index.type(i))]))
+                builder.store(number, builder.gep(target, [builder.add(to, to.type(i * lanes))]))
+            return context.get_dummy_value()
+
+        return types.void(array, types.int64, types.int64, types.int64), generate
+
+    return intrinsic(typed)
+
+
 def _store_at(typing_context: Any, address: Any, index: Any, value: Any) -> Any:
     """Store a float64 `index` places behind an address."""
     del typing_context, address, index, value

@@ -35,9 +35,11 @@ import math
 
 from railsim.compiled import kernel
 from railsim.contact.elementary import any_arc_tangent, cosine, cube_root, hyperbolic_tangent, sine
-from railsim.lanes.memory import number_at
+from railsim.lanes.memory import copied, number_at
 from railsim.lanes.straight import straight
 from {wheel} import wheel
+
+cubic = copied({lanes}, 4)
 
 '''
 
@@ -264,11 +266,8 @@ class _Wanted:
         else:
             row, own = divmod(channel, POSE_CHANNELS)
             place, address = f"(({row} * A[k, {CELLS}] + cell) * {POSE_CHANNELS} + {own}) * 4", POSE
-        return [f"            at = {place}"] + [
-            f"            {self._layout.text((self._name, 'cell', m, table, channel, i))} = "
-            f"number_at(A[k, {address}], at + {i})"
-            for i in range(4)
-        ]
+        first = self._layout.block(*((self._name, "cell", m, table, channel, i) for i in range(4))) * self._layout.lanes
+        return [f"            cubic(W, {first} + k, A[k, {address}], {place})"]
 
 
 def _operation(kind: str, operands: list[str]) -> str:
