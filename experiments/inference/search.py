@@ -254,10 +254,13 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     found = [(max(promised, one[0] - without[0]), effect, one[1])
              for one, (promised, effect, _) in zip(stepped, most, strict=True)
              if one is not None and without is not None]  # fmt: skip
+    promises = dict(zip((one.name for one in effects), rough, strict=True))
+    promises |= {name: one[0] for name, one in first.items()}
     late = [one for one in reached if one.name not in first]
     late += [one for (_, one, _), step in zip(most, stepped, strict=True) if step is None]
     search.not_tried += [f"{one.name}: no time left" for one in late]
-    search.cut |= bool(late)
+    best = max((one[0] for one in found), default=-math.inf)
+    search.cut |= any(_may_lead(search, promises[one.name], one, best) for one in late)
     rest = [(gain, one, one.begins(base.x, base.system.coordinates)[0])
             for gain, one in sorted(zip(rough, effects, strict=True), key=lambda pair: -pair[0])
             if one.name not in first]  # fmt: skip

@@ -275,15 +275,16 @@ def test_a_large_library_is_searched_for_pairs_of_effects_with_coordinates_of_th
     assert sizes == pytest.approx({"bend": 0.9, "ripple": 0.6}, abs=0.2)
 
 
-def test_a_search_that_did_not_look_at_every_effect_says_so(monkeypatch):
+@pytest.mark.parametrize(("late", "cut"), [("bend", True), ("steep", False)])
+def test_a_search_that_did_not_look_at_every_effect_that_may_lead_says_so(monkeypatch, late: str, cut: bool):
     library, policy = Library((BEND, STEEP)), replace(POLICY, candidates=1)
     assert not infer(Line(line(5, bend=0.6)), library, policy).cut
     monkeypatch.setattr(
         "experiments.inference.search.first_gains",
-        lambda base, effects, *_: [one for one in first_gains(base, effects, policy) if one[1].name == "bend"],
+        lambda base, effects, *_: [one for one in first_gains(base, effects, policy) if one[1].name != late],
     )
     verdict = infer(Line(line(5, bend=0.6)), library, policy)
-    assert verdict.cut and "steep: no time left" in verdict.not_tried
+    assert verdict.cut is cut and f"{late}: no time left" in verdict.not_tried
 
 
 def test_a_search_that_ends_before_none_is_tried_again_says_so(monkeypatch):
