@@ -22,7 +22,7 @@ from railsim.lanes.structure import structure_of
 from railsim.lanes.wheel_source import CONSTANTS
 
 LANES = 16  # two registers of eight numbers; more fall out of the caches, and are harder to fill
-_ONE_AT_A_TIME = threading.Lock()  # machines are made; Python 3.11 does not parse text in two threads
+_ONE_AT_A_TIME = threading.Lock()  # for making machines: Python 3.11 fails where two threads parse text
 LAW_PLACES = (DAMPING, RATIO, DECAY, K_ADHESION, K_SLIP)
 
 

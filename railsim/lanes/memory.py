@@ -22,8 +22,8 @@ number_at: Any = intrinsic(_number_at)
 
 
 def copied(lanes: int, count: int) -> Any:
-    """What copies `count` numbers at an address into an array of float64, `lanes` places apart, in compiled code:
-    copy(array, to, address, index).
+    """A function for compiled code: copy(array, to, address, index). It copies `count` numbers, from `index` places
+    behind an address on, into an array of float64. There they stand `lanes` places apart, from `to` on.
     """
 
     def typed(typing_context: Any, array: Any, to: Any, address: Any, index: Any) -> Any:

@@ -1,7 +1,7 @@
 """Loops over the lanes whose body is straight-line arithmetic, handed to LLVM as it is.
 
 Numba finds out the type of every line that it compiles. There are thousands of these lines, and every number in them is
-a float64: to be told so takes a small part of the time. What LLVM is given, and what it makes of it, stays the same.
+a float64. So their types are not looked for here, which saves most of the time. LLVM is given the same as by Numba.
 """
 
 import ast
@@ -21,7 +21,7 @@ BETTER = {"min": "<", "max": ">"}
 
 
 def straight(lanes: int, text: str, names: Mapping[str, Any]) -> Any:
-    """What compiled code may call with an array W of float64: for k in range(lanes): text.
+    """A function for compiled code. It takes an array W of float64, and runs the text for each k in range(lanes).
 
     text : lines `v = expression` or `W[row + k] = expression`, of names that earlier lines have set, numbers, elements
     `W[row + k]`, arithmetic, comparisons, `a if condition else b`, and calls. names : what the calls mean.
@@ -57,7 +57,7 @@ def _named(name: str, names: Mapping[str, Any]) -> Any:
 
 
 def _called(context: Any, builder: Any, kind: Any, signature: Any) -> Callable[[Sequence[Any]], Any]:
-    """What writes a call of a function, of the kind that it has for Numba, down."""
+    """Writes a call of a function with given values, and gives its result as a float64."""
     function = context.get_function(kind, signature)
     context.add_linking_libs(getattr(function, "libs", ()))
     return lambda values: context.cast(builder, function(builder, values), signature.return_type, types.float64)

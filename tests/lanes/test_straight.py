@@ -54,7 +54,7 @@ def test_each_kind_of_line_gives_the_numbers_of_python():
     assert np.ptp(numbers[10:]) > 0.1
 
 
-def test_the_smaller_and_the_larger_of_nothing_known_are_those_of_python():
+def test_minimum_and_maximum_with_nan_are_those_of_python():
     numbers = np.full(15, math.nan)
     numbers[:5] = 1.0
     _compiled("v1 = W[5 + k]\nv2 = max(v1, 0.0)\nv3 = min(0.0, v1)\nW[0 + k] = v2\nW[10 + k] = v3")(numbers)
