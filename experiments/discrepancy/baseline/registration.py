@@ -1,6 +1,6 @@
 """Registration: where the recording began and how far off its speed is, from the lag between model and measurement."""
 
-from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 from scipy.signal import butter, correlate, sosfiltfilt
@@ -14,10 +14,11 @@ FARTHEST = 0.6  # s of lag that is searched to each side
 BAND = (0.8, 12.0)  # Hz
 ALIKE = 0.5  # correlation from which a window counts
 PREFERRED = ("acceleration_z", "rate_pitch", "displacement", "rate_roll", "acceleration_y", "rate_yaw")
+MOST = 3  # channels that count: the first of these that follow the track at all
 
 
 def register(evidence: Evidence, tries: int = 3) -> Registration:
-    """Start and scale of the speed by which the model's vertical motion fits the measured one in time.
+    """Start and scale of the speed by which the model's motion fits the measured one in time.
 
     Raises
     ------
@@ -49,15 +50,10 @@ def _distance(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
 
 def _lags(evidence: Evidence, prediction: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Middle of each window, how much later the measurement is than the model [s], and a weight, over channels."""
-    found = [entry for name in _chosen(evidence.channels) for entry in _of_channel(evidence, prediction, name)]
-    table = np.array(found).reshape(-1, 3)
+    ranked = [name for quantity in PREFERRED for name in evidence.channels if f".{quantity}" in name]
+    following = (windows for name in ranked if (windows := _of_channel(evidence, prediction, name)))
+    table = np.array([window for windows in islice(following, MOST) for window in windows]).reshape(-1, 3)
     return table[:, 0], table[:, 1], table[:, 2]
-
-
-def _chosen(channels: Sequence[str]) -> list[str]:
-    """Up to three channels that follow the track best."""
-    ranked = [name for quantity in PREFERRED for name in channels if f".{quantity}" in name]
-    return ranked[:3]
 
 
 def _of_channel(evidence: Evidence, prediction: dict[str, np.ndarray], name: str) -> list[tuple[float, float, float]]:

@@ -1,8 +1,11 @@
-"""Lag over distance gives start and scale; a few wrong windows do not matter."""
+"""Lag over distance gives start and scale; neither a few wrong windows nor channels that do not follow matter."""
 
 import numpy as np
 
-from experiments.discrepancy.baseline.registration import robust_line
+from experiments.discrepancy.baseline.evidence import evidence_of
+from experiments.discrepancy.baseline.registration import register, robust_line
+from experiments.inference.railway.cases import ALL, as_measured, nominal
+from railsim.scenario import Scenario
 
 
 def test_offset_and_slope_despite_wrong_windows():
@@ -13,3 +16,11 @@ def test_offset_and_slope_despite_wrong_windows():
     offset, slope = robust_line(x, y, np.ones(40))
     assert abs(offset - 0.7) < 0.05
     assert abs(slope - 0.004) < 1e-4
+
+
+def test_vertical_channels_that_show_joints_alone_leave_it_to_the_lateral_ones():
+    told = nominal(sensors=ALL)
+    joints = {"kind": "rail_joints", "depth": 8e-3, "spacing": 18.8, "first": told.start}
+    true = Scenario.build(told.values() | {"effects": [joints], "start": told.start + 1.5})
+    found = register(evidence_of(as_measured(true, told, "compiled"), told))
+    assert abs(found.start - true.start) < 0.1
