@@ -65,7 +65,8 @@ class Effect:
     starts from what a fit without the effect leaves, by the system and that fit. kind : "name"; "law" = something
     unknown at `place`, by coordinates of a law that every hypothesis has, with wide priors; "small" = of a size that
     healthy systems have. healthy : priors of `own` where healthy systems have a little of it. shown : what its own
-    coordinates at the first start change of the nominal predictions, (F, T, C) of each group, where that is known.
+    coordinates change of the nominal predictions, to first order in a size or sums of these, (K, F, T, C) of each
+    group, where that is known.
     entry : name in the library, where that is another than `name`.
     """
 

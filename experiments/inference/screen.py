@@ -39,7 +39,7 @@ def first_gains(
 
 def rough_gains(base: Fit, effects: Sequence[Effect], policy: Policy) -> list[float]:
     """What each effect gains beside a fit if all were linear [nats], without a run: by its prior where it is a
-    coordinate of the fit, else by what it changes of the nominal predictions, at a size with a normal prior.
+    coordinate of the fit, else by what it changes of the nominal predictions, at sizes with normal priors.
     """
     screen = _Screen(base, policy)
     return [screen.rough(one) for one in effects]
@@ -56,8 +56,8 @@ def misfit(base: Fit, effects: Sequence[Effect], policy: Policy) -> float:
     families: dict[str, list[float]] = {}
     named, screen = base.hypothesis.families, _Screen(base, policy, base.psi)
     for one in effects:
-        if one.shown is not None and one.family not in named and (score := screen.score(one.shown)) is not None:
-            families.setdefault(one.family, []).append(score**2)
+        if one.shown is not None and one.family not in named and (square := screen.square_of(one.shown)) is not None:
+            families.setdefault(one.family, []).append(square)
     squares = [float(np.mean(one)) for one in families.values()]
     return max(1.0, (sum(squares) + ASSUMED) / (len(squares) + ASSUMED))
 
@@ -85,22 +85,26 @@ class _Screen:
             return self._value(self._problem(effect), self.base.x, self.residual, self.slopes[:0]) - self.without
         if effect.shown is None:
             return math.inf
-        push, alone = self._of_change(effect.shown)
-        return 0.5 * push**2 / (alone + SIZE**-2) - 0.5 * math.log1p(SIZE**2 * max(alone, 0.0))
+        push, alone = self._of_changes(effect.shown)
+        wide = alone + SIZE**-2 * np.eye(len(push))
+        return float(0.5 * push @ np.linalg.solve(wide, push) - 0.5 * np.linalg.slogdet(SIZE**2 * wide)[1])
 
-    def score(self, shown: Sequence[np.ndarray]) -> float | None:
-        """z of an effect's size by what it changes of the predictions; None where the fit would not show it."""
-        push, alone = self._of_change(shown)
-        return push / math.sqrt(alone) if alone > 1.0 else None
-
-    def _of_change(self, shown: Sequence[np.ndarray]) -> tuple[float, float]:
-        """Slope of the log likelihood by the size of a change, and its information, both freed of what the fit's
-        coordinates take.
+    def square_of(self, shown: Sequence[np.ndarray]) -> float | None:
+        """Mean square of the scores z of what an effect changes of the predictions; None where the fit would not show
+        it.
         """
-        change = whitened(self.parts, self.psi, [one[None] for one in shown])[0]
-        along = self.slopes @ change
+        push, alone = self._of_changes(shown)
+        seen = np.linalg.eigvalsh(alone)[0] > 1.0
+        return float(push @ np.linalg.solve(alone, push)) / len(push) if seen else None
+
+    def _of_changes(self, shown: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Slope of the log likelihood by the sizes of changes (K,), and their information (K, K), both freed of what
+        the fit's coordinates take.
+        """
+        changes = whitened(self.parts, self.psi, shown)
+        along = self.slopes @ changes.T
         shared = cho_solve(self.curved, along)
-        return float(change @ self.residual - shared @ self.pull), float(change @ change - shared @ along)
+        return changes @ self.residual - shared.T @ self.pull, changes @ changes.T - shared.T @ along
 
     @cached_property
     def pull(self) -> np.ndarray:

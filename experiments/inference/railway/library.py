@@ -207,7 +207,7 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
             installed[name] = Installed(plugin, dict(choices), tuple(numbers))
             if twin is not None:
                 twins_made[name] = _twin(installed[name], next(iter(numbers.values())), twin, system)
-            effects.append(effect if whole is None else replace(effect, shown=whole.plain))
+            effects.append(effect if whole is None else replace(effect, shown=_turned(whole.plain, numbers)))
             signatures.append(shown)
     found = _distinct(effects, signatures, left_out)
     along = system.side_by_side([partial(_along, system, maker, entry) for entry in places])
@@ -230,6 +230,14 @@ def _along(system: Railway, maker: _Maker, entry: _Entry) -> Effect | str:
         return f"{name}: {UNSEEN}"
     own = [prior_along(one, key, plugin, system.record) or prior(key, one) for key, one in numbers.items()]
     return Effect(name, plugin.equivalence(), own=tuple(own), seek=where.seek)
+
+
+def _turned(plain: tuple[np.ndarray, ...], numbers: dict[str, Parameter]) -> tuple[np.ndarray, ...]:
+    """(K, F, frames, channels) of each section: a change, and where it begins at an unknown phase the same a quarter of
+    a turn on, which is exact for a tone.
+    """
+    turns = [1.0, 1j] if any(one.role == "phase" for one in numbers.values()) else [1.0]
+    return tuple(np.stack([turn * one for turn in turns]).astype(np.complex64) for one in plain)
 
 
 def _name(kind: str, choices: dict[str, Any]) -> str:

@@ -17,13 +17,13 @@ from experiments.inference.verdict import decide
 from tests.experiments.inference.toy import BEND, STEEP, Line, line
 
 
-@pytest.mark.parametrize("bend", [0.0, 0.4])
-def test_a_rough_gain_is_a_ratio_of_likelihoods(bend: float) -> None:
+@pytest.mark.parametrize(("bend", "powers"), [(0.0, [2]), (0.4, [2]), (0.4, [3, 2])])
+def test_a_rough_gain_is_a_ratio_of_likelihoods(bend: float, powers: list[int]) -> None:
     system = Line(line(3, bend=bend))
     none = fit(Problem(system, Hypothesis(), Policy()), np.zeros(2))
     assert none is not None
-    change = 0.5 * system.time**2
-    bent = replace(BEND, shown=(change[None, None],))
+    changes = np.stack([0.5 * system.time**power for power in powers])
+    bent = replace(BEND, shown=(changes[:, None, None],))
     latent = np.array([one.place is not None for one in system.levels])
     psi = np.where(latent, np.maximum(none.psi, raised(system.levels)), none.psi)
     errors = np.tensordot(np.exp(2.0 * psi), system.covariances(none.x, ())[0][:, 0], 1)
@@ -34,7 +34,7 @@ def test_a_rough_gain_is_a_ratio_of_likelihoods(bend: float) -> None:
 
     healthy = errors + lines.T @ np.diag([1.0, 0.1**2]) @ lines
     steep = errors + lines.T @ np.diag([1.0, 3.0**2]) @ lines
-    expected = [value(healthy + SIZE**2 * np.outer(change, change)) - value(healthy), value(steep) - value(healthy)]
+    expected = [value(healthy + SIZE**2 * changes.T @ changes) - value(healthy), value(steep) - value(healthy)]
     assert rough_gains(none, (bent, STEEP), Policy()) == pytest.approx(expected, abs=0.02)
 
 
@@ -48,7 +48,7 @@ def bent_lines(seed: int, size: float, count: int = 400) -> tuple[Line, tuple[Ef
     levels = (Level("noise", "sensor", LogNormal(1.0, 0.3)), Level("drift", "force", HalfNormal(1e-3), "drift"))
     one = 0.05 / np.sqrt(0.5 * count)  # of a wave whose score has the deviation 1 by noise alone
     system = Line(clean + size * one * rng.standard_normal(30) @ np.stack(waves), levels=levels)
-    effects = [replace(BEND, name=f"wave {k}", family=f"wave {k}", shown=((10.0 * one * wave)[None, None],))
+    effects = [replace(BEND, name=f"wave {k}", family=f"wave {k}", shown=((10.0 * one * wave)[None, None, None],))
                for k, wave in enumerate(waves)]  # fmt: skip
     return system, tuple(effects)
 
