@@ -73,6 +73,11 @@ class Sections:
         """The system with what it knows at a state."""
         return Sections(self.system.about(x, effects, psi), self.kept)
 
+    def settle(self, x: np.ndarray) -> bool:
+        """The choice of the whole system stays."""
+        del x
+        return False
+
 
 @dataclass(frozen=True)
 class Held:

@@ -200,6 +200,12 @@ class System(Protocol):
         """
         ...
 
+    def settle(self, x: np.ndarray) -> bool:
+        """Choose anew what all hypotheses share, by the fit of the healthy system; whether that is another choice, by
+        which `about` then goes.
+        """
+        ...
+
     def predict_each(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[Predicted]:
         """`predict` of several hypotheses."""
         ...
@@ -215,7 +221,12 @@ class System(Protocol):
 
 
 class OneByOne:
-    """A system that gains nothing by doing several things at once."""
+    """A system that gains nothing by doing several things at once, and whose hypotheses share no choice."""
+
+    def settle(self, x: np.ndarray) -> bool:
+        """There is nothing to choose."""
+        del x
+        return False
 
     @property
     def dear(self) -> bool:

@@ -218,6 +218,11 @@ def _none(search: Search) -> np.ndarray:
     _, begin = max(problem.system.side_by_side(steps), key=lambda one: one[0])
     whole = partial(fit, search.problem(), begin, None, slopes)
     search.attempt("none", "fitted from the better of two alignments", whole)
+    if search.system.settle(search.fits["none"].x):
+        before = search.fits.pop("none")
+        again = partial(fit, search.problem(), before.x, before.psi)
+        search.attempt("none", "fitted again over the input that fits best now", again)
+        search.fits.setdefault("none", before)
     if not search.system.dear:
         none = search.fits["none"]
         again = partial(fit, search.problem(), none.x, none.psi, none.slopes)

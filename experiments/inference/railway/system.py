@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from experiments.inference.railway.build import (
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.simulated import Shown, Simulated, together_for
 from experiments.inference.railway.survey import HIDDEN, Surveyed, sources
+from experiments.inference.railway.survey_levels import TOLD, LevelSearch, Steps, moved
 from experiments.inference.railway.together import Together
 from railsim.effects.interface import Effect as Plugin
 from railsim.effects.interface import Setup
@@ -41,7 +42,6 @@ MOST = 24  # of these runs
 DRAWN = 10  # frames a channel of runs over tracks with other errors, of which the survey's covariance is made
 GRID = 0.15 * np.arange(-2, 3)  # m
 STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
-TOLD = 1.0  # nats; a level of which the record tells less stays as stated
 FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
 REMEMBERED = 8  # runs
 SEED = 20110901  # of these draws: the same for every hypothesis
@@ -260,7 +260,7 @@ class Railway:
         would be no evidence.
         """
         del x, effects, psi
-        return self._over(self._first_survey)
+        return self._over(self._chosen_survey)
 
     @property
     def _kinds(self) -> tuple[str, ...]:
@@ -290,23 +290,31 @@ class Railway:
         return (0,) * len(self._kinds) if self.survey is None else self.survey
 
     @property
-    def _first_survey(self) -> tuple[int, ...]:
+    def _chosen_survey(self) -> Steps:
         """Levels of the file's errors, kind by kind, by the likelihood of the nominal model where it lies best on the
         track: a track that is taken as too uncertain loses its short waves, and then their absence speaks for that
-        uncertainty, an optimum of its own; and where the model is decimetres off, short waves are better absent.
+        uncertainty, an optimum of its own; and where the model is decimetres off, short waves are better absent. Then
+        by that of the healthy vehicle as it fits best (`settle`), for the nominal one lacks waves of its own.
         """
-        if "first survey" not in self.kept:
+        if "survey" not in self.kept:
             x, best = self._laid(), (0,) * len(self._kinds)
             for kind in range(len(best)):
-                tried = [_with(best, kind, step) for step in FIRST]
+                tried = [moved(best, kind, step) for step in FIRST]
                 left = dict(zip(tried, self._left([(one, x) for one in tried]), strict=True))  # `best` among them
                 rough = min(tried, key=left.__getitem__)
-                if left[best] - left[rough] < TOLD:
-                    continue
-                near = [_with(best, kind, rough[kind] + step) for step in (-1, 0, 1)]
-                best = min(near, key=lambda one: self._over(one).cost_at(x))
-            self.kept["first survey"] = best
-        return self.kept["first survey"]
+                if left[best] - left[rough] >= TOLD:
+                    best = self._levels_near(x).beside(rough, kind)
+            self.kept["survey"] = best
+        return self.kept["survey"]
+
+    def settle(self, x: np.ndarray) -> bool:
+        """Choose the levels of the file's errors anew at x."""
+        begun = self._chosen_survey
+        self.kept["survey"] = self._levels_near(x).settled(begun)
+        return self._chosen_survey != begun
+
+    def _levels_near(self, x: np.ndarray) -> LevelSearch:
+        return LevelSearch(lambda all_of: self.side_by_side([partial(self._over(one).cost_at, x) for one in all_of]))
 
     def _laid(self) -> np.ndarray:
         """The start that leaves least over the file's track as stated."""
@@ -478,10 +486,6 @@ class Railway:
     def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
         """(setups, F, frames, channels) of each section, of sensors as they should be."""
         return self._sections(self.simulated.channels(setups))
-
-
-def _with(steps: tuple[int, ...], kind: int, step: int) -> tuple[int, ...]:
-    return (*steps[:kind], step, *steps[kind + 1 :])
 
 
 def kind_of(level: str) -> str:
