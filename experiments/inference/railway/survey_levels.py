@@ -22,21 +22,23 @@ class LevelSearch:
     costs_of: Callable[[Sequence[Steps]], Sequence[float]]
     known: dict[Steps, float] = field(default_factory=dict)
 
-    def beside(self, steps: Steps, kind: int) -> Steps:
+    def beside(self, steps: Steps, kind: int, sides: Sequence[int] = (-1, 1)) -> Steps:
         """The best of these levels and of those with one kind's a step to a side, which must gain `TOLD`."""
-        near = [moved(steps, kind, steps[kind] + side) for side in (0, -1, 1)]
+        near = [moved(steps, kind, steps[kind] + side) for side in (0, *sides)]
         new = [one for one in near if one not in self.known]
         self.known |= dict(zip(new, self.costs_of(new), strict=True))
         best = min(near, key=self.known.__getitem__)
         return best if self.known[steps] - self.known[best] >= TOLD else steps
 
-    def settled(self, begin: Steps) -> Steps:
-        """Where no step of one kind to a side gains enough."""
+    def lowered(self, begin: Steps) -> Steps:
+        """Where no step of one kind down gains enough. Up is not asked: what a model lacks looks like errors of the
+        file, so that without it they seem larger, and never smaller.
+        """
         best = begin
         for _ in range(SWEEPS):
             last = best
             for kind in range(len(best)):
-                best = self.beside(best, kind)
+                best = self.beside(best, kind, (-1,))
             if best == last:
                 break
         return best

@@ -294,7 +294,7 @@ class Railway:
         """Levels of the file's errors, kind by kind, by the likelihood of the nominal model where it lies best on the
         track: a track that is taken as too uncertain loses its short waves, and then their absence speaks for that
         uncertainty, an optimum of its own; and where the model is decimetres off, short waves are better absent. Then
-        by that of the healthy vehicle as it fits best (`settle`), for the nominal one lacks waves of its own.
+        by that of the healthy vehicle as it fits best (`settle`): what the nominal one lacks looked like errors.
         """
         if "survey" not in self.kept:
             x, best = self._laid(), (0,) * len(self._kinds)
@@ -308,9 +308,9 @@ class Railway:
         return self.kept["survey"]
 
     def settle(self, x: np.ndarray) -> bool:
-        """Choose the levels of the file's errors anew at x."""
+        """Lower the levels of the file's errors where that leaves less at x."""
         begun = self._chosen_survey
-        self.kept["survey"] = self._levels_near(x).settled(begun)
+        self.kept["survey"] = self._levels_near(x).lowered(begun)
         return self._chosen_survey != begun
 
     def _levels_near(self, x: np.ndarray) -> LevelSearch:

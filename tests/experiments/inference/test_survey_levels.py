@@ -14,19 +14,23 @@ OFF = 3  # steps: errors taken as eight times their size
 
 
 def of_a_ridge(asked: Sequence[Steps]) -> list[float]:
-    """Least at (2, -1), over a ridge that leads there by turns."""
-    return [3.0 * (a + b - 1) ** 2 + 4.0 * (a - 2) ** 2 for a, b in asked]
+    """Least at (-1, 2), over a ridge that leads there by turns."""
+    return [3.0 * (a + b - 1) ** 2 + 4.0 * (a + 1) ** 2 for a, b in asked]
 
 
 def test_steps_of_one_kind_at_a_time_go_down_a_ridge_and_ask_once() -> None:
     asked: list[Steps] = []
     search = LevelSearch(lambda ones: (asked.extend(ones), of_a_ridge(ones))[1])
-    assert search.settled((1, 1)) == (2, -1)
+    assert search.lowered((2, 4)) == (-1, 2)
     assert len(asked) == len(set(asked))
 
 
 def test_levels_stay_where_others_gain_less_than_a_nat() -> None:
-    assert LevelSearch(lambda ones: [0.3 * one[0] for one in ones]).settled((0,)) == (0,)
+    assert LevelSearch(lambda ones: [0.3 * one[0] for one in ones]).lowered((0,)) == (0,)
+
+
+def test_levels_are_not_raised_for_what_a_model_lacks() -> None:
+    assert LevelSearch(lambda ones: [-100.0 * one[0] for one in ones]).lowered((0,)) == (0,)
 
 
 def test_errors_that_were_taken_as_eight_times_their_size_are_set_right() -> None:
