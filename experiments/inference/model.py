@@ -201,8 +201,8 @@ class System(Protocol):
         ...
 
     def settle(self, x: np.ndarray) -> bool:
-        """Choose anew what all hypotheses share, by the fit of the healthy system; whether that is another choice, by
-        which `about` then goes.
+        """Choose anew what all hypotheses share, by the fit x of the healthy system; `about` then goes by that. Gives
+        whether the choice has changed.
         """
         ...
 

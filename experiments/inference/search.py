@@ -221,7 +221,7 @@ def _none(search: Search) -> np.ndarray:
     if search.system.settle(search.fits["none"].x):
         before = search.fits.pop("none")
         again = partial(fit, search.problem(), before.x, before.psi)
-        search.attempt("none", "fitted again over the input that fits best now", again)
+        search.attempt("none", "fitted again, with what all hypotheses share chosen anew", again)
         search.fits.setdefault("none", before)
     if not search.system.dear:
         none = search.fits["none"]

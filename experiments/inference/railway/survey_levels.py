@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-SWEEPS = 8  # over all kinds at most
+SWEEPS = 8  # over all kinds at most, so that a search always ends
 TOLD = 1.0  # nats; levels of which the record tells less stay as they are
 
 Steps = tuple[int, ...]
@@ -31,8 +31,8 @@ class LevelSearch:
         return best if self.known[steps] - self.known[best] >= TOLD else steps
 
     def lowered(self, begin: Steps) -> Steps:
-        """Where no step of one kind down gains enough. Up is not asked: what a model lacks looks like errors of the
-        file, so that without it they seem larger, and never smaller.
+        """Levels from which no step down of one kind gains enough. They are never raised: what a model lacks looks like
+        errors of the file, so these can seem too large, but not too small.
         """
         best = begin
         for _ in range(SWEEPS):

@@ -293,8 +293,8 @@ class Railway:
     def _chosen_survey(self) -> Steps:
         """Levels of the file's errors, kind by kind, by the likelihood of the nominal model where it lies best on the
         track: a track that is taken as too uncertain loses its short waves, and then their absence speaks for that
-        uncertainty, an optimum of its own; and where the model is decimetres off, short waves are better absent. Then
-        by that of the healthy vehicle as it fits best (`settle`): what the nominal one lacks looked like errors.
+        uncertainty, an optimum of its own; and where the model is decimetres off, short waves are better absent. The
+        nominal model takes its own faults for errors of the file, so `settle` may lower the levels afterwards.
         """
         if "survey" not in self.kept:
             x, best = self._laid(), (0,) * len(self._kinds)
