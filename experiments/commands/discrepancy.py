@@ -32,7 +32,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="measured track in place of the recording's: a CSV\nfile, or the folder of an estimate of it",
     )
     parser.add_argument(
-        "--held-out", nargs="+", default=[], metavar="REC", help="recordings that no fit sees; the gap there is told"
+        "--held-out",
+        nargs="+",
+        default=[],
+        metavar="REC",
+        help="recordings in which nothing is looked for; their gaps are told",
     )
     parser.add_argument("--effects", nargs="+", metavar="NAME", help="consider only these (default: the whole library)")
     parser.add_argument("--engine", default="exudyn", metavar="NAME", help="engine of the last run (default: exudyn)")
@@ -59,7 +63,8 @@ def execute(given: argparse.Namespace) -> Outcome:
     from railsim.scenario import load_scenario
 
     if given.plan:
-        return _plan(given)
+        scenario = load_scenario(given.model)
+        return (_plan if _method(given.method, scenario) == "stages" else _plan_inferred)(given, scenario)
     if not given.recording:
         raise InputError("give a RECORDING, or --plan to see what one could show")
     scenario = load_scenario(given.model)
@@ -93,21 +98,23 @@ def _inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
     from experiments.discrepancy.baseline.evidence import NO_TRACK, gather
     from experiments.discrepancy.baseline.parallel import one_thread_each
     from experiments.inference.railway.answer import answer
+    from experiments.inference.railway.elsewhere import elsewhere, records
     from experiments.inference.railway.report import write
     from experiments.inference.railway.statement import FURTHER, chance, in_words
     from experiments.reporting.logs import tell
     from railsim.files import write_folder_atomically
 
-    if given.held_out:
-        raise InputError("--held-out goes with --method stages; the inference holds out parts of the recording itself")
     if given.time_limit <= 0.0:
         raise InputError(f"--time-limit {given.time_limit:g}: give a positive number of seconds")
-    evidence = gather(given.recording, scenario, given_track(given.track) if given.track else NO_TRACK)
+    track = given_track(given.track) if given.track else NO_TRACK
+    evidence = gather(given.recording, scenario, track)
+    others = records(given.held_out, scenario, track)
     with write_folder_atomically(given.out) as folder:
         found = one_thread_each(answer)(evidence, _known(given.effects), limit=given.time_limit, say=tell)
-        told = write(found, folder)
+        told = write(found, folder, one_thread_each(elsewhere)(found, others, tell))
     rows = [[one["hypothesis"], one["evidence"], chance(one["probability"])] for one in told["hypotheses"][:10]]
     gaps = [[name, *one.values()] for name, one in told["channels"].items()]
+    gaps += [[f"{one['recording']}, took no part", *one["gap"].values()] for one in told["held_out_recordings"]]
     more = [list(one.values()) for one in told["further"]]
     parts = [
         f"{told['status'].upper()}: {in_words(found)}",
@@ -119,13 +126,32 @@ def _inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
     return Outcome(told, "\n\n".join(parts))
 
 
-def _plan(given: argparse.Namespace) -> Outcome:
+def _plan_inferred(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
+    """What a recording could show, by the inference."""
+    from experiments.discrepancy.baseline.parallel import one_thread_each
+    from experiments.inference.railway.plan import draw_plan, make_plan
+    from experiments.reporting.logs import tell
+    from railsim.files import write_folder_atomically, write_json
+
+    plan = one_thread_each(make_plan)(scenario, _known(given.effects), tell)
+    result = plan.plain()
+    with write_folder_atomically(given.out) as folder:
+        draw_plan(plan, folder / "confusability.png")
+        write_json(folder / "plan.json", result)
+    sizes = [[one["effect"], one["name"], one["value"], one["unit"]] for one in result["detectable_size"]]
+    text = table(["effect", "smallest size that is named", "value", "unit"], sizes)
+    if alike := [list(one.values()) for one in result["confusable"][:12]]:
+        text += "\n\n" + table(["effect", "may be taken for", "nats apart"], alike, decimals=2)
+    return Outcome(result, f"{text}\n\n{given.out}/plan.json, {given.out}/confusability.png")
+
+
+def _plan(given: argparse.Namespace, scenario: "Scenario") -> Outcome:
+    """What a recording could show, by the stages."""
     from experiments.discrepancy.result.countdown import Countdown
     from experiments.discrepancy.result.planning import draw_plan, make_plan
     from railsim.files import write_json
-    from railsim.scenario import load_scenario
 
-    plan = make_plan(load_scenario(given.model), Countdown(), _known(given.effects))
+    plan = make_plan(scenario, Countdown(), _known(given.effects))
     folder = Path(given.out)
     folder.mkdir(parents=True, exist_ok=True)
     draw_plan(plan, folder / "confusability.png")

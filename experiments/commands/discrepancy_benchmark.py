@@ -133,12 +133,13 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
 
 def _inference(given: argparse.Namespace) -> Outcome:
     """Simulated vehicles through the inference: a file each, and a table of all."""
+    from experiments.discrepancy.blind.blind_cases import read_laws
     from experiments.inference.railway.benchmark import NAME, run_benchmark, score
 
     if given.cases < 1 or given.time_limit <= 0.0:
         raise InputError("--cases: give a number from 1; --time-limit: seconds above 0")
-    first, step = _part(given.part)
-    run_benchmark(Path(given.out), given.seed, range(first, given.cases, step), tell, given.time_limit)
+    (first, step), laws = _part(given.part), read_laws(given.laws) if given.laws else []
+    run_benchmark(Path(given.out), given.seed, range(first, given.cases, step), tell, given.time_limit, laws)
     return _counted(given, NAME, score)
 
 

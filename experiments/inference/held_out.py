@@ -5,7 +5,7 @@ Sections are interleaved, for alignment does not extrapolate; coordinates and le
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -77,6 +77,43 @@ class Sections:
         """The choice of the whole system stays."""
         del x
         return False
+
+
+@dataclass(frozen=True, eq=False)
+class Known(Sections):
+    """A system of which another record has told: its healthy coordinates have `priors`."""
+
+    priors: tuple[Coordinate, ...] = ()
+
+    @classmethod
+    def after(cls, found: Fit) -> tuple["Known", Hypothesis]:
+        """The system of a fit and its hypothesis, with what the fit knows in place of all priors, coordinate by
+        coordinate.
+        """
+        spreads = np.sqrt(np.diag(np.linalg.inv(found.precision)))
+        named = found.hypothesis.coordinates(found.system.coordinates)
+        known = [replace(one, mean=x, spread=sd) for one, x, sd in zip(named, found.x, spreads, strict=True)]
+        count, effects = len(found.system.coordinates), []
+        own = iter(known[count:])
+        healthy = {one.name: one for one in known[:count]}
+        for effect in found.hypothesis.effects:
+            faults = tuple(healthy[one.name] for one in effect.faults)
+            effects.append(replace(effect, faults=faults, own=tuple(next(own) for _ in effect.own), starts=()))
+        kept = tuple(np.arange(one.shape[1]) for one in found.system.observed)
+        return cls(found.system, kept, tuple(healthy.values())), replace(found.hypothesis, effects=tuple(effects))
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """With what is known of them."""
+        return self.priors
+
+    def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "Known":
+        """The system with what it knows at a state."""
+        return replace(self, system=self.system.about(x, effects, psi))
+
+    def settle(self, x: np.ndarray) -> bool:
+        """The choice is that of the system."""
+        return self.system.settle(x)
 
 
 @dataclass(frozen=True)

@@ -237,7 +237,8 @@ def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
 def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -> list[Ordered]:
     """What the first steps of each effect beside a fit gain over the same steps without it, in its covariance [nats],
     and where they lead; most first. Only an order, nothing is decided by it: by what the library saw, then one linear
-    step, then a few steps of those that promise most, ever fewer. Steps have the slopes of the fit; where these are not
+    step, then a few steps of those that promise most, ever fewer. What has one number is linear enough for the library
+    to tell that it cannot lead; then no step is taken. Steps have the slopes of the fit; where these are not
     the effect's own, as where it is another vehicle, they gain less than was promised, and the promise counts.
     count : of those that will be fitted.
     """
@@ -246,30 +247,34 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     end = now + ORDERING * (search.end - now)
     rough = rough_gains(base, effects, search.policy)
     likely = [effects[k] for k in np.argsort(-np.array(rough), kind="stable")]
-    reached = likely[: max(STEPPED * count, sum(math.isinf(one) for one in rough))]
+    promises = dict(zip((one.name for one in effects), rough, strict=True))
+    most = max(STEPPED * count, sum(math.isinf(one) for one in rough))
+    reached = [one for one in likely[:most]
+               if len(one.faults) + len(one.own) > 1 or _may_lead(search, promises[one.name], one)]  # fmt: skip
     begins = first_gains(base, [one.sought(base) for one in reached], search.policy, end)
     begins.sort(key=lambda one: -one[0])
     first: dict[str, Ordered] = {}
     for one in begins:
         first.setdefault(one[1].name, one)
-    most = list(first.values())[: PROMISING * count]
-    tasks = [((), base.x), *(((effect,), x) for _, effect, x in most)]
+    hopeful = [k for k, one in enumerate(first.values()) if k < POLISHED or _may_lead(search, one[0], one[1])]
+    stepping = [list(first.values())[k] for k in hopeful[: PROMISING * count]]
+    tasks = [((), base.x), *(((effect,), x) for _, effect, x in stepping)]
     steps = [partial(_stepped, search, base, beside, x, components, end) for beside, x in tasks]
     without, *stepped = base.system.side_by_side(steps)
     found = [(max(promised, one[0] - without[0]), effect, one[1])
-             for one, (promised, effect, _) in zip(stepped, most, strict=True)
+             for one, (promised, effect, _) in zip(stepped, stepping, strict=True)
              if one is not None and without is not None]  # fmt: skip
-    promises = dict(zip((one.name for one in effects), rough, strict=True))
     promises |= {name: one[0] for name, one in first.items()}
     late = [one for one in reached if one.name not in first]
-    late += [one for (_, one, _), step in zip(most, stepped, strict=True) if step is None]
+    late += [one for (_, one, _), step in zip(stepping, stepped, strict=True) if step is None]
     search.not_tried += [f"{one.name}: no time left" for one in late]
     best = max((one[0] for one in found), default=-math.inf)
     search.cut |= any(_may_lead(search, promises[one.name], one, best) for one in late)
     rest = [(gain, one, one.begins(base.x, base.system.coordinates)[0])
             for gain, one in sorted(zip(rough, effects, strict=True), key=lambda pair: -pair[0])
             if one.name not in first]  # fmt: skip
-    return [*sorted(found, key=lambda one: -one[0]), *list(first.values())[len(most) :], *rest]
+    others = [one for one in first.values() if not any(one is other for other in stepping)]
+    return [*sorted(found, key=lambda one: -one[0]), *others, *rest]
 
 
 def _stepped(
@@ -312,7 +317,7 @@ def _effects_in_order(search: Search, nominal: np.ndarray) -> None:
     ])  # fmt: skip
 
 
-def _may_lead(search: Search, gain: float, effect: Effect, first: float) -> bool:
+def _may_lead(search: Search, gain: float, effect: Effect, first: float = -math.inf) -> bool:
     """Whether a fit may make an effect as likely as `none`, and as the one whose first steps gain most, `first` [nats]:
     it gains more than its first steps did, but not many times as much.
     """

@@ -73,11 +73,11 @@ class Engine(Protocol):
     def __call__(self, run: Run) -> Iterator[np.ndarray]: ...
 
 
-def default_substeps(model: Model, speed: SpeedTables, rate: float) -> int:
-    """Smallest power of two of steps a row for which the creep forces' damping of the wheelsets, and the track that
-    runs with them, stay well inside stability.
+def default_substeps(model: Model, speed: SpeedTables, rate: float, longest: float = LONGEST_STEP) -> int:
+    """Smallest power of two of steps a row, of `longest` [s] at most, for which the creep forces' damping of the
+    wheelsets, and the track that runs with them, stay well inside stability.
     """
-    limit = min(LONGEST_STEP, STABLE / slowest_creep(model, speed))
+    limit = min(longest, STABLE / slowest_creep(model, speed))
     if model.corunning is not None:
         limit = min(limit, longest_step(model.corunning))
     return 2 ** max(0, math.ceil(math.log2(1.0 / (rate * limit)) - 1e-9))

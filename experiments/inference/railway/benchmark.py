@@ -5,7 +5,7 @@ that the library is denied. Runs by Exudyn, part of them with FASTSIM; builds an
 import json
 import time
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,8 @@ from railsim.scenario import Scenario
 NAME = "vehicle"  # of the files
 KINDS = ("null", "effect", "null", "withheld", "null", "effect", "null", "pair", "null", "effect")
 """Of ten cases in a row; each goes on to the next setting after ten."""
+OUTSIDE = ("withheld", "foreign")  # kinds of cases whose effect the library does not hold
+SCALES = (0.5, 2.0)  # of a foreign law's forces
 TRIES = 20  # draws of a case, until one can be run
 SHOWN = 12  # hypotheses of a table that are kept
 
@@ -59,8 +61,8 @@ class Case:
         return any(type(one).local() for one in self.effects)
 
 
-def case_of(seed: int, index: int) -> Case:
-    """A case, always the same.
+def case_of(seed: int, index: int, laws: Sequence[Plugin] = ()) -> Case:
+    """A case, always the same. laws : from outside the library, which every second withheld effect then is.
 
     Raises
     ------
@@ -69,8 +71,9 @@ def case_of(seed: int, index: int) -> Case:
     kind, name = dealt(index, KINDS, tuple(settings()))
     setting, rng = settings()[name], np.random.default_rng([seed, index])
     told = setting.nominal
+    kind = "foreign" if laws and kind == "withheld" and index // len(KINDS) % 2 else kind
     for _ in range(TRIES):
-        effects = tuple(_drawn(told, rng) for _ in range({"null": 0, "pair": 2}.get(kind, 1)))
+        effects = _hidden(told, kind, laws, rng)
         scores = specimen_scores(told, False, rng)
         own = str(getattr(told.vehicle, "adhesion").law)  # noqa: B009
         law = "fastsim" if rng.random() < FASTSIM else own
@@ -91,8 +94,17 @@ def _drawn(told: Scenario, rng: np.random.Generator) -> Plugin:
     return found
 
 
-def run_benchmark(folder: Path, seed: int, indices: Iterable[int], say: Say, limit: float) -> None:
-    """Answer the cases that `folder` does not hold yet, a file each. limit : seconds of a verdict.
+def _hidden(told: Scenario, kind: str, laws: Sequence[Plugin], rng: np.random.Generator) -> tuple[Plugin, ...]:
+    """What is hidden in a case."""
+    if kind == "foreign":
+        return (laws[int(rng.integers(len(laws)))].but(scale=float(rng.uniform(*SCALES))),)
+    return tuple(_drawn(told, rng) for _ in range({"null": 0, "pair": 2}.get(kind, 1)))
+
+
+def run_benchmark(
+    folder: Path, seed: int, indices: Iterable[int], say: Say, limit: float, laws: Sequence[Plugin] = ()
+) -> None:
+    """Answer the cases that `folder` does not hold yet, a file each. limit : seconds of a verdict. laws : of `case_of`.
 
     Raises
     ------
@@ -103,7 +115,7 @@ def run_benchmark(folder: Path, seed: int, indices: Iterable[int], say: Say, lim
         path = folder / f"{NAME}_{seed}_{index:04d}.json"
         if path.exists():
             continue
-        case, begin = case_of(seed, index), (time.monotonic(), time.process_time())
+        case, begin = case_of(seed, index, laws), (time.monotonic(), time.process_time())
         row: dict[str, Any] = {"kind": case.kind, "setting": case.setting, "families": case.families}
         row["effects"] = [one.settings() for one in case.effects]
         try:
@@ -140,7 +152,7 @@ def answered(case: Case, found: Answer) -> dict[str, Any]:
         "local": case.local, "shown": None not in names,
         "table": [[r.fit.hypothesis.name, round(r.evidence, 2), round(r.posterior, 4)] for r in verdict.rows[:SHOWN]],
         "own": own.evidence if own and case.effects else None, "stated": probability,
-        "leads": state == State(frozenset(case.families)) if case.kind != "withheld" else state.unknown is not None,
+        "leads": state == State(frozenset(case.families)) if case.kind not in OUTSIDE else state.unknown is not None,
         "covered": covered(case, found, names),
         "held": [None if one is None else [one.power, one.gap] for one in found.held],
         "not_tried": len(verdict.not_tried),

@@ -27,7 +27,7 @@ USED = 0.35  # of the rate of the slowest channel
 DROPPED = 2.0  # s at the beginning, where nobody knows the state from which the vehicle came
 SLOW = 5.0  # m/s; slower frames are not compared: creep forces ask for ever finer steps
 ALIKE = 1.2  # largest speed of a section over its smallest
-VALUES = 30_000  # complex ones of all channels together that are compared at most: 17 s of 22 channels, 1 min of six
+VALUES = 48_000  # complex ones of all channels together that are compared at most: 28 s of 22 channels, 1 min of ten
 FRAMES = 12  # of them at least, whatever the number of channels
 MARGIN = 40.0  # m; of the track on both sides of what the vehicle passes
 FEWEST = 4  # frames of a section; fewer go to a neighbour
@@ -205,7 +205,7 @@ class Record:
     @cached_property
     def surveyed(self) -> Surveyed:
         """The measured track."""
-        return Surveyed(self.evidence.track, self.evidence.track_errors)
+        return Surveyed(self.evidence.track, self.evidence.track_errors, self.evidence.track_estimated)
 
     @property
     def extent(self) -> str:

@@ -1,11 +1,13 @@
 """Files of an answer: verdict.json, pictures, report.html, and the model with what was found."""
 
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from experiments.inference.railway import pictures
 from experiments.inference.railway.answer import Answer
+from experiments.inference.railway.elsewhere import Elsewhere
 from experiments.inference.railway.statement import FURTHER, STATUS, chance, in_words, statement
 from experiments.reporting import html
 from railsim.files import write_json
@@ -15,9 +17,9 @@ REPORT, VERDICT, MODEL = "report.html", "verdict.json", "model.yaml"
 ROWS = 20  # of the table of hypotheses
 
 
-def write(answer: Answer, folder: Path) -> dict[str, Any]:
-    """Write all files into a folder; gives what verdict.json holds."""
-    told = statement(answer)
+def write(answer: Answer, folder: Path, others: Sequence[Elsewhere] = ()) -> dict[str, Any]:
+    """Write all files into a folder; gives what verdict.json holds. others : recordings that took no part."""
+    told = statement(answer) | {"held_out_recordings": [one.plain() for one in others]}
     figures = {"where": pictures.where(answer), "evidence": pictures.evidence(answer)}
     if told["unknown"] and answer.unknown:
         figures["unknown"] = pictures.unknown(answer.unknown)
@@ -65,7 +67,17 @@ def _held(told: dict[str, Any]) -> str:
         "gap over stated noise",
         "power over fitted levels (1 is right)",
     ]
-    return html.table(titles, rows, [False, True, True])
+    return html.table(titles, rows, [False, True, True]) + _elsewhere(told["held_out_recordings"])
+
+
+def _elsewhere(others: list[dict[str, Any]]) -> str:
+    rows = [[escape(one["recording"]), f"{one['speed']:.1f}", *map(_gap, one["gap"].values())] for one in others]
+    titles = ["recording in which nothing was looked for", "speed [m/s]", "gap, nominal", "tolerances", "as stated"]
+    return html.table(titles, rows, [False, *[True] * 4]) if others else ""
+
+
+def _gap(value: float | None) -> str:
+    return "no fit" if value is None else f"{value:.2f}"
 
 
 def _hypotheses(told: dict[str, Any]) -> str:

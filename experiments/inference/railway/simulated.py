@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from experiments.inference.railway.runs import run_all
 from experiments.inference.railway.together import Together
 from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import Effect, Setup
-from railsim.engines.interface import Run, default_substeps
+from railsim.engines.interface import LONGEST_STEP, Run, default_substeps
 from railsim.sensors.interface import Sensor
 from railsim.track.kernel import TrackTables, build_tables
 from railsim.track.track import Track
@@ -22,6 +23,7 @@ from railsim.truth import HeldTruth
 
 READ = ("y [m]", "yaw [rad]", "spin", "specific_force", "angular_")
 """Beginnings of channels of a body that sensors read."""
+SLIGHT = 0.01  # of what a channel shows: less than the error of any model of a vehicle
 ROOM = 2**30  # bytes of all tasks that go on at once
 TASKS = 12  # of them at most
 BUILT, COPIES, LEVELS = 40, 3, 4  # coordinates but for three a channel; of slopes; levels a channel, over the frames
@@ -50,15 +52,29 @@ def together_for(record: Record) -> Together:
     return Together(lambda runs: run_all(runs, about, wanted), min(TASKS, max(2, round(ROOM / each))))
 
 
+def simulated_over(record: Record, track: Track, together: Together, kept: dict[object, Any]) -> "Simulated":
+    """The vehicle over a track, with twice the usual step where the frames do not tell it from the usual one; `kept`:
+    what is shared, for one step serves all runs.
+    """
+    usual = Simulated(record, track, together)
+    if "step" not in kept:
+        fine, coarse = (one.channels([(one.nominal, 0.0)])[0] for one in (usual, replace(usual, step=2.0 * usual.step)))
+        power, off = (np.mean(np.abs(one) ** 2, axis=(0, 1)) for one in (fine, coarse - fine))
+        slight = bool((off <= SLIGHT**2 * power + record.densities).all())
+        kept["step"] = 2.0 * usual.step if slight else usual.step
+    return replace(usual, step=kept["step"])
+
+
 @dataclass(frozen=True, eq=False)
 class Simulated:
     """A record's vehicle over a track. A run is asked for by its setup and by how far ahead of the registered start it
-    begins [m].
+    begins [m]. `step`: longest one [s].
     """
 
     record: Record
     track: Track
     together: Together
+    step: float = LONGEST_STEP
 
     @cached_property
     def nominal(self) -> Setup:
@@ -127,7 +143,7 @@ class Simulated:
             if not math.isfinite(ahead) or not _can_be_built(setup):
                 continue
             rate = self.record.scenario.output_rate
-            sub = default_substeps(setup.model, setup.speed_tables, rate)
+            sub = default_substeps(setup.model, setup.speed_tables, rate, self.step)
             sub *= 2 ** math.ceil(math.log2(max(1.0, 1.0 / (rate * sub * setup.longest_step))))
             tables = self._tables if setup.track is self.track else build_tables(setup.track)
             start = self.record.registration.start + ahead

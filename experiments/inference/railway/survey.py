@@ -25,10 +25,13 @@ OVERRUN = 50.0  # m by which the file is continued at its ends
 
 @dataclass(frozen=True)
 class Surveyed:
-    """A track file and the stated standard deviations of its errors."""
+    """A track file, the stated standard deviations of its errors, and whether it is itself an expected track: an
+    estimate's errors are what it leaves open, so nothing is taken off it.
+    """
 
     track: Track
     errors: TrackErrors
+    estimated: bool = False
 
     def kinds(self) -> tuple[str, ...]:
         """Kinds of errors that the file has."""
@@ -78,6 +81,8 @@ class Surveyed:
 
     def _share(self, values: np.ndarray, deviation: float) -> np.ndarray:
         """Of each wave number: the track's share of the file's power."""
+        if self.estimated:
+            return np.ones(len(values) // 2 + 1)
         power = np.abs(np.fft.rfft(values)) ** 2 / len(values)
         track = spectrum(power[1:], deviation**2)
         return np.concatenate([[1.0], track / (track + deviation**2)])

@@ -26,7 +26,7 @@ from experiments.inference.railway.build import (
     sensor_coordinates,
 )
 from experiments.inference.railway.record import Record
-from experiments.inference.railway.simulated import Shown, Simulated, together_for
+from experiments.inference.railway.simulated import Shown, Simulated, simulated_over, together_for
 from experiments.inference.railway.survey import HIDDEN, Surveyed, sources
 from experiments.inference.railway.survey_levels import TOLD, LevelSearch, Steps, moved
 from experiments.inference.railway.together import Together
@@ -382,7 +382,7 @@ class Railway:
         """The vehicle over the expected track."""
         as_stated = dict.fromkeys(self._surveyed.kinds(), 1.0)
         levels = as_stated if self.survey is None else self._levels_at(self.survey)
-        return Simulated(self.record, self._expected(levels), self._together)
+        return simulated_over(self.record, self._expected(levels), self._together, self.kept)
 
     def _expected(self, levels: dict[str, float]) -> Track:
         return self.record.passed(self._surveyed.expected(levels))
