@@ -31,6 +31,7 @@ PHASES = 4  # angles of a wheel from which a search begins
 AT_ONCE = 64  # signatures that are made together
 UNFIT = "does not fit this vehicle or its sensors, or its run fails"
 UNSEEN = "these channels would not show it"
+MUCH = 1.5  # default sizes from which a large one is looked at too
 HALF = 0.5  # of a size: spread of its fault prior
 
 
@@ -96,17 +97,33 @@ def prior(name: str, one: Parameter) -> Coordinate:
 
 
 def starts(numbers: dict[str, Parameter]) -> tuple[tuple[float, ...], ...]:
-    """The default size, on both sides where both are allowed, at several angles of a wheel."""
-    each = []
+    """The default size and a large one, on both sides where both are allowed, at several angles of a wheel."""
+    each, shares = [], (1.0, *([far] if (far := large(numbers)) else []))
     for one in numbers.values():
         if one.role == "phase":
             each.append([2.0 * math.pi * k / PHASES for k in range(PHASES)])
-        elif one.absent is not None and one.low < one.absent < one.high:
-            other = max(2.0 * one.absent - one.default, one.low + 0.1 * (one.absent - one.low))
-            each.append([one.default, other])
+        elif one.absent is not None:
+            sizes = [one.absent + share * (one.default - one.absent) for share in shares]
+            least = one.low + 0.1 * (one.absent - one.low)
+            other = [max(2.0 * one.absent - size, least) for size in sizes] if one.low < one.absent < one.high else []
+            each.append([*sizes, *other])
+            shares = (1.0,)  # of one number alone
         else:
             each.append([one.default])
     return tuple(itertools.product(*each))
+
+
+def large(numbers: dict[str, Parameter]) -> float | None:
+    """How many default sizes a large one is: half way to the bound in logs. None where that is hardly more, and of what
+    turns with a wheel, which grows in proportion. A wind that lays a body against its stops does not.
+    """
+    sized = next((one for one in numbers.values() if one.absent is not None), None)
+    if sized is None or sized.absent is None or any(one.role == "phase" for one in numbers.values()):
+        return None
+    size = sized.default - sized.absent
+    bound = (sized.high if size > 0.0 else sized.low) - sized.absent
+    share = math.sqrt(abs(bound / size)) if size and math.isfinite(bound) else 1.0
+    return share if share > MUCH else None
 
 
 @dataclass(frozen=True)
@@ -194,7 +211,11 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
              for one, entry in zip(firsts, entries, strict=True)]  # fmt: skip
     wholes = maker.signatures([None if one is None or twin is not None else _setup(system, *entry[1:], share=1.0)
                                for one, twin, entry in zip(firsts, twins, entries, strict=True)])  # fmt: skip
-    for (kind, plugin, choices, numbers), first, twin, whole in zip(entries, firsts, twins, wholes, strict=True):
+    larges = maker.signatures([None if one is None or (far := large(entry[3])) is None
+                               else _setup(system, *entry[1:], share=far)
+                               for one, entry in zip(wholes, entries, strict=True)])  # fmt: skip
+    all_seen = zip(entries, firsts, twins, wholes, larges, strict=True)
+    for (kind, plugin, choices, numbers), first, twin, whole, far in all_seen:
         name = _name(kind, choices)
         shown = first.white / FIRST if twin is not None and first is not None else whole and whole.white
         if shown is None:
@@ -207,7 +228,7 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
             installed[name] = Installed(plugin, dict(choices), tuple(numbers))
             if twin is not None:
                 twins_made[name] = _twin(installed[name], next(iter(numbers.values())), twin, system)
-            effects.append(effect if whole is None else replace(effect, shown=_turned(whole.plain, numbers)))
+            effects.append(effect if whole is None else replace(effect, shown=_turned(whole, far, numbers)))
             signatures.append(shown)
     found = _distinct(effects, signatures, left_out)
     along = system.side_by_side([partial(_along, system, maker, entry) for entry in places])
@@ -232,12 +253,17 @@ def _along(system: Railway, maker: _Maker, entry: _Entry) -> Effect | str:
     return Effect(name, plugin.equivalence(), own=tuple(own), seek=where.seek)
 
 
-def _turned(plain: tuple[np.ndarray, ...], numbers: dict[str, Parameter]) -> tuple[np.ndarray, ...]:
+def _turned(whole: Signature, far: Signature | None, numbers: dict[str, Parameter]) -> tuple[np.ndarray, ...]:
     """(K, F, frames, channels) of each section: a change, and where it begins at an unknown phase the same a quarter of
-    a turn on, which is exact for a tone.
+    a turn on, which is exact for a tone; and what a large size changes otherwise.
     """
     turns = [1.0, 1j] if any(one.role == "phase" for one in numbers.values()) else [1.0]
-    return tuple(np.stack([turn * one for turn in turns]).astype(np.complex64) for one in plain)
+    found = [np.stack([turn * one for turn in turns]) for one in whole.plain]
+    if far is not None and abs(whole.white @ far.white) < ALIKE * np.linalg.norm(whole.white) * np.linalg.norm(
+        far.white
+    ):
+        found = [np.concatenate([one, more[None]]) for one, more in zip(found, far.plain, strict=True)]
+    return tuple(one.astype(np.complex64) for one in found)
 
 
 def _name(kind: str, choices: dict[str, Any]) -> str:
