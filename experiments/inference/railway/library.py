@@ -110,7 +110,7 @@ def starts(numbers: dict[str, Parameter]) -> tuple[tuple[float, ...], ...]:
             shares = (1.0,)  # of one number alone
         else:
             each.append([one.default])
-    return tuple(itertools.product(*each))
+    return tuple(dict.fromkeys(itertools.product(*each)))
 
 
 def large(numbers: dict[str, Parameter]) -> float | None:
@@ -259,11 +259,13 @@ def _turned(whole: Signature, far: Signature | None, numbers: dict[str, Paramete
     """
     turns = [1.0, 1j] if any(one.role == "phase" for one in numbers.values()) else [1.0]
     found = [np.stack([turn * one for turn in turns]) for one in whole.plain]
-    if far is not None and abs(whole.white @ far.white) < ALIKE * np.linalg.norm(whole.white) * np.linalg.norm(
-        far.white
-    ):
+    if far is not None and abs(_unit(whole.white) @ _unit(far.white)) < ALIKE:
         found = [np.concatenate([one, more[None]]) for one, more in zip(found, far.plain, strict=True)]
     return tuple(one.astype(np.complex64) for one in found)
+
+
+def _unit(white: np.ndarray) -> np.ndarray:
+    return white / max(float(np.linalg.norm(white)), 1e-30)
 
 
 def _name(kind: str, choices: dict[str, Any]) -> str:

@@ -8,13 +8,15 @@ import pytest
 from experiments.discrepancy.baseline.evidence import evidence_of
 from experiments.inference.levels import middles
 from experiments.inference.railway.answers import Answers, opening
-from experiments.inference.railway.cases import ALL, nominal, recorded
+from experiments.inference.railway.cases import ALL, as_measured, nominal, recorded
 from experiments.inference.railway.library import found_library
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.survey import HIDDEN, Surveyed, sources, spectrum
 from experiments.inference.railway.system import Railway
+from railsim.engines.interface import LONGEST_STEP
 from railsim.errors import InputError
 from railsim.model import Load
+from railsim.scenario import load_scenario
 from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
 
@@ -149,7 +151,10 @@ def test_a_damper_s_fault_is_its_tolerance_with_another_prior(system: Railway) -
 
 
 def test_answers_are_what_a_small_force_does_to_the_model(whole: Railway) -> None:
-    """Random force across the secondary suspension, as loads on both bodies of the nonlinear model."""
+    """Random force across the secondary suspension, as loads on both bodies of the nonlinear model; 20 N move a wheel
+    so little that twice the usual step would show.
+    """
+    fine = dataclasses.replace(whole.simulated, step=LONGEST_STEP)
     record, model = whole.record, whole.nominal.model
     rate, rng = record.scenario.output_rate, np.random.default_rng(5)
     count = round(record.duration * rate)
@@ -170,7 +175,7 @@ def test_answers_are_what_a_small_force_does_to_the_model(whole: Railway) -> Non
             for body, _, axis in [key.partition(".")]
         )
         moved = whole.nominal.modelled(lambda model, loads=loads: dataclasses.replace(model, loads=loads))
-        (still,), (pushed,) = (whole.shown([(one, 0.0)])[0] for one in (whole.nominal, moved))
+        (still,), (pushed,) = (fine.channels([(one, 0.0)]) for one in (whole.nominal, moved))
         expected = answers.forces[:, :, number][:, None] * record.framed(force, rate)[..., None]
         for channel in (channels.index(one) for one in seen):
             error, size = ((part[band][..., channel]) for part in (pushed - still - expected, expected))
@@ -244,3 +249,11 @@ def test_the_track_is_cut_to_what_the_vehicle_passes(system: Railway) -> None:
     assert cut.track.s[-1] - cut.track.s[0] < whole.track.s[-1] - whole.track.s[0]
     runs = [one.outputs([(one.setup({"body_mass": 0.1}, ()), 0.0)])[0] for one in (cut, whole)]
     assert runs[0] == pytest.approx(runs[1], rel=1e-4, abs=1e-4 * np.abs(runs[1]).max())
+
+
+def test_runs_take_twice_the_step_where_no_channel_tells(whole: Railway) -> None:
+    """And the usual one on a curve, where a flange touches."""
+    assert whole.simulated.step == 2.0 * LONGEST_STEP
+    told = load_scenario("curve_r400", {"duration": 14, "start": 240})
+    curve = Railway(Record(evidence_of(as_measured(told, told, "compiled"), told)))
+    assert curve.simulated.step == LONGEST_STEP
