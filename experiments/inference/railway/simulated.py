@@ -23,7 +23,8 @@ from railsim.truth import HeldTruth
 
 READ = ("y [m]", "yaw [rad]", "spin", "specific_force", "angular_")
 """Beginnings of channels of a body that sensors read."""
-SLIGHT = 0.01  # of what a channel shows: less than the error of any model of a vehicle
+ERRS = 0.03  # of what a channel shows at a frequency: by so much any model of a vehicle errs
+SLIGHT = 2.0  # nats that a longer step may change the predictions by
 ROOM = 2**30  # bytes of all tasks that go on at once
 TASKS = 12  # of them at most
 BUILT, COPIES, LEVELS = 40, 3, 4  # coordinates but for three a channel; of slopes; levels a channel, over the frames
@@ -53,15 +54,15 @@ def together_for(record: Record) -> Together:
 
 
 def simulated_over(record: Record, track: Track, together: Together, kept: dict[object, Any]) -> "Simulated":
-    """The vehicle over a track, with twice the usual step where the frames do not tell it from the usual one; `kept`:
+    """The vehicle over a track, with twice the usual step where the frames hardly tell it from the usual one; `kept`:
     what is shared, for one step serves all runs.
     """
     usual = Simulated(record, track, together)
     if "step" not in kept:
         fine, coarse = (one.channels([(one.nominal, 0.0)])[0] for one in (usual, replace(usual, step=2.0 * usual.step)))
-        power, off = (np.mean(np.abs(one) ** 2, axis=(0, 1)) for one in (fine, coarse - fine))
-        slight = bool((off <= SLIGHT**2 * power + record.densities).all())
-        kept["step"] = 2.0 * usual.step if slight else usual.step
+        errors = ERRS**2 * np.mean(np.abs(fine) ** 2, axis=1, keepdims=True) + record.densities
+        nats = 0.5 * float(np.sum(np.abs(coarse - fine) ** 2 / errors))
+        kept["step"] = 2.0 * usual.step if nats < SLIGHT else usual.step
     return replace(usual, step=kept["step"])
 
 

@@ -8,7 +8,7 @@ import pytest
 from experiments.discrepancy.baseline.evidence import evidence_of
 from experiments.inference.levels import middles
 from experiments.inference.railway.answers import Answers, opening
-from experiments.inference.railway.cases import ALL, as_measured, nominal, recorded
+from experiments.inference.railway.cases import ALL, nominal, recorded
 from experiments.inference.railway.library import found_library
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.survey import HIDDEN, Surveyed, sources, spectrum
@@ -16,7 +16,6 @@ from experiments.inference.railway.system import Railway
 from railsim.engines.interface import LONGEST_STEP
 from railsim.errors import InputError
 from railsim.model import Load
-from railsim.scenario import load_scenario
 from railsim.track.survey import TrackErrors
 from railsim.track.track import Track
 
@@ -251,9 +250,13 @@ def test_the_track_is_cut_to_what_the_vehicle_passes(system: Railway) -> None:
     assert runs[0] == pytest.approx(runs[1], rel=1e-4, abs=1e-4 * np.abs(runs[1]).max())
 
 
-def test_runs_take_twice_the_step_where_no_channel_tells(whole: Railway) -> None:
-    """And the usual one on a curve, where a flange touches."""
-    assert whole.simulated.step == 2.0 * LONGEST_STEP
-    told = load_scenario("curve_r400", {"duration": 14, "start": 240})
-    curve = Railway(Record(evidence_of(as_measured(told, told, "compiled"), told)))
-    assert curve.simulated.step == LONGEST_STEP
+def test_runs_take_twice_the_step_where_the_channels_hardly_tell(
+    whole: Railway, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """This record tells it by more than a hundred nats; where so many count as few, the longer step is taken."""
+    usual = Railway(whole.record).simulated
+    monkeypatch.setattr("experiments.inference.railway.simulated.SLIGHT", 1e3)
+    longer = Railway(whole.record).simulated
+    assert usual.step == LONGEST_STEP and longer.step == 2.0 * LONGEST_STEP
+    fine, coarse = (one.channels([(whole.nominal, 0.0)])[0] for one in (usual, longer))
+    assert 0.0 < np.linalg.norm(coarse - fine) < 0.05 * np.linalg.norm(fine)
