@@ -84,7 +84,7 @@ def make_plan(
 
     Raises
     ------
-    InputError : no sensor that is compared, or the nominal model does not run.
+    InputError : no sensor that is compared, none of the effects would be shown, or the nominal model does not run.
     """
     say("a run of the nominal vehicle")
     record = Record(evidence_of(as_measured(scenario, scenario, "compiled"), scenario))
@@ -94,7 +94,10 @@ def make_plan(
     system = Railway(record, SCALES, found.installed, kept=system.kept)
     space = _Space.of(system)
     shown = [(one, change) for one in _first_variants(found) if (change := _change(one, system, found)) is not None]
-    cleaned = np.stack([space.cleaned(one, change) for one, change in shown]) if shown else np.zeros((0, 1))
+    if not shown:
+        why = found.left_out[0] if found.left_out else "their runs fail"
+        raise InputError(f"these sensors would show none of these effects ({why}); add sensors, or name other effects")
+    cleaned = np.stack([space.cleaned(one, change) for one, change in shown])
     sized = [_Sized.of(one, system, found) for one, _ in shown]
     cleaned *= np.array([one.scale for one in sized])[:, None]
     planned = [one.planned(float(row @ row)) for one, row in zip(sized, cleaned, strict=True)]

@@ -59,6 +59,11 @@ def test_pairs_that_may_be_taken_for_each_other_and_their_picture(tmp_path: Path
     assert (tmp_path / "picture.png").stat().st_size > 1000
 
 
+def test_effects_that_no_channel_shows_are_refused_with_the_reason():
+    with pytest.raises(InputError, match=r"would show none of these effects \(rail_corrugation.*; add sensors"):
+        make_plan(nominal("home", VERTICAL[:1]), ("rail_corrugation",))
+
+
 def test_a_scenario_without_a_sensor_that_is_compared_is_refused():
     with pytest.raises(InputError, match="can be compared"):
         make_plan(nominal("home", ({"kind": "tachometer", "name": "t", "body": "wheelset1", "rate": 64},)))
