@@ -107,6 +107,10 @@ class Known(Sections):
         """With what is known of them."""
         return self.priors
 
+    def starts(self) -> np.ndarray:
+        """Those of the system, about what is known."""
+        return self.system.starts() + np.array([one.mean for one in self.priors])
+
     def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "Known":
         """The system with what it knows at a state."""
         return replace(self, system=self.system.about(x, effects, psi))

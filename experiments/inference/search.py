@@ -256,8 +256,10 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     first: dict[str, Ordered] = {}
     for one in begins:
         first.setdefault(one[1].name, one)
-    hopeful = [k for k, one in enumerate(first.values()) if k < POLISHED or _may_lead(search, one[0], one[1])]
-    stepping = [list(first.values())[k] for k in hopeful[: PROMISING * count]]
+    firsts = list(first.values())
+    hopeful = [k for k, one in enumerate(firsts) if k < POLISHED or _may_lead(search, one[0], one[1])]
+    hopeful = hopeful[: PROMISING * count]
+    stepping = [firsts[k] for k in hopeful]
     tasks = [((), base.x), *(((effect,), x) for _, effect, x in stepping)]
     steps = [partial(_stepped, search, base, beside, x, components, end) for beside, x in tasks]
     without, *stepped = base.system.side_by_side(steps)
@@ -273,7 +275,7 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     rest = [(gain, one, one.begins(base.x, base.system.coordinates)[0])
             for gain, one in sorted(zip(rough, effects, strict=True), key=lambda pair: -pair[0])
             if one.name not in first]  # fmt: skip
-    others = [one for one in first.values() if not any(one is other for other in stepping)]
+    others = [one for k, one in enumerate(firsts) if k not in hopeful]
     return [*sorted(found, key=lambda one: -one[0]), *others, *rest]
 
 

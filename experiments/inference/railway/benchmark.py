@@ -33,7 +33,7 @@ NAME = "vehicle"  # of the files
 KINDS = ("null", "effect", "null", "withheld", "null", "effect", "null", "pair", "null", "effect")
 """Of ten cases in a row; each goes on to the next setting after ten."""
 OUTSIDE = ("withheld", "foreign")  # kinds of cases whose effect the library does not hold
-SCALES = (0.5, 2.0)  # of a foreign law's forces
+STRENGTH = (0.5, 2.0)  # of a foreign law's forces, times as its file says
 TRIES = 20  # draws of a case, until one can be run
 SHOWN = 12  # hypotheses of a table that are kept
 
@@ -97,7 +97,7 @@ def _drawn(told: Scenario, rng: np.random.Generator) -> Plugin:
 def _hidden(told: Scenario, kind: str, laws: Sequence[Plugin], rng: np.random.Generator) -> tuple[Plugin, ...]:
     """What is hidden in a case."""
     if kind == "foreign":
-        return (laws[int(rng.integers(len(laws)))].but(scale=float(rng.uniform(*SCALES))),)
+        return (laws[int(rng.integers(len(laws)))].but(scale=float(rng.uniform(*STRENGTH))),)
     return tuple(_drawn(told, rng) for _ in range({"null": 0, "pair": 2}.get(kind, 1)))
 
 

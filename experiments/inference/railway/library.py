@@ -31,7 +31,7 @@ PHASES = 4  # angles of a wheel from which a search begins
 AT_ONCE = 64  # signatures that are made together
 UNFIT = "does not fit this vehicle or its sensors, or its run fails"
 UNSEEN = "these channels would not show it"
-MUCH = 1.5  # default sizes from which a large one is looked at too
+MUCH = 1.5  # default sizes from which a large one is looked at too: below, both do the same
 HALF = 0.5  # of a size: spread of its fault prior
 
 
@@ -114,8 +114,8 @@ def starts(numbers: dict[str, Parameter]) -> tuple[tuple[float, ...], ...]:
 
 
 def large(numbers: dict[str, Parameter]) -> float | None:
-    """How many default sizes a large one is: half way to the bound in logs. None where that is hardly more, and of what
-    turns with a wheel, which grows in proportion. A wind that lays a body against its stops does not.
+    """How many default sizes a large one is: the geometric mean of that size and the bound. None where that is hardly
+    more, and of what turns with a wheel, which grows in proportion. A wind that lays a body against its stops does not.
     """
     sized = next((one for one in numbers.values() if one.absent is not None), None)
     if sized is None or sized.absent is None or any(one.role == "phase" for one in numbers.values()):

@@ -141,11 +141,14 @@ def _change(effect: Effect, system: Railway, found: Found) -> Predicted | None:
 
 @dataclass(frozen=True)
 class _Space:
-    """Whitened changes by the healthy coordinates, priors beside them: rows (coordinates, values + coordinates)."""
+    """Whitened changes by the healthy coordinates, priors beside them: `rows` (coordinates, values + coordinates) and
+    their products `square`.
+    """
 
     names: list[str]
     whiten: Callable[[Predicted], np.ndarray]
     rows: np.ndarray
+    square: np.ndarray
 
     @classmethod
     def of(cls, system: Railway) -> "_Space":
@@ -155,7 +158,8 @@ class _Space:
         groups = problem.groups(x, problem.system.covariances(x, ()))
         parts, psi = sums(groups), middles(problem.levels)
         rows = np.hstack([whitened(parts, psi, problem.slopes(x, groups)), np.diag(1.0 / problem.spreads)])
-        return cls([one.name for one in system.coordinates], lambda change: whitened(parts, psi, change), rows)
+        names = [one.name for one in system.coordinates]
+        return cls(names, lambda change: whitened(parts, psi, change), rows, rows @ rows.T)
 
     def cleaned(self, effect: Effect, change: Predicted) -> np.ndarray:
         """(values + coordinates,) what of a change no healthy coordinate could do; of a tolerance per unit of it."""
@@ -166,7 +170,7 @@ class _Space:
             place = self.names.index(effect.faults[0].name)
             others[place] = False
             whole = np.concatenate([self.rows[place, :-count], np.zeros(count)])
-        taken, *_ = np.linalg.lstsq(self.rows[others].T, whole, rcond=None)
+        taken = np.linalg.solve(self.square[np.ix_(others, others)], self.rows[others] @ whole)
         return whole - taken @ self.rows[others]
 
 

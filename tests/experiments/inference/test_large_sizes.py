@@ -12,7 +12,7 @@ from experiments.inference.railway.system import Railway
 from railsim.effects.interface import EFFECTS
 
 
-def test_a_large_size_is_half_way_to_the_bound_in_logs():
+def test_a_large_size_is_the_geometric_mean_of_the_default_and_the_bound():
     wind = EFFECTS.pick("crosswind").parameters()
     share, force = large(wind), wind["force"]
     assert share == pytest.approx(np.sqrt(force.high / force.default))
