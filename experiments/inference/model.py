@@ -87,6 +87,11 @@ class Effect:
         """The name under which the library has it."""
         return self.entry or self.name
 
+    @property
+    def linear(self) -> bool:
+        """Whether what it changes is nearly in proportion to its numbers: a law's, or one alone."""
+        return self.kind == "law" or len(self.faults) + len(self.own) == 1
+
     def sought(self, base: "Fit") -> "Effect":
         """The effect with the starts that a fit without it suggests."""
         return self if self.seek is None else replace(self, starts=(*self.starts, *self.seek(base.system, base)))

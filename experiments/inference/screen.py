@@ -1,10 +1,12 @@
-"""A first order of many effects beside a fit: one linear step of each from each of its starts, in levels that are
-raised as where a fit begins. It decides nothing; what comes first is fitted.
+"""A first order of many effects beside a fit: one linear step of each from each of its starts, in the levels of the fit
+and in levels that are raised as where another fit begins, whichever gains more. In the first, what is small shows; in
+the second, what is far off. It decides nothing; what comes first is fitted.
 """
 
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -26,14 +28,15 @@ def first_gains(
     """What a step gains over the same step without the effect [nats], the effect and the start, of every start that is
     reached before `end` of time.monotonic().
     """
-    screen = _Screen(base, policy)
+    screens = _both(base, policy)
     begins = [(one, x) for one in effects for x in one.begins(base.x, base.system.coordinates)]
     found = []
     for first in range(0, len(begins), AT_ONCE):
         if time.monotonic() > end:
             break
-        part = begins[first : first + AT_ONCE]
-        found += [(gain, one, x) for gain, (one, x) in zip(screen.gains(part), part, strict=True)]
+        steps = _Steps.of(base, policy, begins[first : first + AT_ONCE])
+        gains = np.max([one.gains(steps) for one in screens], axis=0)
+        found += [(float(gain), one, x) for gain, (one, x) in zip(gains, begins[first:], strict=False)]
     return found
 
 
@@ -41,8 +44,13 @@ def rough_gains(base: Fit, effects: Sequence[Effect], policy: Policy) -> list[fl
     """What each effect gains beside a fit if all were linear [nats], without a run: by its prior where it is a
     coordinate of the fit, else by what it changes of the nominal predictions, at sizes with normal priors.
     """
-    screen = _Screen(base, policy)
-    return [screen.rough(one) for one in effects]
+    screens = _both(base, policy)
+    return [max(screen.rough(one) for screen in screens) for one in effects]
+
+
+def _both(base: Fit, policy: Policy) -> "tuple[_Screen, _Screen]":
+    """In raised levels, and in those of the fit."""
+    return _Screen(base, policy), _Screen(base, policy, base.psi)
 
 
 def misfit(base: Fit, effects: Sequence[Effect], policy: Policy) -> float:
@@ -56,7 +64,12 @@ def misfit(base: Fit, effects: Sequence[Effect], policy: Policy) -> float:
     families: dict[str, list[float]] = {}
     named, screen = base.hypothesis.families, _Screen(base, policy, base.psi)
     for one in effects:
-        if one.shown is not None and one.family not in named and (square := screen.square_of(one.shown)) is not None:
+        if (
+            one.kind == "name"
+            and one.shown
+            and one.family not in named
+            and (square := screen.square_of(one.shown)) is not None
+        ):
             families.setdefault(one.family, []).append(square)
     squares = [float(np.mean(one)) for one in families.values()]
     return max(1.0, (sum(squares) + ASSUMED) / (len(squares) + ASSUMED))
@@ -116,26 +129,19 @@ class _Screen:
         """Its curvature, factorised (Cholesky)."""
         return cho_factor(self.square + np.diag(1.0 / self.problem.spreads**2))
 
-    def gains(self, begins: Sequence[tuple[Effect, np.ndarray]]) -> list[float]:
+    def gains(self, steps: "_Steps") -> list[float]:
         """Of each start."""
-        problems = [self._problem(one) for one, _ in begins]
-        count = len(self.base.x)
-        points = [_moved(problem, x, count) for problem, (_, x) in zip(problems, begins, strict=True)]
-        whole = [problem.hypothesis.effects for problem in problems]
-        predicted = self.base.system.predict_each(list(zip(points, whole, strict=True)))
-        found = []
-        for problem, at, parts in zip(problems, points, predicted, strict=True):
-            seen = zip(self.base.system.observed, parts, strict=True)
-            white = whitened(self.parts, self.psi, [one[None] - two for one, two in seen])
-            steps = (at[1:] - at[0])[:, count:]
-            own = (white[0] - white[1:]) / steps.sum(axis=1)[:, None]
+        count, found = len(self.base.x), []
+        for problem, at, left in zip(steps.problems, steps.points, steps.left, strict=True):
+            white = whitened(self.parts, self.psi, left)
+            moved = (at[1:] - at[0])[:, count:]
+            own = (white[0] - white[1:]) / moved.sum(axis=1)[:, None]
             good = np.isfinite(white).all()
             found.append(self._value(problem, at[0], white[0], own) - self.without if good else -np.inf)
         return found
 
     def _problem(self, effect: Effect) -> Problem:
-        effects = (*self.base.hypothesis.effects, effect)
-        return Problem(self.base.system, Hypothesis(effects), self.policy)
+        return _beside(self.base, effect, self.policy)
 
     def _value(self, problem: Problem, x: np.ndarray, residual: np.ndarray, own: np.ndarray) -> float:
         """Log of the marginal likelihood of the linear model about x, but for what all hypotheses share."""
@@ -145,6 +151,32 @@ class _Screen:
         slope = np.concatenate([self.slopes @ residual, own @ residual]) - (x - problem.means) / problem.spreads**2
         cost = 0.5 * residual @ residual + problem.prior(x) - 0.5 * slope @ np.linalg.solve(precision, slope)
         return float(-cost + 0.5 * len(x) * np.log(2.0 * np.pi) - 0.5 * np.linalg.slogdet(precision)[1])
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Starts of effects beside a fit: the hypothesis of each, its points (1 + own coordinates, coordinates), and what
+    is left there of each group.
+    """
+
+    problems: list[Problem]
+    points: list[np.ndarray]
+    left: list[list[np.ndarray]]
+
+    @classmethod
+    def of(cls, base: Fit, policy: Policy, begins: Sequence[tuple[Effect, np.ndarray]]) -> "_Steps":
+        """All runs at once."""
+        problems = [_beside(base, one, policy) for one, _ in begins]
+        points = [_moved(problem, x, len(base.x)) for problem, (_, x) in zip(problems, begins, strict=True)]
+        whole = [problem.hypothesis.effects for problem in problems]
+        predicted = base.system.predict_each(list(zip(points, whole, strict=True)))
+        seen = base.system.observed
+        left = [[one[None] - two for one, two in zip(seen, parts, strict=True)] for parts in predicted]
+        return cls(problems, points, left)
+
+
+def _beside(base: Fit, effect: Effect, policy: Policy) -> Problem:
+    return Problem(base.system, Hypothesis((*base.hypothesis.effects, effect)), policy)
 
 
 def _moved(problem: Problem, x: np.ndarray, first: int) -> np.ndarray:

@@ -237,8 +237,8 @@ def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
 def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -> list[Ordered]:
     """What the first steps of each effect beside a fit gain over the same steps without it, in its covariance [nats],
     and where they lead; most first. Only an order, nothing is decided by it: by what the library saw, then one linear
-    step, then a few steps of those that promise most, ever fewer. What has one number is linear enough for the library
-    to tell that it cannot lead; then no step is taken. Steps have the slopes of the fit; where these are not
+    step, then a few steps of those that promise most, ever fewer. What is linear enough for the library to tell that it
+    cannot lead takes no step. Steps have the slopes of the fit; where these are not
     the effect's own, as where it is another vehicle, they gain less than was promised, and the promise counts.
     count : of those that will be fitted.
     """
@@ -250,7 +250,7 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     promises = dict(zip((one.name for one in effects), rough, strict=True))
     most = max(STEPPED * count, sum(math.isinf(one) for one in rough))
     reached = [one for one in likely[:most]
-               if len(one.faults) + len(one.own) > 1 or _may_lead(search, promises[one.name], one)]  # fmt: skip
+               if not one.linear or _may_lead(search, promises[one.name], one)]  # fmt: skip
     begins = first_gains(base, [one.sought(base) for one in reached], search.policy, end)
     begins.sort(key=lambda one: -one[0])
     first: dict[str, Ordered] = {}

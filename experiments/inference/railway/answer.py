@@ -103,9 +103,9 @@ def answer(
     if found is None:
         say("what each effect would show")
         found = found_library(system, kinds)
-    system = Railway(record, SCALES, found.installed, kept=system.kept)
+    system = Railway(record, SCALES, found.makers, kept=system.kept)
     give_back()
-    say(f"{len(found.library.effects)} effects, {record.extent}")
+    say(f"{len(found.installed)} effects, {len(found.laws)} laws without a name, {record.extent}")
     most = f" of {limit:.0f} at most" if math.isfinite(limit) else ""
 
     def told(step: str) -> None:

@@ -100,8 +100,8 @@ class Answers:
 
     def opened(self, place: Place, frames: Mapping[str, np.ndarray]) -> np.ndarray:
         """(F, frames) [m or rad] how far a place between two bodies opens."""
-        row = opening(self.model, place)
-        return sum((row[name] * frames[_channel(name)] for name in row), np.zeros(1))
+        row = opened_by(self.model, place)
+        return sum((factor * frames[name] for name, factor in row.items()), np.zeros(1))
 
     def _half_gauge(self, place: Place) -> float:
         return next(one.axlebox_half_spacing for one in self.model.wheelsets if one.body == place.upper)
@@ -120,21 +120,22 @@ def _dynamic(linear: Linearised, omega: np.ndarray) -> np.ndarray:
 
 def _needed(model: Model, place: Place) -> list[str]:
     if place.lower:
-        return [_channel(name) for name in opening(model, place)]
+        return list(opened_by(model, place))
     number = 1 + [one.body for one in model.wheelsets].index(place.upper)
     quantity = {"z": "normal_force", "y": "creep_force_y", "yaw": "creep_force_x"}[place.axis]
     return [f"wheel{number}_{side}.{quantity} [N]" for side in ("left", "right")]
-
-
-def _channel(name: str) -> str:
-    """Of truth, of a coordinate."""
-    return f"{name} [{'m' if name.rpartition('.')[2] in ('x', 'y', 'z') else 'rad'}]"
 
 
 def opening(model: Model, place: Place) -> dict[str, float]:
     """How far a place opens with each coordinate, by name; the generalised forces of 1 N there (virtual work)."""
     row = model.relative(place.upper, place.lower or TRACK, place.at)[AXES[place.axis], model.free]
     return {name: float(factor) for name, factor in zip(model.names, row, strict=True) if factor}
+
+
+def opened_by(model: Model, place: Place) -> dict[str, float]:
+    """The same with each channel of truth."""
+    return {f"{name} [{'m' if name.rpartition('.')[2] in ('x', 'y', 'z') else 'rad'}]": factor
+            for name, factor in opening(model, place).items()}  # fmt: skip
 
 
 def _impedance(model: Model, place: Place, omega: np.ndarray) -> np.ndarray:

@@ -160,7 +160,7 @@ def answered(case: Case, found: Answer) -> dict[str, Any]:
 
 
 def _known(row: Row) -> bool:
-    return bool(row.fit.hypothesis.effects) and not row.fit.hypothesis.unknown
+    return bool(row.fit.hypothesis.effects) and row.fit.hypothesis.place is None
 
 
 def _name(found: Answer, true: Plugin) -> str | None:

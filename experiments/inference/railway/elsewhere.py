@@ -64,7 +64,7 @@ def elsewhere(answer: Answer, others: dict[str, Record], say: Callable[[str], No
     found = []
     for name, record in others.items():
         say(f"{name}: laid beside what was found")
-        system, policy = Railway(record, SCALES, answer.found.installed), Policy()
+        system, policy = Railway(record, SCALES, answer.found.makers), Policy()
         healthy, _ = Known.after(carried(answer.none, system))
         none = healthy_fit(healthy, policy)
         aligned = np.zeros(len(system.coordinates))

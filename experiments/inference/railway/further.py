@@ -3,7 +3,7 @@ over another track. The vehicle as it was fitted is what would be recorded.
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,9 +17,10 @@ from experiments.inference.next_measurement import Saving, savings
 from experiments.inference.policy import Policy
 from experiments.inference.railway.build import along_coordinates
 from experiments.inference.railway.cases import as_measured
+from experiments.inference.railway.makers import Maker
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.scales import SCALES
-from experiments.inference.railway.system import Installed, Railway
+from experiments.inference.railway.system import Railway
 from experiments.inference.verdict import Verdict
 from railsim.effects.interface import EFFECTS
 from railsim.errors import InputError
@@ -54,7 +55,7 @@ def further(
     return sorted(found, key=lambda one: one.after)
 
 
-def options(record: Record, installed: dict[str, Installed]) -> Iterator[tuple[str, "Railway | Part"]]:
+def options(record: Record, installed: Mapping[str, Maker]) -> Iterator[tuple[str, "Railway | Part"]]:
     """Further recordings by name, as systems; each is made when it is asked for."""
     scenario = record.scenario
     own = scenario.but(sensors=tuple(record.evidence.sensors), duration=min(LONGEST, scenario.duration))
@@ -83,7 +84,7 @@ def options(record: Record, installed: dict[str, Installed]) -> Iterator[tuple[s
             yield name, _recorded(Scenario.build(own.values() | change), installed)
 
 
-def _recorded(scenario: Scenario, installed: dict[str, Installed]) -> Railway:
+def _recorded(scenario: Scenario, installed: Mapping[str, Maker]) -> Railway:
     """A recording of the nominal vehicle as a system."""
     record = Record(evidence_of(as_measured(scenario, scenario, "compiled"), scenario))
     return Railway(record, SCALES, installed)

@@ -17,7 +17,9 @@ import numpy as np
 from experiments.inference.levels import middles
 from experiments.inference.model import Coordinate, Effect, Library
 from experiments.inference.railway.along import Along, placeable, prior_along
-from experiments.inference.railway.system import Installed, Railway
+from experiments.inference.railway.laws import Law, laws
+from experiments.inference.railway.makers import Installed, Maker
+from experiments.inference.railway.system import Railway
 from railsim.effects.interface import EFFECTS, Parameter, Setup
 from railsim.effects.interface import Effect as Plugin
 from railsim.errors import InputError
@@ -56,17 +58,25 @@ class Twin:
 
 @dataclass(frozen=True)
 class Found:
-    """The library, how its effects are made (`twins`: those that are tolerances), and what is not in it and why."""
+    """The library, how its effects are made (`twins`: those that are tolerances; `laws`: those without a name), and
+    what is not in it and why.
+    """
 
     library: Library
     installed: dict[str, Installed]
     left_out: tuple[str, ...]
     twins: dict[str, Twin] = field(default_factory=dict)
+    laws: dict[str, Law] = field(default_factory=dict)
+
+    @property
+    def makers(self) -> dict[str, Maker]:
+        """Of all effects that have coordinates of their own."""
+        return {**self.installed, **self.laws}
 
     def made(self, effect: Effect, values: Sequence[float]) -> Plugin:
         """A plug-in from the values of an effect's faults and own coordinates."""
         twin = self.twins.get(effect.listed)
-        return twin.make(values[0]) if twin else self.installed[effect.listed].make(np.asarray(values))
+        return twin.make(values[0]) if twin else self.makers[effect.listed].make(np.asarray(values))
 
 
 def variants(plugin: type[Plugin], system: Railway) -> Iterator[dict[str, Any]]:
@@ -191,7 +201,9 @@ _Entry = tuple[str, type[Plugin], dict[str, Any], dict[str, Parameter]]
 
 
 def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
-    """All effects that the record's channels would show; of `kinds` of plug-ins alone where some are given."""
+    """All effects that the record's channels would show, of `kinds` of plug-ins alone where some are given; and laws
+    without a name.
+    """
     entries, places, left_out, installed, twins_made = [], [], [], {}, {}
     for kind, plugin in EFFECTS.classes().items():
         if kinds is not None and kind not in kinds:
@@ -237,8 +249,14 @@ def found_library(system: Railway, kinds: Sequence[str] | None = None) -> Found:
             left_out.append(one)
         else:
             installed[one.name] = Installed(plugin, dict(choices), tuple(numbers))
-    effects = [*found, *(one for one in along if not isinstance(one, str))]
-    return Found(Library(tuple(effects)), installed, tuple(left_out), twins_made)
+    unnamed = [(one, law) for one, law in laws(system) if one.shown and _loudest(maker.white(one.shown)) >= VISIBLE]
+    effects = [*found, *(one for one in along if not isinstance(one, str)), *(one for one, _ in unnamed)]
+    made = {one.name: law for one, law in unnamed}
+    return Found(Library(tuple(effects)), installed, tuple(left_out), twins_made, made)
+
+
+def _loudest(white: np.ndarray) -> float:
+    return float(np.linalg.norm(white, axis=1).max())
 
 
 def _along(system: Railway, maker: _Maker, entry: _Entry) -> Effect | str:

@@ -114,7 +114,7 @@ def _apart(cleaned: np.ndarray) -> np.ndarray:
 
 def _first_variants(found: Found) -> list[Effect]:
     first: dict[type, Effect] = {}
-    for one in found.library.effects:
+    for one in (one for one in found.library.effects if one.kind == "name"):
         first.setdefault(found.installed[one.name].plugin, one)
     return list(first.values())
 

@@ -30,6 +30,7 @@ ALIKE = 1.2  # largest speed of a section over its smallest
 VALUES = 48_000  # complex ones of all channels together that are compared at most: 28 s of 22 channels, 1 min of ten
 FRAMES = 12  # of them at least, whatever the number of channels
 MARGIN = 40.0  # m; of the track on both sides of what the vehicle passes
+COURSE = 128.0  # Hz; of the course in time of what frames hold
 FEWEST = 4  # frames of a section; fewer go to a neighbour
 
 
@@ -117,6 +118,14 @@ class Record:
         part = values[first:last]
         part = part - part.mean() if np.isfinite(part).all() else np.nan_to_num(part - np.nanmean(part))
         return (self.frames(rate).analyse(part[None])[..., 0] / np.sqrt(rate))[:, self.kept]
+
+    def course(self, frames: np.ndarray) -> np.ndarray:
+        """(n,) at `COURSE` of kept frames (F, frames), without half a window at both ends; 0 where one was left out."""
+        of = self.frames(COURSE)
+        whole = np.zeros((len(frames), len(of.places), 1), complex)
+        whole[:, self.kept, 0] = frames
+        aside = of.size // 2  # where one window alone reaches
+        return of.synthesise(whole)[0, aside : of.places[-1, -1] + 1 - aside] * np.sqrt(COURSE)
 
     @cached_property
     def clock(self) -> Clock:

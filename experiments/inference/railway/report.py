@@ -116,17 +116,17 @@ def _losses(told: dict[str, Any]) -> str:
 def _model(answer: Answer, told: dict[str, Any]) -> str | None:
     """The nominal scenario with what was found, where it improves the held-out sections; None elsewhere."""
     best, held = answer.best, told["held_out"]
-    if told["status"] not in STATUS.values():
-        return None
-    if not best.hypothesis.named or not held["after"] or not held["nuisance_only"]:
+    missing = [one for one in best.hypothesis.effects if one.kind != "small"]
+    if told["status"] not in STATUS.values() or not missing or not held["after"] or not held["nuisance_only"]:
         return None
     if held["after"]["gap"] >= held["nuisance_only"]["gap"]:
         return None
     scenario, names = answer.system.record.scenario, [one.name for one in answer.system.coordinates]
     made, column = [], len(names)
-    for effect in best.hypothesis.named:
+    for effect in best.hypothesis.effects:
         faults = [float(best.x[names.index(one.name)]) for one in effect.faults]
         own = [float(value) for value in best.x[column : column + len(effect.own)]]
         column += len(own)
-        made.append(answer.found.made(effect, [*faults, *own]).settings())
+        if effect in missing:
+            made.append(answer.found.made(effect, [*faults, *own]).settings())
     return scenario.to_yaml(effects=[*scenario.values()["effects"], *made])

@@ -83,7 +83,7 @@ def status(answer: Answer) -> str:
 
 
 def parameters(answer: Answer, fit: Fit) -> dict[str, dict[str, Any]]:
-    """Values of the effects of a fit, with 90 % intervals; a tolerance's log as the factor that it stands for."""
+    """Values of the named effects of a fit, with 90 % intervals; a tolerance's log as the factor that it stands for."""
     spreads = np.sqrt(np.diag(np.linalg.inv(fit.precision)))
     names = [one.name for one in answer.system.coordinates]
     found: dict[str, dict[str, Any]] = {}
@@ -94,9 +94,10 @@ def parameters(answer: Answer, fit: Fit) -> dict[str, dict[str, Any]]:
             found[f"{effect.family}: {fault.name.removeprefix('log ')}"] = _value(
                 fault.name.startswith(("log ", "gain ")), fault.unit, fit.x[place], spreads[place]
             )
-        for own in effect.own:
-            found[f"{effect.family}: {own.name}"] = _value(False, own.unit, fit.x[column], spreads[column])
-            column += 1
+        for number, own in enumerate(effect.own, column):
+            if effect.kind != "law":  # its curve tells more than its terms
+                found[f"{effect.family}: {own.name}"] = _value(False, own.unit, fit.x[number], spreads[number])
+        column += len(effect.own)
     return found
 
 

@@ -25,6 +25,7 @@ from experiments.inference.railway.build import (
     other_law,
     sensor_coordinates,
 )
+from experiments.inference.railway.makers import Maker
 from experiments.inference.railway.record import Record
 from experiments.inference.railway.simulated import Shown, Simulated, simulated_over, together_for
 from experiments.inference.railway.survey import HIDDEN, Surveyed, sources
@@ -46,30 +47,6 @@ FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first i
 REMEMBERED = 8  # runs
 SEED = 20110901  # of these draws: the same for every hypothesis
 
-Choices = dict[str, object]
-
-
-@dataclass(frozen=True)
-class Installed:
-    """How an effect is made: its plug-in, choices that are fixed, fields that are its own coordinates."""
-
-    plugin: type[Plugin]
-    choices: Choices
-    fields: tuple[str, ...]
-
-    def make(self, values: np.ndarray) -> Plugin:
-        """With these values, each within what the plug-in allows.
-
-        Raises
-        ------
-        InputError : a value is not finite, or they do not fit together.
-        """
-        found = dict(self.choices)
-        for name, value in zip(self.fields, values, strict=True):
-            low, high = self.plugin.limits(name)
-            found[name] = float(min(max(value, -math.inf if low is None else low), math.inf if high is None else high))
-        return self.plugin.build(found)
-
 
 @dataclass(frozen=True, eq=False)
 class Railway:
@@ -80,7 +57,7 @@ class Railway:
 
     record: Record
     scales: Mapping[str, float] = field(default_factory=dict)
-    installed: dict[str, Installed] = field(default_factory=dict)
+    installed: Mapping[str, Maker] = field(default_factory=dict)
     survey: tuple[int, ...] | None = None
     kept: dict[object, Any] = field(default_factory=dict)
     last: dict[bytes, Shown | None] = field(default_factory=dict)
@@ -139,7 +116,7 @@ class Railway:
     def _levels(self) -> tuple[Level, ...]:
         spread = 0.5 if self.record.stated else 1.2
         channels = list(self.record.channels)
-        names = [one.name for one in self._answers[0].places]
+        names = [one.name for one in self.answers[0].places]
         return (
             *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in channels),
             *(Level(f"survey {kind}", "input", LogNormal(1.0, HIDDEN_SPREAD if kind.endswith(HIDDEN) else spread))
@@ -209,7 +186,7 @@ class Railway:
         key = x.tobytes() + "".join(one.name for one in effects).encode()
         if key in self.last:
             return self.last[key]
-        found = self.simulated.shown(*self._at(x, effects))
+        found = self.simulated.shown(*self.at(x, effects))
         for old in list(self.last)[: len(self.last) + 1 - REMEMBERED]:
             self.last.pop(old, None)
         self.last[key] = found
@@ -218,7 +195,7 @@ class Railway:
     def _raw(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> np.ndarray:
         """(points, F, frames, components)."""
         if len(points) > 1:
-            return self.simulated.outputs([self._at(x, effects) for x, effects in points])
+            return self.simulated.outputs([self.at(x, effects) for x, effects in points])
         shown = self._one(*points[0])
         if shown is None:
             return np.full((1, *self.record.seen.shape[:2], len(self.simulated.turns[0])), np.nan + 0j)
@@ -240,7 +217,7 @@ class Railway:
         return self.kept["together"]
 
     def _of_section(self, number: int, read: np.ndarray, frames: Mapping[str, np.ndarray]) -> np.ndarray:
-        answers, part = self._answers[number], self.record.sections[number]
+        answers, part = self.answers[number], self.record.sections[number]
         count, shape = len(self.record.channels), (len(self.record.frequencies), *[len(self.record.channels)] * 2)
         units = [np.outer(one, one) for one in np.eye(count)]
         whole = [np.broadcast_to(density * unit, shape) for density, unit in zip(self._noise, units, strict=True)]
@@ -326,7 +303,7 @@ class Railway:
         channel.
         """
         tracks = {one: self._expected(self._levels_at(one)) for one, _ in at}
-        placed = [(tracks[one], *self._at(x, ())) for one, x in at]
+        placed = [(tracks[one], *self.at(x, ())) for one, x in at]
         shown = self.simulated.channels([(setup.but(track=track), ahead) for track, setup, ahead in placed])
         power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=2)
         return [float(np.log(one).sum()) if np.isfinite(one).all() else math.inf for one in power]
@@ -393,8 +370,8 @@ class Railway:
         return self.simulated.nominal
 
     @cached_property
-    def _answers(self) -> tuple[Answers, ...]:
-        """Of each section."""
+    def answers(self) -> tuple[Answers, ...]:
+        """Linear answers in each section."""
         if "answers" not in self.kept:
             model, f = self.nominal.model, self.record.frequencies
             speeds = [self.record.speed_of(number) for number in range(len(self.record.sections))]
@@ -403,7 +380,7 @@ class Railway:
 
     def answer(self, level: Level, section: int) -> np.ndarray:
         """(F, channels) to 1 N, 1 N m or one unit of a reading, of a latent level."""
-        channels, answers = list(self.record.channels), self._answers[section]
+        channels, answers = list(self.record.channels), self.answers[section]
         if level.kind == "reading":
             return np.tile(np.eye(len(channels))[channels.index(str(level.place))], (len(answers.f), 1))
         return answers.forces[:, :, [one.name for one in answers.places].index(str(level.place))]
@@ -412,7 +389,7 @@ class Railway:
         """(F, frames) how far the place of a latent force opens at x [m or rad], and the force or moment on its upper
         body by which tolerances there are off the data sheet; None where it joins no two bodies.
         """
-        nominal, count = self._answers[0], len(self.coordinates)
+        nominal, count = self.answers[0], len(self.coordinates)
         place = next((one for one in nominal.places if one.name == level.place and one.lower), None)
         still = x.copy()
         still[self._after_runs] = 0.0
@@ -420,7 +397,7 @@ class Railway:
             return None
         for fault in (fault for one in effects for fault in one.faults):
             still[self._index[fault.name]] = self.coordinates[self._index[fault.name]].mean
-        built = replace(nominal, model=self._at(still[:count], ())[0].model)
+        built = replace(nominal, model=self.at(still[:count], ())[0].model)
         beyond = nominal.acting(place, shown.acting) - built.acting(place, shown.acting)
         return nominal.opened(place, shown.acting), beyond
 
@@ -469,7 +446,10 @@ class Railway:
             for one in self._sections(good)
         ]
 
-    def _at(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, float]:
+    def at(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, float]:
+        """Setup of a hypothesis at x, and how far ahead of the registered start it begins [m], not finite where there
+        is no such vehicle.
+        """
         values = dict(zip([one.name for one in self.coordinates], x, strict=False))
         column, made = len(self.coordinates), []
         ahead = values["offset"] - values["speed"] * 0.5 * self.record.way

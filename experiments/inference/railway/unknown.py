@@ -1,9 +1,10 @@
 """What something unknown in a fit is like: its course in time, and whether it is a tone, comes in pulses, or follows
 the motion at its place.
 
-The course is the mean of the latent force (or reading) given the residuals: with answers h, expected power P and
-covariance S of all errors it is P h^H S^-1 r at each frequency (Wiener 1949). A fit lays part of what follows the
-motion to tolerances at that place, as friction to a damper; by how much they are off the data sheet is missing too.
+Of a law without a name the course is its force in the run. Else it is the mean of the latent force (or reading) given
+the residuals: with answers h, expected power P and covariance S of all errors, P h^H S^-1 r at each frequency (Wiener
+1949). A fit lays part of what follows the motion to tolerances at that place, as friction to a damper; by how much they
+are off the data sheet is missing too.
 """
 
 from dataclasses import dataclass
@@ -14,10 +15,10 @@ import numpy as np
 from experiments.inference.course import Curve, curve, pulses, tone
 from experiments.inference.levels import Sums
 from experiments.inference.model import Fit, Level
-from experiments.inference.railway.record import DROPPED, WINDOW
+from experiments.inference.railway.laws import Law
+from experiments.inference.railway.record import COURSE, DROPPED, WINDOW
 from experiments.inference.railway.system import Railway
 
-RATE = 128.0  # Hz; of the course
 MOST = 0.5  # of it: what explains less than half does not tell what it is like
 
 DISPLACEMENT, VELOCITY, BROADBAND = "displacement", "velocity", "broadband"
@@ -25,7 +26,7 @@ DISPLACEMENT, VELOCITY, BROADBAND = "displacement", "velocity", "broadband"
 
 @dataclass(frozen=True, eq=False)
 class Unknown:
-    """A latent force or reading.
+    """A latent force or reading, or the force of a law.
 
     Attributes
     ----------
@@ -48,19 +49,21 @@ class Unknown:
 def unknown_of(fit: Fit) -> Unknown | None:
     """Of a fit with its residuals; None where its hypothesis has nothing unknown."""
     system = fit.system
-    if not fit.hypothesis.unknown or not isinstance(system, Railway):
+    if fit.hypothesis.place is None or not isinstance(system, Railway):
         return None
-    level = fit.hypothesis.unknown[0]
+    level = next(one for one in system.levels if one.place == fit.hypothesis.place)
     course, passed, usual = _course(fit, system, level)
+    if not fit.hypothesis.unknown:
+        course, passed = _of_law(fit, system), np.ones_like(passed)
     joint, states = system.joint(fit.x, fit.hypothesis.effects, level), {}
     if joint is not None:
         opening, beyond = joint
         course = course + passed * beyond
         states = {DISPLACEMENT: opening, VELOCITY: 2j * np.pi * system.record.frequencies[:, None] * opening}
-    values, even = (_history(system, one) for one in (course, course / usual[:, None]))
-    time = DROPPED + 0.5 * WINDOW + np.arange(len(values)) / RATE
-    count = 2.0 * float(np.ptp(system.record.frequencies)) * len(values) / RATE
-    curves = {name: curve(values, _history(system, passed * state), count) for name, state in states.items()}
+    values, even = (system.record.course(one) for one in (course, course / usual[:, None]))
+    time = DROPPED + 0.5 * WINDOW + np.arange(len(values)) / COURSE
+    count = 2.0 * float(np.ptp(system.record.frequencies)) * len(values) / COURSE
+    curves = {name: curve(values, system.record.course(passed * state), count) for name, state in states.items()}
     words, share = _words(even, curves)
     power = np.mean(np.abs(course) ** 2, axis=1) / usual**2
     return Unknown(
@@ -86,7 +89,7 @@ def _figures(values: np.ndarray) -> list[float]:
 
 def _words(even: np.ndarray, curves: dict[str, Curve]) -> tuple[str, float]:
     """What explains most of it, and how much. `even`: its course, all frequencies as loud beside what acts there."""
-    (frequency, pure), (period, again) = tone(even, RATE), pulses(even, RATE)
+    (frequency, pure), (period, again) = tone(even, COURSE), pulses(even, COURSE)
     found = {f"a tone at {frequency:.1f} Hz": pure, f"pulses every {period:.2f} s": again}
     found |= {f"it follows the {name} there": one.share for name, one in curves.items()}
     words = max(found, key=found.__getitem__)
@@ -113,11 +116,13 @@ def _course(fit: Fit, system: Railway, level: Level) -> tuple[np.ndarray, np.nda
     return course, passed, np.sqrt(powers.mean(axis=1))
 
 
-def _history(system: Railway, frames: np.ndarray) -> np.ndarray:
-    """(n,) at `RATE` of kept frames (F, frames), without half a window at both ends; 0 where a frame was left out."""
-    record = system.record
-    of = record.frames(RATE)
-    whole = np.zeros((len(frames), len(of.places), 1), complex)
-    whole[:, record.kept, 0] = frames
-    aside = of.size // 2  # where one window alone reaches
-    return of.synthesise(whole)[0, aside : of.places[-1, -1] + 1 - aside] * np.sqrt(RATE)
+def _of_law(fit: Fit, system: Railway) -> np.ndarray:
+    """(F, frames) force of a fit's law on the upper body."""
+    effects = fit.hypothesis.effects
+    number = next(place for place, one in enumerate(effects) if one.kind == "law")
+    begin = len(system.coordinates) + sum(len(one.own) for one in effects[:number])
+    law, found = system.installed[effects[number].listed], []
+    assert isinstance(law, Law)
+    values, setup = fit.x[begin : begin + len(effects[number].own)], system.at(fit.x, effects)
+    system.simulated.visit([setup], lambda _, truth: found.append((law.acting(values, truth), truth.rate)))
+    return system.record.modelled(*found[0])
