@@ -25,8 +25,8 @@ def system() -> Railway:
     """A vehicle on two channels, with a library of two effects."""
     bare = Railway(Record(evidence_of(recorded(np.random.default_rng(12), "home", (), FEW), nominal("home", FEW))))
     found = found_library(bare, ("weak_primary_damper", "soft_track"))
-    bare.kept["library"] = found.library.effects
-    return Railway(bare.record, installed=found.installed, kept=bare.kept)
+    bare.kept["library"] = tuple(one for one in found.library.effects if one.kind == "name")
+    return Railway(bare.record, installed=found.makers, kept=bare.kept)
 
 
 def fitted(system: Railway, effect: Effect) -> Fit:

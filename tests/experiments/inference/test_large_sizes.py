@@ -26,7 +26,7 @@ def test_a_wind_that_lays_the_body_on_its_stops_has_two_changes():
     """A little one moves the body aside and is not seen; a large one stiffens the suspension."""
     record = Record(evidence_of(recorded(np.random.default_rng(3), "home", (), ALL), nominal("home", ALL)))
     system = Railway(record, SCALES)
-    (wind,) = found_library(system, ("crosswind",)).library.effects
+    (wind,) = (one for one in found_library(system, ("crosswind",)).library.effects if one.kind == "name")
     assert wind.shown is not None
     sizes = [np.sqrt(sum(float(np.sum(np.abs(one[k]) ** 2)) for one in wind.shown)) for k in range(len(wind.shown[0]))]
     share = large(EFFECTS.pick("crosswind").parameters())

@@ -213,7 +213,7 @@ def test_frames_are_sorted_by_speed(system: Railway) -> None:
 
 def test_runs_of_many_hypotheses_are_those_of_each(system: Railway) -> None:
     found = found_library(system, ("secondary_asymmetry", "weak_vertical_damper"))
-    here = Railway(system.record, {}, found.installed, kept=system.kept)
+    here = Railway(system.record, {}, found.makers, kept=system.kept)
     x, parts = np.zeros(len(here.coordinates)), []
     for effect in found.library.effects:
         parts.append((np.stack(effect.begins(x, here.coordinates)), (effect,)))
