@@ -23,16 +23,14 @@ from railsim.truth import HeldTruth
 
 TERMS = 4  # polynomials of a law
 POINTS = 65  # of its table
-BEYOND = 0.1  # of the range of the states to both sides, to which the table goes
-STATES = ("displacement", "velocity")
+DISPLACEMENT, VELOCITY = STATES = ("displacement", "velocity")
 ANY = 1e3  # m/s, m: ends of the axis on which a law does not depend
 
 
 @dataclass(frozen=True, eq=False)
 class Law:
     """How a law is made from the factors of its polynomials: `forces` (TERMS, POINTS) [N or N m] over `states`
-    (POINTS,) of `state`, of each factor 1; `row`: how far the place opens with each
-    channel of truth.
+    (POINTS,) of `state`, of each factor 1; `row`: how far the place opens with each channel of truth.
     """
 
     place: Place
@@ -58,8 +56,8 @@ class Law:
         """
         force = [float(one) for one in self.force(values)]
         along, ends = [float(one) for one in self.states], [-ANY, ANY]
-        displacement, velocity = (along, ends) if self.state == STATES[0] else (ends, along)
-        rows = [[one, one] for one in force] if self.state == STATES[0] else [force, force]
+        displacement, velocity = (along, ends) if self.state == DISPLACEMENT else (ends, along)
+        rows = [[one, one] for one in force] if self.state == DISPLACEMENT else [force, force]
         return EFFECTS.pick("empirical_force").build({
             "upper": self.place.upper, "lower": self.place.lower, "axis": self.place.axis, "position": self.place.at,
             "displacement": displacement, "velocity": velocity, "force": rows,
@@ -110,9 +108,5 @@ def _shapes(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     powers = np.vander(scaled, TERMS + 1, increasing=True)
     _, upper = np.linalg.qr(powers / math.sqrt(len(values)))
     low, high = float(scaled.min()), float(scaled.max())
-    aside = BEYOND * (high - low)
-    at = np.linspace(low - aside, high + aside, POINTS)
-    held = np.vander(np.clip(at, low, high), TERMS + 1, increasing=True)
-    found = np.linalg.solve(upper.T, held.T)[1:]
-    signs = np.sign(np.diag(upper))[1:, None]
-    return middle + spread * at, signs * found
+    at = np.linspace(low, high, POINTS)
+    return middle + spread * at, np.linalg.solve(upper.T, np.vander(at, TERMS + 1, increasing=True).T)[1:]

@@ -6,8 +6,9 @@ from matplotlib.figure import Figure
 
 from experiments.inference.railway.answer import Answer
 from experiments.inference.railway.gaps import BANDS, left
+from experiments.inference.railway.laws import VELOCITY
 from experiments.inference.railway.statement import chance
-from experiments.inference.railway.unknown import VELOCITY, Unknown
+from experiments.inference.railway.unknown import Unknown
 from experiments.reporting.plots import BLUE, GREY
 
 SHOWN = 12  # hypotheses

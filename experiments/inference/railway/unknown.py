@@ -15,13 +15,13 @@ import numpy as np
 from experiments.inference.course import Curve, curve, pulses, tone
 from experiments.inference.levels import Sums
 from experiments.inference.model import Fit, Level
-from experiments.inference.railway.laws import Law
+from experiments.inference.railway.laws import DISPLACEMENT, VELOCITY, Law
 from experiments.inference.railway.record import COURSE, DROPPED, WINDOW
 from experiments.inference.railway.system import Railway
 
 MOST = 0.5  # of it: what explains less than half does not tell what it is like
 
-DISPLACEMENT, VELOCITY, BROADBAND = "displacement", "velocity", "broadband"
+BROADBAND = "broadband"
 
 
 @dataclass(frozen=True, eq=False)
