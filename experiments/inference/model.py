@@ -25,7 +25,8 @@ Predicted = tuple[np.ndarray, ...]
 @dataclass(frozen=True)
 class Coordinate:
     """A coordinate of the mean: normal prior with `mean` and `spread` (sd), in `unit`; `step` of its derivatives, where
-    the predictions bend more than the prior's spread tells; `cheap` where its derivative costs next to nothing.
+    the predictions bend more than the prior's spread tells, negative where it may not grow; `cheap` where its
+    derivative costs next to nothing.
     """
 
     name: str

@@ -15,7 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 from experiments.inference.levels import sums
 from experiments.inference.model import Effect, Fit, Hypothesis
 from experiments.inference.policy import Policy
-from experiments.inference.problem import DIFFERENCE, Problem, raised, whitened
+from experiments.inference.problem import Problem, raised, whitened
 
 SIZE = 1.5  # of the first start; sd of an effect's size where it is taken as linear
 ASSUMED = 10  # families whose scores are taken to have the variance 1, beside those that are looked at
@@ -182,5 +182,4 @@ def _beside(base: Fit, effect: Effect, policy: Policy) -> Problem:
 def _moved(problem: Problem, x: np.ndarray, first: int) -> np.ndarray:
     """x, and x with each coordinate from `first` on moved by a little."""
     own = range(first, len(x))
-    sizes = [one.step or DIFFERENCE * one.spread for one in problem.coordinates]
-    return np.stack([x, *(x + sizes[k] * np.eye(len(x))[k] for k in own)])
+    return np.stack([x, *(x + problem.sizes[k] * np.eye(len(x))[k] for k in own)])

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from experiments.discrepancy.baseline.samples import sampled
+from experiments.discrepancy.baseline.speed import measured_speed
 from experiments.discrepancy.baseline.surveyed import Surveyed
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -176,69 +177,3 @@ def _track(measured: Measurements) -> Track:
     names = {f"{key} [{unit}]": key for key, unit in UNITS.items()}
     columns = {names[title]: table[title].to_numpy(float) for title in table.columns if title in names}
     return Track(table[DISTANCE].to_numpy(float), columns, "measured")
-
-
-def measured_speed(
-    measured: Measurements, scenario: Scenario, duration: float, begin: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Speed over time, from `begin` [s] of the recording on: by the tachometer or the satellite receiver, else the
-    scenario's.
-
-    The scale of a tachometer (wheel wear) is taken from the satellite receiver where both are there.
-
-    Raises
-    ------
-    InputError : the vehicle hardly moves.
-    """
-    series = {
-        kind: _series(measured, sheet["name"], begin)
-        for sheet in measured.about["sensors"]
-        for kind in [sheet.get("kind")]
-        if kind in ("tachometer", "gnss") and _heard(measured, f"{sheet['name']}.speed [m/s]")
-    }
-    knots = np.arange(0.0, duration + KNOT, KNOT)
-    if not series:
-        speed = np.interp(knots, *scenario.speed.knots(duration))
-        scale_std = 0.01
-    else:
-        if len(series) == 2 and np.median(series["tachometer"][1]) < SLOW <= np.median(series["gnss"][1]):
-            del series["tachometer"]  # dead, or its wheel stands
-        time, values = series.get("tachometer") or series["gnss"]
-        speed = _smooth(time, values, knots)
-        scale_std = 0.01 if "gnss" not in series else 0.002
-        if len(series) == 2:
-            time, receiver = series["gnss"]
-            speed *= float(np.median(receiver / np.maximum(np.interp(time, knots, speed), 0.1)))
-    if float(np.median(speed)) < SLOW:
-        raise InputError(f"the vehicle moves slower than {SLOW:g} m/s most of the time; give a faster recording")
-    return knots, np.maximum(speed, STANDING), scale_std
-
-
-STANDING = 0.2  # m/s, that is given for a vehicle that stands
-KNOT = 0.5  # s, between the speed's knots
-SLOW = 2.0  # m/s, below which nothing is excited
-
-
-def _heard(measured: Measurements, channel: str) -> bool:
-    """Whether a channel is there and gives anything."""
-    return channel in measured and bool(np.isfinite(measured[channel]).any())
-
-
-def _series(measured: Measurements, name: str, begin: float) -> tuple[np.ndarray, np.ndarray]:
-    channel = f"{name}.speed [m/s]"
-    good = np.isfinite(measured[channel])
-    return measured.time(channel)[good] - begin, measured[channel][good]
-
-
-def _smooth(time: np.ndarray, speed: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Least-squares piecewise linear function on the knots with a weak penalty on its bends."""
-    place = np.clip((time - knots[0]) / KNOT, 0.0, len(knots) - 1.001)
-    cell = place.astype(int)
-    share = place - cell
-    design = np.zeros((len(time), len(knots)))
-    rows = np.arange(len(time))
-    design[rows, cell] = 1.0 - share
-    design[rows, cell + 1] = share
-    bends = np.diff(np.eye(len(knots)), 2, axis=0)
-    normal = design.T @ design + 0.3 * len(time) / len(knots) * bends.T @ bends
-    return np.linalg.solve(normal, design.T @ speed)

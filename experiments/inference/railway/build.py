@@ -9,6 +9,7 @@ import numpy as np
 
 from experiments.discrepancy.baseline.nuisances import Nuisance, built, most_of
 from experiments.inference.model import Coordinate
+from experiments.inference.problem import DIFFERENCE
 from experiments.inference.railway.record import Record
 from railsim.effects.interface import EFFECTS, Setup
 from railsim.effects.interface import Effect as Plugin
@@ -32,8 +33,9 @@ def named(one: Nuisance) -> str:
 
 
 def built_coordinates(vehicle: Vehicle) -> list[Coordinate]:
-    """Logs of a build's numbers, and the payload."""
-    logs = [Coordinate(named(one), "-", 0.0, one.std) for one in built(vehicle)]
+    """Logs of a build's numbers, and the payload. What may be no larger than the sheet has it is varied downwards."""
+    steps = [None if one.most > DIFFERENCE else -DIFFERENCE * one.std for one in built(vehicle)]
+    logs = [Coordinate(named(one), "-", 0.0, one.std, step) for one, step in zip(built(vehicle), steps, strict=True)]
     return [*logs, Coordinate("payload", "kg", 0.0, PAYLOAD)]
 
 

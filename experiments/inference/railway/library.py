@@ -15,7 +15,9 @@ from typing import Any, Literal, get_args, get_origin
 import numpy as np
 
 from experiments.inference.levels import middles
-from experiments.inference.model import Coordinate, Effect, Library
+from experiments.inference.model import Coordinate, Effect, Hypothesis, Library
+from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem
 from experiments.inference.railway.along import Along, placeable, prior_along
 from experiments.inference.railway.laws import Law, laws
 from experiments.inference.railway.makers import Installed, Maker
@@ -155,15 +157,9 @@ class _Maker:
     def __post_init__(self) -> None:
         x = np.zeros(len(self.system.coordinates))
         weights = np.exp(2.0 * middles(self.system.levels))
-        self.roots = [
-            np.linalg.inv(np.linalg.cholesky(np.tensordot(weights, parts, 1)))
-            for parts in self.system.covariances(x, ())
-        ]
-        steps = np.array([0.02 * one.spread if one.step is None else one.step for one in self.system.coordinates])
-        points = np.concatenate([np.diag(steps), -np.diag(steps)])
-        parts = self.system.predict(points, ())
-        count = len(steps)
-        self.slopes = self.white([(one[:count] - one[count:]) / (2.0 * steps[:, None, None, None]) for one in parts])
+        components, problem = self.system.covariances(x, ()), Problem(self.system, Hypothesis(), Policy())
+        self.roots = [np.linalg.inv(np.linalg.cholesky(np.tensordot(weights, one, 1))) for one in components]
+        self.slopes = self.white(problem.slopes(x, problem.groups(x, components)))
         self.nominal = [one[0] for one in self.system.predict(x[None], ())]
 
     def white(self, sections: Sequence[np.ndarray]) -> np.ndarray:

@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from experiments.discrepancy.baseline.evidence import STANDING, Evidence
+from experiments.discrepancy.baseline.evidence import Evidence
 from experiments.discrepancy.baseline.forward import Registration, ideal
 from experiments.discrepancy.baseline.registration import register
+from experiments.discrepancy.baseline.speed import STANDING
 from experiments.inference.frames import Frames
 from experiments.inference.railway.clock import Clock
 from experiments.inference.railway.survey import Surveyed
@@ -86,7 +87,7 @@ class Record:
     @cached_property
     def duration(self) -> float:
         """Whole half windows that every channel has [s], until frames enough are seen of a moving vehicle."""
-        moving = np.cumsum(self._lowest(self.whole) > SLOW)
+        moving = np.cumsum(self._moves(self.whole))
         frames = self.frames_at(1e3, self.whole)
         most = max(FRAMES, round(VALUES / len(self.channels) / len(frames.frequencies)))
         return float(DROPPED + 0.5 * WINDOW * (np.searchsorted(moving, most) + 2)) if moving[-1] > most else self.whole
@@ -145,7 +146,7 @@ class Record:
     @cached_property
     def kept(self) -> np.ndarray:
         """Frames in which every channel has all samples and the vehicle moves."""
-        good = self._speeds > SLOW
+        good = self._moves(self.duration)
         for name in self.channels:
             rate = self.evidence.rates[name]
             part = self.evidence.samples[name][round(DROPPED * rate) : round(self.duration * rate)]
@@ -160,25 +161,37 @@ class Record:
         return self._lowest(self.duration)
 
     def _lowest(self, end: float) -> np.ndarray:
-        begins = DROPPED + 0.5 * WINDOW * np.arange(round((end - DROPPED) / (0.5 * WINDOW)) - 1)
-        time = begins[:, None] + WINDOW * np.linspace(0.0, 1.0, 9)
+        time = self._begins(end)[:, None] + WINDOW * np.linspace(0.0, 1.0, 9)
         return np.interp(time, self.evidence.speed[0], self.evidence.speed[1]).min(axis=1)
+
+    def _moves(self, end: float) -> np.ndarray:
+        """(frames,) whether the vehicle moves; it has for `DROPPED`: after a slow stretch the model comes from another
+        state.
+        """
+        slow = Clock.of(*self.evidence.speed[:2], SLOW).stretches
+        since = self._begins(end)[:, None] - slow[:, 1]
+        return (self._lowest(end) > SLOW) & ~((since >= 0.0) & (since < DROPPED)).any(axis=1)
+
+    @staticmethod
+    def _begins(end: float) -> np.ndarray:
+        """(frames,) [s]."""
+        return DROPPED + 0.5 * WINDOW * np.arange(round((end - DROPPED) / (0.5 * WINDOW)) - 1)
 
     @cached_property
     def sections(self) -> tuple[np.ndarray, ...]:
-        """Places of the kept frames, by speed."""
+        """Places of the kept frames, by speed: what has few frames goes to the neighbour of the most alike speed."""
         speeds = self._speeds[self.kept]
-        order = np.argsort(speeds, kind="stable")
         steps = max(1, int(np.ceil(np.log(speeds.max() / speeds.min()) / np.log(ALIKE))))
         edges = np.linspace(0.0, 1.0, steps + 1)[1:-1] * np.log(speeds.max() / speeds.min())
-        parts = np.split(order, np.searchsorted(np.log(speeds[order] / speeds.min()), edges))
-        found: list[np.ndarray] = []
-        for part in parts:
-            if found and (len(part) < FEWEST or len(found[-1]) < FEWEST):
-                found[-1] = np.concatenate([found[-1], part])
-            else:
-                found.append(part)
-        return tuple(np.sort(part) for part in found if len(part))
+        numbers = np.searchsorted(edges, np.log(speeds / speeds.min()))
+        parts = [np.flatnonzero(numbers == number) for number in np.unique(numbers)]
+        while len(parts) > 1 and min(len(part) for part in parts) < FEWEST:
+            few = min(range(len(parts)), key=lambda number: len(parts[number]))
+            apart = {near: abs(np.log(speeds[parts[near]].mean() / speeds[parts[few]].mean()))
+                     for near in (few - 1, few + 1) if 0 <= near < len(parts)}  # fmt: skip
+            first = min(few, min(apart, key=apart.__getitem__))
+            parts[first : first + 2] = [np.sort(np.concatenate(parts[first : first + 2]))]
+        return tuple(parts)
 
     def speed_of(self, section: int) -> float:
         """Mean speed of a section [m/s]."""

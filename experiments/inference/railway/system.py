@@ -71,7 +71,7 @@ class Railway:
 
     def _seen_build(self) -> tuple[Coordinate, ...]:
         found = built_coordinates(self.record.scenario.vehicle)
-        moved = [self.simulated.setup({one.name: one.spread}, ()) for one in found]
+        moved = [self.simulated.setup({one.name: math.copysign(one.spread, one.step or 1.0)}, ()) for one in found]
         shown = self.simulated.channels([(one, 0.0) for one in (self.nominal, *moved)])
         sizes = np.nan_to_num(np.abs(shown[1:] - shown[0]) ** 2 / self.record.densities, nan=0.0)
         return tuple(one for one, size in zip(found, sizes, strict=True) if size.sum() > SEEN**2)

@@ -7,6 +7,9 @@ import pytest
 
 from experiments.discrepancy.baseline.evidence import evidence_of
 from experiments.inference.levels import middles
+from experiments.inference.model import Hypothesis
+from experiments.inference.policy import Policy
+from experiments.inference.problem import Problem
 from experiments.inference.railway.answers import Answers, opening
 from experiments.inference.railway.cases import ALL, nominal, recorded
 from experiments.inference.railway.library import found_library
@@ -199,6 +202,18 @@ def test_a_turned_sensor_shows_what_its_coordinates_say(whole: Railway) -> None:
         assert np.sqrt(np.mean(np.abs(seen - mine) ** 2) / np.mean(np.abs(seen) ** 2)) < 1e-3
 
 
+def test_what_may_not_grow_is_varied_downwards(whole: Railway) -> None:
+    place = [one.name for one in whole.coordinates].index("log adhesion.k_adhesion")  # 1 by the sheet, and 1 at most
+    x, problem = np.zeros(len(whole.coordinates)), Problem(whole, Hypothesis(), Policy())
+    (slope,) = problem.slopes(x, problem.groups(x, whole.covariances(x, ())))
+    less = x.copy()
+    less[place] = -0.02
+    (changed,) = whole.predict(np.stack([x, less]), ())
+    change = changed[1] - changed[0]
+    off = np.abs(-0.02 * slope[place] - change) ** 2 / whole.record.densities
+    assert np.sum(off) < 0.1 * np.sum(np.abs(change) ** 2 / whole.record.densities)
+
+
 def test_frames_are_sorted_by_speed(system: Railway) -> None:
     evidence = system.record.evidence
     time = np.arange(0.0, 13.0, 0.5)
@@ -209,6 +224,12 @@ def test_frames_are_sorted_by_speed(system: Railway) -> None:
     assert len(slow) + len(fast) == len(record.kept)
     still = Record(dataclasses.replace(evidence, speed=(time, np.where(time < 5.0, 0.0, 20.0), 0.01)))
     assert len(still.kept) < len(record.kept) and len(still.sections) == 1
+    late = Record(dataclasses.replace(evidence, speed=(time, np.where(time < 4.0, 0.0, 20.0), 0.01)))
+    assert late.kept.tolist() == [4, 5, 6, 7, 8]  # the model comes from another state until 6 s
+    braking = Record(dataclasses.replace(evidence, speed=(time, np.interp(time, [2.0, 12.0], [24.0, 12.0]), 0.01)))
+    speeds = [braking._speeds[braking.kept][part] for part in braking.sections]
+    assert len(speeds) == 2 and min(len(one) for one in speeds) >= 4 and speeds[0].max() < speeds[1].min()
+    assert np.array_equal(np.sort(np.concatenate(braking.sections)), np.arange(len(braking.kept)))
 
 
 def test_runs_of_many_hypotheses_are_those_of_each(system: Railway) -> None:
@@ -230,11 +251,12 @@ def test_a_recording_without_a_channel_to_compare_is_refused(system: Railway) ->
 
 
 def test_a_long_record_is_compared_until_it_tells_enough(system: Railway, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = system.record.duration
     monkeypatch.setattr("experiments.inference.railway.record.VALUES", 0)
     monkeypatch.setattr("experiments.inference.railway.record.FRAMES", 4)
     evidence = system.record.evidence
     short = Record(evidence)
-    assert (short.duration, short.whole) == (7.0, system.record.duration)
+    assert (short.duration, short.whole) == (7.0, whole)
     assert short.seen == pytest.approx(system.record.seen[:, :4], rel=0.2, abs=1e-3 * np.abs(short.seen).max())
     time = np.array([0.0, 4.0, 4.1, 13.0])
     late = Record(dataclasses.replace(evidence, speed=(time, np.array([0.0, 0.0, 20.0, 20.0]), 0.01)))
