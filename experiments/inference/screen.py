@@ -181,5 +181,4 @@ def _beside(base: Fit, effect: Effect, policy: Policy) -> Problem:
 
 def _moved(problem: Problem, x: np.ndarray, first: int) -> np.ndarray:
     """x, and x with each coordinate from `first` on moved by a little."""
-    own = range(first, len(x))
-    return np.stack([x, *(x + problem.sizes[k] * np.eye(len(x))[k] for k in own)])
+    return np.concatenate([x[None], x + np.diag(problem.sizes)[first:]])

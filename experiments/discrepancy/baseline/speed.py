@@ -21,11 +21,14 @@ from railsim.scenario import Scenario
 STANDING = 0.2  # m/s, that is given for a vehicle that stands
 SLOW = 2.0  # m/s, below which nothing is excited
 FEWEST = 4  # samples of a speed
-KNOT = 0.125  # s, between the speed's knots
+KNOT = 0.125  # s, between the speed's knots; illustrative
 ROUNDS = 20  # of bends and sizes in turn, at most
 SAME = 1e-4  # m/s; a round that changes the speed by less is the last
 BEGIN = (1e-3, 1e-3, 1e-3, 0.2)  # of the sizes: noise, bend, wheel [m/s], time in which the wheel forgets [s]
-LEAST, MOST = (1e-4, 1e-6, 1e-5, 0.02), (10.0, 10.0, 10.0, 1.0)  # a wheel's own motions last less than a second
+LEAST, MOST = (
+    (1e-4, 1e-6, 1e-5, 0.02),
+    (10.0, 10.0, 10.0, 1.0),
+)  # memory: a wheel's own motions last less than a second (illustrative); else what numbers bear
 TURNS, FURTHER = 400, 100  # evaluations of a search for the sizes: the first, and each that follows
 
 

@@ -34,8 +34,10 @@ def named(one: Nuisance) -> str:
 
 def built_coordinates(vehicle: Vehicle) -> list[Coordinate]:
     """Logs of a build's numbers, and the payload. What may be no larger than the sheet has it is varied downwards."""
-    steps = [None if one.most > DIFFERENCE else -DIFFERENCE * one.std for one in built(vehicle)]
-    logs = [Coordinate(named(one), "-", 0.0, one.std, step) for one, step in zip(built(vehicle), steps, strict=True)]
+    logs = [
+        Coordinate(named(one), "-", 0.0, one.std, None if one.most > DIFFERENCE else -DIFFERENCE * one.std)
+        for one in built(vehicle)
+    ]
     return [*logs, Coordinate("payload", "kg", 0.0, PAYLOAD)]
 
 
