@@ -18,19 +18,17 @@ gc.set_threshold(20_000)
 `field`, `formats` and `track`."""
 
 LONGEST = (
-    "golden/test_golden.py", "engines/test_corunning_track.py", "experiments/inference/test_half_car.py",
+    "golden/test_golden.py", "engines/test_corunning_track.py", "experiments/discrepancy/test_half_car.py",
     "test_conformance.py", "engines/test_two_contacts.py", "experiments/figures/test_every_figure.py",
     "engines/test_static.py", "experiments/validation/test_validation.py", "effects/test_all.py",
-    "quality/test_blocks.py", "experiments/inference/test_laboratory.py",
-    "experiments/discrepancy/select/test_moving.py",
-    "experiments/discrepancy/test_workflow.py", "experiments/discrepancy/blind/test_oracle.py",
+    "quality/test_blocks.py", "experiments/discrepancy/test_laboratory.py",
     "experiments/test_day.py", "test_contributing.py",
     "experiments/test_cli.py", "estimators/suspension/test_suspension_spectral.py", "estimators/test_bad_channels.py",
     "estimators/wheel_rail/test_gauge_likelihood.py", "experiments/sweep/test_run.py", "analysis/test_curving.py",
-    "estimators/suspension/test_suspension.py", "experiments/discrepancy/select/test_passing.py",
+    "estimators/suspension/test_suspension.py",
     "engines/test_whole_vehicle.py", "engines/test_large_models.py", "experiments/runs/test_long_record.py",
     "engines/test_agreement.py",
-    "experiments/inference/test_railway.py", "experiments/maintenance/test_retention.py",
+    "experiments/discrepancy/test_railway.py", "experiments/maintenance/test_retention.py",
     "experiments/reproduction/test_reproduce.py",
 )  # fmt: skip
 """Files whose tests take longest, in this order: begun first, so that no worker ends with one of them. Those that

@@ -15,28 +15,13 @@ from experiments.reporting.outcome import Outcome
 from experiments.reporting.text import table
 from railsim.errors import InputError
 
-PAGE = "RESULTS.md"
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Folder, cases, and which of them to ask or to score."""
     parser.add_argument("--out", metavar="DIR", required=True, help="folder of cases and results; goes on where it was")
     parser.add_argument("--cases", type=int, default=10, metavar="N", help="number of cases in all (default: 10)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the cases (default: 1)")
-    parser.add_argument(
-        "--model", default="yaw_dampers", metavar="SCENARIO", help="nominal scenario (default: yaw_dampers)"
-    )
-    parser.add_argument(
-        "--duration", type=float, default=40.0, metavar="S", help="duration of each recording, s (default: 40)"
-    )
-    parser.add_argument("--laws", metavar="FILE", default="", help="YAML list of effects from outside the library")
-    parser.add_argument("--score", metavar="RULE", default="", help="answer no new case: score the rows of that rule")
-    parser.add_argument(
-        "--rows",
-        metavar="FOLDER",
-        default="",
-        help="folder of answered cases, a file for each seed; none is asked again",
-    )
+    parser.add_argument("--laws", metavar="FILE", default="", help="railway: YAML list of effects of no library")
     parser.add_argument(
         "--system",
         default="railway",
@@ -44,13 +29,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="railway, half_car: hidden effects, simulated (default: railway); the others: laboratory records",
     )
     parser.add_argument(
-        "--method",
-        choices=("stages", "inference"),
-        default="stages",
-        help="railway: how cases are answered (default: stages); inference has twelve settings of its own",
-    )
-    parser.add_argument(
-        "--time-limit", type=float, default=900.0, metavar="S", help="inference: seconds of a verdict (default: 900)"
+        "--time-limit", type=float, default=900.0, metavar="S", help="railway: seconds of a verdict (default: 900)"
     )
     parser.add_argument("--data", metavar="FOLDER", default="", help="folder of the laboratory's files")
     parser.add_argument(
@@ -71,43 +50,13 @@ def execute(given: argparse.Namespace) -> Outcome:
     """Go on with the cases, then score all that are answered."""
     if given.system == "half_car":
         return _half_car(given)
-    if given.system != "railway":
-        return _laboratory(given)
-    if given.method == "inference":
-        return _inference(given)
-    from experiments.discrepancy.blind.benchmark import Cases, renew_expected, run_benchmark
-    from experiments.discrepancy.blind.benchmark_rows import kept
-    from experiments.discrepancy.blind.benchmark_score import page, read_rows, score
-    from experiments.discrepancy.rule import rule_hash
-    from railsim.files import replace_file
-
-    if given.cases < 1 or given.duration < 20.0:
-        raise InputError("--cases: give a number from 1; --duration: at least 20 s")
-    folder = Path(given.out)
-    rule = given.score or rule_hash()
-    cases = Cases(given.model, given.seed, given.duration, given.laws)
-    store = Path(given.rows) if given.rows else None
-    if given.score:
-        renew_expected(cases, folder, rule, tell)
-    else:
-        first, step = _part(given.part)
-        folder.mkdir(parents=True, exist_ok=True)
-        run_benchmark(cases, folder, range(first, given.cases, step), tell, store)
-    rows = read_rows(folder, rule, kept(store, rule, given.seed, given.duration) if store else ())
-    if given.score and not rows:
-        folders = " or ".join(f"'{place}'" for place in (folder / "results", store) if place)
-        asked = f"seed {given.seed} and {given.duration:g} s"
-        raise InputError(f'--score {rule}: no row of that rule with {asked} in {folders}; take the "rule" of a row')
-    scores = score(rows)
-    folder.mkdir(parents=True, exist_ok=True)
-    replace_file(folder / PAGE, page(rows, rule).encode())
-    return Outcome(scores | {"rule": rule}, f"rule {rule}\n" + _text(scores))
+    return _railway(given) if given.system == "railway" else _laboratory(given)
 
 
 def _laboratory(given: argparse.Namespace) -> Outcome:
-    """A measured set through the inference: table, picture, and what the others predict."""
-    from experiments.inference.laboratory import SETS, page, predicted_powers
-    from experiments.inference.picture import picture
+    """A measured set: table, picture, and what the others predict."""
+    from experiments.discrepancy.systems.laboratory import SETS, page, predicted_powers
+    from experiments.discrepancy.systems.picture import picture
     from experiments.reporting.html import png
     from railsim.files import replace_file
     from railsim.plots.style import styled
@@ -131,10 +80,10 @@ def _laboratory(given: argparse.Namespace) -> Outcome:
     return Outcome(facts | {"withheld": {one.name: str(one.withheld.action) for one in told}}, text)
 
 
-def _inference(given: argparse.Namespace) -> Outcome:
-    """Simulated vehicles through the inference: a file each, and a table of all."""
-    from experiments.discrepancy.blind.blind_cases import read_laws
-    from experiments.inference.railway.benchmark import NAME, run_benchmark, score
+def _railway(given: argparse.Namespace) -> Outcome:
+    """Simulated vehicles with something hidden, or nothing: a file each, and a table of all."""
+    from experiments.discrepancy.railway.benchmark import NAME, run_benchmark, score
+    from experiments.discrepancy.railway.specimens import read_laws
 
     if given.cases < 1 or given.time_limit <= 0.0:
         raise InputError("--cases: give a number from 1; --time-limit: seconds above 0")
@@ -145,8 +94,8 @@ def _inference(given: argparse.Namespace) -> Outcome:
 
 def _counted(given: argparse.Namespace, name: str, score: Callable[..., list[list[Any]]]) -> Outcome:
     """Table and picture of all answered cases."""
-    from experiments.inference.counting import page, read_rows
-    from experiments.inference.counting_picture import picture
+    from experiments.discrepancy.core.counting import page, read_rows
+    from experiments.discrepancy.core.counting_picture import picture
     from experiments.reporting.html import png
     from railsim.files import replace_file
     from railsim.plots.style import styled
@@ -163,11 +112,11 @@ def _counted(given: argparse.Namespace, name: str, score: Callable[..., list[lis
 
 
 def _half_car(given: argparse.Namespace) -> Outcome:
-    """Simulated half cars through the inference: a file each, and a table of all."""
-    from experiments.inference.counting import score
-    from experiments.inference.systems.half_car_benchmark import NAME, run_benchmark
-    from experiments.inference.systems.half_car_policy import learned_policy, read_policy
-    from experiments.inference.systems.half_car_truth import SETTINGS
+    """Simulated half cars : a file each, and a table of all."""
+    from experiments.discrepancy.core.counting import score
+    from experiments.discrepancy.systems.half_car_benchmark import NAME, run_benchmark
+    from experiments.discrepancy.systems.half_car_policy import learned_policy, read_policy
+    from experiments.discrepancy.systems.half_car_truth import SETTINGS
     from railsim.files import replace_file
 
     if given.cases < 1:
@@ -186,9 +135,9 @@ def _half_car(given: argparse.Namespace) -> Outcome:
 
 def _study(given: argparse.Namespace, folder: Path, indices: range) -> Outcome:
     """A study of the half car, as a table."""
-    from experiments.inference.counting import read_rows
-    from experiments.inference.systems.half_car_benchmark import NAME
-    from experiments.inference.systems.half_car_studies import lengths, other_errors, sensitivity
+    from experiments.discrepancy.core.counting import read_rows
+    from experiments.discrepancy.systems.half_car_benchmark import NAME
+    from experiments.discrepancy.systems.half_car_studies import lengths, other_errors, sensitivity
     from railsim.files import replace_file
 
     if given.study == "lengths":

@@ -13,8 +13,7 @@ from experiments.conformance.interface import Check, described, fields_with_unit
 from railsim.dynamics.channels import channel_names
 from railsim.dynamics.equilibrium import initial_state, state_size
 from railsim.dynamics.plant import Plant, build_plant
-from railsim.effects.interface import EFFECTS, PLACES, Effect, Setup
-from railsim.effects.sensor_changes import FilterEffect
+from railsim.effects.interface import PLACES, Effect, Setup
 from railsim.engines.interface import Run
 from railsim.errors import InputError
 from railsim.model import Model
@@ -66,33 +65,11 @@ def says_what_a_search_needs(kind: Kind) -> Iterable[str]:
     for wanted in PLACED.get(kind.extent, ()):
         if not any(kind.role(field) in wanted.split() for field in free):
             yield f"extent '{kind.extent}' needs a number of role {wanted.replace(' ', ' or ')}"
-    if kind.impact and not kind.fields_of("phase"):
-        yield "an impact needs an angle of its wheel (role phase)"
-    if kind.wave_about_mean and not kind.fields_of("wavelength"):
-        yield "a wave needs a field of role wavelength"
     if kind.weakens and "factor" not in free:
         yield "what weakens a damping needs a number 'factor'"
-    probe = getattr(kind, "probe", {})
     for field, parameter in free.items():
-        if field not in probe and not all(parameter.low <= value <= parameter.high for value in parameter.trials):
+        if not all(parameter.low <= value <= parameter.high for value in parameter.trials):
             yield f"trials of '{field}' leave its bounds {parameter.low:g} to {parameter.high:g}"
-
-
-def is_consistent_with_its_relatives(kind: Kind) -> Iterable[str]:
-    """The effects that it names exist, and its stretched and whole forms have the same numbers."""
-    if set(kind.rivals) - set(EFFECTS.classes()) or (kind.rivals and not kind.masked):
-        yield "rivals: name effects that exist, and only of a masked one"
-    if kind.everywhere:
-        whole = EFFECTS.pick(kind.everywhere)
-        apart = set(kind.parameters()) - set(kind.fields_of("distance", "length"))
-        if set(whole.parameters()) != apart or whole.absent != kind.absent:
-            yield f"everywhere: '{kind.everywhere}' has not the same numbers but for place and length"
-    if issubclass(kind, FilterEffect) and kind.probe:
-        free = kind.parameters()
-        if sorted(kind.probe) != sorted(field for field in free if field not in kind.held()):
-            yield "the probe must fix all numbers of the filter"
-        if not all(free[field].trials for field in kind.probe) or not set(kind.fine_trials) <= set(kind.probe):
-            yield "every number of the probe needs trials"
 
 
 def every_vehicle_takes_or_refuses_it(kind: Kind) -> Iterable[str]:
@@ -179,7 +156,6 @@ CHECKS: tuple[Check[Kind], ...] = (
     fields_with_unit_and_source,
     knows_itself,
     says_what_a_search_needs,
-    is_consistent_with_its_relatives,
     every_vehicle_takes_or_refuses_it,
     takes_the_part_that_it_is_told,
     absent_values_change_nothing,

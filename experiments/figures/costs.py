@@ -20,7 +20,6 @@ _FAST = {
     "axlebox_range": 3.8,
     "conicity_blind": 21.2,
     "contact_sensors": 38.4,
-    "discrepancy_sizes": 19.8,
     "fig02": 1.1,
     "fig03": 1.7,
     "fig04": 0.4,

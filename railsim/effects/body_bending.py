@@ -20,9 +20,7 @@ class BodyBending(Effect, frozen=True):
         8.5, unit="Hz, vertically, interface held", source="illustrative: 8 to 12 Hz", role="frequency", ge=4.0, le=25.0
     )
     lateral_ratio: float = quantity(1.3, unit="- lateral to vertical frequency", source="illustrative", gt=0.5)
-    damping: float = quantity(
-        0.02, unit="- of critical", source="illustrative: 1 to 3 %", trials=(0.15,), ge=0.0, le=0.3
-    )
+    damping: float = quantity(0.02, unit="- of critical", source="illustrative: 1 to 3 %", ge=0.0, le=0.3)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"share": 0.05})

@@ -21,8 +21,6 @@ class GaugeVariation(Effect, frozen=True):
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"widening": 1e-3, "amplitude": 0.0})
     signature: ClassVar[str] = "conicity comes and goes with the wave; more play before the flange"
     acts_on: ClassVar[str] = "track"
-    masked: ClassVar[bool] = True
-    rivals: ClassVar[tuple[str, ...]] = ("conicity_change", "worn_profile", "reduced_creep_slope", "low_adhesion")
     references: ClassVar[tuple[str, ...]] = ("EN 13848-1: track gauge",)
 
     def install(self, setup: Setup) -> Setup:

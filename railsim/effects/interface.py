@@ -69,17 +69,6 @@ class Setup:
         return speed_tables(self.speed, self.traction, len(self.model.wheelsets), self.duration)
 
 
-class ParameterPrior(NamedTuple):
-    """What is known of a parameter before anything is measured: normal within the bounds, or uniform (std infinite)."""
-
-    mean: float
-    std: float
-
-    def log_density(self, value: float) -> float:
-        """Logarithm of the density but for a constant."""
-        return -0.5 * ((value - self.mean) / self.std) ** 2
-
-
 class Parameter(NamedTuple):
     """A number of an effect that a fit may vary."""
 
@@ -89,7 +78,6 @@ class Parameter(NamedTuple):
     default: float
     absent: float | None  # where the effect is not there; None = this number alone does not take it away
     smallest: float | None  # value at the smallest size worth naming
-    prior: ParameterPrior
     role: str = ""  # what it says other than a size, of `railsim.spec.Role`
     trials: tuple[float, ...] = ()  # values that a search tries beside the default
 
@@ -106,10 +94,6 @@ class Effect(Spec, frozen=True):
     """Field values at which it is not there: with them the motion is that of the setup without it."""
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({})
     """Field values of the smallest size worth naming; with them something that can be measured changes."""
-    priors: ClassVar[Mapping[str, ParameterPrior]] = MappingProxyType({})
-    """Where the prior is another than normal about `absent` with half the way to the farther bound (else uniform)."""
-    growth: ClassVar[Mapping[str, float]] = MappingProxyType({})
-    """Power of a number's distance from `absent` with which what is measured grows; 1 where none is stated."""
     signature: ClassVar[str] = ""
     """In words: what it looks like."""
     advice: ClassVar[str] = ""
@@ -117,21 +101,9 @@ class Effect(Spec, frozen=True):
     acts_on: ClassVar[str] = "vehicle"
     family: ClassVar[str] = ""
     """Equivalence class: effects of one family look alike to sensors on the vehicle. Empty: a class of its own."""
-    everywhere: ClassVar[str] = ""
-    """Of an effect with a stretch: name of the effect that it is where the stretch covers the whole way, with the same
-    numbers but for place and length."""
     extent: ClassVar[Extent] = ""
     """Of an effect with a place or a time: "short" acts within a metre or so of its place, which must be found to a
     fraction of that; "stretch" from its place on over a length; "pulse" is a load that rises and falls once."""
-    impact: ClassVar[bool] = False
-    """Whether it is a blow once a turn of a wheel, so short that much of it lies above half the sensors' rate and folds
-    back into their samples: a little later it is another signal, not the same a little later."""
-    wave_about_mean: ClassVar[bool] = False
-    """Whether its wave is about a mean that acts as well: its signature, turned, is not that of a longer wave."""
-    masked: ClassVar[bool] = False
-    """Whether tolerances of the vehicle imitate it so well that only a fit shows it."""
-    rivals: ClassVar[tuple[str, ...]] = ()
-    """Of a masked one: names of the effects that the same tolerances imitate. It gets a name only if it beats them."""
     named: ClassVar[bool] = True
     """Whether a verdict may name it."""
     by_registration: ClassVar[bool] = False
@@ -209,20 +181,10 @@ class Effect(Spec, frozen=True):
                 float(field.default),
                 cls.absent.get(name),
                 cls.smallest.get(name),
-                cls._prior(name, low, high),
                 cls.role(name),
                 cls.trials(name),
             )
         return parameters
-
-    @classmethod
-    def _prior(cls, name: str, low: float, high: float) -> ParameterPrior:
-        if name in cls.priors:
-            return cls.priors[name]
-        if name in cls.absent:
-            absent = cls.absent[name]
-            return ParameterPrior(absent, 0.5 * max(high - absent, absent - low))
-        return ParameterPrior(0.5 * (low + high), math.inf)
 
 
 EFFECTS = Kind("effects", "railsim.effects", Effect)

@@ -15,9 +15,7 @@ class LateralDamperBlowOff(BogieEffect, frozen=True):
     """Both lateral dampers: damping beyond the blow-off velocity is `share` of that before."""
 
     velocity: float = quantity(0.02, unit="m/s", source=CHOSEN, ge=0.002, le=2.0)
-    share: float = quantity(
-        0.1, unit="-", source="illustrative: of the damping before", trials=(0.4, 0.7), ge=0.0, le=1.0
-    )
+    share: float = quantity(0.1, unit="-", source="illustrative: of the damping before", ge=0.0, le=1.0)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"velocity": 2.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"velocity": 0.03})

@@ -21,7 +21,6 @@ class LocalLowAdhesion(Effect, frozen=True):
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 0.5})
     signature: ClassVar[str] = "as low adhesion, within one stretch"
     acts_on: ClassVar[str] = "track"
-    everywhere: ClassVar[str] = "low_adhesion"
     extent: ClassVar[Extent] = "stretch"
     references: ClassVar[tuple[str, ...]] = (
         "Ward et al. (2011), section 4.2",

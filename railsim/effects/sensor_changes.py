@@ -1,11 +1,7 @@
 """Faults of one measured channel."""
 
-from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable
 from typing import Any, ClassVar
-
-import numpy as np
 
 from railsim.effects.interface import Effect, Setup
 from railsim.errors import InputError
@@ -45,23 +41,6 @@ class ChannelEffect(Effect, frozen=True):
             known = ", ".join(name.partition(" [")[0] for sensor in setup.sensors for name in sensor.channels())
             raise InputError(f"effect '{self.kind}': no channel '{self.channel}'; there are: {known or 'none'}")
         return setup.but(sensors=tuple(sensors))
-
-
-class FilterEffect(ChannelEffect, frozen=True):
-    """Base of faults that pass one channel through a filter.
-
-    A channel through a filter H differs from itself by (H - 1) times its spectrum, so that one filter's signature gives
-    those of all others: a search runs the `probe` alone, and makes of it what the fields' `trials` would give.
-    """
-
-    probe: ClassVar[Mapping[str, float]] = MappingProxyType({})
-    """Numbers of a filter that changes all frequencies that are compared; empty: every size is run."""
-    fine_trials: ClassVar[Mapping[str, tuple[float, ...]]] = MappingProxyType({})
-    """Closer values in place of the fields' `trials`, for the few that are looked at once more."""
-
-    @abstractmethod
-    def response(self, frequency: np.ndarray) -> np.ndarray:
-        """(f,) the channel over what it would be without it, complex, at frequencies [Hz]."""
 
 
 def _split(sensor: Sensor, number: int) -> tuple[list[Sensor], Sensor]:

@@ -19,7 +19,7 @@ class SoftTrack(Effect, frozen=True):
     softness: float = quantity(
         IN_SERVICE, unit="m/N of each rail", source="50 MN/m and more in service", ge=0.0, le=1e-7
     )
-    variation: float = quantity(0.1, unit="-", source="illustrative", trials=(0.5,), ge=0.0, le=0.9)
+    variation: float = quantity(0.1, unit="-", source="illustrative", ge=0.0, le=0.9)
     wavelength: float = quantity(0.6, unit="m", source="sleepers", role="wavelength", ge=0.3, le=50.0)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"softness": 0.0})
@@ -28,7 +28,6 @@ class SoftTrack(Effect, frozen=True):
         "wheel loads of short waves are smaller; a tone at v / wavelength (sleepers) in the axleboxes"
     )
     acts_on: ClassVar[str] = "track"
-    wave_about_mean: ClassVar[bool] = True
     references: ClassVar[tuple[str, ...]] = (
         "Knothe and Grassie (1993), Modelling of railway track and vehicle/track interaction at high frequencies, "
         "Vehicle System Dynamics 22",

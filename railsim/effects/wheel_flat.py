@@ -22,10 +22,8 @@ class WheelFlat(Effect, frozen=True):
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"length": 0.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"length": 0.02})
-    growth: ClassVar[Mapping[str, float]] = MappingProxyType({"length": 3.0})  # the dip's area, length^3 / (32 r)
     signature: ClassVar[str] = "one impact a turn of the wheel in axlebox and bogie, on one side"
     acts_on: ClassVar[str] = "wheel"
-    impact: ClassVar[bool] = True
     references: ClassVar[tuple[str, ...]] = (
         "Newton and Clark (1979), An investigation into the dynamic effects on the track of wheelflats on railway "
         "vehicles, Journal of Mechanical Engineering Science 21",

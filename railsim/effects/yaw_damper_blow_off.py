@@ -15,9 +15,7 @@ class YawDamperBlowOff(BogieEffect, frozen=True):
     """Both yaw dampers: damping beyond the blow-off velocity of the damper is `share` of that before."""
 
     velocity: float = quantity(0.003, unit="m/s", source=CHOSEN, ge=0.0005, le=1.0)
-    share: float = quantity(
-        0.1, unit="-", source="illustrative: of the damping before", trials=(0.4, 0.7), ge=0.0, le=1.0
-    )
+    share: float = quantity(0.1, unit="-", source="illustrative: of the damping before", ge=0.0, le=1.0)
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"velocity": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"velocity": 0.008})

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from experiments.conformance.effects import changed_bodies, takes_the_part_that_it_is_told
-from experiments.discrepancy.fit.candidates import Context, candidates
 from railsim import InputError, load_scenario
 from railsim.effects.interface import EFFECTS, Effect, Setup
 from railsim.force_laws import BlowOff, BumpStop, Maxwell, SeriesDamper
@@ -218,15 +217,6 @@ def test_a_whole_body_bends_at_its_centre_and_follows_it_along_the_track():
     assert (mode.position, mode.origin) == (body.position, body.origin)
     assert mode.mass + body.mass == pytest.approx(32000.0)
     assert after.driver == after.index("body")
-
-
-def test_a_fit_looks_at_the_wheelsets_that_there_are_and_at_no_single_bogie():
-    short = Context(("bogie.rate_yaw",), (50.0, 900.0), (1.0, 30.0), ((300.0, 10.0),))
-    for count, context in ((2, short), (4, Context(*list(vars(short).values())[:4], wheelsets=4))):
-        found = candidates(context)
-        assert not [one for one in found if "bogie" in dict(one.choices)]
-        numbers = [dict(one.choices)["wheelset"] for one in found if one.name == "wheel_flat"]
-        assert sorted(numbers) == sorted(3 * list(range(1, count + 1)))
 
 
 def _with(build: Any, *effects: dict[str, Any]) -> tuple[Model, Model]:

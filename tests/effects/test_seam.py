@@ -9,13 +9,12 @@ from typing import ClassVar
 import pytest
 
 import experiments
-from experiments.discrepancy.fit.candidates import Candidate, Context, candidates, fitted_names
+from experiments.discrepancy.railway.library import large, prior, starts
 from railsim.effects.interface import EFFECTS, Effect, Setup
 from railsim.spec import quantity
 
 ROOT = Path(str(experiments.__file__)).parent
 SEEKERS = [path for room in ("discrepancy", "scoring", "commands") for path in sorted((ROOT / room).rglob("*.py"))]
-CONTEXT = Context(("bogie.rate_yaw",), (50.0, 900.0), (1.0, 30.0), ((300.0, 10.0),), tones=((10.0, 2.0),))
 
 
 @pytest.mark.parametrize("path", SEEKERS, ids=lambda path: path.stem)
@@ -40,18 +39,9 @@ class Knock(Effect, frozen=True):
         return setup
 
 
-def test_an_effect_from_outside_is_a_candidate_by_what_it_says_of_itself():
-    one = Candidate(Knock, CONTEXT)
-    assert one.local and one.linear and not (one.short or one.stretch or one.gust or one.sharp or one.uneven)
-    assert one.number("distance") == "chainage" and one.number("wavelength") == "crest"
-    assert (one.parameters["chainage"].low, one.parameters["chainage"].high) == CONTEXT.distance
-    middle = next(iter(one.sizes()))
-    assert {values["roundness"] for values in one.banked()} == {0.1, 0.6, 0.9}
-    assert [values["chainage"] for values in one.variants_of(middle)] == [300.0]
-    assert {values["crest"] for values in one.at_tones()} == {2.0}
-    assert one.build(middle).settings()["blow"] == middle["blow"]
-
-
-def test_a_fit_looks_for_all_that_have_a_name_and_that_the_registration_does_not_find():
-    assert set(EFFECTS.classes()) - set(fitted_names()) == {"empirical_force", "odometer_scale", "speed_scale"}
-    assert {one.name for one in candidates(CONTEXT)} == set(fitted_names())
+def test_an_effect_from_outside_is_known_by_what_it_says_of_itself():
+    numbers = Knock.parameters()
+    blow = prior("blow", numbers["blow"])
+    assert (blow.mean, blow.spread, blow.unit) == (1.0, 0.5, "N")
+    assert large(numbers) == pytest.approx(10.0**0.5)  # the geometric mean of the usual size and the bound
+    assert [one[0] for one in starts(numbers)] == pytest.approx([1.0, 10.0**0.5])

@@ -166,9 +166,9 @@ def test_score_needs_truth_and_the_same_recording(railsim_here: Command, recordi
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        (("discrepancy", "rec", "--model", "default", "--engine", "turbo"), ("unknown engine 'turbo'", "compiled")),
+        (("discrepancy", "rec", "--model", "default", "--effects", "rust"), ("'rec'",)),
         (("discrepancy", "--plan", "--model", "nowhere"), ("no scenario 'nowhere'",)),
-        (("discrepancy-benchmark", "--score", "0123"), ("--score 0123: no row of that rule",)),
+        (("discrepancy-benchmark", "--laws", "nowhere.yaml"), ("--laws nowhere.yaml", "list of effects")),
         (("discrepancy-benchmark", "--part", "2/2"), ("--part 2/2", "for example 0/2")),
     ],
 )

@@ -30,7 +30,7 @@ def _sweep(place: Path) -> int:
 
 
 def _laws(place: Path) -> int:
-    from experiments.discrepancy.blind.blind_cases import read_laws
+    from experiments.discrepancy.railway.specimens import read_laws
 
     return len(read_laws(str(place / "laws.yaml"))) * 0
 

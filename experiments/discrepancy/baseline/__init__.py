@@ -1,1 +1,0 @@
-"""Baseline: what the workflow is given, the nominal model over it, and the noise between both."""

@@ -1,1 +1,0 @@
-"""Blind benchmark: hidden cases, their oracle, and the scores of what the frozen rule said."""

@@ -1,0 +1,147 @@
+"""Registration: where the recording began and how far off its speed is, from the lag between model and measurement."""
+
+from dataclasses import dataclass
+from functools import reduce
+from itertools import islice
+
+import numpy as np
+from scipy.signal import butter, correlate, sosfiltfilt
+
+from experiments.discrepancy.railway.creep_law import as_run
+from experiments.discrepancy.railway.survey import Surveyed
+from experiments.discrepancy.recording.evidence import Evidence
+from railsim.dynamics.channels import channel_names
+from railsim.effects.interface import Setup
+from railsim.engines.interface import Run, default_substeps
+from railsim.engines.verlet import integrate
+from railsim.errors import InputError
+from railsim.sensors.errors import SensorErrors
+from railsim.speed import Profile
+from railsim.track.kernel import build_tables
+from railsim.track.track import Track
+from railsim.truth import HeldTruth
+
+WINDOW = 6.0  # s
+FARTHEST = 0.6  # s of lag that is searched to each side
+BAND = (0.8, 12.0)  # Hz
+ALIKE = 0.5  # correlation from which a window counts
+PREFERRED = ("acceleration_z", "rate_pitch", "displacement", "rate_roll", "acceleration_y", "rate_yaw")
+MOST = 3  # channels that count: the first of these that follow the track at all
+SPEEDS = (0.05, 119.0)  # m/s, of a run
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Where the first sample was taken [m], and by how much the measured speed is off, both roughly."""
+
+    start: float
+    scale: float = 1.0
+
+
+def register(evidence: Evidence, tries: int = 3) -> Registration:
+    """Start and scale of the speed by which the model's motion fits the measured one in time.
+
+    Raises
+    ------
+    InputError : model and measurement have nothing in common in any window, so the track or the start is wrong.
+    """
+    registration = Registration(evidence.scenario.start)
+    surveyed = Surveyed(evidence.track, evidence.track_errors, evidence.track_estimated)
+    track = surveyed.expected(dict.fromkeys(surveyed.kinds(), 1.0))
+    for number in range(tries):
+        time, lag, weight = _lags(evidence, _predicted(evidence, track, registration))
+        if not len(time):
+            raise InputError(
+                "nothing in the recording follows the measured track; check the track file and 'start', "
+                "or take a rougher section"
+            )
+        along = np.interp(time, *evidence.speed[:2]) * lag  # m that the model is behind
+        travelled = np.interp(time, evidence.speed[0], _distance(*evidence.speed[:2]))
+        offset, slope = robust_line(travelled, along, weight)
+        registration = Registration(registration.start - offset, registration.scale * (1.0 - slope))
+        if number and abs(offset) < 0.02 and abs(slope) < 1e-4:
+            break
+    return registration
+
+
+def ideal(errors: SensorErrors) -> SensorErrors:
+    """Filter and latency only."""
+    return SensorErrors(bandwidth=errors.bandwidth, bandwidth_order=errors.bandwidth_order, latency=errors.latency)
+
+
+def _predicted(evidence: Evidence, track: Track, registration: Registration) -> dict[str, np.ndarray]:
+    """Samples of the compared channels by the nominal vehicle and sensors without errors."""
+    scenario, (time, speed, _) = evidence.scenario, evidence.speed
+    values = np.clip(speed * registration.scale, *SPEEDS)
+    profile = Profile(kind="profile", time=tuple(time.tolist()), speed=tuple(values.tolist()))
+    sensors = tuple(sensor.but(errors=ideal(sensor.errors)) for sensor in evidence.sensors)
+    plain = Setup(
+        as_run(scenario.vehicle), track, sensors, profile, scenario.traction, evidence.duration,
+        flexible_track=scenario.flexible_track,
+    )  # fmt: skip
+    setup = reduce(lambda made, effect: effect.install(made), scenario.effects, plain)
+    rate = scenario.output_rate
+    substeps = default_substeps(setup.model, setup.speed_tables, rate)
+    tables = build_tables(setup.track)
+    run = Run(setup.model, tables, setup.speed_tables, registration.start, setup.duration, rate, substeps)
+    about = {"vehicle": {"wheel_radius [m]": setup.model.wheelsets[0].radius}}
+    rows = np.concatenate(list(integrate(run)))
+    truth, rng = HeldTruth(rows.T.copy(), rate, channel_names(setup.model), about), np.random.default_rng(0)
+    measured = [(sensor, sensor.measure(truth, rng)) for sensor in setup.sensors]  # ideal sensors draw nothing
+    return {name: table[name].to_numpy() for sensor, table in measured for name in sensor.channels()}
+
+
+def _distance(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+
+
+def _lags(evidence: Evidence, prediction: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middle of each window, how much later the measurement is than the model [s], and a weight, over channels."""
+    ranked = [name for quantity in PREFERRED for name in evidence.channels if f".{quantity}" in name]
+    following = (windows for name in ranked if (windows := _of_channel(evidence, prediction, name)))
+    table = np.array([window for windows in islice(following, MOST) for window in windows]).reshape(-1, 3)
+    return table[:, 0], table[:, 1], table[:, 2]
+
+
+def _of_channel(evidence: Evidence, prediction: dict[str, np.ndarray], name: str) -> list[tuple[float, float, float]]:
+    rate = evidence.rates[name]
+    high = min(BAND[1], 0.4 * rate)
+    sections = butter(2, (BAND[0], high), "bandpass", fs=rate, output="sos")
+    measured, modelled = evidence.samples[name], prediction[name]
+    count = min(len(measured), len(modelled))
+    lost = ~np.isfinite(measured[:count])
+    filled = np.where(lost, np.nanmean(measured), measured[:count])
+    pair = [sosfiltfilt(sections, one - one.mean()) for one in (filled, modelled[:count])]
+    size, reach = int(WINDOW * rate), int(FARTHEST * rate)
+    out = []
+    for first in range(int(rate), count - size, size // 2):
+        here = slice(first, first + size)
+        a, b = pair[0][here], pair[1][here]
+        scale = np.sqrt(float(a @ a) * float(b @ b))
+        if lost[here].mean() > 0.1 or scale <= 0.0:
+            continue
+        curve = correlate(a, b, mode="same")[size // 2 - reach : size // 2 + reach + 1] / scale
+        peak = int(np.argmax(curve))
+        if curve[peak] < ALIKE or not 0 < peak < 2 * reach:
+            continue
+        left, top, right = curve[peak - 1 : peak + 2]
+        shift = peak - reach + 0.5 * (left - right) / (left - 2.0 * top + right)
+        out.append(((first + size / 2) / rate, shift / rate, float(curve[peak]) ** 2))
+    return out
+
+
+def robust_line(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
+    """Offset and slope of y over x, outliers weighted down (Tukey's biweight on iterated least squares).
+
+    The slope is taken as small: a ridge of one metre per kilometre keeps few windows from inventing one.
+    """
+    design = np.column_stack([np.ones_like(x), x])
+    value = np.array([float(np.median(y)), 0.0])
+    ridge = np.diag([1e-6, 1e-4 * max(float(np.ptp(x)), 1.0) ** 2 / 1e2])
+    for _ in range(12):
+        away = y - design @ value
+        spread = 1.48 * float(np.median(np.abs(away))) + 0.02
+        kept = weight * np.clip(1.0 - (away / (4.0 * spread)) ** 2, 0.0, None) ** 2
+        normal = design.T @ (kept[:, None] * design) + ridge
+        value = np.linalg.solve(normal, design.T @ (kept * y))
+    return float(value[0]), float(value[1])

@@ -1,0 +1,483 @@
+"""A recording of a railway vehicle as a system of the inference.
+
+Coordinates: build and payload, alignment with the track file, gains and delays of channels and turns of sensors, then
+what effects bring. Every number of the vehicle's data sheet that moves the channels is a coordinate.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from experiments.discrepancy.core.levels import fit_levels, sums
+from experiments.discrepancy.core.model import Coordinate, Effect, Group, Level, T
+from experiments.discrepancy.core.priors import HalfNormal, LogNormal
+from experiments.discrepancy.core.problem import raised
+from experiments.discrepancy.railway.answers import Answers
+from experiments.discrepancy.railway.build import (
+    along_coordinates,
+    built_coordinates,
+    sensor_coordinates,
+)
+from experiments.discrepancy.railway.creep_law import law_coordinates, with_fastsim
+from experiments.discrepancy.railway.makers import Maker
+from experiments.discrepancy.railway.record import Record
+from experiments.discrepancy.railway.simulated import Shown, Simulated, simulated_over, together_for
+from experiments.discrepancy.railway.survey import HIDDEN, Surveyed, sources
+from experiments.discrepancy.railway.survey_levels import TOLD, LevelSearch, Steps, moved
+from experiments.discrepancy.railway.together import Together
+from railsim.effects.interface import Effect as Plugin
+from railsim.effects.interface import Setup
+from railsim.errors import InputError
+from railsim.track.track import Track
+
+HIDDEN_SPREAD = 1.5  # of the log of the level of what the track file hides: a factor of 4.5
+HEALTHY = 0.005  # scale of latent levels before any are learned, relative to what acts at the place
+SEEN = 0.1  # standard deviations of the noise: what moves the record less is no coordinate
+MOST = 24  # of these runs
+DRAWN = 10  # frames a channel of runs over tracks with other errors, of which the survey's covariance is made
+GRID = 0.15 * np.arange(-2, 3)  # m
+STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
+FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
+REMEMBERED = 8  # runs
+SEED = 20110901  # of these draws: the same for every hypothesis
+
+
+@dataclass(frozen=True, eq=False)
+class Railway:
+    """A `System` of the inference. `scales` of healthy levels by their `kind_of`; `installed`: how effects are made, by
+    name; `survey`: steps of the logs of the levels of the file's errors, kind by kind, at which the track is expected
+    (None: as stated); `kept`: what systems of one record share.
+    """
+
+    record: Record
+    scales: Mapping[str, float] = field(default_factory=dict)
+    installed: Mapping[str, Maker] = field(default_factory=dict)
+    survey: tuple[int, ...] | None = None
+    kept: dict[object, Any] = field(default_factory=dict)
+    last: dict[bytes, Shown | None] = field(default_factory=dict)
+
+    @cached_property
+    def build(self) -> tuple[Coordinate, ...]:
+        """Numbers of the data sheet that move the channels, and the payload."""
+        if "build" not in self.kept:
+            self.kept["build"] = self._seen_build()
+        return self.kept["build"]
+
+    def _seen_build(self) -> tuple[Coordinate, ...]:
+        found = built_coordinates(self.record.scenario.vehicle)
+        moved = [self.simulated.setup({one.name: math.copysign(one.spread, one.step or 1.0)}, ()) for one in found]
+        shown = self.simulated.channels([(one, 0.0) for one in (self.nominal, *moved)])
+        sizes = np.nan_to_num(np.abs(shown[1:] - shown[0]) ** 2 / self.record.densities, nan=0.0)
+        return tuple(one for one, size in zip(found, sizes, strict=True) if size.sum() > SEEN**2)
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Build, payload, alignment, creep law, sensors."""
+        return self._coordinates
+
+    @cached_property
+    def _coordinates(self) -> tuple[Coordinate, ...]:
+        return (*self.build, *along_coordinates(self.record), *self._law, *sensor_coordinates(self.record))
+
+    @property
+    def _law(self) -> tuple[Coordinate, ...]:
+        """The creep law, where another one would show."""
+        if "law" not in self.kept:
+            change = self._law_change @ self.simulated.turns[1][0].T
+            seen = float(np.sum(np.abs(change) ** 2 / self.record.densities)) > SEEN**2
+            self.kept["law"] = tuple(law_coordinates(self.record.scenario.vehicle)) if seen else ()
+        return self.kept["law"]
+
+    @property
+    def _law_change(self) -> np.ndarray:
+        """(F, frames, components) of what FASTSIM changes in the nominal run by Polach's law, 0 where it has neither;
+        the same over every track that is expected, because FASTSIM takes many times as long.
+        """
+        if "law change" not in self.kept:
+            other = with_fastsim(self.nominal.vehicle)
+            setups = [self.nominal] if other is None else [self.nominal, self.nominal.but(vehicle=other)]
+            shown = self.simulated.outputs([(one, 0.0) for one in setups])
+            change = shown[-1] - shown[0]
+            self.kept["law change"] = change if np.isfinite(change).all() else np.zeros_like(change)
+        return self.kept["law change"]
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Means of the coordinates."""
+        return np.array([one.mean for one in self.coordinates])
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """Sensors, survey, latent forces and readings."""
+        return self._levels
+
+    @cached_property
+    def _levels(self) -> tuple[Level, ...]:
+        spread = 0.5 if self.record.stated else 1.2
+        channels = list(self.record.channels)
+        names = [one.name for one in self.answers[0].places]
+        return (
+            *(Level(f"noise {name}", "sensor", LogNormal(1.0, 0.3)) for name in channels),
+            *(Level(f"survey {kind}", "input", LogNormal(1.0, HIDDEN_SPREAD if kind.endswith(HIDDEN) else spread))
+              for kind in self._sources),
+            *(Level(f"force {n}", "force", HalfNormal(self.scales.get(kind_of(f"force {n}"), HEALTHY)), n)
+              for n in names),
+            *(Level(f"reading {n}", "reading", HalfNormal(self.scales.get(kind_of(f"reading {n}"), HEALTHY)), n)
+              for n in channels),
+        )  # fmt: skip
+
+    @property
+    def observed(self) -> tuple[np.ndarray, ...]:
+        """The record's frames, by sections of like speed."""
+        return self._sections(self.record.seen)
+
+    def _sections(self, values: np.ndarray) -> tuple[np.ndarray, ...]:
+        return tuple(values[..., part, :] for part in self.record.sections)
+
+    def starts(self) -> np.ndarray:
+        """A grid about the registration: shifts of the run's middle and of its ends."""
+        middles, ends = np.meshgrid(GRID, GRID, indexing="ij")
+        points = np.tile(self.middle, (middles.size, 1))
+        points[:, self._index["offset"]] = middles.ravel()
+        points[:, self._index["speed"]] = ends.ravel() / (0.5 * self.record.way)
+        return points
+
+    def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        """(points, F, frames, channels) of each section; not finite where a run has failed."""
+        still = points.copy()
+        still[:, self._after_runs] = 0.0
+        moved, back = np.unique(still, axis=0, return_inverse=True)
+        raw = self._raw([(x, effects) for x in moved])
+        return self._sections(self._sensed(points, raw[back.ravel()]))
+
+    def predict_each(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[tuple[np.ndarray, ...]]:
+        """`predict` of several hypotheses, all runs at once."""
+        ends = np.cumsum([len(at) for at, _ in points])
+        raw = self._raw([(x, effects) for at, effects in points for x in at])
+        parts = zip(points, np.split(raw, ends[:-1]), strict=True)
+        return [self._sections(self._sensed(at, part)) for (at, _), part in parts]
+
+    def _sensed(self, points: np.ndarray, raw: np.ndarray) -> np.ndarray:
+        """(points, F, frames, channels) of what the ideal sensors show, with creep law, gains, delays and turns."""
+        count, (_, whole) = len(self.record.channels), self.simulated.turns
+        found = np.empty((*raw.shape[:3], count), complex)
+        for row, x in enumerate(points[:, self._of_sensors]):
+            gains, delays, angles = x[:count], x[count : 2 * count], x[2 * count :]
+            shown = np.tensordot(np.concatenate([[1.0], angles]), whole, 1)
+            factor = np.exp(gains - 2j * np.pi * self.record.frequencies[:, None] * delays)
+            law = points[row, self._index["creep law"]] * self._law_change if self._law else 0.0
+            found[row] = ((raw[row] + law) @ shown.T) * factor[:, None, :]
+        return found
+
+    def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        """(levels, F, channels, channels) of each section; linear answers of the nominal build."""
+        still = x.copy()
+        still[self._after_runs] = 0.0
+        shown = self._one(still, effects)
+        f, count = self.record.frequencies, len(self.record.channels)
+        if shown is None:
+            return tuple(np.full((len(self.levels), len(f), count, count), np.nan + 0j) for _ in self.record.sections)
+        read = shown.read @ self.simulated.turns[1][0].T
+        return tuple(self._of_section(number, read, shown.acting) for number in range(len(self.record.sections)))
+
+    def _one(self, x: np.ndarray, effects: tuple[Effect, ...]) -> Shown | None:
+        """One run, of which the last few are remembered."""
+        key = x.tobytes() + "".join(one.name for one in effects).encode()
+        if key in self.last:
+            return self.last[key]
+        found = self.simulated.shown(*self.at(x, effects))
+        for old in list(self.last)[: len(self.last) + 1 - REMEMBERED]:
+            self.last.pop(old, None)
+        self.last[key] = found
+        return found
+
+    def _raw(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> np.ndarray:
+        """(points, F, frames, components)."""
+        if len(points) > 1:
+            return self.simulated.outputs([self.at(x, effects) for x, effects in points])
+        shown = self._one(*points[0])
+        if shown is None:
+            return np.full((1, *self.record.seen.shape[:2], len(self.simulated.turns[0])), np.nan + 0j)
+        return shown.read[None]
+
+    def side_by_side(self, tasks: Sequence[Callable[[], T]]) -> list[T]:
+        """Results of tasks that ask for predictions, in their order; what they ask for at a time is run together."""
+        return self._together.all_of(tasks)
+
+    @property
+    def dear(self) -> bool:
+        """Runs take most of the time."""
+        return True
+
+    @property
+    def _together(self) -> Together:
+        if "together" not in self.kept:
+            self.kept["together"] = together_for(self.record)
+        return self.kept["together"]
+
+    def _of_section(self, number: int, read: np.ndarray, frames: Mapping[str, np.ndarray]) -> np.ndarray:
+        answers, part = self.answers[number], self.record.sections[number]
+        count, shape = len(self.record.channels), (len(self.record.frequencies), *[len(self.record.channels)] * 2)
+        units = [np.outer(one, one) for one in np.eye(count)]
+        whole = [np.broadcast_to(density * unit, shape) for density, unit in zip(self._noise, units, strict=True)]
+        whole += [self._survey[kind][number] for kind in self._sources]
+        for column, place in enumerate(answers.places):
+            power = _smooth(np.mean(np.abs(answers.acting(place, frames)[:, part]) ** 2, axis=1))
+            one = answers.forces[:, :, column]
+            whole.append(power[:, None, None] * one[:, :, None] * np.conj(one[:, None, :]))
+        power = _smooth(np.mean(np.abs(read[:, part]) ** 2, axis=1))
+        whole += [power[:, k, None, None] * unit for k, unit in enumerate(units)]
+        found = np.stack([one.astype(complex) for one in whole])
+        found[:, :, range(count), range(count)] += 1e-12 * self._noise
+        return found
+
+    def about(self, x: np.ndarray, effects: tuple[Effect, ...], psi: np.ndarray | None) -> "Railway":
+        """The system over the track that is expected, the same for all hypotheses: what a fit gained by another track
+        would be no evidence.
+        """
+        del x, effects, psi
+        return self._over(self._chosen_survey)
+
+    @property
+    def _kinds(self) -> tuple[str, ...]:
+        """Of errors of the track file that the channels show."""
+        if "kinds" not in self.kept:
+            self.kept["kinds"] = tuple(kind for kind in self._surveyed.kinds() if self._shows(kind))
+        return self.kept["kinds"]
+
+    def _shows(self, kind: str) -> bool:
+        powers = (part for column in self._surveyed.columns(kind) for part in self._passed[column])
+        sizes = [np.einsum("fcc->fc", one).real.sum(axis=0) / self._noise for one in powers]
+        return float(np.sum(sizes)) * self.record.seen.shape[1] > SEEN**2
+
+    @property
+    def _sources(self) -> tuple[str, ...]:
+        return sources(self._kinds)
+
+    def _over(self, survey: tuple[int, ...]) -> "Railway":
+        if survey == self._steps:
+            return self
+        if survey not in self.kept:
+            self.kept[survey] = Railway(self.record, self.scales, self.installed, survey, self.kept)
+        return self.kept[survey]
+
+    @property
+    def _steps(self) -> tuple[int, ...]:
+        return (0,) * len(self._kinds) if self.survey is None else self.survey
+
+    @property
+    def _chosen_survey(self) -> Steps:
+        """Levels of the file's errors, kind by kind, by the likelihood of the nominal model where it lies best on the
+        track: a track that is taken as too uncertain loses its short waves, and then their absence speaks for that
+        uncertainty, an optimum of its own; and where the model is decimetres off, short waves are better absent. The
+        nominal model takes its own faults for errors of the file, so `settle` may lower the levels afterwards.
+        """
+        if "survey" not in self.kept:
+            x, best = self._laid(), (0,) * len(self._kinds)
+            for kind in range(len(best)):
+                tried = [moved(best, kind, step) for step in FIRST]
+                left = dict(zip(tried, self._left([(one, x) for one in tried]), strict=True))  # `best` among them
+                rough = min(tried, key=left.__getitem__)
+                if left[best] - left[rough] >= TOLD:
+                    best = self._levels_near(x).beside(rough, kind)
+            self.kept["survey"] = best
+        return self.kept["survey"]
+
+    def settle(self, x: np.ndarray) -> bool:
+        """Lower the levels of the file's errors where that leaves less at x."""
+        begun = self._chosen_survey
+        self.kept["survey"] = self._levels_near(x).lowered(begun)
+        return self._chosen_survey != begun
+
+    def _levels_near(self, x: np.ndarray) -> LevelSearch:
+        return LevelSearch(lambda all_of: self.side_by_side([partial(self._over(one).cost_at, x) for one in all_of]))
+
+    def _laid(self) -> np.ndarray:
+        """The start that leaves least over the file's track as stated."""
+        starts, stated = self.starts(), (0,) * len(self._kinds)
+        return starts[int(np.argmin(self._left([(stated, x) for x in starts])))]
+
+    def _left(self, at: Sequence[tuple[tuple[int, ...], np.ndarray]]) -> list[float]:
+        """Of levels and coordinates: sum of the logs of what is left, the likelihood with a free spectrum in each
+        channel.
+        """
+        tracks = {one: self._expected(self._levels_at(one)) for one, _ in at}
+        placed = [(tracks[one], *self.at(x, ())) for one, x in at]
+        shown = self.simulated.channels([(setup.but(track=track), ahead) for track, setup, ahead in placed])
+        power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=2)
+        return [float(np.log(one).sum()) if np.isfinite(one).all() else math.inf for one in power]
+
+    def cost_at(self, x: np.ndarray) -> float:
+        """Minus the log likelihood at x with the levels that fit best there, and their priors."""
+        pairs = zip(self.observed, self.predict(x[None], ()), self.covariances(x, ()), strict=True)
+        groups = [Group(seen - shown[0], parts) for seen, shown, parts in pairs]
+        if not all(np.isfinite(one.residual).all() for one in groups):
+            return math.inf
+        start = raised(self.levels)
+        return fit_levels(sums(groups), self.levels, start, 0.5, 20).cost
+
+    def _levels_at(self, steps: Sequence[int]) -> dict[str, float]:
+        moved = {kind: math.exp(STEPS * step) for kind, step in zip(self._kinds, steps, strict=True)}
+        return dict.fromkeys(self._surveyed.kinds(), 1.0) | moved
+
+    def nominal_with(self, effect: Plugin) -> Setup:
+        """The nominal setup with an effect; raises `InputError` where it does not fit."""
+        return effect.install(self.nominal)
+
+    @property
+    def _surveyed(self) -> Surveyed:
+        return self.record.surveyed
+
+    @cached_property
+    def _index(self) -> dict[str, int]:
+        return {one.name: number for number, one in enumerate(self.coordinates)}
+
+    @property
+    def alignment(self) -> list[int]:
+        """Places of the coordinates of the alignment with the track."""
+        names = [one.name for one in along_coordinates(self.record)]
+        return [self._index[name] for name in names]
+
+    @cached_property
+    def _of_sensors(self) -> slice:
+        """Where gains, delays and turns stand among the coordinates."""
+        first = len(self.coordinates) - len(sensor_coordinates(self.record))
+        return slice(first, len(self.coordinates))
+
+    @cached_property
+    def _after_runs(self) -> slice:
+        """Where the coordinates stand that no run depends on: creep law and sensors."""
+        return slice(self._of_sensors.start - len(self._law), len(self.coordinates))
+
+    @cached_property
+    def _noise(self) -> np.ndarray:
+        return self.record.densities
+
+    @cached_property
+    def simulated(self) -> Simulated:
+        """The vehicle over the expected track."""
+        as_stated = dict.fromkeys(self._surveyed.kinds(), 1.0)
+        levels = as_stated if self.survey is None else self._levels_at(self.survey)
+        return simulated_over(self.record, self._expected(levels), self._together, self.kept)
+
+    def _expected(self, levels: dict[str, float]) -> Track:
+        return self.record.passed(self._surveyed.expected(levels))
+
+    @property
+    def nominal(self) -> Setup:
+        """The nominal setup over the expected track."""
+        return self.simulated.nominal
+
+    @cached_property
+    def answers(self) -> tuple[Answers, ...]:
+        """Linear answers in each section."""
+        if "answers" not in self.kept:
+            model, f = self.nominal.model, self.record.frequencies
+            speeds = [self.record.speed_of(number) for number in range(len(self.record.sections))]
+            self.kept["answers"] = tuple(Answers(model, speed, self.record.channels, f) for speed in speeds)
+        return self.kept["answers"]
+
+    def answer(self, level: Level, section: int) -> np.ndarray:
+        """(F, channels) to 1 N, 1 N m or one unit of a reading, of a latent level."""
+        channels, answers = list(self.record.channels), self.answers[section]
+        if level.kind == "reading":
+            return np.tile(np.eye(len(channels))[channels.index(str(level.place))], (len(answers.f), 1))
+        return answers.forces[:, :, [one.name for one in answers.places].index(str(level.place))]
+
+    def joint(self, x: np.ndarray, effects: tuple[Effect, ...], level: Level) -> tuple[np.ndarray, np.ndarray] | None:
+        """(F, frames) how far the place of a latent force opens at x [m or rad], and the force or moment on its upper
+        body by which tolerances there are off the data sheet; None where it joins no two bodies.
+        """
+        nominal, count = self.answers[0], len(self.coordinates)
+        place = next((one for one in nominal.places if one.name == level.place and one.lower), None)
+        still = x.copy()
+        still[self._after_runs] = 0.0
+        if place is None or (shown := self._one(still, effects)) is None:
+            return None
+        for fault in (fault for one in effects for fault in one.faults):
+            still[self._index[fault.name]] = self.coordinates[self._index[fault.name]].mean
+        built = replace(nominal, model=self.at(still[:count], ())[0].model)
+        beyond = nominal.acting(place, shown.acting) - built.acting(place, shown.acting)
+        return nominal.opened(place, shown.acting), beyond
+
+    def unit_of(self, level: Level) -> str:
+        """Of what acts at the place of a latent level."""
+        if level.kind == "reading":
+            return str(level.place).rpartition("[")[2].rstrip("]")
+        return "N m" if str(level.place).rpartition(" ")[2] in ("roll", "yaw") else "N"
+
+    @cached_property
+    def _survey(self) -> dict[str, list[np.ndarray]]:
+        """(F, channels, channels) of each source of errors and section, as loud as stated."""
+        levels = self._levels_at(self._steps)
+        return {one: [self._of_source(one, levels, number) for number in range(len(self.record.sections))]
+                for one in self._sources}  # fmt: skip
+
+    def _of_source(self, source: str, levels: Mapping[str, float], number: int) -> np.ndarray:
+        waves = self.record.frequencies / self.record.speed_of(number)
+        shares = self._surveyed.shares(source, levels[source.removesuffix(HIDDEN)], waves)
+        parts = [share[:, None, None] * self._passed[column][number] for column, share in shares.items()]
+        return np.sum(parts, axis=0)
+
+    @property
+    def _passed(self) -> dict[str, list[np.ndarray]]:
+        """(F, channels, channels) of each column and section: what white errors in that column do, from runs."""
+        if "passed" not in self.kept:
+            rng, file = np.random.default_rng(SEED), self._surveyed
+            track = self._expected(dict.fromkeys(file.kinds(), 1.0))
+            count = math.ceil(DRAWN * len(self.record.channels) / min(len(one) for one in self.record.sections))
+            columns = [(kind, one) for kind in file.kinds() for one in file.columns(kind)]
+            begin = self.record.registration.start + max(one.position[0] for one in self.nominal.model.bodies)
+            shaken = [file.shaken(track, *one, begin, rng) for one in columns for _ in range(min(count, MOST))]
+            runs = self.simulated.channels([(self.nominal.but(track=one), 0.0) for one in (track, *shaken)])
+            changes = runs[1:] - runs[0]
+            parts = zip(columns, np.split(changes, len(columns)) if columns else [], strict=True)
+            self.kept["passed"] = {column: self._powers(change) for (_, column), change in parts}
+        return self.kept["passed"]
+
+    def _powers(self, changes: np.ndarray) -> list[np.ndarray]:
+        """(F, channels, channels) of changes (runs, F, frames, channels) in each section."""
+        good = changes[np.isfinite(changes).all(axis=(1, 2, 3))]
+        if not len(good):
+            raise InputError("track errors: as loud as stated they take the model off its rails; state smaller ones")
+        return [
+            _smooth(np.einsum("rftc,rftd->fcd", one, np.conj(one)) / (one.shape[0] * one.shape[2]))
+            for one in self._sections(good)
+        ]
+
+    def at(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, float]:
+        """Setup of a hypothesis at x, and how far ahead of the registered start it begins [m], not finite where there
+        is no such vehicle.
+        """
+        values = dict(zip([one.name for one in self.coordinates], x, strict=False))
+        column, made = len(self.coordinates), []
+        ahead = values["offset"] - values["speed"] * 0.5 * self.record.way
+        try:
+            for effect in effects:
+                own = x[column : column + len(effect.own)]
+                column += len(effect.own)
+                if effect.own:
+                    made.append(self.installed[effect.listed].make(own))
+            return self.simulated.setup(values, tuple(made)), float(ahead)
+        except InputError:
+            return self.nominal, math.nan
+
+    def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
+        """(setups, F, frames, channels) of each section, of sensors as they should be."""
+        return self._sections(self.simulated.channels(setups))
+
+
+def kind_of(level: str) -> str:
+    """Of a level's name: without numbers and sides, for all axles and both sides are alike."""
+    return re.sub(r"\d+|_left|_right", "", level.partition(" [")[0])
+
+
+def _smooth(power: np.ndarray) -> np.ndarray:
+    """Over three neighbouring frequencies."""
+    padded = np.concatenate([power[:1], power, power[-1:]])
+    return 0.25 * padded[:-2] + 0.5 * padded[1:-1] + 0.25 * padded[2:]

@@ -1,0 +1,71 @@
+"""What of a build differs from specimen to specimen, by the tolerances of its data sheet."""
+
+import math
+from dataclasses import dataclass
+
+from railsim.spec import Spec
+from railsim.vehicles.interface import Vehicle
+
+SPREADS = {
+    "_mass": 0.02,
+    "_inertia": 0.04,
+    "_stiffness": 0.06,
+    "_damping": 0.10,
+    "_cubic": 0.15,
+    "bump_stop_gap": 0.05,
+    "contact_damping_ratio": 0.3,
+}
+"""Relative standard deviations of build parameters by the ending of their names; illustrative."""
+
+PAIR = {"conicity": 0.10, "wheel_profile_radius": 0.05}
+"""The same for the wheel-rail pair: lightly worn wheels within maintenance limits; illustrative."""
+
+CREEP = {"friction": 0.15, "k_adhesion": 0.10, "k_slip": 0.10}
+"""The same for the creep law; the reduction factors shape the creep curve, so that another creep law does not pass
+for another friction.
+"""
+
+WIDEST = 3.0  # standard deviations beyond which nothing tells whether a number has room to grow
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """A number of a build that may be a factor exp(spread z) off, z standard normal.
+
+    Attributes
+    ----------
+    part : "vehicle", "pair" or "adhesion", whose field `name` is. most : z up to which the number may grow.
+    """
+
+    part: str
+    name: str
+    spread: float
+    most: float = WIDEST
+
+    @property
+    def key(self) -> str:
+        """Of the vehicle's settings."""
+        return self.name if self.part == "vehicle" else f"{self.part}.{self.name}"
+
+
+def tolerances(vehicle: Vehicle) -> list[Tolerance]:
+    """Of all numbers of a build."""
+    found = []
+    for name in type(vehicle).model_fields:
+        value = getattr(vehicle, name)
+        spread = next((std for ending, std in SPREADS.items() if name.endswith(ending)), None)
+        if spread and isinstance(value, float) and value > 0.0:
+            found.append(Tolerance("vehicle", name, spread))
+    for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
+        settings = getattr(vehicle, part, None)
+        for name, spread in numbers.items():
+            if isinstance(settings, Spec) and name in type(settings).model_fields:
+                room = math.log(most_of(settings, name) / getattr(settings, name)) / spread
+                found.append(Tolerance(part, name, spread, min(max(room, 0.0), WIDEST)))
+    return found
+
+
+def most_of(settings: Spec, name: str) -> float:
+    """Largest value that a field of the vehicle or its parts may have, like the 1 of the creep law's factors."""
+    most = type(settings).limits(name)[1]
+    return math.inf if most is None else most
