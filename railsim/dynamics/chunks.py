@@ -27,7 +27,7 @@ def rows_of(run: Run, plant: Plant, scheme: Scheme, steps: int) -> Iterator[np.n
     step = 1.0 / (run.rate * steps)
     x = initial_state(plant, run)
     plant.core.implicit[:] = scheme.implicit(step)
-    check_start(plant, run, x, step)
+    check_start(plant, run, x, step, scheme.settling)
     wheels = np.empty((2 * len(run.model.wheelsets), len(WHEEL) * run.model.contact.contacts))
     scratch = np.zeros((scheme.stages, len(x))), np.empty(len(x)), wheels, workspace(int(plant.core.joints))
     for first in range(0, run.rows, CHUNK):

@@ -112,6 +112,11 @@ class Scheme(NamedTuple):
     oscillation: float
     decay: float
 
+    @property
+    def settling(self) -> float:
+        """Largest product of the step with the decay rate of a linear state."""
+        return 2.0 * self.decay
+
     def implicit(self, step: float) -> tuple[float, float]:
         """Inertia per stiffness [s2] and per damping [s] that the contacts get at a step [s]."""
         return (step / self.oscillation) ** 2, step / self.decay

@@ -20,13 +20,14 @@ MOST_STEPS = 512  # a row; who needs more has no vehicle
 FALLING = 0.2  # 1/s; a body that leaves its rest faster than this, and does not swing, falls
 
 
-def check_start(plant: Plant, run: Run, x: np.ndarray, step: float) -> None:
+def check_start(plant: Plant, run: Run, x: np.ndarray, step: float, settling: float = REACH) -> None:
     """Refuse a vehicle that falls from its steady state, or moves so fast in it that the steps of the run would be
     unstable. One whose wheelsets hunt or slide may run.
 
     Parameters
     ----------
-    x : state of the run at its start. step : of the integration [s].
+    x : state of the run at its start. step : of the integration [s]. settling : largest product of step and decay rate
+    for which the integration of a linear state is stable.
 
     Raises
     ------
@@ -37,6 +38,7 @@ def check_start(plant: Plant, run: Run, x: np.ndarray, step: float) -> None:
     _check_standing(matrix, run)
     rates, shapes = np.linalg.eig(matrix)
     sizes = np.abs(shapes[: len(names)])
+    _check_elements(plant, rates, shapes, run, step, settling)
     fastest = int(np.abs(rates).argmax())
     rate = float(np.abs(rates[fastest]))
     if rate * step <= HOPELESS:
@@ -47,6 +49,26 @@ def check_start(plant: Plant, run: Run, x: np.ndarray, step: float) -> None:
     raise InputError(
         f"vehicle: '{moving}' moves at {rate / (2.0 * np.pi):.3g} Hz where the vehicle stands on its rails, too fast "
         f"for steps of {1e3 * step:.3g} ms; {cure}check masses and stiffnesses around '{moving.split('.')[0]}'"
+    )
+
+
+def _check_elements(
+    plant: Plant, rates: np.ndarray, shapes: np.ndarray, run: Run, step: float, settling: float
+) -> None:
+    """Refuse a spring in series with a damper that settles faster than the steps follow: its state is linear, so it
+    grows without end, where a contact that is as fast slips or lifts off.
+    """
+    states = int(plant.core.states)
+    if not states:
+        return
+    own = np.abs(shapes[-states:]).max(axis=0) > np.abs(shapes[: len(run.model.names)]).max(axis=0)
+    rate = float(np.abs(rates[own]).max(initial=0.0))
+    if rate * step <= settling:
+        return
+    needed = int(np.ceil(rate / (settling * run.rate)))
+    raise InputError(
+        f"vehicle: a spring in series with a damper settles in {1e3 / rate:.2g} ms, too fast for steps of "
+        f"{1e3 * step:.2g} ms; give 'substeps' of {needed} or more, or leave its stiffness out: it is rigid then"
     )
 
 
