@@ -31,7 +31,7 @@ def evidence(answer: Answer) -> Figure:
         axes.text(
             max(row.evidence, 0.0) + 0.01 * (high - low), place, f" {chance(row.posterior)}", va="center", fontsize=9
         )
-    axes.set_xlim(low, high + 0.3 * (high - low))
+    axes.set_xlim(low, high + 0.4 * (high - low))
     axes.axvline(0.0, color="black", linewidth=0.8)
     figure.supxlabel("evidence over 'none' [nats]; beside each bar: its probability", fontsize=9)
     axes.invert_yaxis()
