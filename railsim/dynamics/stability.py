@@ -17,6 +17,7 @@ SMALLEST = 1e-7  # m, rad, m/s, rad/s
 REACH = 2.5  # product of step and rate; classical Runge-Kutta is stable up to 2.78 (real) and 2.83 (imaginary)
 HOPELESS = 30.0  # the same product; a run of the validation report that ends well has 6.5 at its start
 MOST_STEPS = 512  # a row; who needs more has no vehicle
+OWN = 10.0  # times what bodies move: what a series spring must give way for the movement to be its own
 FALLING = 0.2  # 1/s; a body that leaves its rest faster than this, and does not swing, falls
 
 
@@ -61,7 +62,8 @@ def _check_elements(
     states = int(plant.core.states)
     if not states:
         return
-    own = np.abs(shapes[-states:]).max(axis=0) > np.abs(shapes[: len(run.model.names)]).max(axis=0)
+    moved = np.abs(shapes[: len(run.model.names)]).max(axis=0)
+    own = np.abs(shapes[-states:]).max(axis=0) > OWN * moved
     rate = float(np.abs(rates[own]).max(initial=0.0))
     if rate * step <= settling:
         return
