@@ -37,6 +37,10 @@ UNFIT = "does not fit this vehicle or its sensors, or its run fails"
 UNSEEN = "these channels would not show it"
 MUCH = 1.5  # default sizes from which a large one is looked at too: below, both do the same
 HALF = 0.5  # of a size: spread of its fault prior
+UNIFORM = (
+    1.0,
+    1.0,
+)  # mean and deviation of minus the log of a factor that may be anything from 0 to 1: a total loss too
 
 
 @dataclass(frozen=True)
@@ -329,6 +333,8 @@ def _effect(
             return None
         both = one.low < one.absent < one.high
         fault = Coordinate(healthy.name, healthy.unit, 0.0 if both else mean, (1.5 if both else HALF) * abs(mean))
+        if _is_factor(one, healthy) and one.low == 0.0 and one.high == 1.0:
+            fault = replace(fault, mean=math.copysign(UNIFORM[0], mean), spread=UNIFORM[1])
         return Effect(name, plugin.equivalence(), (fault,), place=place,
                       starts=((mean,), (-mean,)) if both else ((mean,), (2.0 * mean,)))  # fmt: skip
     own = tuple(prior(key, one) for key, one in numbers.items())
