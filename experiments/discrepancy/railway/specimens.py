@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args, get_origin
 import numpy as np
 
 from experiments.discrepancy.railway.build import named, vehicle_at
+from experiments.discrepancy.railway.creep_law import with_fastsim
 from experiments.discrepancy.railway.tolerances import tolerances
 from railsim.effects.interface import EFFECTS, Effect, Parameter
 from railsim.effects.payload import Payload
@@ -114,7 +115,7 @@ def build_specimen(
     }
     vehicle = vehicle_at(nominal.vehicle, odd)
     if rng.random() < FASTSIM:
-        vehicle = vehicle.but(adhesion=vehicle.adhesion.but(law="fastsim"))
+        vehicle = with_fastsim(vehicle) or vehicle
     load = [Payload.build({"mass": float(rng.uniform(*payload))})] if payload else []
     sensors = tuple(_as_delivered(sensor, rng) for sensor in nominal.sensors)
     start, seed = nominal.start + float(rng.uniform(0.0, 1.0)), int(rng.integers(2**31))

@@ -36,8 +36,10 @@ def statement(answer: Answer) -> dict[str, Any]:
     action = verdict.action if kind in STATUS.values() else None
     named = [one.listed.partition(" (")[0] for one in best.hypothesis.named] if action and action.families else []
     families = list(action.families) if action else []
-    evidence = next(row.evidence for row in verdict.rows if row.fit.hypothesis == best.hypothesis)
-    held = dict(zip(("before", "nuisance_only", "after"), map(_held, answer.held), strict=True))
+    evidence = next(row.evidence for row in verdict.rows if row.fit.hypothesis.name == best.hypothesis.name)
+    before_held, only_held, after_held = answer.held
+    after_held = only_held if best is answer.none else after_held
+    held = {"before": _held(before_held), "nuisance_only": _held(only_held), "after": _held(after_held)}
     return {
         "status": kind,
         "effect": " + ".join(named) or None,
