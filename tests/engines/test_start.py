@@ -111,15 +111,14 @@ def test_more_steps_are_the_cure_where_they_help() -> None:
 @pytest.mark.parametrize("engine", ["compiled", "verlet"])
 def test_a_series_spring_too_stiff_for_the_steps_is_refused_and_the_cures_work(engine: str) -> None:
     """A damper of 60 kN s/m behind 1 GN/m settles in 0.06 ms; steps of 0.49 ms let it grow until a wheel leaves."""
-    stiff = {"secondary_lateral_damping": 60e3, "lateral_damper_series_stiffness": 1e9}
-    model = ManchesterWhole(**stiff).model()
+    model = ManchesterWhole(secondary_lateral_damping=60e3, lateral_damper_series_stiffness=1e9).model()
     with pytest.raises(InputError, match=r"settles in 0.06 ms.*'substeps' of (\d+) or more.*rigid") as refused:
         start(engine, model)
     needed = int(str(refused.value).split("'substeps' of ")[1].split()[0])
     finer = make_run(model, flat(), 20.0, 0.2, start=25.0)
     finer = replace(finer, substeps=needed)
     assert abs(go(engine, finer)["bogie.z [m]"]).max() < 1e-3
-    rigid = ManchesterWhole(**stiff | {"lateral_damper_series_stiffness": None}).model()
+    rigid = ManchesterWhole(secondary_lateral_damping=60e3, lateral_damper_series_stiffness=None).model()
     assert abs(go(engine, make_run(rigid, flat(), 20.0, 0.2, start=25.0))["bogie.z [m]"]).max() < 1e-3
 
 
