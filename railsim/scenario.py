@@ -62,8 +62,9 @@ class Scenario(Spec, frozen=True):
     seed: int = quantity(1, unit="-", source=CHOSEN, ge=0)
 
     @classmethod
-    def build(cls, values: Any, where: str = "") -> Self:
-        """A checked scenario from names and numbers.
+    def build(cls, values: Any, where: str = "", *, elsewhere: bool = False) -> Self:
+        """A checked scenario from names and numbers; one that runs `elsewhere` may have a track of its own that is too
+        short.
 
         Raises
         ------
@@ -76,7 +77,7 @@ class Scenario(Spec, frozen=True):
             if key in given:
                 given[key] = resolve(given[key])
         scenario = super().build(given, where)
-        scenario.check()
+        scenario.check(elsewhere=elsewhere)
         return scenario
 
     @property
@@ -170,13 +171,14 @@ class Scenario(Spec, frozen=True):
         """Hash of the YAML text."""
         return hash(self.to_yaml())
 
-    def check(self) -> None:
-        """Raise `InputError` where parts of the scenario do not fit together."""
+    def check(self, *, elsewhere: bool = False) -> None:
+        """Raise `InputError` where parts of the scenario do not fit together; `elsewhere` : as `build`."""
         self._check_wheelsets()
         self._check_sensors()
         self._check_step()
         self._check_support()
-        self._check_track()
+        if not elsewhere:
+            self._check_track()
 
     def digest(self) -> str:
         """SHA-256 over all fields, with the track's contents in place of its name."""
@@ -261,7 +263,9 @@ class Scenario(Spec, frozen=True):
         return max(0.0, np.floor(100.0 * float(np.interp(end - self.start, way, time)) - 0.5) / 100.0)
 
 
-def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[str] = ()) -> Scenario:
+def load_scenario(
+    source: str | Path, overrides: Mapping[str, Any] | Sequence[str] = (), *, elsewhere: bool = False
+) -> Scenario:
     """Read a scenario.
 
     Parameters
@@ -269,6 +273,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
     source : name of a scenario that ships or is plugged in, or path of a YAML file.
     overrides : values by dotted key (`{"vehicle.body_mass": 18000}`), or texts as `--set` takes them
         (`["vehicle.body_mass=18000", "sensors.0.rate=512"]`); a number is a place in a list, from 0.
+    elsewhere : whether it runs on another track, for example that of a recording; its own may be too short then.
 
     Raises
     ------
@@ -285,7 +290,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | Sequence[st
         values["track"] = _locate_track(values["track"], path.parent)
     if "vehicle" in values:
         values["vehicle"] = build_vehicle(values["vehicle"], path.parent)
-    return Scenario.build(values)
+    return Scenario.build(values, elsewhere=elsewhere)
 
 
 @lru_cache(maxsize=8)

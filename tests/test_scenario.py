@@ -87,6 +87,14 @@ def test_but_is_checked_again(small: Path):
         scenario.but(duration=200)
 
 
+def test_a_scenario_that_runs_elsewhere_needs_no_track_along_its_way(small: Path):
+    with pytest.raises(InputError, match="before track 'smooth' begins"):
+        load_scenario(small, ["start=0"])
+    assert load_scenario(small, ["start=0"], elsewhere=True).start == 0.0
+    with pytest.raises(InputError, match="wheelset"):
+        load_scenario(small, ["start=0", "traction=[{wheelset: 7, time: [0, 1], torque: [0, 100]}]"], elsewhere=True)
+
+
 def test_digest_follows_the_contents_of_the_track(small: Path, tmp_path: Path):
     s = np.linspace(0, 500, 6)
     digests = set()

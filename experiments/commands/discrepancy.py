@@ -16,7 +16,7 @@ from railsim.errors import InputError
 if TYPE_CHECKING:
     from railsim.scenario import Scenario
 
-TIME_LIMIT = 900.0  # s
+TIME_LIMIT = 1800.0  # s
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -55,7 +55,7 @@ def execute(given: argparse.Namespace) -> Outcome:
         return _plan(given, load_scenario(given.model))
     if not given.recording:
         raise InputError("give a RECORDING, or --plan to see what one could show")
-    return _verdict(given, load_scenario(given.model))
+    return _verdict(given, load_scenario(given.model, elsewhere=True))
 
 
 def _verdict(given: argparse.Namespace, scenario: "Scenario") -> Outcome:

@@ -216,13 +216,12 @@ def _none(search: Search) -> np.ndarray:
     slopes = problem.slopes(best[0], problem.groups(best[0], components))
     steps = [partial(few_steps, problem, x, middles(problem.levels), components, START_STEPS, slopes) for x in best]
     _, begin = max(problem.system.side_by_side(steps), key=lambda one: one[0])
-    whole = partial(fit, search.problem(), begin, None, slopes)
-    search.attempt("none", "fitted from the better of two alignments", whole)
-    if search.system.settle(search.fits["none"].x):
-        before = search.fits.pop("none")
-        again = partial(fit, search.problem(), before.x, before.psi)
-        search.attempt("none", "fitted again, with what all hypotheses share chosen anew", again)
-        search.fits.setdefault("none", before)
+    whole = partial(fit, search.problem(), begin, None, slopes, 1)
+    search.attempt("none", "fitted roughly from the better of two alignments", whole)
+    before = search.fits.pop("none")
+    slopes = None if search.system.settle(before.x) else before.slopes
+    search.attempt("none", "fitted", partial(fit, search.problem(), before.x, before.psi, slopes))
+    search.fits.setdefault("none", before)
     if not search.system.dear:
         none = search.fits["none"]
         again = partial(fit, search.problem(), none.x, none.psi, none.slopes)

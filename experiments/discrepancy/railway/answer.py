@@ -26,6 +26,7 @@ from experiments.discrepancy.railway.system import SEED, Railway
 from experiments.discrepancy.railway.unknown import Unknown, unknown_of
 from experiments.discrepancy.recording.evidence import Evidence
 from railsim.errors import InputError
+from railsim.track.track import Track
 
 SEARCH = 0.85  # of the time limit; the rest is for held-out sections
 
@@ -66,6 +67,12 @@ class Answer:
         problem = Problem(found.system, found.hypothesis, Policy())
         components = found.system.covariances(found.x, found.hypothesis.effects)
         return replace(found, groups=problem.groups(found.x, components))
+
+    @property
+    def track(self) -> Track:
+        """That is expected, given its file and the errors that the likeliest hypothesis has."""
+        system = self.best.system
+        return system.simulated.track if isinstance(system, Railway) else self.system.simulated.track
 
     @cached_property
     def unknown(self) -> Unknown | None:

@@ -49,7 +49,7 @@ def vehicle_at(vehicle: Vehicle, values: Mapping[str, float]) -> Any:
     for one in tolerances(vehicle):
         if change := values.get(named(one), 0.0):
             owner = vehicle if one.part == "vehicle" else getattr(vehicle, one.part)
-            value = getattr(owner, one.name) * math.exp(change)
+            value = one.nominal * math.exp(change)
             moved.setdefault(one.part, {})[one.name] = min(value, most_of(owner, one.name))
     parts = {part: getattr(vehicle, part).but(**numbers) for part, numbers in moved.items() if part != "vehicle"}
     return vehicle.but(**moved.get("vehicle", {}), **parts) if moved else vehicle
@@ -126,9 +126,21 @@ def setup_at(record: Record, track: Track, values: Mapping[str, float], effects:
 
 def speed_at(record: Record, values: Mapping[str, float]) -> Profile:
     """Speed over the model's time with its scale and its slow sines."""
+    return _profile(*record.clock.profile(*_speed(record, values)))
+
+
+def recorded_speed(record: Record, values: Mapping[str, float]) -> Profile:
+    """The same over the recording's time."""
+    return _profile(*_speed(record, values))
+
+
+def _speed(record: Record, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
     time, speed = record.speed
     sizes = np.array([value for name, value in values.items() if name.startswith("wander")])
     turn = np.pi * np.arange(1, len(sizes) + 1) / record.duration
     moved = speed * (1.0 + values.get("speed", 0.0)) + (sizes * turn) @ np.cos(turn[:, None] * time)
-    then, fast = record.clock.profile(time, np.clip(moved, 0.0, 119.0))
-    return Profile(kind="profile", time=tuple(then.tolist()), speed=tuple(fast.tolist()))
+    return time, np.clip(moved, 0.0, 119.0)
+
+
+def _profile(time: np.ndarray, speed: np.ndarray) -> Profile:
+    return Profile(kind="profile", time=tuple(time.tolist()), speed=tuple(speed.tolist()))

@@ -58,7 +58,10 @@ def further(
 def options(record: Record, installed: Mapping[str, Maker]) -> Iterator[tuple[str, "Railway | Part"]]:
     """Further recordings by name, as systems; each is made when it is asked for."""
     scenario = record.scenario
-    own = scenario.but(sensors=tuple(record.evidence.sensors), duration=min(LONGEST, scenario.duration))
+    try:
+        own = scenario.but(sensors=tuple(record.evidence.sensors), duration=min(LONGEST, scenario.duration))
+    except InputError:  # the nominal scenario's own track is too short for its vehicle
+        return
     with suppress(InputError):
         yield "the same again", _recorded(own, installed)
     taken = _together(own)

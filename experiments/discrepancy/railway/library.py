@@ -14,8 +14,9 @@ from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 
+from experiments.discrepancy.core.known import Known, about, within_bounds
 from experiments.discrepancy.core.levels import middles
-from experiments.discrepancy.core.model import Coordinate, Effect, Hypothesis, Library
+from experiments.discrepancy.core.model import Coordinate, Effect, Fit, Hypothesis, Library
 from experiments.discrepancy.core.policy import Policy
 from experiments.discrepancy.core.problem import Problem
 from experiments.discrepancy.railway.along import Along, placeable, prior_along
@@ -45,21 +46,38 @@ UNIFORM = (
 
 @dataclass(frozen=True)
 class Twin:
-    """An effect that does what a tolerance does: how it is made from the value of that coordinate."""
+    """An effect that does what a tolerance does: how it is made from the value of that coordinate. `factor` : whether
+    that is the log of a factor; `share` : whether the factor may be anything from 0 to 1.
+    """
 
     installed: Installed
     absent: float
     rate: float
     factor: bool
+    share: bool
 
     def make(self, value: float) -> Plugin:
         """With the size that a coordinate's value stands for."""
-        size = math.exp(math.copysign(1.0, self.rate) * value) if self.factor else self.absent + value / self.rate
-        return self.installed.make(np.array([size]))
+        return self.installed.make(np.array([self.size(value)]))
+
+    def size(self, value: float) -> float:
+        """That a coordinate's value stands for."""
+        return math.exp(self._side * value) if self.factor else self.absent + value / self.rate
 
     def value(self, size: float) -> float:
         """Of that coordinate, for a size."""
-        return math.copysign(1.0, self.rate) * math.log(size) if self.factor else (size - self.absent) * self.rate
+        return self._side * math.log(size) if self.factor else (size - self.absent) * self.rate
+
+    def known(self, value: float, spread: float, prior: Coordinate) -> Known:
+        """The size, from a coordinate's fitted value, its standard deviation and its prior."""
+        if self.share:
+            return within_bounds(self._side * value, spread, self._side * prior.mean, prior.spread)
+        likeliest, *ends = (self.size(one) for one in about(value, spread))
+        return likeliest, min(ends), max(ends)
+
+    @property
+    def _side(self) -> float:
+        return math.copysign(1.0, self.rate)
 
 
 @dataclass(frozen=True)
@@ -79,10 +97,33 @@ class Found:
         """Of all effects that have coordinates of their own."""
         return {**self.installed, **self.laws}
 
-    def made(self, effect: Effect, values: Sequence[float]) -> Plugin:
-        """A plug-in from the values of an effect's faults and own coordinates."""
+    def known(self, fit: Fit) -> list[tuple[Effect, list[Known]]]:
+        """Of each effect of a fit its numbers: sizes of the plug-in, or coordinates of a law."""
+        spreads = np.sqrt(np.diag(np.linalg.inv(fit.precision)))
+        effects = fit.hypothesis.effects
+        column, names = len(fit.x) - sum(len(one.own) for one in effects), [one.name for one in fit.system.coordinates]
+        found = []
+        for effect in effects:
+            twin, place = self.twins.get(effect.listed), slice(column, column + len(effect.own))
+            numbers = [about(*one) for one in zip(fit.x[place], spreads[place], strict=True)]
+            if twin:
+                (fault,) = effect.faults
+                at = names.index(fault.name)
+                numbers = [twin.known(fit.x[at], spreads[at], fault)]
+            found.append((effect, numbers))
+            column += len(effect.own)
+        return found
+
+    def fields(self, effect: Effect) -> list[tuple[str, str]]:
+        """Names and units of an effect's numbers."""
+        if (twin := self.twins.get(effect.listed)) is None:
+            return [(one.name, one.unit) for one in effect.own]
+        return [(name, twin.installed.plugin.parameters()[name].unit) for name in twin.installed.fields]
+
+    def made(self, effect: Effect, sizes: Sequence[float]) -> Plugin:
+        """A plug-in from an effect's numbers."""
         twin = self.twins.get(effect.listed)
-        return twin.make(values[0]) if twin else self.makers[effect.listed].make(np.asarray(values))
+        return (twin.installed if twin else self.makers[effect.listed]).make(np.asarray(sizes))
 
 
 def variants(plugin: type[Plugin], system: Railway) -> Iterator[dict[str, Any]]:
@@ -307,12 +348,17 @@ def _setup(
 def _twin(installed: Installed, one: Parameter, twin: tuple[int, float], system: Railway) -> Twin:
     assert one.absent is not None
     rate = twin[1] / (FIRST * (one.default - one.absent))
-    return Twin(installed, one.absent, rate, _is_factor(one, system.coordinates[twin[0]]))
+    factor = _is_factor(one, system.coordinates[twin[0]])
+    return Twin(installed, one.absent, rate, factor, factor and _is_share(one))
 
 
 def _is_factor(one: Parameter, healthy: Coordinate) -> bool:
     """Whether the coordinate is the log of the number."""
     return one.absent is not None and abs(one.absent - 1.0) < 1e-9 and one.default > 0.0 and healthy.unit == "-"
+
+
+def _is_share(one: Parameter) -> bool:
+    return (one.low, one.high) == (0.0, 1.0)
 
 
 def _effect(
@@ -333,7 +379,7 @@ def _effect(
             return None
         both = one.low < one.absent < one.high
         fault = Coordinate(healthy.name, healthy.unit, 0.0 if both else mean, (1.5 if both else HALF) * abs(mean))
-        if _is_factor(one, healthy) and one.low == 0.0 and one.high == 1.0:
+        if _is_factor(one, healthy) and _is_share(one):
             fault = replace(fault, mean=math.copysign(UNIFORM[0], mean), spread=UNIFORM[1])
         return Effect(name, plugin.equivalence(), (fault,), place=place,
                       starts=((mean,), (-mean,)) if both else ((mean,), (2.0 * mean,)))  # fmt: skip

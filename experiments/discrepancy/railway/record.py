@@ -27,7 +27,7 @@ USED = 0.35  # of the rate of the slowest channel
 DROPPED = 2.0  # s at the beginning, where nobody knows the state from which the vehicle came
 SLOW = 5.0  # m/s; slower frames are not compared: creep forces ask for ever finer steps
 ALIKE = 1.2  # largest speed of a section over its smallest
-VALUES = 48_000  # complex ones of all channels together that are compared at most: 28 s of 22 channels, 1 min of ten
+VALUES = 96_000  # complex ones of all channels over wheelsets: two and ten channels 1 min, four and 22 channels 14 s
 FRAMES = 12  # of them at least, whatever the number of channels
 MARGIN = 40.0  # m; of the track on both sides of what the vehicle passes
 COURSE = 128.0  # Hz; of the course in time of what frames hold
@@ -88,7 +88,8 @@ class Record:
         """Whole half windows that every channel has [s], until frames enough are seen of a moving vehicle."""
         moving = np.cumsum(self._moves(self.whole))
         frames = self.frames_at(1e3, self.whole)
-        most = max(FRAMES, round(VALUES / len(self.channels) / len(frames.frequencies)))
+        values = VALUES / len(self.scenario.model.wheelsets)
+        most = max(FRAMES, round(values / len(self.channels) / len(frames.frequencies)))
         return float(DROPPED + 0.5 * WINDOW * (np.searchsorted(moving, most) + 2)) if moving[-1] > most else self.whole
 
     @cached_property

@@ -7,13 +7,15 @@ from typing import Any
 
 from experiments.discrepancy.railway import pictures
 from experiments.discrepancy.railway.answer import Answer
+from experiments.discrepancy.railway.build import recorded_speed
 from experiments.discrepancy.railway.elsewhere import Elsewhere
 from experiments.discrepancy.railway.statement import FURTHER, STATUS, chance, in_words, statement
 from experiments.reporting import html
 from railsim.files import write_json
+from railsim.track.files import write_track
 
 DPI = 110
-REPORT, VERDICT, MODEL = "report.html", "verdict.json", "model.yaml"
+REPORT, VERDICT, MODEL, TRACK = "report.html", "verdict.json", "model.yaml", "track.csv"
 ROWS = 20  # of the table of hypotheses
 
 
@@ -31,7 +33,8 @@ def write(answer: Answer, folder: Path, others: Sequence[Elsewhere] = ()) -> dic
     model = _model(answer, told)
     told["model"] = MODEL if model else None
     if model:
-        (folder / MODEL).write_text(model, encoding="utf-8")
+        (folder / MODEL).write_text(answer.system.record.scenario.to_yaml(**model), encoding="utf-8")
+        write_track(answer.track, folder / TRACK)
     write_json(folder / VERDICT, told)
     return told
 
@@ -113,20 +116,26 @@ def _losses(told: dict[str, Any]) -> str:
     return html.table(["statement", "expected loss"], rows, [False, True])
 
 
-def _model(answer: Answer, told: dict[str, Any]) -> str | None:
-    """The nominal scenario with what was found, where it improves the held-out sections; None elsewhere."""
-    best, held = answer.best, told["held_out"]
+def _model(answer: Answer, told: dict[str, Any]) -> dict[str, Any] | None:
+    """Fields of the nominal scenario with what was found, along the recording's way over the track that is expected,
+    where it improves the held-out sections; None elsewhere.
+    """
+    best, held, record = answer.best, told["held_out"], answer.system.record
     missing = [one for one in best.hypothesis.effects if one.kind != "small"]
     if told["status"] not in STATUS.values() or not missing or not held["after"] or not held["nuisance_only"]:
         return None
     if held["after"]["gap"] >= held["nuisance_only"]["gap"]:
         return None
-    scenario, names = answer.system.record.scenario, [one.name for one in answer.system.coordinates]
-    made, column = [], len(names)
-    for effect in best.hypothesis.effects:
-        faults = [float(best.x[names.index(one.name)]) for one in effect.faults]
-        own = [float(value) for value in best.x[column : column + len(effect.own)]]
-        column += len(own)
-        if effect in missing:
-            made.append(answer.found.made(effect, [*faults, *own]).settings())
-    return scenario.to_yaml(effects=[*scenario.values()["effects"], *made])
+    made = [
+        answer.found.made(effect, [one for one, *_ in numbers]).settings()
+        for effect, numbers in answer.found.known(best)
+        if effect in missing
+    ]
+    values = dict(zip([one.name for one in answer.system.coordinates], best.x.tolist(), strict=False))
+    return {
+        "effects": [*record.scenario.values()["effects"], *made],
+        "track": TRACK,
+        "start": record.registration.start + answer.system.ahead(values),
+        "speed": recorded_speed(record, values).model_dump(mode="json"),
+        "duration": record.duration,
+    }

@@ -3,16 +3,14 @@
 import math
 from typing import Any
 
-import numpy as np
-
 from experiments.discrepancy.core.held_out import Held
+from experiments.discrepancy.core.known import Known
 from experiments.discrepancy.core.model import Fit
 from experiments.discrepancy.railway.answer import Answer
 from experiments.discrepancy.railway.gaps import overall
 from experiments.discrepancy.railway.unknown import BROADBAND, told
 from railsim.effects.interface import EFFECTS
 
-INTERVAL = 1.645  # standard deviations to each side of a value: nine of ten true ones lie within
 STRAINED = 2.0  # standard deviations of its tolerance from which a coordinate is told
 BEYOND = 4.0  # from which it is said in words: one in 16 000 healthy ones
 LACKING = 1.5  # times what chance explains, from which it is said in words
@@ -99,39 +97,21 @@ def parameters(answer: Answer, fit: Fit) -> dict[str, dict[str, Any]]:
     """Values of the effects of a fit by the names of their fields, with 90 % intervals. Of several effects the names
     tell whose they are.
     """
-    spreads = np.sqrt(np.diag(np.linalg.inv(fit.precision)))
-    places = {one.name: place for place, one in enumerate(answer.system.coordinates)}
     found: dict[str, dict[str, Any]] = {}
-    column, effects = len(places), fit.hypothesis.effects
-    for effect in effects:
-        whose = f"{effect.family}: " if len(effects) > 1 else ""
-        twin, installed = answer.found.twins.get(effect.listed), answer.found.installed.get(effect.listed)
-        for fault in effect.faults:
-            ends = _ends(fit.x[places[fault.name]], spreads[places[fault.name]])
-            name = fault.name.removeprefix("log ")
-            if twin and installed:
-                (name, *_), unit = installed.fields, installed.plugin.parameters()[installed.fields[0]].unit
-                ends = [float(getattr(twin.make(end), name)) for end in ends]
-                found[whose + name] = _value(ends, unit)
-            else:
-                found[whose + name] = _value(ends, fault.unit)
-        for number, own in enumerate(effect.own, column):
-            if effect.kind != "law":  # its curve tells more than its terms
-                found[whose + own.name] = _value(_ends(fit.x[number], spreads[number]), own.unit)
-        column += len(effect.own)
+    for effect, numbers in answer.found.known(fit):
+        if effect.kind == "law":  # its curve tells more than its terms
+            continue
+        whose = f"{effect.family}: " if len(fit.hypothesis.effects) > 1 else ""
+        for (name, unit), known in zip(answer.found.fields(effect), numbers, strict=True):
+            found[whose + name] = _value(known, unit)
     return found
 
 
-def _ends(value: float, spread: float) -> list[float]:
-    """A value and the ends of its interval."""
-    return [float(value), float(value - INTERVAL * spread), float(value + INTERVAL * spread)]
-
-
-def _value(ends: list[float], unit: str) -> dict[str, Any]:
-    low, high = sorted(ends[1:])
+def _value(known: Known, unit: str) -> dict[str, Any]:
+    value, low, high = known
     width = high - low
     digits = 1 - math.floor(math.log10(width)) if 0.0 < width < math.inf else 3  # two of the width mean something
-    told = {name: round(one, digits) for name, one in (("value", ends[0]), ("low", low), ("high", high))}
+    told = {name: round(one, digits) for name, one in (("value", value), ("low", low), ("high", high))}
     return told | {"unit": unit}
 
 

@@ -456,16 +456,20 @@ class Railway:
         """
         values = dict(zip([one.name for one in self.coordinates], x, strict=False))
         column, made = len(self.coordinates), []
-        ahead = values["offset"] - values["speed"] * 0.5 * self.record.way
+        ahead = self.ahead(values)
         try:
             for effect in effects:
                 own = x[column : column + len(effect.own)]
                 column += len(effect.own)
                 if effect.own:
                     made.append(self.installed[effect.listed].make(own))
-            return self.simulated.setup(values, tuple(made)), float(ahead)
+            return self.simulated.setup(values, tuple(made)), ahead
         except InputError:
             return self.nominal, math.nan
+
+    def ahead(self, values: Mapping[str, float]) -> float:
+        """Of the registered start: where a run with these coordinates begins [m]."""
+        return float(values["offset"] - values["speed"] * 0.5 * self.record.way)
 
     def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
         """(setups, F, frames, channels) of each section, of sensors as they should be."""

@@ -25,6 +25,13 @@ CREEP = {"friction": 0.15, "k_adhesion": 0.10, "k_slip": 0.10}
 for another friction.
 """
 
+UNSTATED = 0.15
+"""The same for a height that the sheet leaves to that of the springs, so that nobody has stated it: 0.1 m of 0.7 m;
+illustrative.
+"""
+
+SPRINGS = "secondary_height"  # where what has no height of its own is
+
 WIDEST = 3.0  # standard deviations beyond which nothing tells whether a number has room to grow
 
 
@@ -34,12 +41,14 @@ class Tolerance:
 
     Attributes
     ----------
-    part : "vehicle", "pair" or "adhesion", whose field `name` is. most : z up to which the number may grow.
+    part : "vehicle", "pair" or "adhesion", whose field `name` is. nominal : the number itself. most : z up to which it
+    may grow.
     """
 
     part: str
     name: str
     spread: float
+    nominal: float
     most: float = WIDEST
 
     @property
@@ -55,13 +64,19 @@ def tolerances(vehicle: Vehicle) -> list[Tolerance]:
         value = getattr(vehicle, name)
         spread = next((std for ending, std in SPREADS.items() if name.endswith(ending)), None)
         if spread and isinstance(value, float) and value > 0.0:
-            found.append(Tolerance("vehicle", name, spread))
+            found.append(Tolerance("vehicle", name, spread, value))
+    found += [
+        Tolerance("vehicle", name, UNSTATED, getattr(vehicle, SPRINGS))
+        for name in type(vehicle).model_fields
+        if name.endswith("_height") and getattr(vehicle, name) is None
+    ]
     for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
         settings = getattr(vehicle, part, None)
         for name, spread in numbers.items():
             if isinstance(settings, Spec) and name in type(settings).model_fields:
-                room = math.log(most_of(settings, name) / getattr(settings, name)) / spread
-                found.append(Tolerance(part, name, spread, min(max(room, 0.0), WIDEST)))
+                nominal = getattr(settings, name)
+                room = math.log(most_of(settings, name) / nominal) / spread
+                found.append(Tolerance(part, name, spread, nominal, min(max(room, 0.0), WIDEST)))
     return found
 
 

@@ -1,6 +1,7 @@
 """What the workflow may see: the recording's measured folder and the nominal scenario. Never any truth."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +19,8 @@ from railsim.sensors.suite import build_sensor
 from railsim.track.files import DISTANCE
 from railsim.track.survey import TrackErrors
 from railsim.track.track import UNITS, Track
+from railsim.vehicles.half_vehicle import HalfVehicle
+from railsim.vehicles.lookup import build_vehicle
 
 KINDS = ("accelerometer", "gyro", "displacement")
 """Sensors whose samples are compared; others serve the registration only."""
@@ -91,7 +94,7 @@ def evidence_of(
     ------
     InputError : too short, no channel that the model can predict, no measured track, no speed, the vehicle stands.
     """
-    sensors, unknown = _sensors(measured)
+    sensors, unknown = _sensors(measured, scenario)
     found = sampled(measured, sensors, scenario.output_rate)
     if not found.values:
         why = f" ({found.left_out[0]}; {len(found.left_out)} such)" if found.left_out else ""
@@ -145,19 +148,36 @@ def _check_reach(track: Track, scenario: Scenario, speed: tuple[np.ndarray, np.n
         )
 
 
-def _sensors(measured: Measurements) -> tuple[list[Sensor], tuple[str, ...]]:
+def _sensors(measured: Measurements, scenario: Scenario) -> tuple[list[Sensor], tuple[str, ...]]:
     """Sensors that the model can stand for, and the names of those that it cannot, with the reason."""
     found: list[Sensor] = []
     left_out: list[str] = []
+    ahead = _ahead(measured.vehicle, scenario)
     for sheet in measured.about["sensors"]:
         if sheet.get("kind") not in KINDS:
             continue
         settings: dict[str, Any] = {key: value for key, value in sheet.items() if key != "channels"}
         try:
-            found.append(build_sensor(settings, "about.json: sensors"))
+            sensor = build_sensor(settings, "about.json: sensors")
+            x, y, z = sensor.position
+            found.append(sensor.but(position=(x + ahead, y, z)) if sensor.body == "body" else sensor)
         except InputError as error:
             left_out.append(f"{sheet['name']}: {error}")
     return found, tuple(left_out)
+
+
+def _ahead(stated: Mapping[str, Any], scenario: Scenario) -> float:
+    """How far the body's centre of the recording's vehicle is ahead of that of the nominal one [m]: half a body stands
+    over its bogie, a whole one halfway between two. Positions of sensors count from there.
+    """
+    try:
+        half = isinstance(build_vehicle(stated.get("name")), HalfVehicle)
+    except InputError:  # a vehicle that is not at hand
+        return 0.0
+    if half == isinstance(scenario.vehicle, HalfVehicle):
+        return 0.0
+    spacing = "semi_bogie_spacing"
+    return float(getattr(scenario.vehicle, spacing, 0.0) if half else -stated.get(spacing, 0.0))
 
 
 def _track(measured: Measurements) -> Track:

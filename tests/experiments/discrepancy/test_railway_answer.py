@@ -24,6 +24,7 @@ from experiments.discrepancy.railway.system import Railway
 from experiments.discrepancy.recording.evidence import evidence_of
 from railsim.files import read_json
 from railsim.scenario import load_scenario
+from railsim.simulation import simulate_held
 
 GAIN = 1.3
 
@@ -94,6 +95,9 @@ def test_its_files_say_the_same_and_its_model_runs(found: Answer, tmp_path: Path
     assert "<h1>sensor gain" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert (tmp_path / "where.png").stat().st_size > 5000 and (tmp_path / "evidence.png").stat().st_size > 5000
     model = load_scenario(str(tmp_path / "model.yaml"))
+    assert model.start == pytest.approx(found.system.record.registration.start, abs=2.0)
+    assert model.distance == pytest.approx(found.system.record.way, rel=0.02)
+    assert np.isfinite(simulate_held(model.but(duration=2.0), "compiled")["bogie.z [m]"]).all()
     (effect,) = model.effects
     settings = effect.settings()
     assert settings["kind"] == "sensor_gain" and settings["factor"] == pytest.approx(GAIN, rel=0.02)

@@ -1,7 +1,14 @@
 """Tolerances keep to what a number may be."""
 
+import math
+
+import pytest
+
+from experiments.discrepancy.railway.build import vehicle_at
 from experiments.discrepancy.railway.tolerances import WIDEST, tolerances
 from railsim import load_scenario
+from railsim.vehicles.class175_whole import Class175Whole
+from railsim.vehicles.manchester_whole import ManchesterWhole
 
 
 def test_a_reduction_factor_that_is_one_already_can_only_fall():
@@ -20,3 +27,14 @@ def test_each_mass_stiffness_and_damping_of_a_sheet_has_one():
     assert found >= {
         name for name, value in sheet.items() if name.endswith(kinds) and isinstance(value, float) and value
     }
+
+
+def test_a_height_that_the_sheet_does_not_state_is_about_that_of_the_springs():
+    stated, not_stated = Class175Whole(), ManchesterWhole()
+    heights = {one.key: one for one in tolerances(not_stated) if one.name.endswith("_height")}
+    assert set(heights) == {"traction_rod_height", "lateral_damper_height", "yaw_damper_height"}
+    assert {one.key for one in tolerances(stated) if one.name.endswith("_height")} == {"lateral_damper_height"}
+    assert heights["lateral_damper_height"].nominal == not_stated.secondary_height
+    lower = vehicle_at(not_stated, {"log lateral_damper_height": math.log(0.8)})
+    assert lower.lateral_damper_height == pytest.approx(0.8 * not_stated.secondary_height)
+    assert lower.yaw_damper_height is None
