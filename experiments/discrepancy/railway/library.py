@@ -72,7 +72,8 @@ class Twin:
         """The size, from a coordinate's fitted value, its standard deviation and its prior."""
         if self.share:
             return within_bounds(self._side * value, spread, self._side * prior.mean, prior.spread)
-        likeliest, *ends = (self.size(one) for one in about(value, spread))
+        (name,) = self.installed.fields
+        likeliest, *ends = (float(getattr(self.make(one), name)) for one in about(value, spread))
         return likeliest, min(ends), max(ends)
 
     @property
