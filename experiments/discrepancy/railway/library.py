@@ -38,10 +38,8 @@ UNFIT = "does not fit this vehicle or its sensors, or its run fails"
 UNSEEN = "these channels would not show it"
 MUCH = 1.5  # default sizes from which a large one is looked at too: below, both do the same
 HALF = 0.5  # of a size: spread of its fault prior
-UNIFORM = (
-    1.0,
-    1.0,
-)  # mean and deviation of minus the log of a factor that may be anything from 0 to 1: a total loss too
+UNIFORM = (1.0, 1.0)
+"""Mean and deviation of minus the log of a number that may be anything from 0 to 1: those of the uniform density."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +56,8 @@ class Twin:
 
     def make(self, value: float) -> Plugin:
         """With the size that a coordinate's value stands for."""
-        return self.installed.make(np.array([self.size(value)]))
-
-    def size(self, value: float) -> float:
-        """That a coordinate's value stands for."""
-        return math.exp(self._side * value) if self.factor else self.absent + value / self.rate
+        size = math.exp(self._side * value) if self.factor else self.absent + value / self.rate
+        return self.installed.make(np.array([size]))
 
     def value(self, size: float) -> float:
         """Of that coordinate, for a size."""
