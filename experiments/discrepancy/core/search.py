@@ -60,6 +60,7 @@ class Search:
     end: float = math.inf  # of time.monotonic()
     say: Callable[[str], None] = lambda _: None
     beside: set[tuple[str, float]] = field(default_factory=set)  # names and evidence of fits: an unknown was looked for
+    counts: float = 1.0  # what a nat counts of what effects gain, see `screen.misfit`
     cut: bool = False  # whether the time ended before the likeliest effects were fitted, and `none` once more
 
     @property
@@ -247,6 +248,7 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     rough = rough_gains(base, effects, search.policy)
     likely = [effects[k] for k in np.argsort(-np.array(rough), kind="stable")]
     promises = dict(zip((one.name for one in effects), rough, strict=True))
+    search.counts = 1.0 / misfit(base, [one for one in effects if one.family != likely[0].family], search.policy)
     most = max(STEPPED * count, sum(math.isinf(one) for one in rough))
     reached = [one for one in likely[:most]
                if not one.linear or _may_lead(search, promises[one.name], one)]  # fmt: skip
@@ -323,7 +325,7 @@ def _may_lead(search: Search, gain: float, effect: Effect, first: float = -math.
     it gains more than its first steps did, but not many times as much.
     """
     near = gain >= min(first / NEAR, first - HOPELESS)
-    return near and REACH * gain + search.prior(Hypothesis((effect,))) > search.prior(Hypothesis())
+    return near and REACH * gain * search.counts + search.prior(Hypothesis((effect,))) > search.prior(Hypothesis())
 
 
 def _nominal_fit(search: Search, nominal: np.ndarray) -> Fit:

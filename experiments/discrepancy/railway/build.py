@@ -1,6 +1,5 @@
 """Coordinates of a healthy vehicle and its sensors: build within tolerance, payload, alignment, mounting."""
 
-import math
 from collections.abc import Mapping
 from functools import reduce
 from typing import Any
@@ -49,8 +48,7 @@ def vehicle_at(vehicle: Vehicle, values: Mapping[str, float]) -> Any:
     for one in tolerances(vehicle):
         if change := values.get(named(one), 0.0):
             owner = vehicle if one.part == "vehicle" else getattr(vehicle, one.part)
-            value = one.nominal * math.exp(change)
-            moved.setdefault(one.part, {})[one.name] = min(value, most_of(owner, one.name))
+            moved.setdefault(one.part, {})[one.name] = min(one.value(change), most_of(owner, one.name))
     parts = {part: getattr(vehicle, part).but(**numbers) for part, numbers in moved.items() if part != "vehicle"}
     return vehicle.but(**moved.get("vehicle", {}), **parts) if moved else vehicle
 

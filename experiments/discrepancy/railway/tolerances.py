@@ -26,11 +26,12 @@ for another friction.
 """
 
 UNSTATED = 0.15
-"""The same for a height that the sheet leaves to that of the springs, so that nobody has stated it: 0.1 m of 0.7 m;
-illustrative.
+"""The same for a height above the rails that nobody has stated, as of dampers that the sheet leaves to the height of
+the springs, and of bushings of axlebox arms that it leaves to that of the axle: 0.1 m of 0.7 m; illustrative.
 """
 
 SPRINGS = "secondary_height"  # where what has no height of its own is
+ARM, RISE, AXLE = "arm_length", "arm_rise", "wheel_radius"  # bushings of arms that have a length are above the axle
 
 WIDEST = 3.0  # standard deviations beyond which nothing tells whether a number has room to grow
 
@@ -41,8 +42,8 @@ class Tolerance:
 
     Attributes
     ----------
-    part : "vehicle", "pair" or "adhesion", whose field `name` is. nominal : the number itself. most : z up to which it
-    may grow.
+    part : "vehicle", "pair" or "adhesion", whose field `name` is. nominal : the number itself, or its height above the
+    rails where the field counts from the height `above`. most : z up to which it may grow.
     """
 
     part: str
@@ -50,6 +51,11 @@ class Tolerance:
     spread: float
     nominal: float
     most: float = WIDEST
+    above: float = 0.0
+
+    def value(self, change: float) -> float:
+        """Of the field, where the number is a factor exp(change) off."""
+        return self.nominal * math.exp(change) - self.above
 
     @property
     def key(self) -> str:
@@ -70,6 +76,9 @@ def tolerances(vehicle: Vehicle) -> list[Tolerance]:
         for name in type(vehicle).model_fields
         if name.endswith("_height") and getattr(vehicle, name) is None
     ]
+    if getattr(vehicle, ARM, 0.0) and not getattr(vehicle, RISE):
+        axle = getattr(vehicle, AXLE)
+        found.append(Tolerance("vehicle", RISE, UNSTATED, axle, above=axle))
     for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
         settings = getattr(vehicle, part, None)
         for name, spread in numbers.items():

@@ -38,3 +38,13 @@ def test_a_height_that_the_sheet_does_not_state_is_about_that_of_the_springs():
     lower = vehicle_at(not_stated, {"log lateral_damper_height": math.log(0.8)})
     assert lower.lateral_damper_height == pytest.approx(0.8 * not_stated.secondary_height)
     assert lower.yaw_damper_height is None
+
+
+def test_bushings_of_arms_whose_height_nobody_has_stated_are_about_the_height_of_the_axle():
+    armed = ManchesterWhole(arm_length=0.48)
+    assert "arm_rise" not in {one.key for one in tolerances(ManchesterWhole())}
+    assert "arm_rise" not in {one.key for one in tolerances(ManchesterWhole(arm_length=0.48, arm_rise=0.02))}
+    assert "arm_rise" in {one.key for one in tolerances(armed)}
+    for factor in (0.9, 1.1):
+        moved = vehicle_at(armed, {"log arm_rise": math.log(factor)})
+        assert moved.arm_rise == pytest.approx((factor - 1.0) * armed.wheel_radius)
