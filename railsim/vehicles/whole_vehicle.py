@@ -15,6 +15,7 @@ from railsim.model import Body, LinearElement, Model, NonlinearElement, Wheelset
 from railsim.spec import quantity
 from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.payload import LoadedBody
+from railsim.vehicles.rear_bogie import RearBogie
 from railsim.vehicles.running_gear import ILLUSTRATIVE, IWNICKI, RunningGear, contact_law
 from railsim.vehicles.secondary import both_points, secondary_springs, sides
 
@@ -23,6 +24,7 @@ RIGID = "none = rigid"
 LINEAR = "none = linear"
 HALVED = ("body_mass", "body_roll_inertia", "seats", "standing_area")
 """Fields of which half a vehicle has half."""
+REAR = 2  # number of the rear bogie
 SIDEWAYS = np.array([0.0, 1.0, 0.0])
 
 
@@ -99,6 +101,7 @@ class WholeVehicle(RunningGear, frozen=True):
     vertical_damper_series_stiffness: float | None = quantity(None, unit="N/m", source=RIGID, gt=0.0)
     vertical_damper_blow_off_velocity: float | None = quantity(None, unit="m/s", source=LINEAR, gt=0.0)
     vertical_damper_blow_off_share: float = quantity(0.0, unit="- of the damping, beyond", source=ILLUSTRATIVE, ge=0.0)
+    rear: RearBogie = quantity(RearBogie(), unit="factors, by field", source="both bogies alike")
 
     derived: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType(
         {
@@ -122,7 +125,8 @@ class WholeVehicle(RunningGear, frozen=True):
         left, right = self.pair.sides(self.wheel_radius, self.half_gauge)
         places = self._places()
         sunk = 0.5 * (places[0].body_sunk + places[1].body_sunk)
-        elements = [e for place in places for e in (*self._secondary(place, sunk), *self._primaries(place))]
+        owners = [(self._with_bogie(place.number), place) for place in places]
+        elements = [e for own, place in owners for e in (*own._secondary(place, sunk), *own._primaries(place))]
         law = contact_law(
             self.adhesion, left.stiffness(), self.wheel_load, self.wheelset_mass, self.contact_damping_ratio
         )
@@ -204,9 +208,14 @@ class WholeVehicle(RunningGear, frozen=True):
     def _places(self) -> tuple[_Place, _Place]:
         return self._place(1, 0.0), self._place(2, -2.0 * self.semi_bogie_spacing)
 
+    def _with_bogie(self, number: int) -> "WholeVehicle":
+        """The vehicle as if both its bogies were this one."""
+        changes = self.rear.changes(self) if number == REAR else {}
+        return self.but(**changes) if changes else self
+
     def _place(self, number: int, x: float) -> _Place:
         load = self.bogie_load(number)
-        bogie, body = self.sinks(load - 0.5 * self.body_mass * GRAVITY)
+        bogie, body = self._with_bogie(number).sinks(load - 0.5 * self.body_mass * GRAVITY)
         return _Place(number, x, load, bogie, bogie + body)
 
     def _bodies(self, places: tuple[_Place, ...], sunk: float) -> tuple[Body, ...]:

@@ -33,6 +33,11 @@ the springs, and of bushings of axlebox arms that it leaves to that of the axle:
 SPRINGS = "secondary_height"  # where what has no height of its own is
 ARM, RISE, AXLE = "arm_length", "arm_rise", "wheel_radius"  # bushings of arms that have a length are above the axle
 
+REAR, APART = "rear", math.sqrt(2.0)
+"""Factors of the rear bogie's suspension, and their spread over that of a sheet's number: each bogie has its own parts,
+and two that are drawn alone differ by so much.
+"""
+
 WIDEST = 3.0  # standard deviations beyond which nothing tells whether a number has room to grow
 
 
@@ -42,8 +47,8 @@ class Tolerance:
 
     Attributes
     ----------
-    part : "vehicle", "pair" or "adhesion", whose field `name` is. nominal : the number itself, or its height above the
-    rails where the field counts from the height `above`. most : z up to which it may grow.
+    part : "vehicle", "rear", "pair" or "adhesion", whose field `name` is. nominal : the number itself, or its height
+    above the rails where the field counts from the height `above`. most : z up to which it may grow.
     """
 
     part: str
@@ -79,6 +84,13 @@ def tolerances(vehicle: Vehicle) -> list[Tolerance]:
     if getattr(vehicle, ARM, 0.0) and not getattr(vehicle, RISE):
         axle = getattr(vehicle, AXLE)
         found.append(Tolerance("vehicle", RISE, UNSTATED, axle, above=axle))
+    rear = getattr(vehicle, REAR, None)
+    if isinstance(rear, Spec):
+        found += [
+            Tolerance(REAR, one.name, APART * one.spread, getattr(rear, one.name))
+            for one in found
+            if one.name in type(rear).model_fields and getattr(rear, one.name) > 0.0
+        ]
     for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
         settings = getattr(vehicle, part, None)
         for name, spread in numbers.items():

@@ -8,6 +8,7 @@ import numpy as np
 from railsim.constants import GRAVITY
 from railsim.errors import InputError
 from railsim.vehicles.half_vehicle import HalfVehicle
+from railsim.vehicles.rear_bogie import RearBogie
 from railsim.vehicles.running_gear import RunningGear
 from railsim.vehicles.whole_vehicle import WholeVehicle
 
@@ -87,15 +88,18 @@ def layout(vehicle: RunningGear) -> Layout:
 
 
 def check(vehicle: RunningGear) -> None:
-    """The balance knows empty vehicles on steel springs.
+    """The balance knows empty vehicles on steel springs, with bogies that are alike.
 
     Raises
     ------
-    InputError : the vehicle has a payload or air springs.
+    InputError : the vehicle has a payload, air springs or another rear bogie.
     """
     loaded = vehicle.payload.carried(vehicle.seats, vehicle.standing_area) != 0.0
     if loaded or vehicle.air_spring is not None:
         raise InputError("steady curving: solved for vehicles without payload and air springs only; leave these out")
+    rear = getattr(vehicle, "rear", None)
+    if isinstance(rear, RearBogie) and rear.changes(vehicle):
+        raise InputError("steady curving: solved for vehicles with two bogies that are alike only; leave 'rear' out")
 
 
 @layout.register

@@ -48,3 +48,14 @@ def test_bushings_of_arms_whose_height_nobody_has_stated_are_about_the_height_of
     for factor in (0.9, 1.1):
         moved = vehicle_at(armed, {"log arm_rise": math.log(factor)})
         assert moved.arm_rise == pytest.approx((factor - 1.0) * armed.wheel_radius)
+
+
+def test_two_bogies_differ_by_parts_that_are_drawn_each_alone():
+    whole = ManchesterWhole(yaw_damper_damping=6e5)
+    found = {one.key: one for one in tolerances(whole)}
+    for name in ("yaw_damper_damping", "primary_vertical_stiffness"):
+        assert found[f"rear.{name}"].spread == pytest.approx(math.sqrt(2.0) * found[name].spread)
+    assert "rear.yaw_damper_damping" not in {one.key for one in tolerances(ManchesterWhole())}  # it has none
+    moved = vehicle_at(whole, {"log rear.yaw_damper_damping": math.log(1.1), "log yaw_damper_damping": math.log(0.9)})
+    assert moved.rear.yaw_damper_damping == pytest.approx(1.1)
+    assert moved.yaw_damper_damping == pytest.approx(0.9 * 6e5)
