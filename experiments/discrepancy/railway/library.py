@@ -201,7 +201,7 @@ class _Maker:
         components, problem = self.system.covariances(x, ()), Problem(self.system, Hypothesis(), Policy())
         self.roots = [np.linalg.inv(np.linalg.cholesky(np.tensordot(weights, one, 1))) for one in components]
         self.slopes = self.white(problem.slopes(x, problem.groups(x, components)))
-        self.nominal = [one[0] for one in self.system.predict(x[None], ())]
+        self.nominal = [one[0] for one in self.system.shown([(self.system.nominal, 0.0)])]
 
     def white(self, sections: Sequence[np.ndarray]) -> np.ndarray:
         """(rows, values) real, of changes in each section."""

@@ -308,7 +308,8 @@ class Railway:
         """
         tracks = {one: self._expected(self._levels_at(one)) for one, _ in at}
         placed = [(tracks[one], *self.at(x, ())) for one, x in at]
-        shown = self.simulated.channels([(setup.but(track=track), ahead) for track, setup, ahead in placed])
+        raw = self.simulated.outputs([(setup.but(track=track), ahead) for track, setup, ahead in placed])
+        shown = self._sensed(np.stack([x for _, x in at]), raw)
         power = np.mean(np.abs(shown - self.record.seen) ** 2, axis=2)
         return [float(np.log(one).sum()) if np.isfinite(one).all() else math.inf for one in power]
 

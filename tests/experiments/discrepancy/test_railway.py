@@ -298,3 +298,5 @@ def test_a_sheet_with_fastsim_is_run_with_polachs_law_and_predicts_as_fastsim_do
     assert np.abs(predicted - real).max() < 1e-9 * np.abs(real).max()
     (polach,) = found.shown([(found.nominal, 0.0)])
     assert np.abs(polach - real).max() > 1e-3 * np.abs(real).max()
+    twin = found_library(found, ["secondary_lateral_stiffness"]).library.effects[0]
+    assert [one.name for one in twin.faults] == ["log secondary_lateral_stiffness"]
