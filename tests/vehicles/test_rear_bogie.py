@@ -12,6 +12,7 @@ from railsim.errors import InputError
 from railsim.model import Model
 from railsim.vehicles.class175_whole import Class175Whole
 from railsim.vehicles.manchester_whole import ManchesterWhole
+from railsim.vehicles.payload import Payload
 from railsim.vehicles.rear_bogie import RearBogie
 
 VEHICLES = (
@@ -43,7 +44,7 @@ def numbers(model: Model) -> dict[str, list[np.ndarray]]:
 @pytest.mark.parametrize("kind", ALIKE)
 def test_a_factor_does_what_the_effect_on_the_second_bogie_does(vehicle, kind):
     scenario = load_scenario("whole_coach").but(vehicle=vehicle, sensors=())
-    setup = Setup(vehicle, scenario.track, (), scenario.speed, scenario.traction, 1.0)
+    setup = Setup(vehicle, scenario.geometry, (), scenario.speed, scenario.traction, 1.0)
     by_effect = EFFECTS.pick(kind).build({"bogie": 2, "factor": FACTOR}).install(setup).model
     by_field = vehicle.but(rear=RearBogie(**dict.fromkeys(ALIKE[kind], FACTOR))).model()
     expected, found = numbers(by_effect), numbers(by_field)
@@ -66,7 +67,7 @@ def test_springs_of_the_rear_bogie_by_hand():
 
 
 def test_a_payload_sinks_by_the_springs_of_each_bogie():
-    laden = ManchesterWhole(payload={"mass": 8000.0}, rear=RearBogie(secondary_vertical_stiffness=0.5))
+    laden = ManchesterWhole(payload=Payload(mass=8000.0), rear=RearBogie(secondary_vertical_stiffness=0.5))
     force = 4000.0 * 9.81  # on each bogie; the payload stands in the middle
     on_bogie = force / (2.0 * laden.secondary_vertical_stiffness)
     primary = force / (4.0 * laden.primary_vertical_stiffness)

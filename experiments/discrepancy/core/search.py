@@ -238,9 +238,8 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     """What the first steps of each effect beside a fit gain over the same steps without it, in its covariance [nats],
     and where they lead; most first. Only an order, nothing is decided by it: by what the library saw, then one linear
     step, then a few steps of those that promise most, ever fewer. What is linear enough for the library to tell that it
-    cannot lead takes no step. Steps have the slopes of the fit; where these are not
-    the effect's own, as where it is another vehicle, they gain less than was promised, and the promise counts.
-    count : of those that will be fitted.
+    cannot lead takes no step. Steps have the slopes of the fit; where these are not the effect's own, as where it is
+    another vehicle, they gain less than was promised, and the promise counts. count : of those that will be fitted.
     """
     count = count if base.system.dear else search.policy.candidates
     components, now = [group.components for group in base.groups], time.monotonic()
@@ -272,7 +271,8 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     late += [one for (_, one, _), step in zip(stepping, stepped, strict=True) if step is None]
     search.not_tried += [f"{one.name}: no time left" for one in late]
     best = max((one[0] for one in found), default=-math.inf)
-    search.cut |= any(_may_lead(search, promises[one.name], one, best) for one in late)
+    alone = not base.hypothesis.named
+    search.cut |= alone and any(_may_lead(search, promises[one.name], one, best) for one in late)
     rest = [(gain, one, one.begins(base.x, base.system.coordinates)[0])
             for gain, one in sorted(zip(rough, effects, strict=True), key=lambda pair: -pair[0])
             if one.name not in first]  # fmt: skip
