@@ -200,9 +200,7 @@ def healthy_fit(system: System, policy: Policy) -> Fit:
 
 
 def _none(search: Search) -> np.ndarray:
-    """Alignment from all starts first, then a few steps from the two best, then the fit; gives the nominal build with
-    the best alignment.
-    """
+    """Alignment from all starts, a few steps from the two best, the fit; gives the nominal build with the best one."""
     starts = search.system.starts()
     problem = replace(search.problem(), system=search.system.about(starts[0], (), None))
     components = problem.system.covariances(starts[0], ())
@@ -247,7 +245,8 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     rough = rough_gains(base, effects, search.policy)
     likely = [effects[k] for k in np.argsort(-np.array(rough), kind="stable")]
     promises = dict(zip((one.name for one in effects), rough, strict=True))
-    search.counts = 1.0 / misfit(base, [one for one in effects if one.family != likely[0].family], search.policy)
+    others = [one for one in effects if one.family not in [first.family for first in likely[:1]]]
+    search.counts = 1.0 / misfit(base, others, search.policy)
     most = max(STEPPED * count, sum(math.isinf(one) for one in rough))
     reached = [one for one in likely[:most]
                if not one.linear or _may_lead(search, promises[one.name], one)]  # fmt: skip
@@ -271,13 +270,13 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     late += [one for (_, one, _), step in zip(stepping, stepped, strict=True) if step is None]
     search.not_tried += [f"{one.name}: no time left" for one in late]
     best = max((one[0] for one in found), default=-math.inf)
-    alone = not base.hypothesis.named
-    search.cut |= alone and any(_may_lead(search, promises[one.name], one, best) for one in late)
+    single = [] if base.hypothesis.named else late
+    search.cut |= any(_may_lead(search, promises[one.name], one, best) for one in single)
     rest = [(gain, one, one.begins(base.x, base.system.coordinates)[0])
             for gain, one in sorted(zip(rough, effects, strict=True), key=lambda pair: -pair[0])
             if one.name not in first]  # fmt: skip
-    others = [one for k, one in enumerate(firsts) if k not in hopeful]
-    return [*sorted(found, key=lambda one: -one[0]), *others, *rest]
+    hopeless = (one for k, one in enumerate(firsts) if k not in hopeful)
+    return [*sorted(found, key=lambda one: -one[0]), *hopeless, *rest]
 
 
 def _stepped(
