@@ -15,14 +15,15 @@ from railsim.spec import quantity
 from railsim.speed import Driven
 
 TRAIN = "train"  # the body that keeps the prescribed speed
+USUAL = 2e-6  # m/N; healthy vehicles are on a spring of 0.5 MN/m, or a harder or softer one; illustrative
 DAMPING = 0.7  # of critical, of the vehicle's mass on the draw gear; illustrative
 
 
 class DrawGear(Effect, frozen=True):
     """Draw gear with a spring and a damper between the body and a train that keeps the prescribed speed.
 
-    A whole vehicle's body is held at that speed. A real one gives way when its bogies push and pull: a yaw damper that
-    is as stiff as the body is heavy shakes it along the track.
+    A whole vehicle's body is held at that speed. A real one gives way when its bogies push and pull: at some hertz the
+    force of yaw dampers is as large as the inertia force of the body.
     """
 
     compliance: float = quantity(1e-6, unit="m/N", source=CHOSEN, ge=0.0, le=5e-6)
@@ -33,6 +34,12 @@ class DrawGear(Effect, frozen=True):
     references: ClassVar[tuple[str, ...]] = (
         "Cole (2006), Longitudinal train dynamics, in Iwnicki (ed.), Handbook of railway vehicle dynamics",
     )
+
+    @classmethod
+    def ordinary(cls, setup: Setup) -> Mapping[str, float]:
+        """No body is held along the track."""
+        del setup
+        return {"compliance": USUAL}
 
     def install(self, setup: Setup) -> Setup:
         """The body free along the track, on the draw gear.

@@ -27,7 +27,8 @@ class TractionTorque(Effect, frozen=True):
     def ordinary(cls, setup: Setup) -> Mapping[str, float]:
         """What holds the vehicle's speed on a line's gradients."""
         model, (wheelset, *others) = setup.model, setup.model.wheelsets
-        weight = GRAVITY * sum(body.mass for body in model.bodies) + sum(model.vertical_load.values())
+        mass = sum(body.mass for body in model.bodies if "z" in body.free)
+        weight = GRAVITY * mass + sum(model.vertical_load.values())
         return {"torque": GRADIENT * weight * wheelset.radius / (1 + len(others))}
 
     def install(self, setup: Setup) -> Setup:

@@ -245,8 +245,9 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     rough = rough_gains(base, effects, search.policy)
     likely = [effects[k] for k in np.argsort(-np.array(rough), kind="stable")]
     promises = dict(zip((one.name for one in effects), rough, strict=True))
-    others = [one for one in effects if one.family not in [first.family for first in likely[:1]]]
-    search.counts = 1.0 / misfit(base, others, search.policy)
+    led = next((one.family for one in likely if one.kind == "name" and math.isfinite(promises[one.name])), None)
+    if math.isfinite(base.evidence):  # levels that are raised hide what the model lacks
+        search.counts = 1.0 / misfit(base, [one for one in effects if one.family != led], search.policy)
     most = max(STEPPED * count, sum(math.isinf(one) for one in rough))
     reached = [one for one in likely[:most]
                if not one.linear or _may_lead(search, promises[one.name], one)]  # fmt: skip
@@ -268,10 +269,10 @@ def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -
     promises |= {name: one[0] for name, one in first.items()}
     late = [one for one in reached if one.name not in first]
     late += [one for (_, one, _), step in zip(stepping, stepped, strict=True) if step is None]
-    search.not_tried += [f"{one.name}: no time left" for one in late]
+    before = "".join(f"{one.name} + " for one in base.hypothesis.effects)
+    search.not_tried += [f"{before}{one.name}: no time left" for one in late]
     best = max((one[0] for one in found), default=-math.inf)
-    single = [] if base.hypothesis.named else late
-    search.cut |= any(_may_lead(search, promises[one.name], one, best) for one in single)
+    search.cut |= not before and any(_may_lead(search, promises[one.name], one, best) for one in late)
     rest = [(gain, one, one.begins(base.x, base.system.coordinates)[0])
             for gain, one in sorted(zip(rough, effects, strict=True), key=lambda pair: -pair[0])
             if one.name not in first]  # fmt: skip

@@ -27,7 +27,7 @@ ERRS = 0.03  # of what a channel shows at a frequency: by so much any model of a
 SLIGHT = 2.0  # nats that a longer step may change the predictions by: odds of seven; illustrative
 ROOM = 2**30  # bytes of all tasks that go on at once
 TASKS = 12  # of them at most
-BUILT, COPIES, LEVELS = 40, 3, 4  # coordinates but for three a channel; of slopes; levels a channel, over the frames
+BUILT, COPIES, LEVELS = 50, 3, 4  # coordinates but for three a channel; of slopes; levels a channel, over the frames
 
 
 @dataclass(frozen=True, eq=False)
