@@ -155,7 +155,7 @@ def test_longest_duration_that_is_named_does_fit(small: Path):
         (["sensors.0.body=roof"], r"sensors\.bogie\.body: no body 'roof'; the vehicle has body, bogie, wheelset1"),
         (["sensors.7.rate=64"], r"sensors\.7\.rate: no entry '7' in a list of 2"),
         (["sensors=3"], r"sensors: give a list"),
-        (["effects=[wear]"], r"unknown effect 'wear'; there are: .*weak_yaw_damper"),
+        (["effects=[tilt]"], r"unknown effect 'tilt'; there are: .*weak_yaw_damper"),
         (["effects=[{factor: 1}]"], r"effects\.0: an effect needs a kind; give one of: .*weak_lateral_damper"),
         (["effects=[{kind: weak_yaw_damper, factor: 3}]"], r"effects\.0\.factor: Input should be less than or equal"),
         (["effects=[weak_yaw_damper]"], r"effects\.0: effect 'weak_yaw_damper': this vehicle has nothing there"),
