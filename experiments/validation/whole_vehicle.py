@@ -37,8 +37,11 @@ RIG = {
     "body_mass": 30549.0, "body_roll_inertia": 60845.0, "body_pitch_inertia": 1315247.0, "body_yaw_inertia": 1344928.0,
     "primary_longitudinal_stiffness": 17e6, "arm_length": 0.48, "arm_half_spacing": 1.055,
     "traction_rod_stiffness": 0.0, "traction_rod_damping": 0.0, "yaw_damper_blow_off_velocity": 0.02,
+    "draw_gear_stiffness": 1e4,
 }  # fmt: skip
-"""What the reference states of the whole vehicle and the half one has no place for, and a rod that is not there."""
+"""What the reference states of the whole vehicle and the half one has no place for, a rod that is not there, and draw
+gear that is too soft (0.07 Hz) to hold a vehicle which coasts.
+"""
 CHANNEL, RECORDING, LAW, PARAMETERS, ERROR = "channel", "recording", "creep law", "parameters", "error [-]"
 LENGTH = "length [s]"
 
@@ -154,7 +157,7 @@ def _errors(case: Case, law: str, given: str, duration: float) -> Iterator[dict[
 def _simulated(case: Case, law: str, given: str, truth: pd.DataFrame, duration: float) -> pd.DataFrame:
     """Our run at the speed of the reference's body."""
     vehicle = _vehicle(law, HEIGHTS if given == FITTED else {})
-    model = vehicle.model() if case.damped else _undamped(vehicle.model())
+    model = vehicle.pulled(vehicle.model() if case.damped else _undamped(vehicle.model()))
     motion = CubicSpline(truth["time [s]"], truth["body.s [m]"]).derivative()
     knots = np.arange(0.0, duration + 0.125, 0.125)
     speed = Profile(kind="profile", time=tuple(knots.tolist()), speed=tuple(motion(knots).tolist()))

@@ -49,6 +49,10 @@ class Vehicle(Spec, frozen=True):
     def model(self) -> Model:
         """Bodies, elements and contacts."""
 
+    def pulled(self, model: Model) -> Model:
+        """The model as it runs where the speed is prescribed; as it is, where the vehicle is held at that speed."""
+        return model
+
     def nominal(self) -> dict[str, Any]:
         """Flat parameters in SI for a recording's about.json."""
         plain = self.model_dump(mode="json").items()

@@ -13,6 +13,7 @@ from railsim.errors import InputError
 from railsim.force_laws import Damper, ForceLaw, Maxwell, SeriesDamper
 from railsim.model import Body, LinearElement, Model, NonlinearElement, Wheelset
 from railsim.spec import quantity
+from railsim.vehicles.draw_gear import pulled
 from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.payload import LoadedBody
 from railsim.vehicles.rear_bogie import RearBogie
@@ -74,8 +75,8 @@ class _Dampers(NamedTuple):
 class WholeVehicle(RunningGear, frozen=True):
     """Whole vehicle: a body on two bogies with four wheelsets.
 
-    Parameters are those of `HalfVehicle`, with the whole body's mass and inertia. Bogies and wheelsets are free along
-    the track; the body follows the speed that is prescribed.
+    Parameters are those of `HalfVehicle`, with the whole body's mass and inertia. All bodies are free along the track; a
+    train that keeps the speed that is prescribed pulls the body.
     """
 
     body_mass: float = quantity(32000.0, unit="kg", source=IWNICKI, gt=0.0)
@@ -101,6 +102,9 @@ class WholeVehicle(RunningGear, frozen=True):
     vertical_damper_series_stiffness: float | None = quantity(None, unit="N/m", source=RIGID, gt=0.0)
     vertical_damper_blow_off_velocity: float | None = quantity(None, unit="m/s", source=LINEAR, gt=0.0)
     vertical_damper_blow_off_share: float = quantity(0.0, unit="- of the damping, beyond", source=ILLUSTRATIVE, ge=0.0)
+    draw_gear_stiffness: float | None = quantity(
+        1e6, unit="N/m", source=f"{ILLUSTRATIVE}; none = the body is held at the prescribed speed", gt=0.0
+    )
     rear: RearBogie = quantity(RearBogie(), unit="factors, by field", source="both bogies alike")
 
     derived: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType(
@@ -116,7 +120,7 @@ class WholeVehicle(RunningGear, frozen=True):
 
     def model(self) -> Model:
         """Bodies `body`, `bogie` (leading), `bogie2`, `wheelset1` (leading) to `wheelset4`: 37 free coordinates and
-        four spins.
+        four spins. The body is held along the track.
 
         Raises
         ------
@@ -149,6 +153,10 @@ class WholeVehicle(RunningGear, frozen=True):
             law=law,
             reference="bogie",
         )
+
+    def pulled(self, model: Model) -> Model:
+        """The model on its draw gear."""
+        return model if self.draw_gear_stiffness is None else pulled(model, self.draw_gear_stiffness)
 
     def half(self) -> HalfVehicle:
         """The half vehicle of the same parameters: half the body on one bogie; it has no arms, rods and heights."""

@@ -11,7 +11,6 @@ from railsim.simulation import build_run
 from tests.engines.rig import Rows, go
 
 BASE = "straight_erri_high"
-WHOLE = {"vehicle": "class175_whole", "start": 30.0}
 SENSORS = [
     {"kind": "accelerometer", "name": "bogie", "body": "bogie", "axes": ["x", "y", "z"], "rate": 256},
     {"kind": "gyro", "name": "bogie", "body": "bogie", "rate": 256},
@@ -21,15 +20,9 @@ SENSORS = [
 
 
 def scenario(effects: Sequence[Any], **changes: Any) -> Scenario:
-    """Class 175 on rough straight track at 25 m/s for 2 s, ideal sensors; the whole one for effects of such alone."""
+    """Class 175 on rough straight track at 25 m/s for 2 s, ideal sensors."""
     given = {"vehicle": "class175", "speed.speed": 25.0, "duration": 2.0, "sensors": SENSORS, "effects": list(effects)}
-    whole = {} if fit_half(effects) else WHOLE
-    return load_scenario(BASE, {**given, **whole, **changes})
-
-
-def fit_half(effects: Sequence[Any]) -> bool:
-    """Whether none is of whole vehicles alone."""
-    return "draw_gear" not in [one["kind"] if isinstance(one, dict) else one.kind for one in effects]
+    return load_scenario(BASE, {**given, **changes})
 
 
 def rows(effects: Sequence[Any], engine: str = "compiled", **changes: Any) -> Rows:

@@ -11,7 +11,7 @@ from railsim.effects.interface import EFFECTS
 from railsim.scenario import Scenario
 from railsim.simulation import measure, simulate
 from railsim.truth import Truth
-from tests.effects.rig import WHOLE, fit_half, largest_difference, rows, scenario
+from tests.effects.rig import largest_difference, rows, scenario
 from tests.engines.rig import Rows, ratio
 
 BY_NAME = EFFECTS.classes()
@@ -57,8 +57,7 @@ def test_shows_at_its_smallest_size(name: str, without: Rows, truth: Truth):
     if there.effects[0].acts_on == "sensor":
         assert _measured_differently(there, truth)
     else:
-        usual = without if fit_half(there.effects) else rows([], **WHOLE)
-        assert largest_difference(rows(there.effects), usual) > 1e-4
+        assert largest_difference(rows(there.effects), without) > 1e-4
 
 
 @pytest.mark.parametrize("name", [name for name, kind in BY_NAME.items() if kind.acts_on != "sensor"])

@@ -200,10 +200,8 @@ def test_an_exposed_stretch_blows_where_it_is():
 
 
 def test_effects_stand_beside_each_other():
-    """All but those that change the same damper twice, those that make the track long to compute, and those of whole
-    vehicles.
-    """
-    left_out = ("lateral_damper_series_stiffness", "yaw_damper_series_stiffness", "rail_corrugation", "draw_gear")
+    """All but those that change the same damper twice and those that make the track long to compute."""
+    left_out = ("lateral_damper_series_stiffness", "yaw_damper_series_stiffness", "rail_corrugation")
     one = scenario([kind.build({}).settings() for name, kind in EFFECTS.classes().items() if name not in left_out])
     run = build_run(one)
     assert build_plant(run.model, run.track, run.speed).core.elements > 8
