@@ -75,8 +75,8 @@ class _Dampers(NamedTuple):
 class WholeVehicle(RunningGear, frozen=True):
     """Whole vehicle: a body on two bogies with four wheelsets.
 
-    Parameters are those of `HalfVehicle`, with the whole body's mass and inertia. All bodies are free along the track; a
-    train that keeps the speed that is prescribed pulls the body.
+    Parameters are those of `HalfVehicle`, with the whole body's mass and inertia. All bodies are free along the track.
+    A train that keeps the speed that is prescribed pulls the body.
     """
 
     body_mass: float = quantity(32000.0, unit="kg", source=IWNICKI, gt=0.0)
