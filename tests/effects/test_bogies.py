@@ -216,7 +216,7 @@ def test_a_whole_body_bends_at_its_centre_and_follows_it_along_the_track():
     mode, body = (after.bodies[after.index(name)] for name in ("bending", "body"))
     assert (mode.position, mode.origin) == (body.position, body.origin)
     assert mode.mass + body.mass == pytest.approx(32000.0)
-    assert after.driver == after.index("body")
+    assert after.driver == after.index("train")
 
 
 def _with(build: Any, *effects: dict[str, Any]) -> tuple[Model, Model]:
