@@ -7,7 +7,7 @@ relative to the track frame there are exact (finite rotations). No inertial forc
 curvature, cant and gradient act through the contacts alone, which makes this an independent check of the moving
 frame of `kernel`.
 
-Longitudinal movement, and height and the rotations that a body does not list as free, are held to the track frame by
+Movements and rotations that a body does not list as free are held to the track frame by
 critically damped springs.
 """
 
@@ -137,14 +137,16 @@ def travelled(knots, t):
 
 @kernel
 def _hold(plant, b, target, velocity, acceleration, q, work, out):
-    """Longitudinal place; height, roll, pitch and yaw where they are not free; static vertical load."""
+    """What is not free: movements and rotations; static vertical load."""
     f, motion = work[b, BODY_FRAME], work[b, BODY_MOTION]
     index = plant.core.coordinate[b]
     mass, inertia = plant.core.body_mass[b], plant.core.inertia[b]
     own, mine = q[6 * b : 6 * b + 6], out[6 * b : 6 * b + 6]
     lag = target + plant.core.position[b, 0] - f[15]
     along = mass * (acceleration + HOLD * (HOLD * lag + 2.0 * (velocity - motion[12]))) if index[0] < 0 else 0.0
-    m_x, m_y, m_z = 0.0, 0.0, 0.0
+    f_y, m_x, m_y, m_z = 0.0, 0.0, 0.0, 0.0
+    if index[1] < 0:
+        f_y = mass * (GRAVITY * f[7] + HOLD * (HOLD * (plant.core.position[b, 1] - motion[1]) - 2.0 * motion[7]))
     f_z = -plant.core.vertical_load[b]
     if index[2] < 0:
         f_z += mass * (GRAVITY * f[8] + HOLD * (HOLD * (plant.core.position[b, 2] - motion[2]) - 2.0 * motion[8]))
@@ -159,7 +161,7 @@ def _hold(plant, b, target, velocity, acceleration, q, work, out):
             pose(plant, 0, f[15], here)
             wanted, wanted_rate = here[5], motion[12] * here[11]
         m_z = inertia[2] * HOLD * (HOLD * (wanted - motion[5]) + 2.0 * (wanted_rate - motion[11]))
-    add_wrench(f, own, along, 0.0, f_z, m_x, m_y, m_z, mine)
+    add_wrench(f, own, along, f_y, f_z, m_x, m_y, m_z, mine)
 
 
 @kernel

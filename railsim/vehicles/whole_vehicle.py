@@ -76,7 +76,7 @@ class WholeVehicle(RunningGear, frozen=True):
     """Whole vehicle: a body on two bogies with four wheelsets.
 
     Parameters are those of `HalfVehicle`, with the whole body's mass and inertia. All bodies are free along the track.
-    A train that keeps the speed that is prescribed pulls the body.
+    Where a speed is prescribed, a train that keeps it pulls the body by its draw gear.
     """
 
     body_mass: float = quantity(32000.0, unit="kg", source=IWNICKI, gt=0.0)
@@ -185,7 +185,8 @@ class WholeVehicle(RunningGear, frozen=True):
         """Parameters of the half vehicle, which estimators know, and under names of their own those of the whole."""
         own = {f"whole_{name}": getattr(self, name) for name in ("body_mass", "body_roll_inertia")}
         plain = self.model_dump(mode="json")
-        rest = {name: plain[name] for name in type(self).model_fields if name not in RunningGear.model_fields}
+        unknown = {*RunningGear.model_fields, "draw_gear_stiffness"}  # nobody states what holds a vehicle at its speed
+        rest = {name: plain[name] for name in type(self).model_fields if name not in unknown}
         numbers = {name: value for name, value in rest.items() if isinstance(value, int | float)}
         return self.half().nominal() | own | numbers
 

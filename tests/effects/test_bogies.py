@@ -217,6 +217,9 @@ def test_a_whole_body_bends_at_its_centre_and_follows_it_along_the_track():
     assert (mode.position, mode.origin) == (body.position, body.origin)
     assert mode.mass + body.mass == pytest.approx(32000.0)
     assert after.driver == after.index("train")
+    gear = next(element for element in after.elements if element.name == "draw_gear")
+    assert (gear.upper, gear.lower) == ("body", "train")
+    assert "x" in mode.free and "x" in body.free
 
 
 def _with(build: Any, *effects: dict[str, Any]) -> tuple[Model, Model]:

@@ -57,7 +57,7 @@ def test_engines_agree_on_whole_vehicles(vehicle: Vehicle, track: str, speed: fl
     """Over 120 m, in the second case through a transition into the curve, where the compiled engine joins three track
     frames; Exudyn knows none.
     """
-    model, geometry = vehicle.model(), read_track(track)
+    model, geometry = vehicle.pulled(vehicle.model()), read_track(track)
     fast, reference = (
         go(engine, make_run(model, geometry, speed, 120.0 / speed, start=start)) for engine in ("compiled", "exudyn")
     )

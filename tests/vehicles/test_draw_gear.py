@@ -46,8 +46,16 @@ def test_a_stiff_gear_holds_the_body():
 def test_on_a_gear_far_below_all_that_moves_it_runs_like_one_that_coasts():
     """Which is free along the track by another way: its speed follows from the forces."""
     soft, coasting = _rows(1e3), _rows(1e6, speed={"kind": "driven", "speed": 25.0})
+    assert "train.y [m]" in soft.names and "train.y [m]" not in coasting.names
     for name in MOTION:
         assert ratio(soft[name], coasting[name]) < 0.02, name
+
+
+@pytest.mark.parametrize("engine", ["compiled", "exudyn"])
+def test_the_train_stays_on_its_track_in_a_curve(engine: str):
+    found = _rows(1e6, engine, track="curve_r400", start=285.0, duration=6.0)
+    for name in ("train.y [m]", "train.z [m]", "train.yaw [rad]"):
+        assert np.abs(found[name] - found[name][0]).max() < 1e-3, name
 
 
 def test_both_engines_feel_the_same():
@@ -61,7 +69,7 @@ def _settings(stiffness: float | None) -> dict[str, Any]:
 
 
 def _rows(stiffness: float | None, engine: str = "compiled", **changes: Any) -> Rows:
-    return rows([], engine, **_settings(stiffness), **changes)
+    return rows([], engine, **{**_settings(stiffness), **changes})
 
 
 def _model(stiffness: float) -> Model:

@@ -192,7 +192,7 @@ def _inertial(sensor: InertialSensor, axis: str, omega: np.ndarray) -> Row:
     """Acceleration at the sensor's place with what gravity adds as the body turns; or a rate."""
     body, (x, y, z), squared = sensor.body, sensor.position, -(omega**2)
     rows: dict[str, Row] = {
-        "x": {"pitch": squared * z - GRAVITY, "yaw": -squared * y},
+        "x": {"x": squared, "pitch": squared * z - GRAVITY, "yaw": -squared * y},
         "y": {"y": squared, "roll": GRAVITY - squared * z, "yaw": squared * x},
         "z": {"z": squared, "roll": squared * y, "pitch": -squared * x},
     }

@@ -10,7 +10,7 @@ from experiments.discrepancy.core.model import Coordinate
 from experiments.discrepancy.core.problem import DIFFERENCE
 from experiments.discrepancy.railway.creep_law import as_run
 from experiments.discrepancy.railway.record import Record
-from experiments.discrepancy.railway.tolerances import Tolerance, most_of, tolerances
+from experiments.discrepancy.railway.tolerances import SPRINGS, Tolerance, most_of, tolerances
 from railsim.effects.interface import Effect as Plugin
 from railsim.effects.interface import Setup
 from railsim.effects.payload import Payload
@@ -43,11 +43,14 @@ def built_coordinates(vehicle: Vehicle) -> list[Coordinate]:
 
 
 def vehicle_at(vehicle: Vehicle, values: Mapping[str, float]) -> Any:
-    """The vehicle with these logs of its numbers, each within what it may be."""
+    """The vehicle with these logs of its numbers, each within what it may be. Heights that it leaves to that of the
+    springs stay where they are when springs act higher.
+    """
     moved: dict[str, dict[str, Any]] = {}
+    higher = values.get(f"log {SPRINGS}", 0.0) != 0.0
     for one in tolerances(vehicle):
-        if change := values.get(named(one), 0.0):
-            owner = vehicle if one.part == "vehicle" else getattr(vehicle, one.part)
+        owner, change = vehicle if one.part == "vehicle" else getattr(vehicle, one.part), values.get(named(one), 0.0)
+        if change or (higher and getattr(owner, one.name) is None):
             moved.setdefault(one.part, {})[one.name] = min(one.value(change), most_of(owner, one.name))
     parts = {part: getattr(vehicle, part).but(**numbers) for part, numbers in moved.items() if part != "vehicle"}
     return vehicle.but(**moved.get("vehicle", {}), **parts) if moved else vehicle

@@ -27,11 +27,11 @@ for another friction.
 """
 
 UNSTATED = 0.15
-"""The same for a height above the rails at which something acts and that no sheet tells: of dampers that it leaves to
-the height of the springs; of bushings of axlebox arms that it leaves to that of the axle; and of the springs
-themselves. A load F on springs that are k stiff sideways turns with both bodies by half. Where it turns with one of
-them alone, the lateral force acts as if F / (2 k) higher or lower: 0.2 m where 150 kN stand on 370 kN/m. Evenly spread
-up to there, that is 0.1 m of 0.7 m.
+"""The same for a height above the rails at which something acts: of dampers that the sheet leaves to the height of the
+springs; of bushings of axlebox arms that it leaves to that of the axle; and of the springs themselves, stated or not.
+Their load F turns with the mean of both bodies in the model. Where it turns with one of them alone, springs with the
+lateral stiffness k act as if F / (2 k) higher or lower: 0.2 m where 150 kN stand on 370 kN/m. Evenly spread up to
+there, that is 0.1 m of 0.7 m.
 """
 
 SPRINGS = "secondary_height"  # where what has no height of its own is

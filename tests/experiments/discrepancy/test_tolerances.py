@@ -41,6 +41,23 @@ def test_a_height_that_the_sheet_does_not_state_is_about_that_of_the_springs():
     assert lower.yaw_damper_height is None
 
 
+def test_dampers_stay_where_they_are_when_springs_act_higher():
+    """Whether their own height is off by nothing or by next to nothing."""
+    vehicle, rise = ManchesterWhole(), {"log secondary_height": 0.1}
+    still = vehicle_at(vehicle, rise)
+    nearly = vehicle_at(vehicle, rise | {"log lateral_damper_height": 1e-12, "log traction_rod_height": 1e-12})
+    assert still.secondary_height == pytest.approx(math.exp(0.1) * vehicle.secondary_height)
+    for one in (still, nearly):
+        assert one.lateral_damper_height == pytest.approx(vehicle.secondary_height)
+        assert one.traction_rod_height == pytest.approx(vehicle.secondary_height)
+
+
+def test_nobody_states_what_holds_a_vehicle_at_its_speed():
+    found = {one.key: one for one in tolerances(ManchesterWhole())}
+    assert found["draw_gear_stiffness"].spread == 1.5
+    assert "draw_gear_stiffness" not in {one.key for one in tolerances(ManchesterWhole(draw_gear_stiffness=None))}
+
+
 def test_bushings_of_arms_whose_height_nobody_has_stated_are_about_the_height_of_the_axle():
     armed = ManchesterWhole(arm_length=0.48)
     assert "arm_rise" not in {one.key for one in tolerances(ManchesterWhole())}
