@@ -46,7 +46,7 @@ def recorded(
 ) -> Measurements:
     """A recording of a vehicle within its data sheet's tolerances, laden or not, with these effects."""
     told = nominal(setting, sensors)
-    builds = {named(one): one.spread * rng.standard_normal() for one in tolerances(told.vehicle)}
+    builds = {named(one): one.spread * rng.standard_normal() for one in tolerances(told.vehicle) if one.built}
     load = Payload.build({"mass": float(rng.uniform(1000.0, 2500.0) if setting == "laden" else 0.0)}).settings()
     times = {"survey quiet": 0.4, "survey loud": 2.5}.get(setting, 1.0)
     louder = 2.0 if setting == "noise twice" else 1.0

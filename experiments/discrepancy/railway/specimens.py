@@ -112,6 +112,7 @@ def build_specimen(
     odd = {
         named(one): one.spread * float(np.clip(rng.standard_normal(), -MOST_ODD, MOST_ODD))
         for one in tolerances(nominal.vehicle)
+        if one.built
     }
     vehicle = vehicle_at(nominal.vehicle, odd)
     if rng.random() < FASTSIM:

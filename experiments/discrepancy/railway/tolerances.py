@@ -52,7 +52,8 @@ class Tolerance:
     Attributes
     ----------
     part : "vehicle", "rear", "pair" or "adhesion", whose field `name` is. nominal : the number itself, or its height
-    above the rails where the field counts from the height `above`. most : z up to which it may grow.
+    above the rails where the field counts from the height `above`. most : z up to which it may grow. built : whether
+    specimens differ in it; else it is the model that leaves it open.
     """
 
     part: str
@@ -61,6 +62,7 @@ class Tolerance:
     nominal: float
     most: float = WIDEST
     above: float = 0.0
+    built: bool = True
 
     def value(self, change: float) -> float:
         """Of the field, where the number is a factor exp(change) off."""
@@ -81,7 +83,7 @@ def tolerances(vehicle: Vehicle) -> list[Tolerance]:
         if spread and isinstance(value, float) and value > 0.0:
             found.append(Tolerance("vehicle", name, spread, value))
     found += [
-        Tolerance("vehicle", name, UNSTATED, getattr(vehicle, SPRINGS))
+        Tolerance("vehicle", name, UNSTATED, getattr(vehicle, SPRINGS), built=name != SPRINGS)
         for name in type(vehicle).model_fields
         if name == SPRINGS or (name.endswith("_height") and getattr(vehicle, name) is None)
     ]

@@ -52,6 +52,10 @@ def test_dampers_stay_where_they_are_when_springs_act_higher():
         assert one.traction_rod_height == pytest.approx(vehicle.secondary_height)
 
 
+def test_how_high_springs_act_is_left_open_by_the_model_and_no_specimen_differs_in_it():
+    assert [one.key for one in tolerances(ManchesterWhole()) if not one.built] == ["secondary_height"]
+
+
 def test_nobody_states_what_holds_a_vehicle_at_its_speed():
     found = {one.key: one for one in tolerances(ManchesterWhole())}
     assert found["draw_gear_stiffness"].spread == 1.5
