@@ -10,7 +10,10 @@ BODY = (
     "specific_force_x [m/s2]", "specific_force_y [m/s2]", "specific_force_z [m/s2]",
     "angular_velocity_x [rad/s]", "angular_velocity_y [rad/s]", "angular_velocity_z [rad/s]",
     "angular_acceleration_x [rad/s2]", "angular_acceleration_y [rad/s2]", "angular_acceleration_z [rad/s2]",
+    "x [m]", "x_rate [m/s]",
 )  # fmt: skip
+"""Of a body; x: along the track, from its place in the vehicle at rest; 0 where it cannot move so."""
+
 SPIN = ("spin_angle [rad]", "spin [rad/s]")
 TRACK = (
     "curvature [1/m]",

@@ -15,7 +15,7 @@ from railsim.track.track import CANT_BASE
 
 RUN_COUNT, BODY_COUNT, SPIN_COUNT, TRACK_COUNT, WHEEL_COUNT = len(RUN), len(BODY), len(SPIN), len(TRACK), len(WHEEL)
 CORUNNING_COUNT = len(CORUNNING)
-ROLL_ROW, PITCH_ROW, YAW_ROW = 2, 3, 4
+ROLL_ROW, PITCH_ROW, YAW_ROW, X_ROW = 2, 3, 4, 19
 
 
 @inlined
@@ -119,6 +119,7 @@ def _body_row(plant, b, s, velocity, q, rate, accel, acceleration, frame, here, 
     o_x, o_y, o_z, a_x, a_y, a_z = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
     ahead, along = plant.core.local[b, 0], velocity
     if general(plant) and index[0] >= 0:
+        row[X_ROW], row[X_ROW + 1] = q[index[0]], rate[index[0]]
         ahead, along, acceleration = ahead + q[index[0]], along + 2.0 * rate[index[0]], acceleration + accel[index[0]]
     p_x, p_y, p_z = ahead, plant.core.position[b, 1] + row[0], plant.core.position[b, 2] + row[1]
     c_x = o_y * p_z - o_z * p_y + along

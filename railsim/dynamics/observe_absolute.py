@@ -15,6 +15,7 @@ from railsim.dynamics.observe import (
     SPIN_COUNT,
     TRACK_COUNT,
     WHEEL_COUNT,
+    X_ROW,
     displacements,
     run_row,
     track_row,
@@ -45,9 +46,15 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
     row[0] = t
     here, velocity = origin_frames(plant, work)
     run_row(plant, here, velocity, tangential, row[1 : 1 + RUN_COUNT])
+    n, spare = plant.core.mass.shape[0], work[bodies]
+    q_free, v_free = spare[COORDINATES : COORDINATES + n], spare[COORDINATES + n : COORDINATES + 2 * n]
+    vehicle_coordinates(plant, q, v, work, q_free, v_free)
     at = 1 + RUN_COUNT
     for b in range(bodies):
         _body(plant, b, q, v, a, work, row[at : at + BODY_COUNT])
+        along = plant.core.coordinate[b, 0]
+        if along >= 0:
+            row[at + X_ROW], row[at + X_ROW + 1] = q_free[along], v_free[along]
         at += BODY_COUNT
     for i in range(w):
         local = work[bodies, WHEELSET]
@@ -70,10 +77,6 @@ def observe_absolute(plant, t, q, v, a, memory, work, row):
                 wheel_row(forces, row[at : at + WHEEL_COUNT])
                 at += WHEEL_COUNT
     if at < row.shape[0]:
-        n = plant.core.mass.shape[0]
-        spare = work[bodies]
-        q_free, v_free = spare[COORDINATES : COORDINATES + n], spare[COORDINATES + n : COORDINATES + 2 * n]
-        vehicle_coordinates(plant, q, v, work, q_free, v_free)
         displacements(plant, q_free, row[at:])
     if moving_track(plant):
         at = row.shape[0] - w * CORUNNING_COUNT

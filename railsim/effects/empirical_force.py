@@ -29,7 +29,7 @@ class EmpiricalForce(Effect, frozen=True):
     scale: float = quantity(1.0, unit="- of the table", source=CHOSEN, ge=0.0, le=3.0)
     upper: str = quantity("body", unit="body", source=CHOSEN)
     lower: str = quantity("bogie", unit="body, or track", source=CHOSEN)
-    axis: Literal["y", "z", "roll", "pitch", "yaw"] = quantity("y", unit="-", source=CHOSEN)
+    axis: Literal["x", "y", "z", "roll", "pitch", "yaw"] = quantity("y", unit="-", source=CHOSEN)
     position: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.9), unit="m, place in the vehicle frame, from the leading bogie", source=CHOSEN
     )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from railsim.constants import GRAVITY
 from railsim.model import Model
 from railsim.scenario import load_scenario
 from railsim.simulation import build_run
@@ -14,6 +15,7 @@ from tests.effects.rig import rows
 from tests.engines.rig import Rows, ratio
 
 SOFT = 0.2e6  # N/m
+CURVE: dict[str, Any] = {"track": "curve_r400", "start": 285.0, "duration": 6.0}
 MOTION = ("body.z [m]", "body.pitch [rad]", "bogie.pitch [rad]", "wheelset1.y [m]")
 
 
@@ -53,7 +55,7 @@ def test_on_a_gear_far_below_all_that_moves_it_runs_like_one_that_coasts():
 
 @pytest.mark.parametrize("engine", ["compiled", "exudyn"])
 def test_the_train_stays_on_its_track_in_a_curve(engine: str):
-    found = _rows(1e6, engine, track="curve_r400", start=285.0, duration=6.0)
+    found = _rows(1e6, engine, **CURVE)
     for name in ("train.y [m]", "train.z [m]", "train.yaw [rad]"):
         assert np.abs(found[name] - found[name][0]).max() < 1e-3, name
 
@@ -62,6 +64,43 @@ def test_both_engines_feel_the_same():
     fast, reference = _rows(1e6), _rows(1e6, engine="exudyn")
     for name in MOTION:
         assert ratio(reference[name], fast[name]) < 5e-3, name
+    for name in ("body.x [m]", "bogie.x [m]", "wheelset4.x [m]", "bogie2.x_rate [m/s]"):
+        assert ratio(reference[name], fast[name]) < 2e-2, name
+
+
+def test_in_a_curve_both_engines_move_alike_along_the_track_and_the_gear_pulls_what_the_wheels_resist():
+    """But for the gear itself: connectors of Exudyn take the turning of a damper that stands across for movement."""
+    fast, reference = (_rows(1e6, engine, **CURVE) for engine in ("compiled", "exudyn"))
+    for name in ("bogie.x [m]", "bogie2.x [m]", "wheelset1.x [m]", "wheelset3.x [m]"):
+        first, second = (found[name] - found["body.x [m]"] for found in (fast, reference))
+        assert ratio(second, first) < 5e-2, name
+    circle = fast["time [s]"] > 3.2
+    pull, resistance = -1e6 * fast["body.x [m]"], np.zeros(len(circle))
+    for number in range(1, 5):
+        yaw = fast[f"wheelset{number}.yaw [rad]"]
+        for side in ("left", "right"):
+            along, aside, slope = (
+                fast[f"wheel{number}_{side}.{one}"]
+                for one in ("creep_force_x [N]", "creep_force_y [N]", "contact_angle [rad]")
+            )
+            resistance -= along * np.cos(yaw) - aside * np.cos(slope) * np.sin(yaw)
+    assert pull[circle].mean() == pytest.approx(resistance[circle].mean(), rel=0.05)
+    assert resistance[circle].mean() > 100.0
+
+
+def test_displacement_along_the_track_is_that_of_its_rate_and_of_its_acceleration():
+    """A body's own accelerometer feels the second derivative, with gravity as it pitches: simulated apart from x."""
+    found = _rows(1e6)
+    dt = float(np.diff(found["time [s]"]).mean())
+    for body in ("body", "bogie2"):
+        x, rate, pitch = (found[f"{body}.{one}"] for one in ("x [m]", "x_rate [m/s]", "pitch [rad]"))
+        assert ratio(np.gradient(x, dt)[2:-2], rate[2:-2]) < 2e-2, body
+        felt = found[f"{body}.specific_force_x [m/s2]"] + GRAVITY * pitch
+        assert ratio(np.gradient(rate, dt)[2:-2], felt[2:-2]) < 2e-2, body
+
+
+def test_what_cannot_move_along_the_track_stays_at_its_place():
+    assert not rows([])["bogie.x [m]"].any()
 
 
 def _settings(stiffness: float | None) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from railsim.sensors.lateral_displacement import LateralDisplacement
 Row = dict[str, complex | np.ndarray]
 """Factors by the names of coordinates."""
 
-AXES = {"y": 1, "z": 2, "roll": 3, "yaw": 5}
+AXES = {"x": 0, "y": 1, "z": 2, "roll": 3, "yaw": 5}
 """Of forces and moments, with their place in an element's matrices."""
 
 
@@ -42,7 +42,7 @@ def places(model: Model) -> tuple[Place, ...]:
     for one in model.elements:
         for axis in AXES:
             place = Place(f"{one.name} {axis}", one.upper, one.lower, axis, one.position)
-            if np.any(_impedance(model, place, np.ones(1))) and len(opening(model, place)):
+            if np.any(_impedance(model, place, np.ones(1))) and _opens(model, place):
                 found.setdefault(f"{one.upper} {one.lower} {axis}", place)
     contacts = [
         Place(
@@ -56,6 +56,12 @@ def places(model: Model) -> tuple[Place, ...]:
         for axis in ("y", "z", "yaw")
     ]
     return (*found.values(), *contacts)
+
+
+def _opens(model: Model, place: Place) -> bool:
+    """Whether the place can open; along the track, only where one of its bodies moves along it."""
+    moved = opening(model, place)
+    return any(name.endswith(".x") for name in moved) if place.axis == "x" else bool(moved)
 
 
 def needed(model: Model) -> tuple[str, ...]:
