@@ -9,8 +9,8 @@ from scipy.interpolate import CubicSpline
 from railsim.contact.hertz import hertz_ellipse, hertz_ellipses
 from railsim.contact.kalker import kalker_table
 
-LIFT, RADIUS, HALF_DISTANCE, AXIS_A, AXIS_B, C11, C22, C23 = range(8)
-CHANNELS = 8
+LIFT, RADIUS, HALF_DISTANCE, AXIS_A, AXIS_B, C11, C22, C23, BY_TURN = range(9)
+CHANNELS = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +25,8 @@ class ContactFunctions:
     radius : rolling radius [m]. half_distance : lateral distance of the contact from the track's centre line [m].
     curvature : sum of the lateral curvatures of wheel and rail at the contact [1/m].
     hertz : stiffness of the contact [N/m^1.5]; None = that of the middle.
+    upright : share of the wheelset's roll by which the wheel turns on its rail [-]: 0 where rails turn with it, as on
+    sleepers that tilt with the cross level, 1 where they stay upright.
     second : contact functions, over the same `shift`, of another place at which the wheel may touch at the same time.
     """
 
@@ -34,6 +36,7 @@ class ContactFunctions:
     half_distance: np.ndarray
     curvature: np.ndarray
     hertz: float | None = None
+    upright: float = 0.0
     second: "ContactFunctions | None" = None
 
     def contact_angle(self) -> np.ndarray:
@@ -54,11 +57,16 @@ class ContactFunctions:
         return hertz_ellipse(1.0 / self.radius[middle], self.curvature[middle]).stiffness
 
     def channels(self) -> np.ndarray:
-        """(points, CHANNELS): geometry, unit-load semi-axes and Kalker coefficients."""
+        """(points, CHANNELS): geometry, unit-load semi-axes, Kalker coefficients, rolling radius by roll [m].
+
+        A wheel that turns by a small angle on its rail touches it farther along by the angle over the sum of
+        curvatures, where the slopes of both are equal again; its radius grows by the slope times that way.
+        """
         columns = np.empty((len(self.shift), CHANNELS))
         columns[:, LIFT], columns[:, RADIUS], columns[:, HALF_DISTANCE] = self.lift, self.radius, self.half_distance
         columns[:, AXIS_A], columns[:, AXIS_B], _ = hertz_ellipses(1.0 / self.radius, self.curvature)
-        columns[:, C11:] = kalker_table(columns[:, AXIS_A] / columns[:, AXIS_B])
+        columns[:, C11 : C23 + 1] = kalker_table(columns[:, AXIS_A] / columns[:, AXIS_B])
+        columns[:, BY_TURN] = self.upright * np.tan(self.contact_angle()) / self.curvature
         return columns
 
 

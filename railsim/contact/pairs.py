@@ -1,7 +1,8 @@
 """Analytic wheel-rail pairs: a cone on a rounded rail, and a smooth worn-like pair with a flange."""
 
+from dataclasses import replace
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal, overload
 
 import numpy as np
 from scipy.integrate import cumulative_simpson
@@ -10,6 +11,29 @@ from railsim.contact.functions import ContactFunctions
 from railsim.spec import Spec, quantity
 
 ILLUSTRATIVE = "illustrative"
+
+
+def upright_rails() -> Any:
+    """Field of a pair."""
+    return quantity(
+        0.0,
+        unit="- of the wheelset's roll, by which wheels turn on their rails",
+        source="0: rails turn with the cross level, as on sleepers; 1: they stay upright",
+        ge=-1.0,
+        le=1.0,
+    )
+
+
+@overload
+def with_upright_rails(functions: ContactFunctions, share: float) -> ContactFunctions: ...
+@overload
+def with_upright_rails(functions: None, share: float) -> None: ...
+@lru_cache(maxsize=64)
+def with_upright_rails(functions: ContactFunctions | None, share: float) -> ContactFunctions | None:
+    """Contact functions, of a second contact too, of wheels that turn by that share of the wheelset's roll."""
+    if functions is None or share == 0.0:
+        return functions
+    return replace(functions, upright=share, second=with_upright_rails(functions.second, share))
 
 
 class WheelRailPair(Spec, frozen=True):
@@ -28,11 +52,13 @@ class WheelRailPair(Spec, frozen=True):
     rail_head_radius: float = quantity(0.3, unit="m", source="UIC 60 rail head, R 300 mm", gt=0.05)
     flange_clearance: float = quantity(0.0075, unit="m", source=ILLUSTRATIVE, gt=0.002, le=0.013)
     flange_angle: float = quantity(1.2, unit="rad", source="S1002 flange, 70 degrees", gt=0.3, le=1.35)
+    upright_rails: float = upright_rails()
     flange_width: float = quantity(0.0007, unit="m", source="illustrative: half width of the smooth step", ge=0.0003)
 
     def sides(self, wheel_radius: float, half_gauge: float) -> tuple[ContactFunctions, ContactFunctions | None]:
         """Contact functions of the left side; the right one is its mirror image."""
-        return _kept(self, wheel_radius, half_gauge), None
+        left = _kept(self.but(upright_rails=0.0), wheel_radius, half_gauge)
+        return with_upright_rails(left, self.upright_rails), None
 
     def contact_functions(self, wheel_radius: float, half_gauge: float) -> ContactFunctions:
         """Left wheel of nominal radius r0 [m] whose contact at u = 0 lies `half_gauge` [m] from the centre line."""

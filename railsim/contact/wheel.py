@@ -25,7 +25,7 @@ from railsim.branches import where
 from railsim.compiled import inlined, kernel
 from railsim.contact.elementary import cube_root, cubic
 from railsim.contact.fastsim import fastsim_force
-from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23, HALF_DISTANCE, LIFT, RADIUS
+from railsim.contact.functions import AXIS_A, AXIS_B, BY_TURN, C11, C22, C23, HALF_DISTANCE, LIFT, RADIUS
 from railsim.contact.linear import linear_force
 from railsim.contact.polach import friction_coefficient, polach_force
 
@@ -235,9 +235,10 @@ def nearest(wheel: WheelOnRail, state: WheelState, rail_z):
 
 
 @inlined
-def rolling_radius(cells, point: ContactPoint):
-    """Of the wheel where it touches [m]."""
-    return cubic(cells[point.cell, RADIUS], point.x)
+def rolling_radius(wheel: WheelOnRail, point: ContactPoint, roll):
+    """Of the wheel where it touches [m], with the wheelset's roll [rad]."""
+    row = wheel.cells[point.cell]
+    return cubic(row[RADIUS], point.x) + wheel.side * roll * cubic(row[BY_TURN], point.x)
 
 
 @inlined
@@ -338,7 +339,7 @@ def wheel_forces(wheel: WheelOnRail, law, state: WheelState):
 @inlined
 def forces_at(wheel: WheelOnRail, law, state: WheelState, point: ContactPoint):
     """Forces of one wheel with its contact at `point`."""
-    radius = rolling_radius(wheel.cells, point)
+    radius = rolling_radius(wheel, point, state.roll)
     contact = normal_contact(point, radius, wheel.stiffness, law[DAMPING], wheel.radius, state)
     creep_x, creep_y, creep_spin = creepages(contact)
     friction, force_x, force_y = state.friction, 0.0, 0.0
@@ -371,7 +372,7 @@ def second_forces(wheel: WheelOnRail, law, state: WheelState):
     point = nearest(wheel, state, state.rail_z)
     place = state.y + point.arm + point.aside
     if point.depth <= 0.0:
-        radius = rolling_radius(wheel.cells, point)
+        radius = rolling_radius(wheel, point, state.roll)
         return WheelForces(
             0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, point.across, radius, place, state.friction, 0.0
         )

@@ -144,7 +144,7 @@ def put(plant, i, side, k, s, velocity, spin, angle, local, v):
     v[STIFFNESS + k], v[MU + k] = wheel.stiffness, state.friction
     v[DEPTH + k], v[ACROSS + k], v[ALONG + k], v[ASIDE + k] = point.depth, point.across, point.along, point.aside
     v[ARM + k], v[YAW_FACTOR + k], v[SHIFT + k] = point.arm, point.yaw_factor, point.shift
-    v[RADIUS + k] = rolling_radius(wheel.cells, point)
+    v[RADIUS + k] = rolling_radius(wheel, point, state.roll)
     v[AXIS_A + k], v[AXIS_B + k], v[C11 + k], v[C22 + k], v[C23 + k] = unit_patch(wheel.cells, point)
     if doubled(plant):
         row = v[SECOND + k * SECOND_COUNT : SECOND + (k + 1) * SECOND_COUNT]

@@ -1,6 +1,6 @@
 """Source of the contact of one wheel of every lane: where wheel and rail are nearest, then the forces."""
 
-from railsim.contact.functions import AXIS_A, AXIS_B, C11, C22, C23, CHANNELS, HALF_DISTANCE, LIFT, RADIUS
+from railsim.contact.functions import AXIS_A, AXIS_B, BY_TURN, C11, C22, C23, CHANNELS, HALF_DISTANCE, LIFT, RADIUS
 from railsim.contact.wheel import CREEP, LAW, NEAREST, NEAREST_STEPS, POLACH, WheelForces, WheelState
 from railsim.dynamics.plant import Plant
 from railsim.lanes.memory import CONTACT
@@ -88,7 +88,7 @@ def wheel(V, A, side, table):
             break
     for k in range({L}):
         at, depth, yaw, sigma, mu, damping = {at}, {depth}, {yaw}, {sigma}, {friction}, {damping}
-        radius = {cubic_radius}
+        radius = {cubic_radius} + sign * {roll} * {cubic_by_turn}
         point = ContactPoint(depth, {across}, {along}, sigma, {arm}, {yaw_factor}, {first_shift} - sigma, 0, 0.0)
         state = WheelState(
             {y}, 0.0, {roll}, yaw, {y_rate}, {z_rate}, {roll_rate}, {yaw_rate},
@@ -152,7 +152,8 @@ def wheel_text(plant: Plant, lanes: int) -> str:
         "L": lanes, "cells": plant.contact.shape[1], "last": repr(plant.contact.shape[1] - 1.0), "CHANNELS": CHANNELS,
         "NEAREST": NEAREST, "NEAREST_STEPS": NEAREST_STEPS, "law": repr(float(law[LAW])),
         "lift": ", ".join(coefficients(LIFT)), "half": ", ".join(coefficients(HALF_DISTANCE)),
-        "cubic_radius": cubic(RADIUS), "cubic_a": cubic(AXIS_A), "cubic_b": cubic(AXIS_B),
+        "cubic_radius": cubic(RADIUS), "cubic_by_turn": cubic(BY_TURN),
+        "cubic_a": cubic(AXIS_A), "cubic_b": cubic(AXIS_B),
         "cubic_c11": cubic(C11), "cubic_c22": cubic(C22), "cubic_c23": cubic(C23),
         "copy_a": copies(12, first), "copy_b": copies(16, {f"b{i}": i for i in range(4 * CHANNELS)}),
     }  # fmt: skip

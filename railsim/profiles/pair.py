@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from railsim.contact.functions import ContactFunctions
-from railsim.contact.pairs import WheelRailPair
+from railsim.contact.pairs import WheelRailPair, upright_rails, with_upright_rails
 from railsim.errors import InputError
 from railsim.profiles.files import Units, read_profile, shipped_profiles
 from railsim.profiles.layout import Layout
@@ -38,6 +38,7 @@ class ProfilePair(Spec, frozen=True):
     smoothing: float = quantity(0.0, unit="m, rms", source="0; some 5e-5 for measured profiles", ge=0.0, le=1e-3)
     gauge: float = quantity(1.435, unit="m", source="standard gauge", gt=0.5, lt=2.0)
     flange_back: float = quantity(1.360, unit="m", source="EN 13260, S1002 wheelsets: 1360 mm", gt=0.5, lt=2.0)
+    upright_rails: float = upright_rails()
     wheel_load: float = quantity(55e3, unit="N", source="nominal, for the quasi-elastic averaging", gt=0.0)
 
     contacts: int = quantity(
@@ -65,10 +66,12 @@ class ProfilePair(Spec, frozen=True):
         The profiles themselves tell where they touch; `half_gauge` is not used.
         """
         del half_gauge
-        left = _functions(self, self.wheel, self.rail, wheel_radius)
-        if self.right_wheel is None and self.right_rail is None:
-            return left, None
-        return left, _functions(self, self.right_wheel or self.wheel, self.right_rail or self.rail, wheel_radius)
+        searched = self.but(upright_rails=0.0)
+        left = _functions(searched, self.wheel, self.rail, wheel_radius)
+        right = None
+        if self.right_wheel is not None or self.right_rail is not None:
+            right = _functions(searched, self.right_wheel or self.wheel, self.right_rail or self.rail, wheel_radius)
+        return with_upright_rails(left, self.upright_rails), with_upright_rails(right, self.upright_rails)
 
 
 def _read(pair: ProfilePair, source: str, kind: Kind) -> Profile:
