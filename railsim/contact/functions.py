@@ -11,6 +11,9 @@ from railsim.contact.kalker import kalker_table
 
 LIFT, RADIUS, HALF_DISTANCE, AXIS_A, AXIS_B, C11, C22, C23, BY_TURN = range(9)
 CHANNELS = 9
+LEAST_CURVATURE = 0.2
+"""Smallest sum of lateral curvatures [1/m]: a conformal pair is no Hertzian contact."""
+LEAST_WAY = 0.05  # of the contact on the rail over that of the wheelset: less tells no curvature
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +69,19 @@ class ContactFunctions:
         columns[:, LIFT], columns[:, RADIUS], columns[:, HALF_DISTANCE] = self.lift, self.radius, self.half_distance
         columns[:, AXIS_A], columns[:, AXIS_B], _ = hertz_ellipses(1.0 / self.radius, self.curvature)
         columns[:, C11 : C23 + 1] = kalker_table(columns[:, AXIS_A] / columns[:, AXIS_B])
-        columns[:, BY_TURN] = self.upright * np.tan(self.contact_angle()) / self.curvature
+        columns[:, BY_TURN] = self.upright * np.tan(self.contact_angle()) / self._curvature_of_place()
         return columns
+
+    def _curvature_of_place(self) -> np.ndarray:
+        """Sum of curvatures [1/m] that the slope has over the places of contact: those of the profiles, which Hertz's
+        theory need not have, as on a flange that begins within a patch. With u the wheel's place moves by 1 - b' and
+        the rail's by -b', where b is the contact's place across the track. Straight wheels have that of the rail.
+        """
+        bend = CubicSpline(self.shift, self.lift)(self.shift, 2)
+        rail = -CubicSpline(self.shift, self.half_distance)(self.shift, 1)
+        found = bend / (np.maximum(rail, LEAST_WAY) * (1.0 + rail))
+        told = (rail > LEAST_WAY) & (bend > 0.0)
+        return np.where(told, np.maximum(found, LEAST_CURVATURE), np.maximum(found, self.curvature))
 
 
 @dataclass(frozen=True)

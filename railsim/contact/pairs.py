@@ -19,7 +19,7 @@ def upright_rails() -> Any:
         0.0,
         unit="- of the wheelset's roll, by which wheels turn on their rails",
         source="0: rails turn with the cross level, as on sleepers; 1: they stay upright",
-        ge=-1.0,
+        ge=-0.9,
         le=1.0,
     )
 

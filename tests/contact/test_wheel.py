@@ -190,3 +190,45 @@ def test_code_of_the_law_chooses_the_creep_force(code: int) -> None:
 def test_linear_law_knows_no_limit() -> None:
     found = wheel(SMOOTH, 0, FULL._replace(law=float(LINEAR)), np.array([0.0, -1e-4, 0.0, 0.0]), spin=0.0)
     assert -found.creep_force_x > 10.0 * FULL.friction * found.normal
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("shift", [0.0, 2e-3])
+def test_a_wheel_that_turns_on_an_upright_rail_touches_where_two_turned_arcs_are_nearest(side: int, shift: float):
+    """Found on a grid of points, by geometry alone; half the difference of two opposite turns."""
+    pair, turn, sign = WheelRailPair(), 1.5e-3, 1.0 - 2.0 * side
+    upright = ContactTable.build(pair.but(upright_rails=1.0).sides(RADIUS, HALF)[0])
+    found = {}
+    for roll in (turn, -turn):
+        place = np.array([shift - RADIUS * roll, 0.0, roll, 0.0])
+        place[1] = _touching(upright, side, place)
+        found[roll] = [wheel(table, side, ELASTIC, place).radius for table in (upright, SMOOTH)]
+    grown = 0.5 * (found[turn][0] - found[-turn][0]) - 0.5 * (found[turn][1] - found[-turn][1])
+    angle = float(np.arctan(wheel(SMOOTH, side, ELASTIC, np.array([shift, -1e-5, 0.0, 0.0])).tangent)) * sign
+    assert grown == pytest.approx(
+        0.5 * (_grown(pair, angle, sign * turn) - _grown(pair, angle, -sign * turn)), rel=0.02
+    )
+    assert abs(grown) > 1e-5
+
+
+def _touching(table: ContactTable, side: int, place: np.ndarray) -> float:
+    """Height [m] at which the wheel is some micrometres deep."""
+    heights = np.linspace(-3e-3, 3e-3, 6001)
+    return next(z for z in heights[::-1] if wheel(table, side, ELASTIC, np.array([place[0], z, *place[2:]])).normal > 0)
+
+
+def _grown(pair: WheelRailPair, angle: float, turn: float) -> float:
+    """Of the radius where a wheel's arc, turned by an angle about the place where it touched, is nearest to the rail's.
+
+    Across: outwards +; up: +. Both arcs had the slope `angle` there; the wheel's height falls where its radius grows.
+    """
+    across = np.linspace(-8e-3, 8e-3, 160001)
+    wheel_arc, rail_arc = (
+        np.sqrt(r**2 - across**2) - r + np.tan(angle) * across
+        for r in (pair.wheel_profile_radius, pair.rail_head_radius)
+    )
+    turned = np.stack(
+        [np.cos(turn) * across - np.sin(turn) * wheel_arc, np.sin(turn) * across + np.cos(turn) * wheel_arc]
+    )
+    nearest = int(np.argmin(turned[1] - np.interp(turned[0], across, rail_arc)))
+    return float(-wheel_arc[nearest])

@@ -48,6 +48,7 @@ def _rows(jobs: Sequence[Job], **options: Any) -> dict[int, np.ndarray]:
         ),  # driven by forces, loads, laws
         ("curve_s1002_flange", {}),  # two contacts a wheel
         ("flexible_track", {}),
+        (WHEELSET, {"vehicle__pair__upright_rails": 1.0}),
         ("whole_coach", {}),  # several track frames, in a curve
     ],
 )

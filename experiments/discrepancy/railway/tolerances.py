@@ -34,6 +34,12 @@ lateral stiffness k act as if F / (2 k) higher or lower: 0.2 m where 150 kN stan
 there, that is 0.1 m of 0.7 m.
 """
 
+UPRIGHT = "upright_rails"
+TURNED = 0.5
+"""Spread of the share of the wheelset's roll by which wheels turn on their rails, as a factor on 1 more than it. Nobody
+states whether rails turn with the cross level (0) or stay upright (1).
+"""
+
 SPRINGS = "secondary_height"  # where what has no height of its own is
 ARM, RISE, AXLE = "arm_length", "arm_rise", "wheel_radius"  # bushings of arms that have a length are above the axle
 
@@ -51,9 +57,9 @@ class Tolerance:
 
     Attributes
     ----------
-    part : "vehicle", "rear", "pair" or "adhesion", whose field `name` is. nominal : the number itself, or its height
-    above the rails where the field counts from the height `above`. most : z up to which it may grow. built : whether
-    specimens differ in it; else it is the model that leaves it open.
+    part : "vehicle", "rear", "pair" or "adhesion", whose field `name` is. nominal : the number itself, which is
+    the field and what that counts from, `above`, as the height of the axle. most : z up to which it may grow. built :
+    whether specimens differ in it; else it is the model that leaves it open.
     """
 
     part: str
@@ -97,6 +103,11 @@ def tolerances(vehicle: Vehicle) -> list[Tolerance]:
             for one in found
             if one.name in type(rear).model_fields and getattr(rear, one.name) > 0.0
         ]
+    pair = getattr(vehicle, "pair", None)
+    if isinstance(pair, Spec) and UPRIGHT in type(pair).model_fields:
+        nominal = 1.0 + getattr(pair, UPRIGHT)
+        room = math.log((1.0 + most_of(pair, UPRIGHT)) / nominal) / TURNED
+        found.append(Tolerance("pair", UPRIGHT, TURNED, nominal, min(room, WIDEST), above=1.0, built=False))
     for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
         settings = getattr(vehicle, part, None)
         for name, spread in numbers.items():

@@ -52,8 +52,20 @@ def test_dampers_stay_where_they_are_when_springs_act_higher():
         assert one.traction_rod_height == pytest.approx(vehicle.secondary_height)
 
 
-def test_how_high_springs_act_is_left_open_by_the_model_and_no_specimen_differs_in_it():
-    assert [one.key for one in tolerances(ManchesterWhole()) if not one.built] == ["secondary_height"]
+def test_what_the_model_leaves_open_is_no_property_of_a_specimen():
+    left = ["secondary_height", "pair.upright_rails"]
+    assert [one.key for one in tolerances(ManchesterWhole()) if not one.built] == left
+
+
+@pytest.mark.parametrize("stated", [0.0, 0.5, 1.0])
+def test_rails_may_stay_upright_whatever_the_sheet_says(stated: float):
+    vehicle = ManchesterWhole()
+    vehicle = vehicle.but(pair=vehicle.pair.but(upright_rails=stated))
+    found = next(one for one in tolerances(vehicle) if one.key == "pair.upright_rails")
+    for wanted in (0.0, 0.5, 1.0):
+        change = math.log((1.0 + wanted) / (1.0 + stated))
+        assert change / found.spread <= found.most + 1e-12
+        assert vehicle_at(vehicle, {"log pair.upright_rails": change}).pair.upright_rails == pytest.approx(wanted)
 
 
 def test_nobody_states_what_holds_a_vehicle_at_its_speed():
