@@ -95,16 +95,19 @@ class Railway:
 
     @property
     def _law_change(self) -> np.ndarray:
-        """(F, frames, components) of what FASTSIM changes in the nominal run by Polach's law, 0 where it has neither;
-        the same over every track that is expected, because FASTSIM takes many times as long.
+        """(F, frames, components) of what FASTSIM changes in one run by Polach's law, 0 where it has neither: in the
+        nominal one until `settle`. It is the same of all hypotheses, because FASTSIM takes many times as long.
         """
         if "law change" not in self.kept:
-            other = with_fastsim(self.nominal.vehicle)
-            setups = [self.nominal] if other is None else [self.nominal, self.nominal.but(vehicle=other)]
-            shown = self.simulated.outputs([(one, 0.0) for one in setups])
-            change = shown[-1] - shown[0]
-            self.kept["law change"] = change if np.isfinite(change).all() else np.zeros_like(change)
+            self.kept["law change"] = self._law_change_in(self.nominal, 0.0)
         return self.kept["law change"]
+
+    def _law_change_in(self, setup: Setup, ahead: float) -> np.ndarray:
+        other = with_fastsim(setup.vehicle)
+        setups = [setup] if other is None else [setup, setup.but(vehicle=other)]
+        shown = self.simulated.outputs([(one, ahead) for one in setups])
+        change = shown[-1] - shown[0]
+        return change if np.isfinite(change).all() else np.zeros_like(change)
 
     @property
     def middle(self) -> np.ndarray:
@@ -289,10 +292,12 @@ class Railway:
         return self.kept["survey"]
 
     def settle(self, x: np.ndarray) -> bool:
-        """Lower the levels of the file's errors where that leaves less at x."""
-        begun = self._chosen_survey
+        """Lower the levels of the file's errors where that leaves less at x; take what FASTSIM changes there."""
+        begun, change = self._chosen_survey, self._law_change
         self.kept["survey"] = self._levels_near(x).lowered(begun)
-        return self._chosen_survey != begun
+        if self._law:
+            self.kept["law change"] = self._law_change_in(*self._over(self._chosen_survey).at(x, ()))
+        return self._chosen_survey != begun or not np.array_equal(self._law_change, change)
 
     def _levels_near(self, x: np.ndarray) -> LevelSearch:
         return LevelSearch(lambda all_of: self.side_by_side([partial(self._over(one).cost_at, x) for one in all_of]))

@@ -300,3 +300,19 @@ def test_a_sheet_with_fastsim_is_run_with_polachs_law_and_predicts_as_fastsim_do
     assert np.abs(polach - real).max() > 1e-3 * np.abs(real).max()
     twin = found_library(found, ["secondary_lateral_stiffness"]).library.effects[0]
     assert [one.name for one in twin.faults] == ["log secondary_lateral_stiffness"]
+    elsewhere = found.middle.copy()
+    elsewhere[names.index("log pair.conicity")] = 0.3
+    before = _off_fastsim(found, elsewhere)
+    assert found.settle(elsewhere)
+    assert _off_fastsim(found, elsewhere) < 1e-9 < 0.02 < before
+
+
+def _off_fastsim(system: Railway, x: np.ndarray) -> float:
+    """Of what FASTSIM changes at x: how far the prediction there is from a run with FASTSIM."""
+    over = system.about(x, (), None)
+    assert isinstance(over, Railway)
+    setup, ahead = over.at(x, ())
+    (predicted,) = over.predict(x[None], ())
+    (real,) = over.shown([(setup.but(vehicle=with_fastsim(setup.vehicle)), ahead)])
+    (polach,) = over.shown([(setup, ahead)])
+    return float(np.abs(predicted - real).max() / np.abs(polach - real).max())
