@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import FigureBase
 
 from experiments.reporting.claims import Target
-from experiments.reporting.plots import BLUE, ORANGE
+from experiments.reporting.plots import BLUE, ORANGE, RED, SKY
 from experiments.reporting.size import Size
 from experiments.validation.curving import LIMIT, compared, settled
 from experiments.validation.interface import Row, Section
@@ -24,6 +24,8 @@ VEHICLES: dict[str, WholeVehicle] = {
     "Manchester, whole, wheels turn on rails": ManchesterWhole(pair=WheelRailPair(upright_rails=1.0)),
     "Class 175, whole, wheels turn on rails": Class175Whole(pair=WheelRailPair(upright_rails=1.0)),
 }
+
+COLOURS, OFFSETS = (BLUE, ORANGE, SKY, RED), (-0.3, -0.1, 0.1, 0.3)
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ class WholeCurving(Section):
     def draw(self, table: pd.DataFrame, picture: FigureBase) -> None:
         axes = picture.subplots()
         names = list(table["quantity"].unique())
-        for vehicle, colour, offset in zip(VEHICLES, (BLUE, ORANGE), (-0.15, 0.15), strict=True):
+        for vehicle, colour, offset in zip(VEHICLES, COLOURS, OFFSETS, strict=True):
             part = table[table["vehicle"] == vehicle]
             if part.empty:
                 continue

@@ -11,9 +11,11 @@ from railsim.contact.kalker import kalker_table
 
 LIFT, RADIUS, HALF_DISTANCE, AXIS_A, AXIS_B, C11, C22, C23, BY_TURN = range(9)
 CHANNELS = 9
-LEAST_CURVATURE = 0.2
-"""Smallest sum of lateral curvatures [1/m]: a conformal pair is no Hertzian contact."""
 LEAST_WAY = 0.05  # of the contact on the rail over that of the wheelset: less tells no curvature
+STEEPEST, FLATTEST = 0.3, 1.0
+"""Largest slope [-] and least sum of curvatures [1/m] with which roll changes the radius: on flanges it hardly does,
+and where the contact jumps the way for a small angle tells nothing.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +30,8 @@ class ContactFunctions:
     radius : rolling radius [m]. half_distance : lateral distance of the contact from the track's centre line [m].
     curvature : sum of the lateral curvatures of wheel and rail at the contact [1/m].
     hertz : stiffness of the contact [N/m^1.5]; None = that of the middle.
-    upright : share of the wheelset's roll by which the wheel turns on its rail [-]: 0 where rails turn with it, as on
-    sleepers that tilt with the cross level, 1 where they stay upright.
+    upright : share of the wheelset's roll by which the rolling radius takes the wheel to turn on its rail [-], see
+    `pairs.upright_rails`. Contact angle and normal force always take it to turn by all of it.
     second : contact functions, over the same `shift`, of another place at which the wheel may touch at the same time.
     """
 
@@ -69,7 +71,8 @@ class ContactFunctions:
         columns[:, LIFT], columns[:, RADIUS], columns[:, HALF_DISTANCE] = self.lift, self.radius, self.half_distance
         columns[:, AXIS_A], columns[:, AXIS_B], _ = hertz_ellipses(1.0 / self.radius, self.curvature)
         columns[:, C11 : C23 + 1] = kalker_table(columns[:, AXIS_A] / columns[:, AXIS_B])
-        columns[:, BY_TURN] = self.upright * np.tan(self.contact_angle()) / self._curvature_of_place()
+        tread = np.clip(np.tan(self.contact_angle()), -STEEPEST, STEEPEST)
+        columns[:, BY_TURN] = self.upright * tread / np.maximum(self._curvature_of_place(), FLATTEST)
         return columns
 
     def _curvature_of_place(self) -> np.ndarray:
@@ -79,9 +82,8 @@ class ContactFunctions:
         """
         bend = CubicSpline(self.shift, self.lift)(self.shift, 2)
         rail = -CubicSpline(self.shift, self.half_distance)(self.shift, 1)
-        found = bend / (np.maximum(rail, LEAST_WAY) * (1.0 + rail))
-        told = (rail > LEAST_WAY) & (bend > 0.0)
-        return np.where(told, np.maximum(found, LEAST_CURVATURE), np.maximum(found, self.curvature))
+        found = bend / (np.maximum(rail, LEAST_WAY) * np.maximum(1.0 + rail, LEAST_WAY))
+        return np.where((rail > LEAST_WAY) & (bend > 0.0), found, np.maximum(found, self.curvature))
 
 
 @dataclass(frozen=True)

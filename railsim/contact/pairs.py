@@ -14,7 +14,10 @@ ILLUSTRATIVE = "illustrative"
 
 
 def upright_rails() -> Any:
-    """Field of a pair."""
+    """Field of a pair: by which share of the wheelset's roll a wheel turns on its rail, as its radius has it. With 1
+    rails stay upright. With 0 they turn with the wheels, nearly as on sleepers that tilt with the cross level: there
+    wheels turn by the rest of the roll, which is left out. Below 0 rails turn more than wheels.
+    """
     return quantity(
         0.0,
         unit="- of the wheelset's roll, by which wheels turn on their rails",

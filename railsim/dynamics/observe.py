@@ -15,7 +15,7 @@ from railsim.track.track import CANT_BASE
 
 RUN_COUNT, BODY_COUNT, SPIN_COUNT, TRACK_COUNT, WHEEL_COUNT = len(RUN), len(BODY), len(SPIN), len(TRACK), len(WHEEL)
 CORUNNING_COUNT = len(CORUNNING)
-ROLL_ROW, PITCH_ROW, YAW_ROW, X_ROW = 2, 3, 4, 19
+ROLL_ROW, PITCH_ROW, YAW_ROW, X_ROW = 2, 3, 4, BODY.index("x [m]")
 
 
 @inlined

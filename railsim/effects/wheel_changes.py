@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from railsim.contact.functions import RADIUS
+from railsim.contact.functions import BY_TURN, RADIUS
 from railsim.effects._bogies import wheelset_place
 from railsim.effects.interface import Effect, Setup
 from railsim.model import Model, Wheelset
@@ -94,8 +94,8 @@ def radius_difference(setup: Setup, difference: float) -> Setup:
 
 
 def conicity(setup: Setup, factor: float) -> Setup:
-    """Deviation of the rolling radius from the nominal one by `factor`."""
-    return _radii(setup, lambda radius, side, nominal: nominal + factor * (radius - nominal))
+    """Deviation of the rolling radius from the nominal one by `factor`, and what the roll adds to it."""
+    return _radii(setup, lambda radius, side, nominal: nominal + factor * (radius - nominal), factor)
 
 
 def _constant(cells: np.ndarray) -> np.ndarray:
@@ -105,12 +105,15 @@ def _constant(cells: np.ndarray) -> np.ndarray:
     return coefficients
 
 
-def _radii(setup: Setup, change: Callable[[np.ndarray, int, np.ndarray], np.ndarray]) -> Setup:
-    """The contact table's rolling radii passed through a function of (coefficients, side, those of the middle)."""
+def _radii(setup: Setup, change: Callable[[np.ndarray, int, np.ndarray], np.ndarray], steeper: float = 1.0) -> Setup:
+    """The contact table's rolling radii passed through a function of (coefficients, side, those of the middle), and
+    their change by the roll times `steeper`.
+    """
 
     def new(model: Model) -> Model:
         coefficients = model.contact.coefficients.copy()
         middle = coefficients.shape[1] // 2
+        coefficients[:, :, BY_TURN] *= steeper
         for row in range(len(coefficients)):  # of both sides, then of their second contacts
             side = row % 2
             cells = coefficients[row, :, RADIUS]

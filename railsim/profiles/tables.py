@@ -2,10 +2,13 @@
 
 import numpy as np
 
-from railsim.contact.functions import LEAST_CURVATURE, ContactFunctions
+from railsim.contact.functions import ContactFunctions
 from railsim.profiles.layout import Layout
 from railsim.profiles.profile import Profile
 from railsim.profiles.search import Side
+
+LEAST_CURVATURE = 0.2
+"""Smallest sum of lateral curvatures in a table [1/m]: a conformal pair is no Hertzian contact."""
 
 SUBSTEPS = 2
 """Steps of the search within a cell of the table."""

@@ -5,10 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from railsim.contact.functions import AXIS_A, AXIS_B, C22, LIFT, RADIUS, ContactFunctions, ContactTable
+from railsim.analysis.curving.contact import Side
+from railsim.contact.functions import AXIS_A, AXIS_B, BY_TURN, C22, LIFT, RADIUS, ContactFunctions, ContactTable
 from railsim.contact.hertz import STEEL_POISSON, STEEL_YOUNG
 from railsim.contact.kalker import kalker_coefficients
 from railsim.contact.pairs import WheelRailPair
+from railsim.profiles.pair import ProfilePair
 
 WHEEL, HALF = 0.46, 0.75  # m
 
@@ -90,3 +92,30 @@ def test_grids_that_are_not_uniform_and_symmetric_are_refused(shift: np.ndarray)
     functions = ContactFunctions(shift, 0.05 * shift, 0.46 + flat, 0.75 + flat, 3.0 + flat)
     with pytest.raises(ValueError, match="uniform grid that is symmetric"):
         ContactTable.build(functions)
+
+
+@pytest.mark.parametrize("contacts", [1, 2])
+def test_the_roll_moves_a_contact_by_what_the_profiles_have_and_never_far(contacts: int) -> None:
+    """The balance of steady curving has its own search for a tilted wheel; here where the tread is round (S1002)."""
+    pair = ProfilePair(kind="profiles", contacts=contacts, upright_rails=1.0)
+    left, right = pair.sides(WHEEL, HALF)
+    assert right is None
+    for functions in (left, left.second):
+        if functions is not None:
+            assert functions.upright == 1.0
+            assert np.abs(functions.channels()[:, BY_TURN]).max() <= 0.3
+    assert not pair.but(upright_rails=0.0).sides(WHEEL, HALF)[0].channels()[:, BY_TURN].any()
+
+
+def test_the_radius_of_a_rolled_wheel_is_that_of_a_tilted_profile() -> None:
+    """Against the search of the steady balance, which has the two arcs as curves and tilts one of them."""
+    functions, roll = WheelRailPair().sides(WHEEL, HALF)[0], 5e-4
+    upright = dataclasses.replace(functions, upright=1.0)
+    for shift in (-4e-3, 0.0, 3e-3):
+        height = WHEEL + float(np.interp(shift, functions.shift, functions.lift))
+        tilted = [
+            Side(functions, 1.0).deepest_point(shift - WHEEL * one, height - HALF * one, one, 0.0).value[RADIUS]
+            for one in (roll, -roll)
+        ]
+        by_turn = np.interp(shift, upright.shift, upright.channels()[:, BY_TURN])
+        assert 0.5 * (tilted[0] - tilted[1]) == pytest.approx(roll * by_turn, rel=0.02)

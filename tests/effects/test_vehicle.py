@@ -10,6 +10,8 @@ from scipy.linalg import eigh
 from railsim import InputError, load_scenario
 from railsim.analysis.energy import energy_over
 from railsim.constants import GRAVITY
+from railsim.contact.functions import BY_TURN
+from railsim.contact.functions import RADIUS as RADIUS_CHANNEL
 from railsim.dynamics.equilibrium import initial_state
 from railsim.dynamics.plant import build_plant
 from railsim.effects.interface import EFFECTS
@@ -127,6 +129,17 @@ def test_wheels_of_two_sizes_run_off_centre_by_the_rolling_line():
     )
     assert once == pytest.approx(-1e-4 / 0.2, rel=0.02)
     assert twice == pytest.approx(-1e-4 / 0.4, rel=0.03)
+
+
+def test_a_steeper_profile_is_steeper_for_a_wheel_that_turns_on_its_rail_too():
+    pair = {"kind": "conical", "conicity": 0.1, "upright_rails": 1.0}
+    steep, usual = (
+        build_run(scenario(effects, **SMOOTH, vehicle={"name": "class175", "pair": {**pair, "conicity": conicity}}))
+        for effects, conicity in (([{"kind": "conicity_change", "factor": 2.0}], 0.1), ([], 0.2))
+    )
+    tables = [run.model.contact.coefficients[:, :, [RADIUS_CHANNEL, BY_TURN]] for run in (steep, usual)]
+    assert np.abs(tables[1][:, :, 1]).max() > 0.0
+    np.testing.assert_allclose(*tables, atol=1e-9)
 
 
 def test_payload_stands_on_the_wheels():

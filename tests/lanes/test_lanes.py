@@ -46,7 +46,7 @@ def _rows(jobs: Sequence[Job], **options: Any) -> dict[int, np.ndarray]:
             "braking_dry",
             {"effects": ["crosswind", "empirical_force", "primary_friction"]},
         ),  # driven by forces, loads, laws
-        ("curve_s1002_flange", {}),  # two contacts a wheel
+        ("curve_s1002_flange", {"vehicle__pair__upright_rails": 0.8}),  # two contacts a wheel
         ("flexible_track", {}),
         (WHEELSET, {"vehicle__pair__upright_rails": 1.0}),
         ("whole_coach", {}),  # several track frames, in a curve

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from experiments.discrepancy.railway.answers import places
 from railsim.constants import GRAVITY
 from railsim.model import Model
 from railsim.scenario import load_scenario
@@ -117,3 +118,11 @@ def _model(stiffness: float) -> Model:
 
 def _mass(model: Model) -> float:
     return sum(body.mass for body in model.bodies if body.name != "train")
+
+
+def test_places_of_unknown_forces_are_those_of_the_vehicle_along_the_track_where_it_can_move():
+    half = build_run(load_scenario("straight_erri_high", {"vehicle": "class175"})).model
+    along = [{one.name for one in places(model) if one.axis == "x"} for model in (_model(1e6), half)]
+    assert along[0] >= {"secondary x", "secondary2 x", "primary1 x", "primary4 x"}
+    assert not any("train" in name or "draw_gear" in name for name in along[0])
+    assert along[1] == set()

@@ -17,6 +17,7 @@ from railsim.sensors.errors import low_pass
 from railsim.sensors.inertial import InertialSensor
 from railsim.sensors.interface import Sensor
 from railsim.sensors.lateral_displacement import LateralDisplacement
+from railsim.vehicles.draw_gear import TRAIN
 
 Row = dict[str, complex | np.ndarray]
 """Factors by the names of coordinates."""
@@ -37,9 +38,9 @@ class Place:
 
 
 def places(model: Model) -> tuple[Place, ...]:
-    """Of each pair of bodies that a linear element joins, the axes along which something acts; and of each contact."""
+    """Axes along which something acts between two bodies of the vehicle that a linear element joins; and contacts."""
     found: dict[str, Place] = {}
-    for one in model.elements:
+    for one in (one for one in model.elements if TRAIN not in (one.upper, one.lower)):
         for axis in AXES:
             place = Place(f"{one.name} {axis}", one.upper, one.lower, axis, one.position)
             if np.any(_impedance(model, place, np.ones(1))) and _opens(model, place):

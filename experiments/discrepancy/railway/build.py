@@ -10,7 +10,7 @@ from experiments.discrepancy.core.model import Coordinate
 from experiments.discrepancy.core.problem import DIFFERENCE
 from experiments.discrepancy.railway.creep_law import as_run
 from experiments.discrepancy.railway.record import Record
-from experiments.discrepancy.railway.tolerances import SPRINGS, Tolerance, most_of, tolerances
+from experiments.discrepancy.railway.tolerances import SPRINGS, Tolerance, tolerances, within
 from railsim.effects.interface import Effect as Plugin
 from railsim.effects.interface import Setup
 from railsim.effects.payload import Payload
@@ -51,7 +51,7 @@ def vehicle_at(vehicle: Vehicle, values: Mapping[str, float]) -> Any:
     for one in tolerances(vehicle):
         owner, change = vehicle if one.part == "vehicle" else getattr(vehicle, one.part), values.get(named(one), 0.0)
         if change or (higher and getattr(owner, one.name) is None):
-            moved.setdefault(one.part, {})[one.name] = min(one.value(change), most_of(owner, one.name))
+            moved.setdefault(one.part, {})[one.name] = within(one.value(change), owner, one.name)
     parts = {part: getattr(vehicle, part).but(**numbers) for part, numbers in moved.items() if part != "vehicle"}
     return vehicle.but(**moved.get("vehicle", {}), **parts) if moved else vehicle
 

@@ -106,16 +106,26 @@ def tolerances(vehicle: Vehicle) -> list[Tolerance]:
     pair = getattr(vehicle, "pair", None)
     if isinstance(pair, Spec) and UPRIGHT in type(pair).model_fields:
         nominal = 1.0 + getattr(pair, UPRIGHT)
-        room = math.log((1.0 + most_of(pair, UPRIGHT)) / nominal) / TURNED
-        found.append(Tolerance("pair", UPRIGHT, TURNED, nominal, min(room, WIDEST), above=1.0, built=False))
+        room = _room(1.0 + most_of(pair, UPRIGHT), nominal, TURNED)
+        found.append(Tolerance("pair", UPRIGHT, TURNED, nominal, room, above=1.0, built=False))
     for part, numbers in (("pair", PAIR), ("adhesion", CREEP)):
         settings = getattr(vehicle, part, None)
         for name, spread in numbers.items():
             if isinstance(settings, Spec) and name in type(settings).model_fields:
                 nominal = getattr(settings, name)
-                room = math.log(most_of(settings, name) / nominal) / spread
-                found.append(Tolerance(part, name, spread, nominal, min(max(room, 0.0), WIDEST)))
+                found.append(Tolerance(part, name, spread, nominal, _room(most_of(settings, name), nominal, spread)))
     return found
+
+
+def _room(most: float, nominal: float, spread: float) -> float:
+    """Standard deviations up to which a number may grow."""
+    return min(max(math.log(most / nominal) / spread, 0.0), WIDEST)
+
+
+def within(value: float, settings: Spec, name: str) -> float:
+    """The value, or the bound of its field that it is beyond."""
+    least = type(settings).limits(name)[0]
+    return min(max(value, -math.inf if least is None else least), most_of(settings, name))
 
 
 def most_of(settings: Spec, name: str) -> float:
