@@ -139,7 +139,7 @@ def test_a_steeper_profile_is_steeper_for_a_wheel_that_turns_on_its_rail_too():
     )
     tables = [run.model.contact.coefficients[:, :, [RADIUS_CHANNEL, BY_TURN]] for run in (steep, usual)]
     assert np.abs(tables[1][:, :, 1]).max() > 0.0
-    np.testing.assert_allclose(*tables, atol=1e-9)
+    np.testing.assert_allclose(tables[0], tables[1], atol=1e-9)
 
 
 def test_payload_stands_on_the_wheels():
