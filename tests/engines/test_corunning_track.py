@@ -212,7 +212,7 @@ def test_rigid_rails_give_what_they_gave_before_there_was_another_track(
     result = go(engine, make_run(Manchester().model(), read_track("straight_erri_low"), 20.0, 0.5))
     names = ("wheel1_left.normal_force [N]", "wheelset2.y [m]", "bogie.specific_force_z [m/s2]")
     assert [result[name][-1] for name in names] == pytest.approx(expected, rel=1e-9)
-    assert result.rows.shape == (513, 143)
+    assert result.rows.shape == (513, 151)
     assert "flexible_track" not in load_scenario("default").values()
 
 
