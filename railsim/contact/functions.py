@@ -11,10 +11,10 @@ from railsim.contact.kalker import kalker_table
 
 LIFT, RADIUS, HALF_DISTANCE, AXIS_A, AXIS_B, C11, C22, C23, BY_TURN = range(9)
 CHANNELS = 9
-LEAST_WAY = 0.05  # of the contact on the rail over that of the wheelset: less tells no curvature
+LEAST_WAY = 0.05  # of the contact on the rail over that of the wheelset: less tells no curvature; illustrative
 STEEPEST, FLATTEST = 0.3, 1.0
-"""Largest slope [-] and least sum of curvatures [1/m] with which roll changes the radius: on flanges it hardly does,
-and where the contact jumps the way for a small angle tells nothing.
+"""Largest slope [-] and least sum of curvatures [1/m] with which roll changes the radius; illustrative. On flanges roll
+hardly changes it. Where the contact jumps, the way for a small angle says nothing of the way for a large one.
 """
 
 

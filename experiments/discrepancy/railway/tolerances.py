@@ -36,8 +36,8 @@ there, that is 0.1 m of 0.7 m.
 
 UPRIGHT = "upright_rails"
 TURNED = 0.5
-"""Spread of the share of the wheelset's roll by which wheels turn on their rails, as a factor on 1 more than it. Nobody
-states whether rails turn with the cross level (0) or stay upright (1).
+"""Spread of log(1 + c), where wheels turn on their rails by c times the wheelset's roll; illustrative. Nobody states
+whether rails turn with the cross level (0) or stay upright (1).
 """
 
 SPRINGS = "secondary_height"  # where what has no height of its own is
@@ -57,9 +57,9 @@ class Tolerance:
 
     Attributes
     ----------
-    part : "vehicle", "rear", "pair" or "adhesion", whose field `name` is. nominal : the number itself, which is
-    the field and what that counts from, `above`, as the height of the axle. most : z up to which it may grow. built :
-    whether specimens differ in it; else it is the model that leaves it open.
+    part : "vehicle", "rear", "pair" or "adhesion", whose field `name` is. nominal : the number, which is the
+    field plus `above`. Where a field counts from the axle, `above` is the height of the axle. most : z up to which it
+    may grow. built : whether specimens differ in it; else it is the model that leaves it open.
     """
 
     part: str
