@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal, overload
+from typing import Any, Literal
 
 import numpy as np
 from scipy.integrate import cumulative_simpson
@@ -27,16 +27,13 @@ def upright_rails() -> Any:
     )
 
 
-@overload
-def with_upright_rails(functions: ContactFunctions, share: float) -> ContactFunctions: ...
-@overload
-def with_upright_rails(functions: None, share: float) -> None: ...
 @lru_cache(maxsize=64)
-def with_upright_rails(functions: ContactFunctions | None, share: float) -> ContactFunctions | None:
+def with_upright_rails(functions: ContactFunctions, share: float) -> ContactFunctions:
     """Contact functions, of a second contact too, of wheels that turn by that share of the wheelset's roll."""
-    if functions is None or share == 0.0:
+    if share == 0.0:
         return functions
-    return replace(functions, upright=share, second=with_upright_rails(functions.second, share))
+    second = None if functions.second is None else with_upright_rails(functions.second, share)
+    return replace(functions, upright=share, second=second)
 
 
 class WheelRailPair(Spec, frozen=True):

@@ -67,11 +67,11 @@ class ProfilePair(Spec, frozen=True):
         """
         del half_gauge
         searched = self.but(upright_rails=0.0)
-        left = _functions(searched, self.wheel, self.rail, wheel_radius)
-        right = None
-        if self.right_wheel is not None or self.right_rail is not None:
-            right = _functions(searched, self.right_wheel or self.wheel, self.right_rail or self.rail, wheel_radius)
-        return with_upright_rails(left, self.upright_rails), with_upright_rails(right, self.upright_rails)
+        left = with_upright_rails(_functions(searched, self.wheel, self.rail, wheel_radius), self.upright_rails)
+        if self.right_wheel is None and self.right_rail is None:
+            return left, None
+        right = _functions(searched, self.right_wheel or self.wheel, self.right_rail or self.rail, wheel_radius)
+        return left, with_upright_rails(right, self.upright_rails)
 
 
 def _read(pair: ProfilePair, source: str, kind: Kind) -> Profile:
