@@ -107,6 +107,11 @@ class ContactTable:
         """Contacts that a wheel may have at once."""
         return len(self.stiffness) // 2
 
+    @property
+    def middle_radius(self) -> np.ndarray:
+        """(2,) rolling radius of the left and the right wheel in the middle of the table [m]."""
+        return self.coefficients[:2, self.coefficients.shape[1] // 2, RADIUS, 0]
+
     @classmethod
     def build(cls, left: ContactFunctions, right: ContactFunctions | None = None) -> "ContactTable":
         """Tables of a left wheel and, by mirroring u and H's argument, the right one (`right` is given as if it were

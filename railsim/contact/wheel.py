@@ -93,6 +93,8 @@ class WheelOnRail(NamedTuple):
     stiffness: float  # Hertz stiffness [N/m^1.5]
     side: float  # +1 left, -1 right
     radius: float  # nominal [m]
+    middle: float = 0.0  # rolling radius in the middle of the tread [m], about which
+    steeper: float = 0.0  # rolling radii change by this share more than the table says [-]
 
 
 class WheelForces(NamedTuple):
@@ -238,7 +240,8 @@ def nearest(wheel: WheelOnRail, state: WheelState, rail_z):
 def rolling_radius(wheel: WheelOnRail, point: ContactPoint, roll):
     """Of the wheel where it touches [m], with the wheelset's roll [rad]."""
     row = wheel.cells[point.cell]
-    return cubic(row[RADIUS], point.x) + wheel.side * roll * cubic(row[BY_TURN], point.x)
+    radius = cubic(row[RADIUS], point.x) + wheel.side * roll * cubic(row[BY_TURN], point.x)
+    return radius + wheel.steeper * (radius - wheel.middle)
 
 
 @inlined

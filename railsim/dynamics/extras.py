@@ -78,7 +78,7 @@ def wheel_on_rail(plant, i, side):
     """Constants of the wheel on one side (0 left, 1 right) of wheelset i."""
     return WheelOnRail(
         plant.core.contact_start, plant.core.contact_spacing, plant.contact[side], plant.core.contact_stiffness[side],
-        1.0 - 2.0 * side, plant.core.radius[i],
+        1.0 - 2.0 * side, plant.core.radius[i], plant.core.middle_radius[side], plant.core.steeper[i],
     )  # fmt: skip
 
 
@@ -94,6 +94,7 @@ def second_on_rail(plant, i, side):
     return WheelOnRail(
         plant.core.contact_start, plant.core.contact_spacing, plant.contact[side + 2],
         plant.core.contact_stiffness[side + 2], 1.0 - 2.0 * side, plant.core.radius[i],
+        plant.core.middle_radius[side], plant.core.steeper[i],
     )  # fmt: skip
 
 

@@ -103,6 +103,8 @@ def _layout(
         ("wheelset_body", "i8", w),
         ("spin_inertia", "f8", w),
         ("radius", "f8", w),
+        ("steeper", "f8", w),  # share by which rolling radii change more than the contact's table says
+        ("middle_radius", "f8", 2),  # rolling radii in the middle of the tread, left and right
         ("axlebox", "f8", w),  # half spacing of the axleboxes
         ("frame_body", "i8", w),  # carried by the axleboxes, -1 = none
         ("elements", "i8"),  # nonlinear elements in use
@@ -214,6 +216,8 @@ def build_plant(model: Model, track: TrackTables, speed: SpeedTables) -> Plant:
         "wheelset_body": wheelset_body,
         "spin_inertia": [w.spin_inertia for w in model.wheelsets],
         "radius": [w.radius for w in model.wheelsets],
+        "steeper": [w.steeper for w in model.wheelsets],
+        "middle_radius": model.contact.middle_radius,
         "axlebox": [w.axlebox_half_spacing for w in model.wheelsets],
         "frame_body": [-1 if w.frame is None else model.index(w.frame) for w in model.wheelsets],
         "elements": len(model.nonlinear),

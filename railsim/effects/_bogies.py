@@ -16,6 +16,8 @@ from railsim.spec import quantity
 
 Bogie = Literal[1, 2, "both"]
 WheelsetNumber = Literal[1, 2, 3, 4]
+Wheelsets = Literal["all", 1, 2, 3, 4]
+ALL = "all"
 DAMPERS = (Damper, Maxwell, SeriesDamper)
 
 

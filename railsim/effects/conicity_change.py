@@ -2,17 +2,21 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from railsim.effects._bogies import ALL, Wheelsets
 from railsim.effects.interface import CHOSEN, Effect, Setup
 from railsim.effects.wheel_changes import conicity
 from railsim.spec import quantity
 
 
 class ConicityChange(Effect, frozen=True):
-    """Deviation of the rolling radius from its value at the centre by one factor; contact angles stay as they are."""
+    """Deviation of the rolling radius from its value at the centre by one factor, of all wheelsets or one; contact
+    angles stay as they are.
+    """
 
     factor: float = quantity(1.6, unit="-", source=CHOSEN, ge=0.3, le=4.0)
+    wheelset: Wheelsets = quantity(ALL, unit="-, 1 leading", source=CHOSEN, role="wheelset")
 
     absent: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.0})
     smallest: ClassVar[Mapping[str, float]] = MappingProxyType({"factor": 1.1})
@@ -26,4 +30,11 @@ class ConicityChange(Effect, frozen=True):
 
     def install(self, setup: Setup) -> Setup:
         """Another rolling radius function."""
-        return conicity(setup, self.factor)
+        return conicity(setup, self, self.factor, self.wheelset)
+
+    def settings(self) -> dict[str, Any]:
+        """All fields with the kind; `wheelset` is left out where it is its default."""
+        settings = super().settings()
+        if self.wheelset == ALL:
+            del settings["wheelset"]
+        return settings

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from railsim.contact.functions import BY_TURN, RADIUS
-from railsim.effects._bogies import wheelset_place
+from railsim.contact.functions import RADIUS
+from railsim.effects._bogies import ALL, wheelset_place
 from railsim.effects.interface import Effect, Setup
 from railsim.model import Model, Wheelset
 
@@ -90,35 +90,27 @@ def unbalanced(setup: Setup, effect: Effect, wheelset: int, side: str, size: tup
 
 def radius_difference(setup: Setup, difference: float) -> Setup:
     """Rolling radii of the left wheels larger, of the right ones smaller by half of `difference` [m]."""
-    return _radii(setup, lambda radius, side, nominal: radius + (0.5 - side) * difference * _constant(radius))
-
-
-def conicity(setup: Setup, factor: float) -> Setup:
-    """Deviation of the rolling radius from the nominal one by `factor`, and what the roll adds to it."""
-    return _radii(setup, lambda radius, side, nominal: nominal + factor * (radius - nominal), factor)
-
-
-def _constant(cells: np.ndarray) -> np.ndarray:
-    """Coefficients (cells, 4) of the constant 1."""
-    coefficients = np.zeros_like(cells)
-    coefficients[:, 0] = 1.0
-    return coefficients
-
-
-def _radii(setup: Setup, change: Callable[[np.ndarray, int, np.ndarray], np.ndarray], steeper: float = 1.0) -> Setup:
-    """The contact table's rolling radii passed through a function of (coefficients, side, those of the middle), and
-    their change by the roll times `steeper`.
-    """
 
     def new(model: Model) -> Model:
         coefficients = model.contact.coefficients.copy()
-        middle = coefficients.shape[1] // 2
-        coefficients[:, :, BY_TURN] *= steeper
         for row in range(len(coefficients)):  # of both sides, then of their second contacts
-            side = row % 2
-            cells = coefficients[row, :, RADIUS]
-            nominal = _constant(cells) * model.contact.coefficients[side, middle, RADIUS, 0]
-            coefficients[row, :, RADIUS] = change(cells, side, nominal)
+            coefficients[row, :, RADIUS, 0] += (0.5 - row % 2) * difference
         return replace(model, contact=replace(model.contact, coefficients=coefficients))
+
+    return setup.modelled(new)
+
+
+def conicity(setup: Setup, effect: Effect, factor: float, wheelset: int | str) -> Setup:
+    """Deviation of the rolling radius from that in the middle of the tread by `factor`, and what the roll adds to it;
+    of one wheelset or of `all`.
+    """
+    only = None if wheelset == ALL else wheelset_place(setup, effect, int(wheelset))
+
+    def worn(one: Wheelset) -> Wheelset:
+        return replace(one, steeper=factor * (1.0 + one.steeper) - 1.0)
+
+    def new(model: Model) -> Model:
+        wheelsets = (worn(one) if only in (None, k) else one for k, one in enumerate(model.wheelsets))
+        return replace(model, wheelsets=tuple(wheelsets))
 
     return setup.modelled(new)

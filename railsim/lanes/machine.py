@@ -171,6 +171,8 @@ def _wheel_constants(plant: Plant, j: int) -> dict[str, float]:
         "start": core.contact_start,
         "per_metre": 1.0 / core.contact_spacing,
         "radius_0": core.radius[wheel // 2],
+        "middle": core.middle_radius[wheel % 2],
+        "steeper": core.steeper[wheel // 2],
         "stiffness": core.contact_stiffness[wheel % 2 + 2 * second],
     }
     names = ("damping", "ratio", "decay", "k_adhesion", "k_slip")

@@ -5,7 +5,10 @@ from railsim.contact.wheel import CREEP, LAW, NEAREST, NEAREST_STEPS, POLACH, Wh
 from railsim.dynamics.plant import Plant
 from railsim.lanes.memory import CONTACT
 
-CONSTANTS = ("start", "per_metre", "radius_0", "stiffness", "damping", "ratio", "decay", "k_adhesion", "k_slip")
+CONSTANTS = (
+    "start", "per_metre", "radius_0", "middle", "steeper", "stiffness", "damping",
+    "ratio", "decay", "k_adhesion", "k_slip",
+)  # fmt: skip
 _FIRST = ("first_cell", "first_x", "first_shift")
 _SEARCH = ("depth", "across", "along", "sigma", "arm", "yaw_factor", "x", "at", "cell", "done", "cell_a", "cell_b")
 _POINT = ("normal_force", "creep_x", "creep_y", "creep_spin", "axis_a", "axis_b", "c11", "c22", "c23", "mu")
@@ -89,6 +92,7 @@ def wheel(V, A, side, table):
     for k in range({L}):
         at, depth, yaw, sigma, mu, damping = {at}, {depth}, {yaw}, {sigma}, {friction}, {damping}
         radius = {cubic_radius} + sign * {roll} * {cubic_by_turn}
+        radius = radius + {steeper} * (radius - {middle})
         point = ContactPoint(depth, {across}, {along}, sigma, {arm}, {yaw_factor}, {first_shift} - sigma, 0, 0.0)
         state = WheelState(
             {y}, 0.0, {roll}, yaw, {y_rate}, {z_rate}, {roll_rate}, {yaw_rate},

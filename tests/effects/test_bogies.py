@@ -104,6 +104,11 @@ def test_records_of_before_have_the_same_settings(name: str):
     assert KINDS[name].build({"bogie": 2}).settings()["bogie"] == 2
 
 
+def test_conicity_of_all_wheelsets_has_the_settings_of_before():
+    assert "wheelset" not in KINDS["conicity_change"].build({}).settings()
+    assert KINDS["conicity_change"].build({"wheelset": 2}).settings()["wheelset"] == 2
+
+
 @pytest.mark.parametrize("name", OF_A_WHEELSET)
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_an_effect_on_a_wheelset_acts_on_that_one(name: str, number: int):

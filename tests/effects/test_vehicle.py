@@ -9,10 +9,11 @@ from scipy.linalg import eigh
 
 from railsim import InputError, load_scenario
 from railsim.analysis.energy import energy_over
+from railsim.compiled import kernel
 from railsim.constants import GRAVITY
-from railsim.contact.functions import BY_TURN
-from railsim.contact.functions import RADIUS as RADIUS_CHANNEL
+from railsim.contact.wheel import ContactPoint, rolling_radius
 from railsim.dynamics.equilibrium import initial_state
+from railsim.dynamics.extras import doubled, second_on_rail, wheel_on_rail
 from railsim.dynamics.plant import build_plant
 from railsim.effects.interface import EFFECTS
 from railsim.effects.wheel_changes import POINTS, flat_depth
@@ -23,6 +24,7 @@ from tests.engines.test_energy import NO_LOSSES
 
 SMOOTH = {"track": "smooth", "duration": 1.0}
 RADIUS = 0.42
+PLACES = np.arange(50, 550, 50)  # cells of the contact's table
 WHEELS = [(i, side) for i in (1, 2) for side in ("left", "right")]
 
 
@@ -132,14 +134,58 @@ def test_wheels_of_two_sizes_run_off_centre_by_the_rolling_line():
 
 
 def test_a_steeper_profile_is_steeper_for_a_wheel_that_turns_on_its_rail_too():
+    """As where the profile is steeper: same rolling radius at the same place of the table, whatever the roll."""
     pair = {"kind": "conical", "conicity": 0.1, "upright_rails": 1.0}
     steep, usual = (
-        build_run(scenario(effects, **SMOOTH, vehicle={"name": "class175", "pair": {**pair, "conicity": conicity}}))
+        plant_of(effects, {"name": "class175", "pair": {**pair, "conicity": conicity}})
         for effects, conicity in (([{"kind": "conicity_change", "factor": 2.0}], 0.1), ([], 0.2))
     )
-    tables = [run.model.contact.coefficients[:, :, [RADIUS_CHANNEL, BY_TURN]] for run in (steep, usual)]
-    assert np.abs(tables[1][:, :, 1]).max() > 0.0
-    np.testing.assert_allclose(tables[0], tables[1], atol=1e-9)
+    assert radii(usual, 0, 1e-3) != pytest.approx(radii(usual, 0, 0.0), abs=1e-6)
+    for roll in (-1e-3, 0.0, 1e-3):
+        for wheelset in (0, 1):
+            assert radii(steep, wheelset, roll) == pytest.approx(radii(usual, wheelset, roll), abs=1e-9)
+
+
+def test_one_wheelset_alone_may_be_steeper():
+    """About the radius in the middle of the tread; of a second contact too."""
+    vehicle = {"name": "class175_whole", "pair": {"kind": "profiles", "contacts": 2}}
+    change = {"kind": "conicity_change", "factor": 2.0}
+    worn, usual, twice = (
+        plant_of(effects, vehicle)
+        for effects in ([{**change, "wheelset": 3}], [], [{**change, "wheelset": 3}, {**change, "factor": 0.5}])
+    )
+    middle = np.repeat(usual.core.middle_radius, 2)[:, None]
+    assert middle == pytest.approx(RADIUS, abs=1e-4)
+    for wheelset in range(4):
+        off, of_worn, of_both = (radii(one, wheelset, 0.0) - middle for one in (usual, worn, twice))
+        assert of_worn == pytest.approx((2.0 if wheelset == 2 else 1.0) * off, abs=1e-12)
+        assert of_both == pytest.approx((1.0 if wheelset == 2 else 0.5) * off, abs=1e-12)
+    with pytest.raises(InputError, match="no wheelset 3"):
+        plant_of([{**change, "wheelset": 3}], "class175")
+
+
+def plant_of(effects: list[dict[str, Any]], vehicle: Any) -> Any:
+    run = build_run(scenario(effects, **SMOOTH, vehicle=vehicle))
+    return build_plant(run.model, run.track, run.speed)
+
+
+def radii(plant: Any, wheelset: int, roll: float) -> np.ndarray:
+    """(2 sides, first and second contact, places) rolling radii [m] of a wheelset in some cells of the table; those of
+    second contacts are the first ones' where there are none.
+    """
+    found = np.empty((4, len(PLACES)))
+    _radii(plant, wheelset, roll, PLACES, found)
+    return found
+
+
+@kernel
+def _radii(plant, wheelset, roll, places, found):
+    for side in range(2):
+        for k, cell in enumerate(places):
+            point = ContactPoint(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, cell, 0.5)
+            found[2 * side : 2 * side + 2, k] = rolling_radius(wheel_on_rail(plant, wheelset, side), point, roll)
+            if doubled(plant):
+                found[2 * side + 1, k] = rolling_radius(second_on_rail(plant, wheelset, side), point, roll)
 
 
 def test_payload_stands_on_the_wheels():

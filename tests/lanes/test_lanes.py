@@ -23,6 +23,7 @@ from railsim.scenario import Scenario, load_scenario
 from railsim.simulation import build_run, load_engine, simulate
 
 WHEELSET = "wheelset_varying"
+WORN = {"kind": "conicity_change", "factor": 1.5, "wheelset": 2}
 
 
 def _job(name: str, number: int = 0, **changes: Any) -> Job:
@@ -46,7 +47,7 @@ def _rows(jobs: Sequence[Job], **options: Any) -> dict[int, np.ndarray]:
             "braking_dry",
             {"effects": ["crosswind", "empirical_force", "primary_friction"]},
         ),  # driven by forces, loads, laws
-        ("curve_s1002_flange", {"vehicle__pair__upright_rails": 0.8}),  # two contacts a wheel
+        ("curve_s1002_flange", {"vehicle__pair__upright_rails": 0.8, "effects": [WORN]}),  # two contacts a wheel
         ("flexible_track", {}),
         (WHEELSET, {"vehicle__pair__upright_rails": 1.0}),
         ("whole_coach", {}),  # several track frames, in a curve

@@ -64,7 +64,7 @@ def _variants(kind: type[Effect], nominal: Scenario) -> list[dict[str, Any]]:
         if role == "channel":
             values = _channels(nominal)
         if role == "wheelset":
-            values = values[:WHEELSETS]
+            values = [one for one in values if not isinstance(one, int) or one <= WHEELSETS]
         if role != "bogie" and (len(values) > 1 or role == "channel"):
             options[name] = values
     found = [dict(zip(options, one, strict=True)) for one in itertools.product(*options.values())]
