@@ -93,8 +93,8 @@ class Wheelset:
     `frame`: body that the axleboxes carry, to which displacement transducers reach; None = there are none.
     `roundness`: deviation of the left and the right wheel's radius [m] over one turn at equal angles, as many of each
     wheel of a model; a point's angle is the spin angle at which it touches the rail. `unbalance`: mass times radius
-    [kg m] and that angle [rad], left and right. `steeper`: share [-] by which the rolling radii change more over the
-    lateral shift, about the radius in the middle of the tread, than the contact functions say.
+    [kg m] and that angle [rad], left and right. `steeper` [-]: rolling radii differ from the one in the middle of
+    the tread by 1 + `steeper` times what the contact functions say.
     """
 
     body: str

@@ -93,8 +93,8 @@ class WheelOnRail(NamedTuple):
     stiffness: float  # Hertz stiffness [N/m^1.5]
     side: float  # +1 left, -1 right
     radius: float  # nominal [m]
-    middle: float = 0.0  # rolling radius in the middle of the tread [m], about which
-    steeper: float = 0.0  # rolling radii change by this share more than the table says [-]
+    middle: float = 0.0  # rolling radius in the middle of the tread [m]
+    steeper: float = 0.0  # radii differ from `middle` by 1 + this times what the table says [-]
 
 
 class WheelForces(NamedTuple):

@@ -103,7 +103,7 @@ def _layout(
         ("wheelset_body", "i8", w),
         ("spin_inertia", "f8", w),
         ("radius", "f8", w),
-        ("steeper", "f8", w),  # share by which rolling radii change more than the contact's table says
+        ("steeper", "f8", w),  # `Wheelset.steeper`
         ("middle_radius", "f8", 2),  # rolling radii in the middle of the tread, left and right
         ("axlebox", "f8", w),  # half spacing of the axleboxes
         ("frame_body", "i8", w),  # carried by the axleboxes, -1 = none

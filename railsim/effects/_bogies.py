@@ -6,7 +6,7 @@ springs' element, or stands in an element of its own; one that is not linear is 
 
 import re
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from railsim.effects.interface import CHOSEN, Effect, Setup
 from railsim.errors import InputError
@@ -63,12 +63,7 @@ class BogieEffect(Effect, frozen=True):
 
     bogie: Bogie = quantity("both", unit="-, 1 leading", source=CHOSEN, role="bogie")
 
-    def settings(self) -> dict[str, Any]:
-        """All fields with the kind; `bogie` is left out where it is its default."""
-        settings = super().settings()
-        if self.bogie == "both":
-            del settings["bogie"]
-        return settings
+    added: ClassVar[tuple[str, ...]] = ("bogie",)
 
 
 def wheelset_field() -> Any:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from railsim.effects._bogies import ALL, Wheelsets
 from railsim.effects.interface import CHOSEN, Effect, Setup
@@ -28,13 +28,8 @@ class ConicityChange(Effect, frozen=True):
         "EN 15302: equivalent conicity",
     )
 
+    added: ClassVar[tuple[str, ...]] = ("wheelset",)
+
     def install(self, setup: Setup) -> Setup:
         """Another rolling radius function."""
         return conicity(setup, self, self.factor, self.wheelset)
-
-    def settings(self) -> dict[str, Any]:
-        """All fields with the kind; `wheelset` is left out where it is its default."""
-        settings = super().settings()
-        if self.wheelset == ALL:
-            del settings["wheelset"]
-        return settings

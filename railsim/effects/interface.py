@@ -113,6 +113,8 @@ class Effect(Spec, frozen=True):
     weakens: ClassVar[str] = ""
     """Damping of the vehicle that its `factor` multiplies, e.g. "secondary_lateral_damping"; empty: none."""
     references: ClassVar[tuple[str, ...]] = ()
+    added: ClassVar[tuple[str, ...]] = ()
+    """Fields that older records of the effect do not have."""
 
     @abstractmethod
     def install(self, setup: Setup) -> Setup:
@@ -155,8 +157,12 @@ class Effect(Spec, frozen=True):
         return cls.fields_of("onset", "ramp", "phase")
 
     def settings(self) -> dict[str, Any]:
-        """All fields with the kind, as a scenario's `effects` holds them."""
-        return {"kind": self.kind, **self.model_dump(mode="json")}
+        """All fields with the kind, as a scenario's `effects` holds them; without those of `added` that have their
+        default.
+        """
+        fields = self.model_dump(mode="json")
+        usual = {name for name in self.added if fields[name] == type(self).model_fields[name].default}
+        return {"kind": self.kind, **{name: value for name, value in fields.items() if name not in usual}}
 
     @classmethod
     def at_absent(cls, **others: Any) -> Self:
