@@ -75,6 +75,7 @@ def statement(answer: Answer) -> dict[str, Any]:
         "not_shown": list(answer.found.left_out),
         "compared [s]": record.duration,
         "left_out": list(record.left_out),
+        "shortest_waves [m]": {name: _round(one) for name, one in _smoothed(answer).items()},
         "steps": list(verdict.steps),
         "seconds": round(answer.seconds, 1),
     }  # fmt: skip
@@ -148,7 +149,7 @@ def _round(value: float) -> float:
 def in_words(answer: Answer) -> str:
     """What a person would say."""
     if status(answer) not in STATUS.values():
-        return _unsaid(answer) + _length(answer)
+        return _unsaid(answer) + compared(answer)
     verdict, action = answer.verdict, answer.verdict.action
     rivals = [
         row for row in verdict.rows if row.fit.hypothesis.effects and row.fit.hypothesis != answer.best.hypothesis
@@ -179,7 +180,7 @@ def in_words(answer: Answer) -> str:
     plugins = (one for one in EFFECTS.classes().values() if one.equivalence() in action.families)
     advice = "".join(f" {one.advice}" for one in plugins if one.advice)
     words = f"{said} Its probability is {chance(_probability(answer))}.{advice}{rival}{_more(answer)}"
-    return f"{words}{_lacking(verdict.misfit)}{_beyond(answer)}{late}{_length(answer)}"
+    return f"{words}{_lacking(verdict.misfit)}{_beyond(answer)}{late}{compared(answer)}"
 
 
 def _probability(answer: Answer) -> float:
@@ -219,10 +220,25 @@ def _lacking(misfit: float) -> str:
     )
 
 
-def _length(answer: Answer) -> str:
-    """How much of the recording was compared, where it is not all."""
+def compared(answer: Answer) -> str:
+    """How much of the recording was compared, where it is not all, and what the track file does not tell."""
+    record, lost = answer.system.record, _smoothed(answer)
+    waves = ", ".join(f"{_plain(name)} {_round(one):g} m" for name, one in lost.items())
+    smoothed = (
+        f" The track file tells of no waves shorter than: {waves}. They are taken as not there, so what they do to the"
+        " vehicle may look like something missing. Take a file that was smoothed less."
+        if lost
+        else ""
+    )
+    part = "" if record.duration == record.whole else f" Compared: the first {record.duration:g} of {record.whole:g} s."
+    return part + smoothed
+
+
+def _smoothed(answer: Answer) -> dict[str, float]:
+    """Shortest waves that the track file tells of [m], where the channels show shorter ones."""
     record = answer.system.record
-    return "" if record.duration == record.whole else f" Compared: the first {record.duration:g} of {record.whole:g} s."
+    seen = max(record.speed_of(number) for number in range(len(record.sections))) / float(record.frequencies[-1])
+    return {name: one for name, one in record.surveyed.shortest().items() if one > seen}
 
 
 def _unsaid(answer: Answer) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from experiments.discrepancy.railway.smoothed import shortest, told
 from railsim.track.ends import continued
 from railsim.track.survey import TrackErrors, error_of
 from railsim.track.track import Track
@@ -63,6 +64,18 @@ class Surveyed:
             share = self._share(values - _line(values), deviation)
             known = np.fft.rfftfreq(len(values), float(np.mean(np.diff(self.track.s))))
             found[name] = np.interp(waves, known, np.where((share < SHOWN) == hidden, share, 0.0))
+        return found
+
+    def shortest(self) -> dict[str, float]:
+        """Of each column that was smoothed: the shortest wave that the file tells of [m]. Cant is smooth by design."""
+        found, length = {}, len(self.track.s) * float(np.mean(np.diff(self.track.s)))
+        for kind in () if self.estimated else self.kinds():
+            for name, deviation in self._columns(kind, 1.0):
+                values = self.track.columns()[name]
+                power = np.abs(np.fft.rfft(values - _line(values))[1:]) ** 2 / len(values)
+                line = None if name == "cant" else shortest(told(power, deviation**2))
+                if line is not None:
+                    found[name] = length / line
         return found
 
     def shaken(self, track: Track, kind: str, column: str, begin: float, rng: np.random.Generator) -> Track:
