@@ -8,11 +8,11 @@ import numpy as np
 from scipy.optimize import minimize
 
 SLOPES = (-4.0, 4.0)  # powers of the wave number: to fall as those in print, to rise as corrugation may
-BENT = 2.0  # deviation of the change of the slope over an octave; illustrative
-LOST = 0.5  # share of the expected power over the octave above, below which a wave is lost
-SKIRT = 0.6  # a filter begins early: from this share of a lost wave number on, and as far beyond, a line must have
-WHOLE = 0.8  # this share of the expected power over the third of an octave below, and LOST of it here, to be told
-FEWEST = 32  # lines of an octave: of a few, half of the power says nothing
+BENT = 2.0  # deviation of the change of a spectrum's slope (log by log) over an octave; illustrative
+LOST = 0.5  # share of the expected power: a wave is lost where an octave has less; a choice
+SKIRT = 0.6  # a filter begins before waves are lost: so near to them, as a ratio, a line must have WHOLE; a choice
+WHOLE = 0.8  # share of the expected power over the third of an octave below the line, and LOST at the line; a choice
+FEWEST = 32  # lines of an octave: by chance 32 have less than half of their mean once in 3600
 BIN = 1.0 / 16.0  # of an octave, whose lines count by their mean
 LEAST = 1e-300  # of a power
 

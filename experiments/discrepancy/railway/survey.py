@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from experiments.discrepancy.railway.smoothed import shortest, told
+from experiments.discrepancy.railway.smoothed import BENT, shortest, told
 from railsim.track.ends import continued
 from railsim.track.survey import TrackErrors, error_of
 from railsim.track.track import Track
@@ -18,7 +18,6 @@ KINDS = ("vertical", "cross_level", "lateral", "gauge")
 """Of errors that the channels see, as `TrackErrors` calls them."""
 HIDDEN = ", hidden"  # of names of errors
 SHOWN = 0.1  # share of the track in the file's power from which the file shows it
-BENT = 2.0  # deviation of the change of a spectrum's slope (log by log) over an octave; illustrative
 STEPS, SETTLED, LONGEST = 60, 1e-3, 2.0  # of the spectrum's fit: at most so many, until so small, logs at most
 SWELLING = 5.0  # m in which errors swell to their size
 OVERRUN = 50.0  # m by which the file is continued at its ends
