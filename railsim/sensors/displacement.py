@@ -13,6 +13,9 @@ from railsim.sensors.interface import Sensor
 from railsim.spec import quantity
 from railsim.truth import Truth
 
+ENDING = ".displacement [m]"
+"""Of a channel's name, after the element."""
+
 TRANSDUCER = SensorErrors(
     range=0.05,  # illustrative: stroke of 100 mm
     resolution=1.5e-6,  # illustrative: 16 bits over the stroke
@@ -32,20 +35,23 @@ class Displacement(Sensor, frozen=True):
     presets: ClassVar[Mapping[str, SensorErrors]] = MappingProxyType({"transducer": TRANSDUCER})
     without: ClassVar[frozenset[str]] = frozenset({"misalignment", "misalignment_std"})
 
+    @property
+    def channel(self) -> str:
+        """What it measures, as the truth names it."""
+        return (self.across or self.name) + ENDING
+
     def channels(self) -> list[str]:
         """One column."""
-        return [f"{self.name}.displacement [m]"]
+        return [self.name + ENDING]
 
     def measure(self, truth: Truth, rng: np.random.Generator) -> pd.DataFrame:
         """Pass the element's change of length through the error model."""
-        ending = ".displacement [m]"
-        channel = (self.across or self.name) + ending
-        if channel not in truth:
-            known = ", ".join(name.removesuffix(ending) for name in truth.columns if name.endswith(ending))
+        if self.channel not in truth:
+            known = ", ".join(name.removesuffix(ENDING) for name in truth.columns if name.endswith(ENDING))
             raise InputError(
-                f"sensor '{self.name}': the run has no element '{channel.removesuffix(ending)}'; "
+                f"sensor '{self.name}': the run has no element '{self.channel.removesuffix(ENDING)}'; "
                 f'give "across", one of: {known or "none"}'
             )
-        self.need(truth, channel)
+        self.need(truth, self.channel)
         instants = self.instants(truth, rng)
-        return self.table(truth, [self.errors.apply(truth[channel], truth.rate, self.step(truth), rng, instants)])
+        return self.table(truth, [self.errors.apply(truth[self.channel], truth.rate, self.step(truth), rng, instants)])

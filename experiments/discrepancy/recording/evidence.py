@@ -10,10 +10,13 @@ import numpy as np
 
 from experiments.discrepancy.recording.samples import sampled
 from experiments.discrepancy.recording.speed import measured_speed
+from railsim.dynamics.channels import channel_names
 from railsim.errors import InputError
 from railsim.measurements import Measurements
+from railsim.model import Model
 from railsim.recording import read_measurements
 from railsim.scenario import Scenario
+from railsim.sensors.displacement import ENDING, Displacement
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensor
 from railsim.track.files import DISTANCE
@@ -159,11 +162,25 @@ def _sensors(measured: Measurements, scenario: Scenario) -> tuple[list[Sensor], 
         settings: dict[str, Any] = {key: value for key, value in sheet.items() if key != "channels"}
         try:
             sensor = build_sensor(settings, "about.json: sensors")
-            x, y, z = sensor.position
-            found.append(sensor.but(position=(x + ahead, y, z)) if sensor.body == "body" else sensor)
         except InputError as error:
             left_out.append(f"{sheet['name']}: {error}")
+            continue
+        if why := _missing(sensor, scenario.model):
+            left_out.append(f"{sensor.name}: {why}")
+            continue
+        x, y, z = sensor.position
+        found.append(sensor.but(position=(x + ahead, y, z)) if sensor.body == "body" else sensor)
     return found, tuple(left_out)
+
+
+def _missing(sensor: Sensor, model: Model) -> str | None:
+    """What the model lacks of that on which the sensor is mounted: the other bogie of half a vehicle. None: nothing."""
+    bodies = [body.name for body in model.bodies]
+    if sensor.body not in bodies:
+        return f"the model has no body '{sensor.body}'; it has {', '.join(bodies)}"
+    if isinstance(sensor, Displacement) and sensor.channel not in channel_names(model):
+        return f"the model has no element '{sensor.channel.removesuffix(ENDING)}'"
+    return None
 
 
 def _ahead(stated: Mapping[str, Any], scenario: Scenario) -> float:

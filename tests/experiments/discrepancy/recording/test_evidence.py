@@ -4,6 +4,7 @@ from experiments.discrepancy.railway.cases import as_measured
 from experiments.discrepancy.recording.evidence import evidence_of
 from railsim.measurements import Measurements
 from railsim.scenario import load_scenario
+from railsim.sensors.suite import build_sensor
 
 
 def test_sensors_of_a_recording_that_states_half_a_vehicle_are_where_its_body_stands() -> None:
@@ -22,3 +23,22 @@ def test_sensors_of_a_recording_that_states_half_a_vehicle_are_where_its_body_st
         tables[measured.rate(name)][name] = measured[name]
     moved = {one.name: one.position for one in evidence_of(Measurements(about, tables, measured.track), whole).sensors}
     assert moved == as_stated and any(x > 0.0 for x, *_ in moved.values())
+
+
+def test_sensors_of_the_bogie_that_half_a_vehicle_lacks_are_left_out_and_said() -> None:
+    """The shipped whole coach has sensors on both bogies, half a vehicle has one of these."""
+    whole = load_scenario("whole_coach", {"duration": 14})
+    far = {"kind": "displacement", "name": "far", "across": "primary3_left", "rate": 256, "errors": "transducer"}
+    whole = whole.but(sensors=(*whole.sensors, build_sensor(far)))
+    measured = as_measured(whole, whole, "compiled")
+    half = load_scenario("default", {"duration": 14})
+    found = evidence_of(measured, half)
+    assert {one.name for one in evidence_of(measured, whole).sensors} - {one.name for one in found.sensors} == {
+        "bogie2",
+        "far",
+    }
+    assert not [name for name in found.channels if name.startswith(("bogie2", "far"))]
+    assert found.left_out == (
+        "bogie2: the model has no body 'bogie2'; it has body, bogie, wheelset1, wheelset2",
+        "far: the model has no element 'primary3_left'",
+    )
