@@ -95,8 +95,14 @@ def evidence_of(
 
     Raises
     ------
-    InputError : too short, no channel that the model can predict, no measured track, no speed, the vehicle stands.
+    InputError : the model has no bogie; the recording is too short, has no channel that the model can predict, no
+        measured track or no speed, or the vehicle stands.
     """
+    if "bogie" not in (body.name for body in scenario.model.bodies):
+        raise InputError(
+            f"vehicle '{scenario.vehicle.name}' has no bogie; "
+            "give a scenario of half a vehicle or of a whole one, as default or whole_coach"
+        )
     sensors, unknown = _sensors(measured, scenario)
     found = sampled(measured, sensors, scenario.output_rate)
     if not found.values:

@@ -1,7 +1,10 @@
 """What is taken from a recording: where its sensors are."""
 
+import pytest
+
 from experiments.discrepancy.railway.cases import as_measured
 from experiments.discrepancy.recording.evidence import evidence_of
+from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.scenario import load_scenario
 from railsim.sensors.suite import build_sensor
@@ -42,3 +45,10 @@ def test_sensors_of_the_bogie_that_half_a_vehicle_lacks_are_left_out_and_said() 
         "bogie2: the model has no body 'bogie2'; it has body, bogie, wheelset1, wheelset2",
         "far: the model has no element 'primary3_left'",
     )
+
+
+def test_a_single_wheelset_as_model_is_refused_with_what_to_give() -> None:
+    """It has no body, bogie and dampers, which tolerances and effects are about."""
+    half = load_scenario("default", {"duration": 14})
+    with pytest.raises(InputError, match=r"'wheelset' has no bogie; give .* default or whole_coach"):
+        evidence_of(as_measured(half, half, "compiled"), load_scenario("wheelset_new"))
