@@ -122,8 +122,8 @@ class Known(Sections):
 
 @dataclass(frozen=True)
 class Held:
-    """Mean square of what is left in sections that were not seen: `power` by all fitted levels (1 is right), `gap` by
-    noise and the input's error as they are stated.
+    """What is left in sections that were not seen. `power` : mean square over all fitted levels; 1 is right. `gap` :
+    root mean square over noise and the input's error as they are stated.
     """
 
     power: float
@@ -170,7 +170,7 @@ def untouched(system: System, start: np.ndarray, policy: Policy) -> Held:
 
 def _judged(problem: Problem, x: np.ndarray, psi: np.ndarray) -> Held:
     groups = problem.groups(x, problem.system.covariances(x, problem.hypothesis.effects))
-    return Held(whitened_power(groups, psi), whitened_power(groups, quiet(problem.levels)))
+    return Held(whitened_power(groups, psi), math.sqrt(whitened_power(groups, quiet(problem.levels))))
 
 
 def quiet(levels: Sequence[Level]) -> np.ndarray:

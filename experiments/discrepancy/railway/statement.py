@@ -135,7 +135,7 @@ def _loud(fit: Fit) -> dict[str, float]:
 
 
 def _held(one: Held | None) -> dict[str, float] | None:
-    return None if one is None else {"power": round(one.power, 3), "gap": round(math.sqrt(one.gap), 3)}
+    return None if one is None else {"power": round(one.power, 3), "gap": round(one.gap, 3)}
 
 
 def _round(value: float) -> float:
@@ -250,7 +250,7 @@ def _unsaid(answer: Answer) -> str:
         return f"Not decided: the time ended before the likeliest effects were fitted; {late}.{leads} {cure}"
     before, _, after = answer.held
     assert before and after
-    gaps = f"{math.sqrt(after.gap):.2f} against {math.sqrt(before.gap):.2f}"
+    gaps = f"{after.gap:.2f} against {before.gap:.2f}"
     return (
         f"Not explained: what fits best does not predict unseen sections better than the nominal model (gap {gaps})."
         f"{leads}{_beyond(answer)} Check the scenario's vehicle, profiles and sensors against the recording."

@@ -304,7 +304,7 @@ def test_what_is_missing_shows_in_sections_that_were_not_seen():
     named, nuisances = held_out(found, system, policy), held_out(none, system, policy)
     assert named is not None and nuisances is not None
     assert named.power == pytest.approx(1.0, abs=0.15)
-    assert named.gap < 1.4 and named.gap < 0.7 * nuisances.gap < untouched(system, NOMINAL, policy).gap
+    assert named.gap < 1.18 and named.gap < 0.83 * nuisances.gap < untouched(system, NOMINAL, policy).gap
 
 
 @pytest.mark.parametrize(
