@@ -36,9 +36,14 @@ class Displacement(Sensor, frozen=True):
     without: ClassVar[frozenset[str]] = frozenset({"misalignment", "misalignment_std"})
 
     @property
+    def element(self) -> str:
+        """Across which it is."""
+        return self.across or self.name
+
+    @property
     def channel(self) -> str:
         """What it measures, as the truth names it."""
-        return (self.across or self.name) + ENDING
+        return self.element + ENDING
 
     def channels(self) -> list[str]:
         """One column."""
@@ -49,7 +54,7 @@ class Displacement(Sensor, frozen=True):
         if self.channel not in truth:
             known = ", ".join(name.removesuffix(ENDING) for name in truth.columns if name.endswith(ENDING))
             raise InputError(
-                f"sensor '{self.name}': the run has no element '{self.channel.removesuffix(ENDING)}'; "
+                f"sensor '{self.name}': the run has no element '{self.element}'; "
                 f'give "across", one of: {known or "none"}'
             )
         self.need(truth, self.channel)

@@ -184,7 +184,7 @@ def read(model: Model, channel: str, sensor: Sensor, omega: np.ndarray) -> Row:
     if isinstance(sensor, InertialSensor):
         row = _inertial(sensor, channel.partition(" ")[0].rpartition("_")[2], omega)
     elif isinstance(sensor, Displacement):
-        row = _spring(model, sensor.across or sensor.name)
+        row = _spring(model, sensor.element)
     elif isinstance(sensor, LateralDisplacement):
         row = {f"{sensor.body}.y": 1.0, f"{sensor.body}.yaw": sensor.arm, f"{sensor.other}.y": -1.0}
     else:

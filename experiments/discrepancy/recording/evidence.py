@@ -16,7 +16,7 @@ from railsim.measurements import Measurements
 from railsim.model import Model
 from railsim.recording import read_measurements
 from railsim.scenario import Scenario
-from railsim.sensors.displacement import ENDING, Displacement
+from railsim.sensors.displacement import Displacement
 from railsim.sensors.interface import Sensor
 from railsim.sensors.suite import build_sensor
 from railsim.track.files import DISTANCE
@@ -185,7 +185,7 @@ def _missing(sensor: Sensor, model: Model) -> str | None:
     if sensor.body not in bodies:
         return f"the model has no body '{sensor.body}'; it has {', '.join(bodies)}"
     if isinstance(sensor, Displacement) and sensor.channel not in channel_names(model):
-        return f"the model has no element '{sensor.channel.removesuffix(ENDING)}'"
+        return f"the model has no element '{sensor.element}'"
     return None
 
 
