@@ -160,10 +160,10 @@ def _errors(case: Case, law: str, given: str, duration: float) -> Iterator[dict[
 def _simulated(case: Case, law: str, given: str, truth: pd.DataFrame, duration: float) -> pd.DataFrame:
     """Our run at the speed of the reference's body."""
     vehicle = _vehicle(law, given)
-    model = vehicle.pulled(vehicle.model() if case.damped else _undamped(vehicle.model()))
     motion = CubicSpline(truth["time [s]"], truth["body.s [m]"]).derivative()
     knots = np.arange(0.0, duration + 0.125, 0.125)
     speed = Profile(kind="profile", time=tuple(knots.tolist()), speed=tuple(motion(knots).tolist()))
+    model = vehicle.pulled(vehicle.model() if case.damped else _undamped(vehicle.model()), speed, duration)
     tables = speed_tables(speed, (), len(model.wheelsets), duration)
     substeps = default_substeps(model, tables, 8.0 * RATE)
     run = Run(model, build_tables(_track()), tables, START, duration, 8.0 * RATE, substeps)

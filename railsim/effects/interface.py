@@ -60,7 +60,7 @@ class Setup:
         """Bodies, elements and contacts with all changes, and what keeps a prescribed speed."""
         model = reduce(lambda model, change: change(model), self.changes, self.vehicle.model())
         if not isinstance(self.speed, Driven):
-            model = self.vehicle.pulled(model)
+            model = self.vehicle.pulled(model, self.speed, self.duration)
         if self.flexible_track is None:
             return model
         return dataclasses.replace(model, corunning=self.flexible_track.corunning(), voids=self.voids)

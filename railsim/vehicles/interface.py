@@ -9,6 +9,7 @@ from railsim.model import Model
 from railsim.profiles.pair import ProfilePair
 from railsim.registry import Files, Kind
 from railsim.spec import Spec, quantity
+from railsim.speed import Constant, Profile
 
 
 class Vehicle(Spec, frozen=True):
@@ -49,8 +50,11 @@ class Vehicle(Spec, frozen=True):
     def model(self) -> Model:
         """Bodies, elements and contacts."""
 
-    def pulled(self, model: Model) -> Model:
-        """The model as it runs where the speed is prescribed; as it is, where the vehicle is held at that speed."""
+    def pulled(self, model: Model, speed: Constant | Profile, duration: float) -> Model:
+        """The model as it runs for `duration` [s] where the speed is prescribed; as it is, where the vehicle is held at
+        that speed.
+        """
+        del speed, duration
         return model
 
     def nominal(self) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from railsim.errors import InputError
 from railsim.force_laws import Damper, ForceLaw, Maxwell, SeriesDamper
 from railsim.model import Body, LinearElement, Model, NonlinearElement, Wheelset
 from railsim.spec import quantity
+from railsim.speed import Constant, Profile
 from railsim.vehicles.draw_gear import pulled
 from railsim.vehicles.half_vehicle import HalfVehicle
 from railsim.vehicles.payload import LoadedBody
@@ -154,9 +155,10 @@ class WholeVehicle(RunningGear, frozen=True):
             reference="bogie",
         )
 
-    def pulled(self, model: Model) -> Model:
+    def pulled(self, model: Model, speed: Constant | Profile, duration: float) -> Model:
         """The model on its draw gear."""
-        return model if self.draw_gear_stiffness is None else pulled(model, self.draw_gear_stiffness)
+        gear = self.draw_gear_stiffness
+        return model if gear is None else pulled(model, gear, speed, duration)
 
     def half(self) -> HalfVehicle:
         """The half vehicle of the same parameters: half the body on one bogie; it has no arms, rods and heights."""

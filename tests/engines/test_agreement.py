@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from railsim.engines.interface import CHUNK
+from railsim.speed import Constant
 from railsim.track import read_track
 from railsim.vehicles.class175 import Class175
 from railsim.vehicles.class175_whole import Class175Whole
@@ -57,7 +58,8 @@ def test_engines_agree_on_whole_vehicles(vehicle: Vehicle, track: str, speed: fl
     """Over 120 m, in the second case through a transition into the curve, where the compiled engine joins three track
     frames; Exudyn knows none.
     """
-    model, geometry = vehicle.pulled(vehicle.model()), read_track(track)
+    steady = Constant(speed=speed)
+    model, geometry = vehicle.pulled(vehicle.model(), steady, 120.0 / speed), read_track(track)
     fast, reference = (
         go(engine, make_run(model, geometry, speed, 120.0 / speed, start=start)) for engine in ("compiled", "exudyn")
     )

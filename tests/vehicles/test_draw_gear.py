@@ -17,6 +17,7 @@ from tests.engines.rig import Rows, ratio
 
 SOFT = 0.2e6  # N/m
 CURVE: dict[str, Any] = {"track": "curve_r400", "start": 285.0, "duration": 6.0}
+FASTER: dict[str, Any] = {"kind": "profile", "time": [0.0, 1.1, 3.6], "speed": [20.0, 20.0, 22.0]}
 MOTION = ("body.z [m]", "body.pitch [rad]", "bogie.pitch [rad]", "wheelset1.y [m]")
 
 
@@ -87,6 +88,35 @@ def test_in_a_curve_both_engines_move_alike_along_the_track_and_the_gear_pulls_w
             resistance -= along * np.cos(yaw) - aside * np.cos(slope) * np.sin(yaw)
     assert pull[circle].mean() == pytest.approx(resistance[circle].mean(), rel=0.05)
     assert resistance[circle].mean() > 100.0
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e6])
+def test_the_vehicle_keeps_the_prescribed_speed_as_it_changes_whatever_its_gear(stiffness: float):
+    """Else it would hang 0.8 m x 50 t / gear behind, and swing there."""
+    found = _rows(stiffness, track="smooth", speed=FASTER, duration=4.0)
+    wanted = np.interp(found["time [s]"], FASTER["time"], FASTER["speed"])
+    assert np.abs(found["body.x [m]"]).max() < 1e-3
+    for number in range(1, 5):
+        rolled = 0.42 * found[f"wheelset{number}.spin [rad/s]"]
+        assert np.abs(rolled - wanted).max() < 0.02
+
+
+def test_the_pull_is_that_of_all_masses_and_of_the_wheels_spin():
+    model = build_run(load_scenario("smooth", {**_settings(1e6), "speed": FASTER, "duration": 4.0})).model
+    (load,) = model.loads
+    impulse = float(load.step * (load.values.sum() - 0.5 * load.values[[0, -1]].sum()))
+    spin = sum(one.spin_inertia / one.radius**2 for one in model.wheelsets)
+    assert impulse == pytest.approx((_mass(model) + spin) * 2.0)
+    assert (load.body, load.axis, load.over, load.values[-1]) == ("body", "x", "time", 0.0)
+    assert not _model(1e6).loads
+
+
+def test_both_engines_feel_the_pull_the_same():
+    fast, reference = (
+        _rows(1e6, engine, track="smooth", speed=FASTER, duration=3.0) for engine in ("compiled", "exudyn")
+    )
+    for name in ("body.x [m]", "bogie.pitch [rad]", "bogie.x [m]", "wheelset1.spin [rad/s]"):
+        assert ratio(reference[name], fast[name]) < 2e-2, name
 
 
 def test_displacement_along_the_track_is_that_of_its_rate_and_of_its_acceleration():

@@ -10,6 +10,7 @@ from railsim.analysis.curving.layout import check
 from railsim.effects.interface import EFFECTS, Setup
 from railsim.errors import InputError
 from railsim.model import Model
+from railsim.speed import Constant
 from railsim.vehicles.class175_whole import Class175Whole
 from railsim.vehicles.manchester_whole import ManchesterWhole
 from railsim.vehicles.payload import Payload
@@ -44,10 +45,10 @@ def numbers(model: Model) -> dict[str, list[np.ndarray]]:
 @pytest.mark.parametrize("kind", ALIKE)
 def test_a_factor_does_what_the_effect_on_the_second_bogie_does(vehicle, kind):
     scenario = load_scenario("whole_coach").but(vehicle=vehicle, sensors=())
-    setup = Setup(vehicle, scenario.geometry, (), scenario.speed, scenario.traction, 1.0)
+    setup = Setup(vehicle, scenario.geometry, (), Constant(speed=20.0), scenario.traction, 1.0)
     by_effect = EFFECTS.pick(kind).build({"bogie": 2, "factor": FACTOR}).install(setup).model
     other = vehicle.but(rear=RearBogie(**dict.fromkeys(ALIKE[kind], FACTOR)))
-    by_field = other.pulled(other.model())
+    by_field = other.pulled(other.model(), Constant(speed=20.0), 1.0)
     expected, found = numbers(by_effect), numbers(by_field)
     assert found.keys() == expected.keys()
     for name, values in expected.items():
