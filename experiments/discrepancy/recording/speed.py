@@ -17,6 +17,7 @@ from scipy.optimize import minimize
 from railsim.errors import InputError
 from railsim.measurements import Measurements
 from railsim.scenario import Scenario
+from railsim.stamps import usual_step
 
 STANDING = 0.2  # m/s, that is given for a vehicle that stands
 SLOW = 2.0  # m/s, below which nothing is excited
@@ -45,7 +46,7 @@ def measured_speed(
     InputError : the vehicle hardly moves.
     """
     series = {
-        kind: _series(measured, sheet["name"], begin)
+        kind: _series(measured, sheet["name"], kind == "tachometer", begin)
         for sheet in measured.about["sensors"]
         for kind in [sheet.get("kind")]
         if kind in ("tachometer", "gnss") and _heard(measured, f"{sheet['name']}.speed [m/s]")
@@ -73,10 +74,14 @@ def _heard(measured: Measurements, channel: str) -> bool:
     return channel in measured and int(np.isfinite(measured[channel]).sum()) >= FEWEST
 
 
-def _series(measured: Measurements, name: str, begin: float) -> tuple[np.ndarray, np.ndarray]:
+def _series(measured: Measurements, name: str, counted: bool, begin: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) instants [s] and speeds [m/s]; what is `counted` since the sample before is the speed in between."""
     channel = f"{name}.speed [m/s]"
-    good = np.isfinite(measured[channel])
-    return measured.time(channel)[good] - begin, measured[channel][good]
+    time, values = measured.time(channel) - begin, measured[channel]
+    if counted:
+        time = time - 0.5 * usual_step(time).size
+    good = np.isfinite(values)
+    return time[good], values[good]
 
 
 def vehicle_speed(time: np.ndarray, values: np.ndarray, knots: np.ndarray) -> np.ndarray:

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from scipy.linalg import null_space
 
-from experiments.discrepancy.recording.speed import KNOT, Signal, vehicle_speed
+from experiments.discrepancy.recording.speed import KNOT, Signal, measured_speed, vehicle_speed
+from railsim.measurements import TIME as TIMES
+from railsim.measurements import Measurements
+from railsim.scenario import load_scenario
 
 RATE = 64.0  # Hz
 TIME = np.arange(0.0, 30.0, 1.0 / RATE)
@@ -49,6 +52,23 @@ def test_an_hour_at_a_steady_speed_and_samples_without_noise() -> None:
     assert np.abs(vehicle_speed(time, np.full(len(time), 20.0), knots) - 20.0).max() < 1e-3
     true = np.interp(TIME, [0.0, 10.0, 20.0, 30.0], [20.0, 20.0, 26.0, 26.0])
     assert np.abs(vehicle_speed(TIME, true, KNOTS) - np.interp(KNOTS, TIME, true)).max() < 0.01
+
+
+@pytest.mark.parametrize("rate", [10.0, 64.0])
+def test_pulses_counted_since_the_sample_before_tell_the_speed_in_between(rate: float) -> None:
+    """Of a vehicle that speeds up by 0.7 m/s2 from 10 s on; taken for that at the sample it is 0.7 / (2 rate) late."""
+    time = np.arange(1.0 / rate, 30.0, 1.0 / rate)
+
+    def way(at: np.ndarray) -> np.ndarray:
+        return 20.0 * at + 0.5 * 0.7 * np.maximum(at - 10.0, 0.0) ** 2
+
+    counted = rate * (way(time) - way(time - 1.0 / rate)) + 1e-4 * np.random.default_rng(6).standard_normal(len(time))
+    sheet = {"name": "axle", "kind": "tachometer"}
+    measured = Measurements(
+        {"origin": "test", "vehicle": {}, "sensors": [sheet]}, {rate: {TIMES: time, "axle.speed [m/s]": counted}}
+    )
+    knots, found, _ = measured_speed(measured, load_scenario("default"), 30.0)
+    assert np.abs(found - 20.0 - 0.7 * np.maximum(knots - 10.0, 0.0))[knots < 29.5].max() < 0.2 * 0.7 / (2.0 * rate)
 
 
 @pytest.mark.parametrize("weighted", [False, True])
