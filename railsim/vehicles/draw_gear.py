@@ -10,7 +10,7 @@ from railsim.speed import Constant, Profile
 
 TRAIN = "train"  # the body that keeps the prescribed speed
 DAMPING = 0.7  # of critical, of the vehicle's mass on the draw gear; illustrative
-STEP = 2.0**-8  # s, between the values of the pull; far below the periods of bodies along the track
+STEP = 2.0**-8  # s, between the values of the pull; illustrative: far below the periods of bodies along the track
 
 
 def pulled(model: Model, stiffness: float, speed: Constant | Profile, duration: float) -> Model:
