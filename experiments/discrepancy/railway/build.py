@@ -22,6 +22,7 @@ from railsim.vehicles.interface import Vehicle
 PAYLOAD = 1500.0  # kg; spread of what nobody has weighed
 OFFSET, WANDER = 0.3, 0.02  # m at mid-run and of each slow sine, after registration
 SCALE = 2e-3  # of the speed, after registration
+ROLLING = 0.2  # of what the nominal vehicle's wheel rolls: twelve builds drawn within their tolerances in a curve
 PERIOD = 8.0  # s of the run for each slow sine
 GAIN, DELAY = 0.01, 2e-4  # -, s; where the data sheet states no spread of the scale
 TURN = -np.cross(np.eye(3)[None], np.eye(3)[:, None])
@@ -57,12 +58,13 @@ def vehicle_at(vehicle: Vehicle, values: Mapping[str, float]) -> Any:
 
 
 def along_coordinates(record: Record) -> list[Coordinate]:
-    """Alignment with the track: place at mid-run, scale of the speed, and slow sines."""
+    """Alignment with the track: place at mid-run, scale of the speed, slow sines; how the tachometer's wheel rolls."""
     sines = max(2, round(record.duration / PERIOD))
-    scale = max(SCALE, 0.2 * record.evidence.speed[2])
+    scale = max(SCALE, 0.2 * record.evidence.speed.scale_std)
     return [
         Coordinate("offset", "m", 0.0, OFFSET, 1e-3), Coordinate("speed", "-", 0.0, scale, 1e-5),
         *(Coordinate(f"wander {k + 1}", "m", 0.0, WANDER, 1e-3) for k in range(sines)),
+        *([Coordinate("rolling", "-", 0.0, ROLLING)] if record.evidence.speed.wheelset else []),
     ]  # fmt: skip
 
 
@@ -139,7 +141,8 @@ def _speed(record: Record, values: Mapping[str, float]) -> tuple[np.ndarray, np.
     time, speed = record.speed
     sizes = np.array([value for name, value in values.items() if name.startswith("wander")])
     turn = np.pi * np.arange(1, len(sizes) + 1) / record.duration
-    moved = speed * (1.0 + values.get("speed", 0.0)) + (sizes * turn) @ np.cos(turn[:, None] * time)
+    rolled = record.registration.rolling ** values.get("rolling", 0.0)
+    moved = speed * (1.0 + values.get("speed", 0.0)) / rolled + (sizes * turn) @ np.cos(turn[:, None] * time)
     return time, np.clip(moved, 0.0, 119.0)
 
 

@@ -162,7 +162,7 @@ class Record:
 
     def _lowest(self, end: float) -> np.ndarray:
         time = self._begins(end)[:, None] + WINDOW * np.linspace(0.0, 1.0, 9)
-        return np.interp(time, self.evidence.speed[0], self.evidence.speed[1]).min(axis=1)
+        return np.interp(time, *self.evidence.speed[:2]).min(axis=1)
 
     def _moves(self, end: float) -> np.ndarray:
         """(frames,) whether the vehicle moves; it has for `DROPPED`: after a slow stretch the model comes from another
@@ -251,8 +251,8 @@ class Record:
     @cached_property
     def speed(self) -> tuple[np.ndarray, np.ndarray]:
         """Time and speed [m/s], as registered; a vehicle that stands stays where it is."""
-        time, speed, _ = self.evidence.speed
-        return time, np.where(speed > STANDING, speed * self.registration.scale, 0.0)
+        time, speed = self.evidence.speed[:2]
+        return time, np.where(speed > STANDING, self.registration.speed(speed), 0.0)
 
 
 def _quantity(channel: str) -> str:

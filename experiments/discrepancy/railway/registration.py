@@ -1,20 +1,27 @@
-"""Registration: where the recording began and how far off its speed is, from the lag between model and measurement."""
+"""Registration: where the recording began and how far off its speed is, from the lag between model and measurement.
+
+A tachometer tells how its wheel rolls: in a curve on other radii than on straight track. What the nominal vehicle's
+wheel does there beside the speed is taken off.
+"""
 
 from dataclasses import dataclass
 from functools import reduce
 from itertools import islice
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, correlate, sosfiltfilt
 
 from experiments.discrepancy.railway.creep_law import as_run
 from experiments.discrepancy.railway.survey import Surveyed
 from experiments.discrepancy.recording.evidence import Evidence
+from experiments.discrepancy.recording.speed import KNOT, SLOW
 from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import Setup
 from railsim.engines.interface import Run, default_substeps
 from railsim.engines.verlet import integrate
 from railsim.errors import InputError
+from railsim.model import Model
 from railsim.sensors.errors import SensorErrors
 from railsim.speed import Profile
 from railsim.track.kernel import build_tables
@@ -30,12 +37,19 @@ MOST = 3  # channels that count: the first of these that follow the track at all
 SPEEDS = (0.05, 119.0)  # m/s, of a run
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Registration:
-    """Where the first sample was taken [m], and by how much the measured speed is off, both roughly."""
+    """Where the first sample was taken [m], and by how much the measured speed is off, both roughly; `rolling`: speed
+    that the tachometer's wheel tells over that of the vehicle, at the instants of the measured speed.
+    """
 
     start: float
     scale: float = 1.0
+    rolling: np.ndarray | float = 1.0
+
+    def speed(self, measured: np.ndarray) -> np.ndarray:
+        """Of the vehicle [m/s]."""
+        return measured * self.scale / self.rolling
 
 
 def register(evidence: Evidence, tries: int = 3) -> Registration:
@@ -49,16 +63,19 @@ def register(evidence: Evidence, tries: int = 3) -> Registration:
     surveyed = Surveyed(evidence.track, evidence.track_errors, evidence.track_estimated)
     track = surveyed.expected(dict.fromkeys(surveyed.kinds(), 1.0))
     for number in range(tries):
-        time, lag, weight = _lags(evidence, _predicted(evidence, track, registration))
+        prediction, rolling = _predicted(evidence, track, registration)
+        time, lag, weight = _lags(evidence, prediction)
         if not len(time):
             raise InputError(
                 "nothing in the recording follows the measured track; check the track file and 'start', "
                 "or take a rougher section"
             )
-        along = np.interp(time, *evidence.speed[:2]) * lag  # m that the model is behind
-        travelled = np.interp(time, evidence.speed[0], _distance(*evidence.speed[:2]))
+        measured = evidence.speed
+        along = np.interp(time, measured.time, measured.speed) * lag  # m that the model is behind
+        way = cumulative_trapezoid(measured.speed, measured.time, initial=0.0)
+        travelled = np.interp(time, measured.time, way)
         offset, slope = robust_line(travelled, along, weight)
-        registration = Registration(registration.start - offset, registration.scale * (1.0 - slope))
+        registration = Registration(registration.start - offset, registration.scale * (1.0 - slope), rolling)
         if number and abs(offset) < 0.02 and abs(slope) < 1e-4:
             break
     return registration
@@ -69,11 +86,12 @@ def ideal(errors: SensorErrors) -> SensorErrors:
     return SensorErrors(bandwidth=errors.bandwidth, bandwidth_order=errors.bandwidth_order, latency=errors.latency)
 
 
-def _predicted(evidence: Evidence, track: Track, registration: Registration) -> dict[str, np.ndarray]:
-    """Samples of the compared channels by the nominal vehicle and sensors without errors."""
-    scenario, (time, speed, _) = evidence.scenario, evidence.speed
-    values = np.clip(speed * registration.scale, *SPEEDS)
-    profile = Profile(kind="profile", time=tuple(time.tolist()), speed=tuple(values.tolist()))
+def _predicted(
+    evidence: Evidence, track: Track, registration: Registration
+) -> tuple[dict[str, np.ndarray], np.ndarray | float]:
+    """Samples of the compared channels by the nominal vehicle and sensors without errors, and how it rolls."""
+    scenario, speed = evidence.scenario, np.clip(registration.speed(evidence.speed.speed), *SPEEDS)
+    profile = Profile(kind="profile", time=tuple(evidence.speed.time.tolist()), speed=tuple(speed.tolist()))
     sensors = tuple(sensor.but(errors=ideal(sensor.errors)) for sensor in evidence.sensors)
     plain = Setup(
         as_run(scenario.vehicle), track, sensors, profile, scenario.traction, evidence.duration,
@@ -88,11 +106,21 @@ def _predicted(evidence: Evidence, track: Track, registration: Registration) -> 
     rows = np.concatenate(list(integrate(run)))
     truth, rng = HeldTruth(rows.T.copy(), rate, channel_names(setup.model), about), np.random.default_rng(0)
     measured = [(sensor, sensor.measure(truth, rng)) for sensor in setup.sensors]  # ideal sensors draw nothing
-    return {name: table[name].to_numpy() for sensor, table in measured for name in sensor.channels()}
+    samples = {name: table[name].to_numpy() for sensor, table in measured for name in sensor.channels()}
+    return samples, _rolling(evidence, setup.model, truth, speed)
 
 
-def _distance(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+def _rolling(evidence: Evidence, model: Model, truth: HeldTruth, speed: np.ndarray) -> np.ndarray | float:
+    """What the tachometer's wheel tells over `speed`, each the mean from half a knot before to half a knot after."""
+    angle = f"{evidence.speed.wheelset}.spin_angle [rad]"
+    if angle not in truth:
+        return 1.0
+    edges = np.append(evidence.speed.time - 0.5 * KNOT, evidence.speed.time[-1] + 0.5 * KNOT)
+    edges = np.clip(edges, truth.time[0], truth.time[-1])
+    rolled = model.wheelsets[0].radius * np.diff(np.interp(edges, truth.time, truth[angle]))
+    way = cumulative_trapezoid(speed, evidence.speed.time, initial=0.0)
+    gone = np.diff(np.interp(edges, evidence.speed.time, way))
+    return np.where(gone > SLOW * KNOT, rolled / np.maximum(gone, SLOW * KNOT), 1.0)
 
 
 def _lags(evidence: Evidence, prediction: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

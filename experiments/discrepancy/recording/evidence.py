@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from experiments.discrepancy.recording.samples import sampled
-from experiments.discrepancy.recording.speed import measured_speed
+from experiments.discrepancy.recording.speed import MeasuredSpeed, measured_speed
 from railsim.dynamics.channels import channel_names
 from railsim.errors import InputError
 from railsim.measurements import Measurements
@@ -59,8 +59,8 @@ class Evidence:
     channels : names, in the order of `sensors`. samples : channel to (n,) values with NaN where lost.
     rates : channel to Hz; all divide the model's. sensors : as their data sheets say, without hidden errors.
     track : as measured. track_errors : standard deviations of the track's rows. track_estimated : the track is an
-    estimate, whose errors are what it leaves open. speed : (time [s], speed [m/s],
-    relative standard deviation of its scale). left_out : channels that are not used, with the reason.
+    estimate, whose errors are what it leaves open. speed : by tachometer, satellite receiver or scenario.
+    left_out : channels that are not used, with the reason.
     slowest : Hz, of the slowest channel as it was measured.
     """
 
@@ -72,7 +72,7 @@ class Evidence:
     track: Track
     track_errors: TrackErrors
     track_errors_stated: bool
-    speed: tuple[np.ndarray, np.ndarray, float]
+    speed: MeasuredSpeed
     left_out: tuple[str, ...]
     slowest: float = math.inf
     track_estimated: bool = False
@@ -144,9 +144,9 @@ def _at_rate(sensor: Sensor, rates: dict[str, float]) -> Sensor:
     return sensor.but(rate=next(rates[name] for name in sensor.channels() if name in rates))
 
 
-def _check_reach(track: Track, scenario: Scenario, speed: tuple[np.ndarray, np.ndarray, float]) -> None:
+def _check_reach(track: Track, scenario: Scenario, speed: MeasuredSpeed) -> None:
     """Raise `InputError` where the measured track does not reach along the whole run."""
-    way = float(np.sum(0.5 * (speed[1][1:] + speed[1][:-1]) * np.diff(speed[0])))
+    way = float(np.trapezoid(speed.speed, speed.time))
     rear, front = scenario.overhang
     first, last = scenario.start + rear, scenario.start + way + front
     if first < track.s[0] - MOST_AHEAD or last > track.s[-1] + MOST_AHEAD:

@@ -8,7 +8,7 @@ those of the greatest likelihood; one banded matrix gives likelihood and mean (R
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
@@ -33,9 +33,18 @@ LEAST, MOST = (
 TURNS, FURTHER = 400, 100  # evaluations of a search for the sizes: the first, and each that follows
 
 
-def measured_speed(
-    measured: Measurements, scenario: Scenario, duration: float, begin: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, float]:
+class MeasuredSpeed(NamedTuple):
+    """Speed [m/s] over `time` [s], the relative standard deviation of its scale, and the wheelset whose tachometer told
+    it; None where none did.
+    """
+
+    time: np.ndarray
+    speed: np.ndarray
+    scale_std: float
+    wheelset: str | None = None
+
+
+def measured_speed(measured: Measurements, scenario: Scenario, duration: float, begin: float = 0.0) -> MeasuredSpeed:
     """Speed over time, from `begin` [s] of the recording on: by the tachometer or the satellite receiver, else the
     scenario's.
 
@@ -51,7 +60,8 @@ def measured_speed(
         for kind in [sheet.get("kind")]
         if kind in ("tachometer", "gnss") and _heard(measured, f"{sheet['name']}.speed [m/s]")
     }
-    knots = np.arange(0.0, duration + KNOT, KNOT)
+    bodies = {sheet.get("kind"): sheet.get("body") for sheet in measured.about["sensors"]}
+    knots, wheelset = np.arange(0.0, duration + KNOT, KNOT), None
     if not series:
         speed = np.interp(knots, *scenario.speed.knots(duration))
         scale_std = 0.01
@@ -59,6 +69,7 @@ def measured_speed(
         if len(series) == 2 and np.median(series["tachometer"][1]) < SLOW <= np.median(series["gnss"][1]):
             del series["tachometer"]  # dead, or its wheel stands
         time, values = series.get("tachometer") or series["gnss"]
+        wheelset = bodies["tachometer"] if "tachometer" in series else None
         speed = vehicle_speed(time, values, knots)
         scale_std = 0.01 if "gnss" not in series else 0.002
         if len(series) == 2:
@@ -66,7 +77,7 @@ def measured_speed(
             speed = speed * float(np.median(receiver / np.maximum(np.interp(time, knots, speed), 0.1)))
     if float(np.median(speed)) < SLOW:
         raise InputError(f"the vehicle moves slower than {SLOW:g} m/s most of the time; give a faster recording")
-    return knots, np.maximum(speed, STANDING), scale_std
+    return MeasuredSpeed(knots, np.maximum(speed, STANDING), scale_std, wheelset)
 
 
 def _heard(measured: Measurements, channel: str) -> bool:

@@ -1,9 +1,15 @@
 """Lag over distance gives start and scale; neither a few wrong windows nor channels that do not follow matter."""
 
 import numpy as np
+import pytest
+from scipy.integrate import cumulative_trapezoid
 
+from experiments.discrepancy.railway.build import along_coordinates, recorded_speed
 from experiments.discrepancy.railway.cases import ALL, as_measured, nominal
+from experiments.discrepancy.railway.record import Record
 from experiments.discrepancy.railway.registration import register, robust_line
+from experiments.discrepancy.railway.settings import settings
+from experiments.discrepancy.railway.specimens import build_specimen
 from experiments.discrepancy.recording.evidence import evidence_of
 from railsim.scenario import Scenario
 
@@ -24,3 +30,28 @@ def test_vertical_channels_that_show_joints_alone_leave_it_to_the_lateral_ones()
     true = Scenario.build(told.values() | {"effects": [joints], "start": told.start + 1.5})
     found = register(evidence_of(as_measured(true, told, "compiled"), told))
     assert abs(found.start - true.start) < 0.1
+
+
+@pytest.mark.parametrize("build", [3, 4])  # by FASTSIM and by Polach's law
+def test_how_the_wheel_rolls_in_a_curve_is_no_speed_of_the_vehicle(build: int):
+    """Of a vehicle within its tolerances; start and scale of the speed are open, as they are to the inference."""
+    told = settings()["curve"].nominal
+    true = build_specimen(told, (), np.random.default_rng([99, build]))
+    record = Record(evidence_of(as_measured(true, told, "compiled"), told))
+    time = np.arange(0.0, record.evidence.duration, 0.01)
+    gone = true.start + time * float(true.speed.knots(1.0)[1][0])  # m
+
+    def misplaced(speed: np.ndarray) -> np.ndarray:
+        way = cumulative_trapezoid(speed, time, initial=0.0)
+        return way - gone - np.polyval(np.polyfit(way, way - gone, 1), way)
+
+    told_by_wheel = misplaced(np.interp(time, *record.evidence.speed[:2]))
+    registered = misplaced(np.interp(time, *record.speed))
+    rolling = next(one for one in along_coordinates(record) if one.name == "rolling")
+    profile = recorded_speed(record, {"rolling": rolling.spread})
+    by_spread = misplaced(np.interp(time, profile.time, profile.speed)) - registered
+    left = registered - by_spread * (registered @ by_spread) / (by_spread @ by_spread)
+    rms = [float(np.sqrt(np.mean(one**2))) for one in (told_by_wheel, registered, left)]
+    assert rms[0] > 15e-3
+    assert rms[1] < rms[0] / 3.0
+    assert rms[2] < 2e-3
