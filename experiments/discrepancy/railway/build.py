@@ -64,7 +64,7 @@ def along_coordinates(record: Record) -> list[Coordinate]:
     return [
         Coordinate("offset", "m", 0.0, OFFSET, 1e-3), Coordinate("speed", "-", 0.0, scale, 1e-5),
         *(Coordinate(f"wander {k + 1}", "m", 0.0, WANDER, 1e-3) for k in range(sines)),
-        *([Coordinate("rolling", "-", 0.0, ROLLING)] if record.evidence.speed.wheelset else []),
+        *([Coordinate("rolling", "-", 0.0, ROLLING)] if record.evidence.speed.wheel else []),
     ]  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from scipy.signal import butter, correlate, sosfiltfilt
 from experiments.discrepancy.railway.creep_law import as_run
 from experiments.discrepancy.railway.survey import Surveyed
 from experiments.discrepancy.recording.evidence import Evidence
-from experiments.discrepancy.recording.speed import KNOT, SLOW
+from experiments.discrepancy.recording.speed import SLOW
 from railsim.dynamics.channels import channel_names
 from railsim.effects.interface import Setup
 from railsim.engines.interface import Run, default_substeps
@@ -24,6 +24,7 @@ from railsim.errors import InputError
 from railsim.model import Model
 from railsim.sensors.errors import SensorErrors
 from railsim.speed import Profile
+from railsim.stamps import usual_step
 from railsim.track.kernel import build_tables
 from railsim.track.track import Track
 from railsim.truth import HeldTruth
@@ -111,16 +112,20 @@ def _predicted(
 
 
 def _rolling(evidence: Evidence, model: Model, truth: HeldTruth, speed: np.ndarray) -> np.ndarray | float:
-    """What the tachometer's wheel tells over `speed`, each the mean from half a knot before to half a knot after."""
-    angle = f"{evidence.speed.wheelset}.spin_angle [rad]"
-    if angle not in truth:
+    """What the tachometer's wheel tells over `speed`, both smoothed as the measured samples are."""
+    wheel = evidence.speed.wheel
+    if wheel is None or (angle := f"{wheel.body}.spin_angle [rad]") not in truth:
         return 1.0
-    edges = np.append(evidence.speed.time - 0.5 * KNOT, evidence.speed.time[-1] + 0.5 * KNOT)
-    edges = np.clip(edges, truth.time[0], truth.time[-1])
-    rolled = model.wheelsets[0].radius * np.diff(np.interp(edges, truth.time, truth[angle]))
+    instants = wheel.smoother.signal.time
+    half = 0.5 * usual_step(instants).size
+    ends = np.clip(instants[:, None] + [-half, half], truth.time[0], truth.time[-1])
     way = cumulative_trapezoid(speed, evidence.speed.time, initial=0.0)
-    gone = np.diff(np.interp(edges, evidence.speed.time, way))
-    return np.where(gone > SLOW * KNOT, rolled / np.maximum(gone, SLOW * KNOT), 1.0)
+    gone = np.diff(np.interp(ends, evidence.speed.time, way))[:, 0]
+    rolled = model.wheelsets[0].radius * np.diff(np.interp(ends, truth.time, truth[angle]))[:, 0]
+    moves, at = gone > SLOW * half, np.interp(instants, evidence.speed.time, speed)
+    told = wheel.smoother.speed(at * np.where(moves, rolled / np.where(moves, gone, 1.0), 1.0))
+    smooth = wheel.smoother.speed(at)
+    return np.where(smooth > SLOW, told / np.maximum(smooth, SLOW), 1.0)
 
 
 def _lags(evidence: Evidence, prediction: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ variance of their own each (West 1987, Biometrika 74). What the wheel does is a 
 those of the greatest likelihood; one banded matrix gives likelihood and mean (Rue and Held 2005, section 2.4).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -34,14 +34,19 @@ TURNS, FURTHER = 400, 100  # evaluations of a search for the sizes: the first, a
 
 
 class MeasuredSpeed(NamedTuple):
-    """Speed [m/s] over `time` [s], the relative standard deviation of its scale, and the wheelset whose tachometer told
-    it; None where none did.
-    """
+    """Speed [m/s] over `time` [s], the relative standard deviation of its scale, and the wheel that told it."""
 
     time: np.ndarray
     speed: np.ndarray
     scale_std: float
-    wheelset: str | None = None
+    wheel: "Wheel | None" = None
+
+
+class Wheel(NamedTuple):
+    """Body on which a tachometer is mounted, and how its samples were smoothed."""
+
+    body: str
+    smoother: "Smoother"
 
 
 def measured_speed(measured: Measurements, scenario: Scenario, duration: float, begin: float = 0.0) -> MeasuredSpeed:
@@ -61,7 +66,7 @@ def measured_speed(measured: Measurements, scenario: Scenario, duration: float, 
         if kind in ("tachometer", "gnss") and _heard(measured, f"{sheet['name']}.speed [m/s]")
     }
     bodies = {sheet.get("kind"): sheet.get("body") for sheet in measured.about["sensors"]}
-    knots, wheelset = np.arange(0.0, duration + KNOT, KNOT), None
+    knots, wheel = np.arange(0.0, duration + KNOT, KNOT), None
     if not series:
         speed = np.interp(knots, *scenario.speed.knots(duration))
         scale_std = 0.01
@@ -69,15 +74,15 @@ def measured_speed(measured: Measurements, scenario: Scenario, duration: float, 
         if len(series) == 2 and np.median(series["tachometer"][1]) < SLOW <= np.median(series["gnss"][1]):
             del series["tachometer"]  # dead, or its wheel stands
         time, values = series.get("tachometer") or series["gnss"]
-        wheelset = bodies["tachometer"] if "tachometer" in series else None
-        speed = vehicle_speed(time, values, knots)
+        speed, smoother = vehicle_speed(Signal(time, values, knots))
+        wheel = Wheel(bodies["tachometer"], smoother) if "tachometer" in series and bodies["tachometer"] else None
         scale_std = 0.01 if "gnss" not in series else 0.002
         if len(series) == 2:
             time, receiver = series["gnss"]
             speed = speed * float(np.median(receiver / np.maximum(np.interp(time, knots, speed), 0.1)))
     if float(np.median(speed)) < SLOW:
         raise InputError(f"the vehicle moves slower than {SLOW:g} m/s most of the time; give a faster recording")
-    return MeasuredSpeed(knots, np.maximum(speed, STANDING), scale_std, wheelset)
+    return MeasuredSpeed(knots, np.maximum(speed, STANDING), scale_std, wheel)
 
 
 def _heard(measured: Measurements, channel: str) -> bool:
@@ -95,25 +100,40 @@ def _series(measured: Measurements, name: str, counted: bool, begin: float) -> t
     return time[good], values[good]
 
 
-def vehicle_speed(time: np.ndarray, values: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Speed at evenly spaced `knots` [s], of samples [m/s] at `time` [s]; piecewise linear between knots."""
-    signal, found = Signal(time, values, knots), np.full(len(knots), np.inf)
-    weights, sizes = np.ones(len(knots) - 2), np.log(BEGIN)
+def vehicle_speed(signal: "Signal") -> tuple[np.ndarray, "Smoother"]:
+    """Speed at the knots [m/s], piecewise linear between them, and how the samples were smoothed."""
+    weights, found = np.ones(len(signal.knots) - 2), np.full(len(signal.knots), np.inf)
+    smoother = Smoother(signal, np.log(BEGIN), weights)
     for number in range(ROUNDS):
-        sizes = signal.fitted(sizes, weights, FURTHER if number else TURNS)
+        sizes = signal.fitted(smoother.sizes, weights, FURTHER if number else TURNS)
         cost, speed = signal.at(sizes, weights)
         if not np.isfinite(cost):
             break
-        before, found = found, speed
+        before, found, smoother = found, speed, Smoother(signal, sizes, weights)
         if np.abs(found - before).max() < SAME:
             break
         weights = 0.5 * (1.0 + (np.diff(found, 2) / np.exp(sizes[1])) ** 2)
-    return found
+    return found, smoother
+
+
+@dataclass(frozen=True, eq=False)
+class Smoother:
+    """How the samples of a signal were smoothed: logs of the sizes, and variances of the bends."""
+
+    signal: "Signal"
+    sizes: np.ndarray
+    weights: np.ndarray
+
+    def speed(self, values: np.ndarray) -> np.ndarray:
+        """Speed at the knots [m/s] of other samples at the same instants, smoothed in the same way."""
+        return replace(self.signal, values=values).at(self.sizes, self.weights)[1]
 
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """Samples of a speed as a linear function of speed and wheel at the knots, s0 w0 s1 w1 ..."""
+    """Samples of a speed [m/s] at `time` [s] as a linear function of speed and wheel at evenly spaced `knots` [s],
+    s0 w0 s1 w1 ...
+    """
 
     time: np.ndarray
     values: np.ndarray

@@ -32,26 +32,41 @@ def test_vertical_channels_that_show_joints_alone_leave_it_to_the_lateral_ones()
     assert abs(found.start - true.start) < 0.1
 
 
-@pytest.mark.parametrize("build", [3, 4])  # by FASTSIM and by Polach's law
-def test_how_the_wheel_rolls_in_a_curve_is_no_speed_of_the_vehicle(build: int):
-    """Of a vehicle within its tolerances; start and scale of the speed are open, as they are to the inference."""
-    told = settings()["curve"].nominal
+def _places(setting: str, build: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How far a vehicle within its tolerances is misplaced [m] by its tachometer, as registered, and by one spread of
+    how its wheel rolls more; start and scale of the speed are open, as they are to the inference.
+    """
+    told = settings()[setting].nominal
     true = build_specimen(told, (), np.random.default_rng([99, build]))
     record = Record(evidence_of(as_measured(true, told, "compiled"), told))
     time = np.arange(0.0, record.evidence.duration, 0.01)
-    gone = true.start + time * float(true.speed.knots(1.0)[1][0])  # m
+    gone = true.start + time * float(true.speed.knots(1.0)[1][0])
 
-    def misplaced(speed: np.ndarray) -> np.ndarray:
-        way = cumulative_trapezoid(speed, time, initial=0.0)
+    def misplaced(at: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        way = cumulative_trapezoid(np.interp(time, at, speed), time, initial=0.0)
         return way - gone - np.polyval(np.polyfit(way, way - gone, 1), way)
 
-    told_by_wheel = misplaced(np.interp(time, *record.evidence.speed[:2]))
-    registered = misplaced(np.interp(time, *record.speed))
-    rolling = next(one for one in along_coordinates(record) if one.name == "rolling")
-    profile = recorded_speed(record, {"rolling": rolling.spread})
-    by_spread = misplaced(np.interp(time, profile.time, profile.speed)) - registered
+    spread = next(one.spread for one in along_coordinates(record) if one.name == "rolling")
+    more = recorded_speed(record, {"rolling": spread})
+    registered = misplaced(*record.speed)
+    by_spread = misplaced(np.array(more.time), np.array(more.speed)) - registered
+    return misplaced(*record.evidence.speed[:2]), registered, by_spread
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@pytest.mark.parametrize("build", [3, 4])  # by FASTSIM and by Polach's law
+def test_how_the_wheel_rolls_in_a_curve_is_no_speed_of_the_vehicle(build: int):
+    by_wheel, registered, by_spread = _places("curve", build)
     left = registered - by_spread * (registered @ by_spread) / (by_spread @ by_spread)
-    rms = [float(np.sqrt(np.mean(one**2))) for one in (told_by_wheel, registered, left)]
-    assert rms[0] > 15e-3
-    assert rms[1] < rms[0] / 3.0
-    assert rms[2] < 2e-3
+    assert _rms(by_wheel) > 15e-3
+    assert _rms(registered) < _rms(by_wheel) / 3.0
+    assert _rms(left) < 2e-3
+
+
+def test_on_straight_track_the_wheel_tells_the_speed():
+    by_wheel, registered, by_spread = _places("home", 2)
+    assert _rms(registered) < _rms(by_wheel) < 0.4e-3
+    assert _rms(by_spread) < 0.1e-3

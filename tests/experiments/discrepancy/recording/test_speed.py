@@ -25,7 +25,7 @@ def _wheel(size: float, memory: float, rng: np.random.Generator) -> np.ndarray:
 def test_braking_begins_and_ends_where_it_does() -> None:
     rng = np.random.default_rng(2)
     true = np.interp(TIME, [0.0, 8.3, 18.1, 30.0], [24.0, 24.0, 14.2, 14.2])
-    found = vehicle_speed(TIME, true + _wheel(2e-3, 0.2, rng) + 1e-3 * rng.standard_normal(len(TIME)), KNOTS)
+    found = vehicle_speed(Signal(TIME, true + _wheel(2e-3, 0.2, rng) + 1e-3 * rng.standard_normal(len(TIME)), KNOTS))[0]
     assert np.abs(found - np.interp(KNOTS, TIME, true)).max() < 0.03  # half a knot of 1 m/s2 more is 0.06
     steady = np.diff(found) / KNOT
     assert np.abs(steady[(KNOTS[:-1] > 10.0) & (KNOTS[:-1] < 17.0)] + 1.0).max() < 0.02
@@ -35,23 +35,23 @@ def test_braking_begins_and_ends_where_it_does() -> None:
 def test_what_the_wheel_does_is_no_speed_of_the_vehicle() -> None:
     rng = np.random.default_rng(3)
     values = 20.0 + 3e-3 * np.sin(2.0 * np.pi * 2.0 * TIME) + 1e-3 * rng.standard_normal(len(TIME))
-    assert np.std(np.diff(vehicle_speed(TIME, values, KNOTS)) / KNOT) < 0.003  # the wheel: 0.027
+    assert np.std(np.diff(vehicle_speed(Signal(TIME, values, KNOTS))[0]) / KNOT) < 0.003  # the wheel: 0.027
 
 
 def test_a_rough_signal_with_gaps() -> None:
     rng = np.random.default_rng(4)
     true = np.interp(TIME, [0.0, 10.0, 20.0, 30.0], [20.0, 20.0, 26.0, 26.0])
     kept = (np.arange(len(TIME)) % 16 == 0) & ((TIME < 12.0) | (TIME > 15.0))
-    found = vehicle_speed(TIME[kept], (true + 0.05 * rng.standard_normal(len(TIME)))[kept], KNOTS)
+    found = vehicle_speed(Signal(TIME[kept], (true + 0.05 * rng.standard_normal(len(TIME)))[kept], KNOTS))[0]
     assert np.sqrt(np.mean((found - np.interp(KNOTS, TIME, true)) ** 2)) < 0.04
 
 
 def test_an_hour_at_a_steady_speed_and_samples_without_noise() -> None:
     knots = np.arange(0.0, 3600.0 + KNOT, KNOT)
     time = np.arange(0.0, 3600.0, 1.0)
-    assert np.abs(vehicle_speed(time, np.full(len(time), 20.0), knots) - 20.0).max() < 1e-3
+    assert np.abs(vehicle_speed(Signal(time, np.full(len(time), 20.0), knots))[0] - 20.0).max() < 1e-3
     true = np.interp(TIME, [0.0, 10.0, 20.0, 30.0], [20.0, 20.0, 26.0, 26.0])
-    assert np.abs(vehicle_speed(TIME, true, KNOTS) - np.interp(KNOTS, TIME, true)).max() < 0.01
+    assert np.abs(vehicle_speed(Signal(TIME, true, KNOTS))[0] - np.interp(KNOTS, TIME, true)).max() < 0.01
 
 
 @pytest.mark.parametrize("rate", [10.0, 64.0])
