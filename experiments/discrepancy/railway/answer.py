@@ -18,11 +18,12 @@ from experiments.discrepancy.core.search import infer
 from experiments.discrepancy.core.verdict import State, Verdict
 from experiments.discrepancy.railway.further import further, options
 from experiments.discrepancy.railway.library import Found, found_library
+from experiments.discrepancy.railway.passing import SEED
 from experiments.discrepancy.railway.plan import Plan, planned
 from experiments.discrepancy.railway.record import Record
 from experiments.discrepancy.railway.runs import give_back
 from experiments.discrepancy.railway.scales import SCALES
-from experiments.discrepancy.railway.system import SEED, Railway
+from experiments.discrepancy.railway.system import Railway
 from experiments.discrepancy.railway.unknown import Unknown, unknown_of
 from experiments.discrepancy.recording.evidence import Evidence
 from railsim.errors import InputError

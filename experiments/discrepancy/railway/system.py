@@ -25,6 +25,7 @@ from experiments.discrepancy.railway.build import (
 )
 from experiments.discrepancy.railway.creep_law import law_coordinates, with_fastsim
 from experiments.discrepancy.railway.makers import Maker
+from experiments.discrepancy.railway.passing import Passing, smooth
 from experiments.discrepancy.railway.record import Record
 from experiments.discrepancy.railway.simulated import Shown, Simulated, simulated_over, together_for
 from experiments.discrepancy.railway.survey import HIDDEN, Surveyed, sources
@@ -38,13 +39,10 @@ from railsim.track.track import Track
 HIDDEN_SPREAD = 1.5  # of the log of the level of what the track file hides: a factor of 4.5
 HEALTHY = 0.005  # scale of latent levels before any are learned, relative to what acts at the place
 SEEN = 0.1  # standard deviations of the noise: what moves the record less is no coordinate
-MOST = 24  # of these runs
-DRAWN = 10  # frames a channel of runs over tracks with other errors, of which the survey's covariance is made
 GRID = 0.15 * np.arange(-2, 3)  # m
 STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
 FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
 REMEMBERED = 8  # runs
-SEED = 20110901  # of these draws: the same for every hypothesis
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +176,7 @@ class Railway:
         return found
 
     def covariances(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
-        """(levels, F, channels, channels) of each section; linear answers of the nominal build."""
+        """(levels, F, channels, channels) of each section; linear answers to forces are those of the nominal build."""
         still = x.copy()
         still[self._after_runs] = 0.0
         shown = self._one(still, effects)
@@ -186,11 +184,12 @@ class Railway:
         if shown is None:
             return tuple(np.full((len(self.levels), len(f), count, count), np.nan + 0j) for _ in self.record.sections)
         read = shown.read @ self.simulated.turns[1][0].T
-        return tuple(self._of_section(number, read, shown.acting) for number in range(len(self.record.sections)))
+        gains = self._passing.gains(_key(still, effects), *self.at(still, effects))
+        return tuple(self._of_section(number, read, shown.acting, one) for number, one in enumerate(gains))
 
     def _one(self, x: np.ndarray, effects: tuple[Effect, ...]) -> Shown | None:
         """One run, of which the last few are remembered."""
-        key = x.tobytes() + "".join(one.name for one in effects).encode()
+        key = _key(x, effects)
         if key in self.last:
             return self.last[key]
         found = self.simulated.shown(*self.at(x, effects))
@@ -223,17 +222,19 @@ class Railway:
             self.kept["together"] = together_for(self.record)
         return self.kept["together"]
 
-    def _of_section(self, number: int, read: np.ndarray, frames: Mapping[str, np.ndarray]) -> np.ndarray:
+    def _of_section(
+        self, number: int, read: np.ndarray, frames: Mapping[str, np.ndarray], gains: Mapping[str, np.ndarray]
+    ) -> np.ndarray:
         answers, part = self.answers[number], self.record.sections[number]
         count, shape = len(self.record.channels), (len(self.record.frequencies), *[len(self.record.channels)] * 2)
         units = [np.outer(one, one) for one in np.eye(count)]
         whole = [np.broadcast_to(density * unit, shape) for density, unit in zip(self._noise, units, strict=True)]
-        whole += [self._survey[kind][number] for kind in self._sources]
+        whole += [self._survey(number, source, gains) for source in self._sources]
         for column, place in enumerate(answers.places):
-            power = _smooth(np.mean(np.abs(answers.acting(place, frames)[:, part]) ** 2, axis=1))
+            power = smooth(np.mean(np.abs(answers.acting(place, frames)[:, part]) ** 2, axis=1))
             one = answers.forces[:, :, column]
             whole.append(power[:, None, None] * one[:, :, None] * np.conj(one[:, None, :]))
-        power = _smooth(np.mean(np.abs(read[:, part]) ** 2, axis=1))
+        power = smooth(np.mean(np.abs(read[:, part]) ** 2, axis=1))
         whole += [power[:, k, None, None] * unit for k, unit in enumerate(units)]
         found = np.stack([one.astype(complex) for one in whole])
         found[:, :, range(count), range(count)] += 1e-12 * self._noise
@@ -254,7 +255,7 @@ class Railway:
         return self.kept["kinds"]
 
     def _shows(self, kind: str) -> bool:
-        powers = (part for column in self._surveyed.columns(kind) for part in self._passed[column])
+        powers = (part for column in self._surveyed.columns(kind) for part in self._passing.nominal[column])
         sizes = [np.einsum("fcc->fc", one).real.sum(axis=0) / self._noise for one in powers]
         return float(np.sum(sizes)) * self.record.seen.shape[1] > SEEN**2
 
@@ -418,43 +419,31 @@ class Railway:
         return "N m" if str(level.place).rpartition(" ")[2] in ("roll", "yaw") else "N"
 
     @cached_property
-    def _survey(self) -> dict[str, list[np.ndarray]]:
-        """(F, channels, channels) of each source of errors and section, as loud as stated."""
-        levels = self._levels_at(self._steps)
-        return {one: [self._of_source(one, levels, number) for number in range(len(self.record.sections))]
-                for one in self._sources}  # fmt: skip
+    def _shares(self) -> list[dict[str, dict[str, np.ndarray]]]:
+        """Of each section, source of errors and column: the share of its power that is left open, (F,)."""
+        levels, found = self._levels_at(self._steps), []
+        for number in range(len(self.record.sections)):
+            waves = self.record.frequencies / self.record.speed_of(number)
+            found.append({one: self._surveyed.shares(one, levels[one.removesuffix(HIDDEN)], waves)
+                          for one in self._sources})  # fmt: skip
+        return found
 
-    def _of_source(self, source: str, levels: Mapping[str, float], number: int) -> np.ndarray:
-        waves = self.record.frequencies / self.record.speed_of(number)
-        shares = self._surveyed.shares(source, levels[source.removesuffix(HIDDEN)], waves)
-        parts = [share[:, None, None] * self._passed[column][number] for column, share in shares.items()]
-        return np.sum(parts, axis=0)
+    def _survey(self, number: int, source: str, gains: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(F, channels, channels) of a source of errors in a section, as loud as stated."""
+        nominal, found = self._passing.nominal, 0.0
+        for column, share in self._shares[number][source].items():
+            gain = gains[column]
+            found = found + (share[:, None] * gain)[:, :, None] * np.conj(gain)[:, None, :] * nominal[column][number]
+        return np.asarray(found)
 
     @property
-    def _passed(self) -> dict[str, list[np.ndarray]]:
-        """(F, channels, channels) of each column and section: what white errors in that column do, from runs."""
-        if "passed" not in self.kept:
-            rng, file = np.random.default_rng(SEED), self._surveyed
-            track = self._expected(dict.fromkeys(file.kinds(), 1.0))
-            count = math.ceil(DRAWN * len(self.record.channels) / min(len(one) for one in self.record.sections))
-            columns = [(kind, one) for kind in file.kinds() for one in file.columns(kind)]
-            begin = self.record.registration.start + max(one.position[0] for one in self.nominal.model.bodies)
-            shaken = [file.shaken(track, *one, begin, rng) for one in columns for _ in range(min(count, MOST))]
-            runs = self.simulated.channels([(self.nominal.but(track=one), 0.0) for one in (track, *shaken)])
-            changes = runs[1:] - runs[0]
-            parts = zip(columns, np.split(changes, len(columns)) if columns else [], strict=True)
-            self.kept["passed"] = {column: self._powers(change) for (_, column), change in parts}
-        return self.kept["passed"]
-
-    def _powers(self, changes: np.ndarray) -> list[np.ndarray]:
-        """(F, channels, channels) of changes (runs, F, frames, channels) in each section."""
-        good = changes[np.isfinite(changes).all(axis=(1, 2, 3))]
-        if not len(good):
-            raise InputError("track errors: as loud as stated they take the model off its rails; state smaller ones")
-        return [
-            _smooth(np.einsum("rftc,rftd->fcd", one, np.conj(one)) / (one.shape[0] * one.shape[2]))
-            for one in self._sections(good)
-        ]
+    def _passing(self) -> Passing:
+        """What errors of the track file do, through any vehicle."""
+        if "passing" not in self.kept:
+            as_stated = dict.fromkeys(self._surveyed.kinds(), 1.0)
+            over = replace(self.simulated, track=self._expected(as_stated))
+            self.kept["passing"] = Passing(self.record, over)
+        return self.kept["passing"]
 
     def at(self, x: np.ndarray, effects: tuple[Effect, ...]) -> tuple[Setup, float]:
         """Setup of a hypothesis at x, and how far ahead of the registered start it begins [m], not finite where there
@@ -482,12 +471,11 @@ class Railway:
         return self._sections(self.simulated.channels(setups))
 
 
+def _key(x: np.ndarray, effects: tuple[Effect, ...]) -> bytes:
+    """Of a vehicle's run."""
+    return x.tobytes() + "".join(one.name for one in effects).encode()
+
+
 def kind_of(level: str) -> str:
     """Of a level's name: without numbers and sides, for all axles and both sides are alike."""
     return re.sub(r"\d+|_left|_right", "", level.partition(" [")[0])
-
-
-def _smooth(power: np.ndarray) -> np.ndarray:
-    """Over three neighbouring frequencies."""
-    padded = np.concatenate([power[:1], power, power[-1:]])
-    return 0.25 * padded[:-2] + 0.5 * padded[1:-1] + 0.25 * padded[2:]
