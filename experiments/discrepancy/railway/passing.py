@@ -35,7 +35,7 @@ class Passing:
     simulated: Simulated
     last: dict[object, Gains] = field(default_factory=dict)
 
-    @cached_property
+    @property
     def nominal(self) -> dict[str, list[np.ndarray]]:
         """(F, channels, channels) of each column and section: what white errors in that column do, as loud as stated.
 
@@ -43,7 +43,7 @@ class Passing:
         ------
         InputError : such errors take every run off its rails.
         """
-        return {column: self._powers(changes) for column, changes in self._changes.items()}
+        return self._nominal[0]
 
     def gains(self, key: object, setup: Setup, ahead: float) -> Gains:
         """Of a vehicle that begins `ahead` [m] of the registered start; `key`: what it is remembered by. As the nominal
@@ -62,7 +62,7 @@ class Passing:
         runs = self.simulated.channels([(setup.but(track=track), ahead) for track in tracks])
         own = dict(zip(self._shaken, runs[1:] - runs[0], strict=True))
         return tuple(
-            {column: _gain(own[column][:, part], self._changes[column][0][:, part]) for column in self._shaken}
+            {column: _gain(own[column][:, part], first[:, part]) for column, first in self._nominal[1].items()}
             for part in self.record.sections
         )
 
@@ -77,12 +77,14 @@ class Passing:
         return {one[1]: [file.shaken(track, *one, begin, rng) for _ in draws] for one in columns}
 
     @cached_property
-    def _changes(self) -> dict[str, np.ndarray]:
-        """(runs, F, frames, channels) of each column: what these errors change in the nominal vehicle's channels."""
+    def _nominal(self) -> tuple[dict[str, list[np.ndarray]], dict[str, np.ndarray]]:
+        """Of each column: `nominal`, and (F, frames, channels) of what the first draw changes."""
         tracks = [self.simulated.track, *(one for shaken in self._shaken.values() for one in shaken)]
         runs = self.simulated.channels([(self.simulated.nominal.but(track=one), 0.0) for one in tracks])
         parts = np.split(runs[1:] - runs[0], len(self._shaken)) if self._shaken else []
-        return dict(zip(self._shaken, parts, strict=True))
+        changes: dict[str, np.ndarray] = dict(zip(self._shaken, parts, strict=True))
+        powers = {column: self._powers(runs) for column, runs in changes.items()}
+        return powers, {column: runs[0].copy() for column, runs in changes.items()}
 
     def _powers(self, changes: np.ndarray) -> list[np.ndarray]:
         """(F, channels, channels) of changes (runs, F, frames, channels) in each section."""
@@ -103,8 +105,8 @@ def _gain(own: np.ndarray, nominal: np.ndarray) -> np.ndarray:
     """(F, channels) of what (F, frames, channels) show over what the nominal ones do: the root of the ratio of their
     powers, with the phase between them; 1 where one of them shows nothing.
     """
-    ratio = smooth(np.mean(np.abs(own) ** 2, axis=1)) / smooth(np.mean(np.abs(nominal) ** 2, axis=1))
+    powers = [smooth(np.mean(np.abs(one) ** 2, axis=1)) for one in (own, nominal)]
     between = smooth(np.mean(own * np.conj(nominal), axis=1))
     with np.errstate(all="ignore"):
-        gain = np.sqrt(ratio) * between / np.abs(between)
+        gain = np.sqrt(powers[0] / powers[1]) * between / np.abs(between)
     return np.where(np.isfinite(gain) & (gain != 0.0), gain, 1.0)
