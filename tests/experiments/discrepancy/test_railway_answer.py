@@ -74,19 +74,23 @@ def test_another_recording_bears_out_what_is_there_too_and_nothing_else(found: A
         for name, there in (("the same", hidden), ("healthy", ()))
     }
     same, healthy = (one.plain()["gap"] for one in elsewhere(found, others, lambda _: None))
-    assert same["after"] < 0.94 * same["nuisance_only"] <= same["before"] and same["after"] < 1.22
+    assert same["after"] < 0.94 * same["nuisance_only"] <= same["before"] and same["after"] < 1.3
     assert healthy["after"] > 1.42 * healthy["nuisance_only"]  # the first recording pulled it off the middle
 
 
 def test_all_models_are_held_against_the_same_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the errors of the track file are found to be others than stated."""
+    """Where the errors of the track file are found to be others than stated; they pass through each one's vehicle."""
     measured = recorded(np.random.default_rng(6), "survey loud", (), VERTICAL[:2])
     monkeypatch.setattr(f"{answer.__module__}.infer", two_hypotheses)
     loud = answer(evidence_of(measured, nominal("home", VERTICAL[:2])), ("sensor_gain",))
     assert isinstance(loud.none.system, Railway) and any(loud.none.system.survey or ())
     survey = [k for k, one in enumerate(loud.system.levels) if one.name.startswith("survey")]
-    for before, after in zip(loud.nominal, loud.none.groups, strict=True):
-        assert np.allclose(before.components[survey], after.components[survey], rtol=1e-9)
+    aligned, over = loud.system.middle, loud.none.system
+    aligned[loud.system.alignment] = loud.none.x[loud.system.alignment]
+    found, stated = (one.covariances(aligned, ()) for one in (over, loud.system))
+    for before, same, other in zip(loud.nominal, found, stated, strict=True):
+        assert np.allclose(before.components[survey], same[survey], rtol=1e-9)
+        assert not np.allclose(before.components[survey], other[survey], rtol=0.2)
 
 
 def test_its_files_say_the_same_and_its_model_runs(found: Answer, tmp_path: Path) -> None:
