@@ -59,13 +59,12 @@ def measured_speed(measured: Measurements, scenario: Scenario, duration: float, 
     ------
     InputError : the vehicle hardly moves.
     """
-    series = {
-        kind: _series(measured, sheet["name"], kind == "tachometer", begin)
+    heard = {
+        sheet["kind"]: sheet
         for sheet in measured.about["sensors"]
-        for kind in [sheet.get("kind")]
-        if kind in ("tachometer", "gnss") and _heard(measured, f"{sheet['name']}.speed [m/s]")
+        if sheet.get("kind") in ("tachometer", "gnss") and _heard(measured, f"{sheet['name']}.speed [m/s]")
     }
-    bodies = {sheet.get("kind"): sheet.get("body") for sheet in measured.about["sensors"]}
+    series = {kind: _series(measured, one["name"], kind == "tachometer", begin) for kind, one in heard.items()}
     knots, wheel = np.arange(0.0, duration + KNOT, KNOT), None
     if not series:
         speed = np.interp(knots, *scenario.speed.knots(duration))
@@ -75,7 +74,8 @@ def measured_speed(measured: Measurements, scenario: Scenario, duration: float, 
             del series["tachometer"]  # dead, or its wheel stands
         time, values = series.get("tachometer") or series["gnss"]
         speed, smoother = vehicle_speed(Signal(time, values, knots))
-        wheel = Wheel(bodies["tachometer"], smoother) if "tachometer" in series and bodies["tachometer"] else None
+        body = heard["tachometer"].get("body") if "tachometer" in series else None
+        wheel = Wheel(body, smoother) if body else None
         scale_std = 0.01 if "gnss" not in series else 0.002
         if len(series) == 2:
             time, receiver = series["gnss"]

@@ -94,3 +94,12 @@ def test_likelihood_and_mean_by_full_matrices(weighted: bool) -> None:
         assert np.allclose(mine[1], mean, atol=1e-8)
         found.append((mine[0], cost))
     assert found[1][0] - found[0][0] == pytest.approx(found[1][1] - found[0][1], abs=1e-6)
+
+
+def test_the_wheel_that_told_the_speed_is_the_one_that_was_heard() -> None:
+    lost = np.full(len(TIME), np.nan)
+    sheets = [{"name": f"axle{k}", "kind": "tachometer", "body": f"wheelset{k}"} for k in (1, 2)]
+    tables = {RATE: {TIMES: TIME, "axle1.speed [m/s]": np.full(len(TIME), 20.0), "axle2.speed [m/s]": lost}}
+    measured = Measurements({"origin": "test", "vehicle": {}, "sensors": sheets}, tables)
+    wheel = measured_speed(measured, load_scenario("default"), 30.0).wheel
+    assert wheel is not None and wheel.body == "wheelset1"
