@@ -1,9 +1,33 @@
 """Polach's creep law and FASTSIM: runs have the first, and what lies between both is a coordinate."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from experiments.discrepancy.core.model import Coordinate
 from railsim.vehicles.interface import Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class LawChange:
+    """What FASTSIM changes in runs by Polach's law, to first order about a point.
+
+    Attributes
+    ----------
+    point : (coordinates,). there : (F, frames, components), what it changes there. slopes : its derivatives, by the
+    place of a coordinate.
+    """
+
+    point: np.ndarray
+    there: np.ndarray
+    slopes: Mapping[int, np.ndarray] = field(default_factory=dict)
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """(F, frames, components) at coordinates x (coordinates,)."""
+        moved = ((x[place] - self.point[place], one) for place, one in self.slopes.items())
+        return sum((size * one for size, one in moved if size), self.there)
 
 
 def law_coordinates(vehicle: Vehicle) -> list[Coordinate]:

@@ -23,7 +23,7 @@ from experiments.discrepancy.railway.build import (
     built_coordinates,
     sensor_coordinates,
 )
-from experiments.discrepancy.railway.creep_law import law_coordinates, with_fastsim
+from experiments.discrepancy.railway.creep_law import LawChange, law_coordinates, with_fastsim
 from experiments.discrepancy.railway.makers import Maker
 from experiments.discrepancy.railway.passing import Passing, smooth
 from experiments.discrepancy.railway.record import Record
@@ -70,8 +70,7 @@ class Railway:
         found = built_coordinates(self.record.scenario.vehicle)
         moved = [self.simulated.setup({one.name: math.copysign(one.spread, one.step or 1.0)}, ()) for one in found]
         shown = self.simulated.channels([(one, 0.0) for one in (self.nominal, *moved)])
-        sizes = np.nan_to_num(np.abs(shown[1:] - shown[0]) ** 2 / self.record.densities, nan=0.0)
-        return tuple(one for one, size in zip(found, sizes, strict=True) if size.sum() > SEEN**2)
+        return tuple(one for one, other in zip(found, shown[1:], strict=True) if self._seen(other - shown[0]))
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -86,26 +85,41 @@ class Railway:
     def _law(self) -> tuple[Coordinate, ...]:
         """The creep law, where another one would show."""
         if "law" not in self.kept:
-            change = self._law_change @ self.simulated.turns[1][0].T
-            seen = float(np.sum(np.abs(change) ** 2 / self.record.densities)) > SEEN**2
+            seen = self._seen(self._law_change.there @ self.simulated.turns[1][0].T)
             self.kept["law"] = tuple(law_coordinates(self.record.scenario.vehicle)) if seen else ()
         return self.kept["law"]
 
     @property
-    def _law_change(self) -> np.ndarray:
-        """(F, frames, components) of what FASTSIM changes in one run by Polach's law, 0 where it has neither: in the
-        nominal one until `settle`. It is the same of all hypotheses, because FASTSIM takes many times as long.
+    def _law_change(self) -> LawChange:
+        """What FASTSIM changes in runs by Polach's law, 0 where they have neither: that of the nominal one until
+        `settle`. It is the same of all hypotheses, because FASTSIM takes many times as long.
         """
         if "law change" not in self.kept:
-            self.kept["law change"] = self._law_change_in(self.nominal, 0.0)
+            self.kept["law change"] = LawChange(np.empty(0), self._law_changes([(self.nominal, 0.0)])[0])
         return self.kept["law change"]
 
-    def _law_change_in(self, setup: Setup, ahead: float) -> np.ndarray:
-        other = with_fastsim(setup.vehicle)
-        setups = [setup] if other is None else [setup, setup.but(vehicle=other)]
-        shown = self.simulated.outputs([(one, ahead) for one in setups])
-        change = shown[-1] - shown[0]
-        return change if np.isfinite(change).all() else np.zeros_like(change)
+    def _law_change_about(self, x: np.ndarray) -> LawChange:
+        """With slopes by all that runs depend on, over steps as wide as a prior; without those that show nothing."""
+        moves = np.diag([_wide(one) for one in self.coordinates])[: self._after_runs.start]
+        there, *beside = self._law_changes([self.at(one, ()) for one in (x, *(x + moves))])
+        read = self.simulated.turns[1][0].T
+        slopes = {place: (one - there) / moves[place, place] for place, one in enumerate(beside)
+                  if self._seen((one - there) @ read)}  # fmt: skip
+        return LawChange(x.copy(), there, slopes)
+
+    def _law_changes(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
+        """(setups, F, frames, components); not finite where a run fails, but in the first place 0."""
+        others = [with_fastsim(setup.vehicle) or setup.vehicle for setup, _ in setups]
+        by_other = [(setup.but(vehicle=one), ahead) for (setup, ahead), one in zip(setups, others, strict=True)]
+        polach, other = np.split(self.simulated.outputs([*setups, *by_other]), 2)
+        change = other - polach
+        if not np.isfinite(change[0]).all():
+            change[0] = 0.0
+        return change
+
+    def _seen(self, change: np.ndarray) -> bool:
+        """Whether (F, frames, channels) would show; False of a run that has failed."""
+        return float(np.sum(np.abs(change) ** 2 / self.record.densities)) > SEEN**2
 
     @property
     def middle(self) -> np.ndarray:
@@ -171,7 +185,7 @@ class Railway:
             gains, delays, angles = x[:count], x[count : 2 * count], x[2 * count :]
             shown = np.tensordot(np.concatenate([[1.0], angles]), whole, 1)
             factor = np.exp(gains - 2j * np.pi * self.record.frequencies[:, None] * delays)
-            law = points[row, self._index["creep law"]] * self._law_change if self._law else 0.0
+            law = points[row, self._index["creep law"]] * self._law_change.at(points[row]) if self._law else 0.0
             found[row] = ((raw[row] + law) @ shown.T) * factor[:, None, :]
         return found
 
@@ -293,12 +307,12 @@ class Railway:
         return self.kept["survey"]
 
     def settle(self, x: np.ndarray) -> bool:
-        """Lower the levels of the file's errors where that leaves less at x; take what FASTSIM changes there."""
+        """Lower the levels of the file's errors where that leaves less at x; take what FASTSIM changes about it."""
         begun, change = self._chosen_survey, self._law_change
         self.kept["survey"] = self._levels_near(x).lowered(begun)
         if self._law:
-            self.kept["law change"] = self._law_change_in(*self._over(self._chosen_survey).at(x, ()))
-        return self._chosen_survey != begun or not np.array_equal(self._law_change, change)
+            self.kept["law change"] = self._over(self._chosen_survey)._law_change_about(x)
+        return self._chosen_survey != begun or self._law_change is not change
 
     def _levels_near(self, x: np.ndarray) -> LevelSearch:
         return LevelSearch(lambda all_of: self.side_by_side([partial(self._over(one).cost_at, x) for one in all_of]))
@@ -469,6 +483,11 @@ class Railway:
     def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
         """(setups, F, frames, channels) of each section, of sensors as they should be."""
         return self._sections(self.simulated.channels(setups))
+
+
+def _wide(one: Coordinate) -> float:
+    """Step over which a coordinate may be told to change something: its own, or as wide as its prior."""
+    return one.step if one.step and one.step > 0.0 else math.copysign(one.spread, one.step or 1.0)
 
 
 def _key(x: np.ndarray, effects: tuple[Effect, ...]) -> bytes:
