@@ -6,6 +6,7 @@ a set of priors on these: an effect is the fault prior of a coordinate in place 
 at a place is the wide prior of that place's level.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, Self, TypeVar
@@ -15,6 +16,8 @@ import numpy as np
 from experiments.discrepancy.core.policy import Policy
 from experiments.discrepancy.core.priors import LogNormal, Prior
 from railsim.errors import InputError
+
+DIFFERENCE = 0.005  # of a prior's standard deviation; step of the derivatives
 
 T = TypeVar("T")
 
@@ -35,6 +38,16 @@ class Coordinate:
     spread: float
     step: float | None = None
     cheap: bool = False
+
+    @property
+    def difference(self) -> float:
+        """Step of the derivatives."""
+        return self.step or DIFFERENCE * self.spread
+
+    @property
+    def most(self) -> float:
+        """Beyond which it changes nothing."""
+        return self.mean if self.difference < 0.0 else math.inf
 
 
 @dataclass(frozen=True)

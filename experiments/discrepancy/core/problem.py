@@ -11,7 +11,6 @@ from experiments.discrepancy.core.levels import Sums, middles
 from experiments.discrepancy.core.model import Coordinate, Group, Hypothesis, Level, System
 from experiments.discrepancy.core.policy import Policy
 
-DIFFERENCE = 0.005  # of a prior's standard deviation; step of the derivatives
 ROWS = 16  # of slopes whose products are made at a time
 ABOVE = math.log(5.0)  # log by which latent levels stand above their healthy middles where a search begins
 
@@ -83,7 +82,7 @@ class Problem:
     @property
     def sizes(self) -> np.ndarray:
         """Steps of the derivatives."""
-        return np.array([one.step or DIFFERENCE * one.spread for one in self.coordinates])
+        return np.array([one.difference for one in self.coordinates])
 
     def slopes(self, x: np.ndarray, groups: Sequence[Group]) -> Slopes:
         """(coordinates, F, T, C) of each group: forward differences of the predictions from `groups` at x on, all runs

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.discrepancy.core.model import Coordinate
-from experiments.discrepancy.core.problem import DIFFERENCE
+from experiments.discrepancy.core.model import DIFFERENCE, Coordinate
 from experiments.discrepancy.railway.creep_law import as_run
 from experiments.discrepancy.railway.record import Record
 from experiments.discrepancy.railway.tolerances import SPRINGS, Tolerance, tolerances, within

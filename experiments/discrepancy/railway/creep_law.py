@@ -17,16 +17,17 @@ class LawChange:
     Attributes
     ----------
     point : (coordinates,). there : (F, frames, components), what it changes there. slopes : its derivatives, by the
-    place of a coordinate.
+    place of a coordinate. most : (coordinates,), beyond which they change nothing.
     """
 
     point: np.ndarray
     there: np.ndarray
     slopes: Mapping[int, np.ndarray] = field(default_factory=dict)
+    most: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """(F, frames, components) at coordinates x (coordinates,)."""
-        moved = ((x[place] - self.point[place], one) for place, one in self.slopes.items())
+        moved = ((min(x[place], self.most[place]) - self.point[place], one) for place, one in self.slopes.items())
         return sum((size * one for size, one in moved if size), self.there)
 
 

@@ -99,13 +99,15 @@ class Railway:
         return self.kept["law change"]
 
     def _law_change_about(self, x: np.ndarray) -> LawChange:
-        """With slopes by all that runs depend on, over steps as wide as a prior; without those that show nothing."""
-        moves = np.diag([_wide(one) for one in self.coordinates])[: self._after_runs.start]
+        """With slopes by all that runs depend on, but for those that show nothing."""
+        moving, read = self.coordinates[: self._after_runs.start], self.simulated.turns[1][0].T
+        most = np.array([one.most for one in self.coordinates])
+        x = np.minimum(x, most)
+        moves = np.diag([one.difference for one in self.coordinates])[: len(moving)]
         there, *beside = self._law_changes([self.at(one, ()) for one in (x, *(x + moves))])
-        read = self.simulated.turns[1][0].T
-        slopes = {place: (one - there) / moves[place, place] for place, one in enumerate(beside)
-                  if self._seen((one - there) @ read)}  # fmt: skip
-        return LawChange(x.copy(), there, slopes)
+        slopes = {place: (one - there) / moves[place, place] for place, one in enumerate(beside)}
+        seen = {place: one for place, one in slopes.items() if self._seen(moving[place].spread * one @ read)}
+        return LawChange(x, there, seen, most)
 
     def _law_changes(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
         """(setups, F, frames, components); not finite where a run fails, but in the first place 0."""
@@ -483,11 +485,6 @@ class Railway:
     def shown(self, setups: Sequence[tuple[Setup, float]]) -> tuple[np.ndarray, ...]:
         """(setups, F, frames, channels) of each section, of sensors as they should be."""
         return self._sections(self.simulated.channels(setups))
-
-
-def _wide(one: Coordinate) -> float:
-    """Step over which a coordinate may be told to change something: its own, or as wide as its prior."""
-    return one.step if one.step and one.step > 0.0 else math.copysign(one.spread, one.step or 1.0)
 
 
 def _key(x: np.ndarray, effects: tuple[Effect, ...]) -> bytes:
