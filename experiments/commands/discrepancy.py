@@ -118,5 +118,6 @@ def _known(names: list[str] | None) -> list[str] | None:
     known = sorted(name for name, kind in EFFECTS.classes().items() if kind.named)
     for name in names or []:
         if name not in known:
-            raise InputError(f"--effects {name}: no such effect; there are: {', '.join(known)}")
+            apart = "set names apart by spaces; " if "," in name else ""
+            raise InputError(f"--effects {name}: no such effect; {apart}there are: {', '.join(known)}")
     return names

@@ -168,6 +168,7 @@ def test_score_needs_truth_and_the_same_recording(railsim_here: Command, recordi
     [
         (("discrepancy", "rec", "--model", "default", "--effects", "rust"), ("'rec'",)),
         (("discrepancy", "--plan", "--model", "nowhere"), ("no scenario 'nowhere'",)),
+        (("discrepancy", "--plan", "--model", "default", "--effects", "a,b"), ("set names apart by spaces",)),
         (("discrepancy-benchmark", "--laws", "nowhere.yaml"), ("--laws nowhere.yaml", "list of effects")),
         (("discrepancy-benchmark", "--part", "2/2"), ("--part 2/2", "for example 0/2")),
     ],

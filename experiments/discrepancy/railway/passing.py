@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from experiments.discrepancy.railway.record import Record
+from experiments.discrepancy.railway.runs import remembered
 from experiments.discrepancy.railway.simulated import Simulated
 from railsim.effects.interface import Setup
 from railsim.errors import InputError
@@ -21,7 +22,6 @@ from railsim.track.track import Track
 MOST = 24  # of these runs for a column
 DRAWN = 10  # frames a channel of these runs
 SEED = 20110901  # of these draws: the same for every hypothesis
-REMEMBERED = 8  # vehicles
 
 Gains = tuple[Mapping[str, np.ndarray], ...]
 """Of each section: column to (F, channels), what a vehicle's channels show over what the nominal ones do."""
@@ -49,13 +49,7 @@ class Passing:
         """Of a vehicle that begins `ahead` [m] of the registered start; `key`: what it is remembered by. As the nominal
         one where it leaves its rails.
         """
-        found = self.last.get(key)
-        if found is None:
-            found = self._gains(setup, ahead)
-            for old in list(self.last)[: len(self.last) + 1 - REMEMBERED]:
-                self.last.pop(old, None)
-            self.last[key] = found
-        return found
+        return remembered(self.last, key, lambda: self._gains(setup, ahead))
 
     def _gains(self, setup: Setup, ahead: float) -> Gains:
         tracks = (self.simulated.track, *(shaken[0] for shaken in self._shaken.values()))

@@ -2,8 +2,9 @@
 
 import ctypes
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -19,10 +20,14 @@ from railsim.lanes.threads import in_threads
 from railsim.truth import HeldTruth
 
 THREADS = min(2, os.cpu_count() or 1)
+REMEMBERED = 8  # of what the last runs told
 FEW = 3  # runs of one structure up to which one after another takes less time than side by side
 
 one_thread_each = threadpool_limits.wrap(limits=1, user_api="blas")
 """Decorates what makes runs in threads: linear algebra in threads of its own would wait for these in a loop."""
+
+K = TypeVar("K")
+T = TypeVar("T")
 
 Done = tuple[int, HeldTruth | None]
 """A run's place, and its truth; None where it failed."""
@@ -72,6 +77,17 @@ def _alone(job: Job, about: dict[str, object], channels: Sequence[str] | None) -
     except Diverged:
         return None
     return HeldTruth(rows.T.copy(), job.run.rate, names, about)
+
+
+def remembered(last: dict[K, T], key: K, make: Callable[[], T]) -> T:
+    """What was made for a key; `last` holds the last few."""
+    if key in last:
+        return last[key]
+    found = make()
+    for old in list(last)[: len(last) + 1 - REMEMBERED]:
+        last.pop(old, None)
+    last[key] = found
+    return found
 
 
 def give_back() -> None:

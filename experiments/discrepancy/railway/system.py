@@ -27,6 +27,7 @@ from experiments.discrepancy.railway.creep_law import LawChange, law_coordinates
 from experiments.discrepancy.railway.makers import Maker
 from experiments.discrepancy.railway.passing import Passing, smooth
 from experiments.discrepancy.railway.record import Record
+from experiments.discrepancy.railway.runs import remembered
 from experiments.discrepancy.railway.simulated import Shown, Simulated, simulated_over, together_for
 from experiments.discrepancy.railway.survey import HIDDEN, Surveyed, sources
 from experiments.discrepancy.railway.survey_levels import TOLD, LevelSearch, Steps, moved
@@ -42,7 +43,6 @@ SEEN = 0.1  # standard deviations of the noise: what moves the record less is no
 GRID = 0.15 * np.arange(-2, 3)  # m
 STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
 FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
-REMEMBERED = 8  # runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,14 +205,7 @@ class Railway:
 
     def _one(self, x: np.ndarray, effects: tuple[Effect, ...]) -> Shown | None:
         """One run, of which the last few are remembered."""
-        key = _key(x, effects)
-        if key in self.last:
-            return self.last[key]
-        found = self.simulated.shown(*self.at(x, effects))
-        for old in list(self.last)[: len(self.last) + 1 - REMEMBERED]:
-            self.last.pop(old, None)
-        self.last[key] = found
-        return found
+        return remembered(self.last, _key(x, effects), lambda: self.simulated.shown(*self.at(x, effects)))
 
     def _raw(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> np.ndarray:
         """(points, F, frames, components)."""

@@ -316,6 +316,17 @@ def test_a_sheet_with_fastsim_is_run_with_polachs_law_and_predicts_as_fastsim_do
     before = _off_fastsim(found, elsewhere)
     assert found.settle(elsewhere)
     assert _off_fastsim(found, elsewhere) < 1e-9 < 0.02 < before
+    about = found.kept["law change"]
+    for name in ("pair.conicity", "adhesion.k_slip", "adhesion.friction", "primary_longitudinal_stiffness"):
+        beside, place = elsewhere.copy(), names.index(f"log {name}")
+        beside[place] += 0.5 * found.coordinates[place].spread
+        found.kept["law change"] = dataclasses.replace(about, slopes={})
+        alike = _off_fastsim(found, beside)
+        found.kept["law change"] = about
+        assert _off_fastsim(found, beside) < 0.5 * alike, name
+    beyond = elsewhere.copy()
+    beyond[names.index("log adhesion.k_adhesion")] = 0.1  # a factor that may be no larger
+    assert _off_fastsim(found, beyond) < 1e-9
 
 
 def _off_fastsim(system: Railway, x: np.ndarray) -> float:
