@@ -110,6 +110,11 @@ class Problem:
         return found
 
 
+def distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Points in their order, each once."""
+    return [one for index, one in enumerate(points) if not any(np.array_equal(one, two) for two in points[:index])]
+
+
 def raised(levels: Sequence[Level], above: float = ABOVE) -> np.ndarray:
     """Levels at their middles, the latent ones above them by a log: as high as where a fit begins."""
     return middles(levels) + np.array([above if one.place else 0.0 for one in levels])

@@ -17,7 +17,7 @@ from experiments.discrepancy.core.fitting import ROUNDS, few_steps, fit, with_un
 from experiments.discrepancy.core.levels import cost, middles, sums
 from experiments.discrepancy.core.model import Effect, Fit, Group, Hypothesis, Level, Library, System
 from experiments.discrepancy.core.policy import Policy
-from experiments.discrepancy.core.problem import OutOfTimeError, Problem, raised
+from experiments.discrepancy.core.problem import OutOfTimeError, Problem, distinct, raised
 from experiments.discrepancy.core.screen import first_gains, misfit, rough_gains
 from experiments.discrepancy.core.verdict import Verdict, decide, log_prior
 from railsim.errors import InputError
@@ -31,6 +31,7 @@ PROMISING = 2  # times as many effects as are fitted whole take these steps
 REACH = 4.0  # times what first steps gain: no fit that could change a statement is taken to gain more
 NEAR = 2.0  # times what first steps gain: effects that gain less than the best one do by this are not fitted
 POLISHED = 2  # effects of a large library whose covariances are made anew
+SETTLINGS = 4  # of a system at most
 BESIDE = 2  # effects beside which something unknown is looked for
 HEAVY = 4  # of the best fits of each form in an ordered library, whose arrays stay
 PLACES = 8  # where something unknown is looked for beside a fit, where runs are dear
@@ -178,8 +179,8 @@ def infer(
         search.attempts([
             (effect.name, "fitted", partial(fit, search.problem(effect), begin))
             for effect in {one.name: one for one in (*(one for _, one, _ in promising), *sought)}.values()
-            for begin in _distinct([*effect.begins(none.x, system.coordinates),
-                                    *effect.begins(nominal, system.coordinates)])
+            for begin in distinct([*effect.begins(none.x, system.coordinates),
+                                   *effect.begins(nominal, system.coordinates)])
         ])  # fmt: skip
     search.cut |= not _none_again(search)
     search.cut |= not _small_ones(search)
@@ -217,19 +218,19 @@ def _none(search: Search) -> np.ndarray:
     _, begin = max(problem.system.side_by_side(steps), key=lambda one: one[0])
     whole = partial(fit, search.problem(), begin, None, slopes, 1)
     search.attempt("none", "fitted roughly from the better of two alignments", whole)
-    before = search.fits.pop("none")
-    slopes = None if search.system.settle(before.x) else before.slopes
-    search.attempt("none", "fitted", partial(fit, search.problem(), before.x, before.psi, slopes))
-    search.fits.setdefault("none", before)
+    for turn in range(SETTLINGS):
+        before = search.fits["none"]
+        if not (moved := search.system.settle(before.x)) and turn:
+            break
+        del search.fits["none"]  # its evidence is that of another system
+        slopes = None if moved else before.slopes
+        search.attempt("none", "fitted", partial(fit, search.problem(), before.x, before.psi, slopes))
+        search.fits.setdefault("none", before)
     if not search.system.dear:
         none = search.fits["none"]
         again = partial(fit, search.problem(), none.x, none.psi, none.slopes)
         search.attempt("none once more", "fitted again from its own end", again)
     return best[0]
-
-
-def _distinct(points: Sequence[np.ndarray]) -> list[np.ndarray]:
-    return [one for index, one in enumerate(points) if not any(np.array_equal(one, two) for two in points[:index])]
 
 
 def _ordered(search: Search, base: Fit, effects: Sequence[Effect], count: int) -> list[Ordered]:
@@ -342,8 +343,7 @@ def _none_again(search: Search) -> bool:
     """`none` from the nuisances of the two best effects; of the best one, and from its own end, where runs are dear:
     there in the levels that it has, for to anneal them takes as long as a fit. Gives whether the time sufficed.
     """
-    count, named, tasks = len(search.system.coordinates), search.named(), []
-    none = search.fits["none"]
+    count, named, none, tasks = len(search.system.coordinates), search.named(), search.fits["none"], []
     psi = none.psi if search.system.dear else None
     for found in named[: 1 if search.system.dear else 2]:
         x = found.x[:count].copy()

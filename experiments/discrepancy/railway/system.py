@@ -40,6 +40,7 @@ from railsim.track.track import Track
 HIDDEN_SPREAD = 1.5  # of the log of the level of what the track file hides: a factor of 4.5
 HEALTHY = 0.005  # scale of latent levels before any are learned, relative to what acts at the place
 SEEN = 0.1  # standard deviations of the noise: what moves the record less is no coordinate
+OFF = 1.0  # the same: what is more off is taken anew
 GRID = 0.15 * np.arange(-2, 3)  # m
 STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
 FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
@@ -98,6 +99,11 @@ class Railway:
             self.kept["law change"] = LawChange(np.empty(0), self._law_changes([(self.nominal, 0.0)])[0])
         return self.kept["law change"]
 
+    def _law_is_off(self, x: np.ndarray) -> bool:
+        """Whether what FASTSIM changes at x would show beside what is taken for it."""
+        change = self._law_changes([self.at(x, ())])[0] - self._law_change.at(x)
+        return self._seen(x[self._index["creep law"]] * change @ self.simulated.turns[1][0].T, OFF)
+
     def _law_change_about(self, x: np.ndarray) -> LawChange:
         """With slopes by all that runs depend on, but for those that show nothing."""
         moving, read = self.coordinates[: self._after_runs.start], self.simulated.turns[1][0].T
@@ -119,9 +125,9 @@ class Railway:
             change[0] = 0.0
         return change
 
-    def _seen(self, change: np.ndarray) -> bool:
+    def _seen(self, change: np.ndarray, least: float = SEEN) -> bool:
         """Whether (F, frames, channels) would show; False of a run that has failed."""
-        return float(np.sum(np.abs(change) ** 2 / self.record.densities)) > SEEN**2
+        return float(np.sum(np.abs(change) ** 2 / self.record.densities)) > least**2
 
     @property
     def middle(self) -> np.ndarray:
@@ -302,11 +308,12 @@ class Railway:
         return self.kept["survey"]
 
     def settle(self, x: np.ndarray) -> bool:
-        """Lower the levels of the file's errors where that leaves less at x; take what FASTSIM changes about it."""
+        """Lower the levels of the file's errors where that leaves less at x; take what FASTSIM changes about it, where that is off."""
         begun, change = self._chosen_survey, self._law_change
         self.kept["survey"] = self._levels_near(x).lowered(begun)
-        if self._law:
-            self.kept["law change"] = self._over(self._chosen_survey)._law_change_about(x)
+        over = self._over(self._chosen_survey)
+        if self._law and over._law_is_off(x):
+            self.kept["law change"] = over._law_change_about(x)
         return self._chosen_survey != begun or self._law_change is not change
 
     def _levels_near(self, x: np.ndarray) -> LevelSearch:
