@@ -308,7 +308,7 @@ class Railway:
         return self.kept["survey"]
 
     def settle(self, x: np.ndarray) -> bool:
-        """Lower the levels of the file's errors where that leaves less at x; take what FASTSIM changes about it, where that is off."""
+        """Lower the levels of the file's errors where that leaves less at x; take what FASTSIM changes anew if off."""
         begun, change = self._chosen_survey, self._law_change
         self.kept["survey"] = self._levels_near(x).lowered(begun)
         over = self._over(self._chosen_survey)
