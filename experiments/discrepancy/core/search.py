@@ -31,7 +31,7 @@ PROMISING = 2  # times as many effects as are fitted whole take these steps
 REACH = 4.0  # times what first steps gain: no fit that could change a statement is taken to gain more
 NEAR = 2.0  # times what first steps gain: effects that gain less than the best one do by this are not fitted
 POLISHED = 2  # effects of a large library whose covariances are made anew
-SETTLINGS = 4  # of a system at most
+SETTLINGS = 3  # of a system at most
 BESIDE = 2  # effects beside which something unknown is looked for
 HEAVY = 4  # of the best fits of each form in an ordered library, whose arrays stay
 PLACES = 8  # where something unknown is looked for beside a fit, where runs are dear
@@ -219,13 +219,13 @@ def _none(search: Search) -> np.ndarray:
     whole = partial(fit, search.problem(), begin, None, slopes, 1)
     search.attempt("none", "fitted roughly from the better of two alignments", whole)
     for turn in range(SETTLINGS):
-        before = search.fits["none"]
-        if not (moved := search.system.settle(before.x)) and turn:
-            break
-        del search.fits["none"]  # its evidence is that of another system
-        slopes = None if moved else before.slopes
-        search.attempt("none", "fitted", partial(fit, search.problem(), before.x, before.psi, slopes))
+        before = search.fits.pop("none")  # its evidence is that of another system
+        moved = search.system.settle(before.x)
+        slopes, rounds = None if moved else before.slopes, 1 if moved and turn + 1 < SETTLINGS else ROUNDS
+        search.attempt("none", "fitted", partial(fit, search.problem(), before.x, before.psi, slopes, rounds))
         search.fits.setdefault("none", before)
+        if rounds == ROUNDS:
+            break
     if not search.system.dear:
         none = search.fits["none"]
         again = partial(fit, search.problem(), none.x, none.psi, none.slopes)

@@ -17,18 +17,20 @@ class LawChange:
     Attributes
     ----------
     point : (coordinates,). there : (F, frames, components), what it changes there. slopes : its derivatives, by the
-    place of a coordinate. most : (coordinates,), beyond which they change nothing.
+    place of a coordinate. least, most : (coordinates,), beyond which they change nothing more.
     """
 
     point: np.ndarray
     there: np.ndarray
     slopes: Mapping[int, np.ndarray] = field(default_factory=dict)
+    least: np.ndarray = field(default_factory=lambda: np.empty(0))
     most: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """(F, frames, components) at coordinates x (coordinates,)."""
-        moved = ((min(x[place], self.most[place]) - self.point[place], one) for place, one in self.slopes.items())
-        return sum((size * one for size, one in moved if size), self.there)
+        moved = {place: min(max(x[place], self.least[place]), self.most[place]) for place in self.slopes}
+        sizes = {place: value - self.point[place] for place, value in moved.items()}
+        return sum((size * self.slopes[place] for place, size in sizes.items() if size), self.there)
 
 
 def law_coordinates(vehicle: Vehicle) -> list[Coordinate]:

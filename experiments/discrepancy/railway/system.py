@@ -105,7 +105,7 @@ class Railway:
         return self._seen(x[self._index["creep law"]] * change @ self.simulated.turns[1][0].T, OFF)
 
     def _law_change_about(self, x: np.ndarray) -> LawChange:
-        """With slopes by all that runs depend on, but for those that show nothing."""
+        """With slopes by all that runs depend on and that show; they hold as far as a prior's deviation."""
         moving, read = self.coordinates[: self._after_runs.start], self.simulated.turns[1][0].T
         most = np.array([one.most for one in self.coordinates])
         x = np.minimum(x, most)
@@ -113,7 +113,8 @@ class Railway:
         there, *beside = self._law_changes([self.at(one, ()) for one in (x, *(x + moves))])
         slopes = {place: (one - there) / moves[place, place] for place, one in enumerate(beside)}
         seen = {place: one for place, one in slopes.items() if self._seen(moving[place].spread * one @ read)}
-        return LawChange(x, there, seen, most)
+        spreads = np.array([one.spread for one in self.coordinates])
+        return LawChange(x, there, seen, x - spreads, np.minimum(x + spreads, most))
 
     def _law_changes(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
         """(setups, F, frames, components); not finite where a run fails, but in the first place 0."""
