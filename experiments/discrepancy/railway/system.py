@@ -32,6 +32,7 @@ from experiments.discrepancy.railway.simulated import Shown, Simulated, simulate
 from experiments.discrepancy.railway.survey import HIDDEN, Surveyed, sources
 from experiments.discrepancy.railway.survey_levels import TOLD, LevelSearch, Steps, moved
 from experiments.discrepancy.railway.together import Together
+from experiments.discrepancy.railway.tolerances import WIDEST
 from railsim.effects.interface import Effect as Plugin
 from railsim.effects.interface import Setup
 from railsim.errors import InputError
@@ -105,7 +106,7 @@ class Railway:
         return self._seen(x[self._index["creep law"]] * change @ self.simulated.turns[1][0].T, OFF)
 
     def _law_change_about(self, x: np.ndarray) -> LawChange:
-        """With slopes by all that runs depend on and that show; they hold as far as a prior's deviation."""
+        """With slopes by all that runs depend on and that show; they hold as far as a build may be off."""
         moving, read = self.coordinates[: self._after_runs.start], self.simulated.turns[1][0].T
         most = np.array([one.most for one in self.coordinates])
         x = np.minimum(x, most)
@@ -113,8 +114,8 @@ class Railway:
         there, *beside = self._law_changes([self.at(one, ()) for one in (x, *(x + moves))])
         slopes = {place: (one - there) / moves[place, place] for place, one in enumerate(beside)}
         seen = {place: one for place, one in slopes.items() if self._seen(moving[place].spread * one @ read)}
-        spreads = np.array([one.spread for one in self.coordinates])
-        return LawChange(x, there, seen, x - spreads, np.minimum(x + spreads, most))
+        far = WIDEST * np.array([one.spread for one in self.coordinates])
+        return LawChange(x, there, seen, x - far, np.minimum(x + far, most))
 
     def _law_changes(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
         """(setups, F, frames, components); not finite where a run fails, but in the first place 0."""
