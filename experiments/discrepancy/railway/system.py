@@ -41,7 +41,7 @@ from railsim.track.track import Track
 HIDDEN_SPREAD = 1.5  # of the log of the level of what the track file hides: a factor of 4.5
 HEALTHY = 0.005  # scale of latent levels before any are learned, relative to what acts at the place
 SEEN = 0.1  # standard deviations of the noise: what moves the record less is no coordinate
-OFF = 1.0  # the same: what is more off is taken anew
+OFF = 1.0  # standard deviations of the noise: where what FASTSIM changes is more off, it is taken anew
 GRID = 0.15 * np.arange(-2, 3)  # m
 STEPS = 0.7  # of the log of the survey's level, between which the expected track is the same: a factor of two
 FIRST = (-5, -4, -3, -2, -1, 0, 1, 2)  # of these steps, among which the first is chosen
@@ -97,11 +97,13 @@ class Railway:
         `settle`. It is the same of all hypotheses, because FASTSIM takes many times as long.
         """
         if "law change" not in self.kept:
-            self.kept["law change"] = LawChange(np.empty(0), self._law_changes([(self.nominal, 0.0)])[0])
+            (change,) = self._law_changes([(self.nominal, 0.0)])
+            found = change if np.isfinite(change).all() else np.zeros_like(change)
+            self.kept["law change"] = LawChange(np.empty(0), found)
         return self.kept["law change"]
 
     def _law_is_off(self, x: np.ndarray) -> bool:
-        """Whether what FASTSIM changes at x would show beside what is taken for it."""
+        """Whether what is taken for FASTSIM's change is off at x; no where a run fails, and the old one stays."""
         change = self._law_changes([self.at(x, ())])[0] - self._law_change.at(x)
         return self._seen(x[self._index["creep law"]] * change @ self.simulated.turns[1][0].T, OFF)
 
@@ -118,14 +120,11 @@ class Railway:
         return LawChange(x, there, seen, x - far, np.minimum(x + far, most))
 
     def _law_changes(self, setups: Sequence[tuple[Setup, float]]) -> np.ndarray:
-        """(setups, F, frames, components); not finite where a run fails, but in the first place 0."""
+        """(setups, F, frames, components); not finite where a run fails."""
         others = [with_fastsim(setup.vehicle) or setup.vehicle for setup, _ in setups]
         by_other = [(setup.but(vehicle=one), ahead) for (setup, ahead), one in zip(setups, others, strict=True)]
         polach, other = np.split(self.simulated.outputs([*setups, *by_other]), 2)
-        change = other - polach
-        if not np.isfinite(change[0]).all():
-            change[0] = 0.0
-        return change
+        return other - polach
 
     def _seen(self, change: np.ndarray, least: float = SEEN) -> bool:
         """Whether (F, frames, channels) would show; False of a run that has failed."""
