@@ -74,20 +74,21 @@ class Effect:
     ----------
     name, family : of the same family are variants that one name stands for.
     faults : fault prior of coordinates that every hypothesis has, by name. own : coordinates that only this one has.
-    starts : values (len(faults) + len(own),) from which the search begins; () = the means of the priors. place : where
-    it acts; something unknown there beside it is an unknown like it, and no effect with an unknown. seek : further
-    starts from what a fit without the effect leaves, by the system and that fit. kind : "name"; "law" = something
-    unknown at `place`, by coordinates of a law that every hypothesis has, with wide priors; "small" = of a size that
-    healthy systems have. healthy : priors of `own` where healthy systems have a little of it. shown : what its own
-    coordinates change of the nominal predictions, to first order in a size or sums of these, (K, F, T, C) of each
-    group, where that is known.
-    entry : name in the library, where that is another than `name`.
+    moves : healthy coordinates, and how far its one own coordinate moves each per unit, where it does what these
+    tolerances do together. starts : values (len(faults) + len(own),) from which the search begins; () = the means of
+    the priors. place : where it acts; something unknown there beside it is an unknown like it, and no effect with an
+    unknown. seek : further starts from what a fit without the effect leaves, by the system and that fit. kind : "name";
+    "law" = something unknown at `place`, by coordinates of a law that every hypothesis has, with wide priors; "small" =
+    of a size that healthy systems have. healthy : priors of `own` where healthy systems have a little of it. shown :
+    what its own coordinates change of the nominal predictions, to first order in a size or sums of these, (K, F, T, C)
+    of each group, where that is known. entry : name in the library, where that is another than `name`.
     """
 
     name: str
     family: str
     faults: tuple[Coordinate, ...] = ()
     own: tuple[Coordinate, ...] = ()
+    moves: tuple[tuple[str, float], ...] = ()
     starts: tuple[tuple[float, ...], ...] = ()
     place: str | None = None
     seek: "Callable[[Any, Fit], list[tuple[float, ...]]] | None" = None
@@ -115,8 +116,8 @@ class Effect:
         return replace(self, name=f"small {self.name}", kind="small", own=self.healthy, entry=self.listed)
 
     def begins(self, x: np.ndarray, healthy: Sequence[Coordinate]) -> list[np.ndarray]:
-        """Coordinates with this effect beside what x holds: from x itself where it only has other priors, and from each
-        of its starts.
+        """Coordinates with this effect beside what x holds: from where the predictions are those at x, if it does what
+        tolerances do, and from each of its starts.
         """
         index = [[one.name for one in healthy].index(fault.name) for fault in self.faults]
         means = tuple(one.mean for one in (*self.faults, *self.own))
@@ -125,7 +126,22 @@ class Effect:
             moved = x.copy()
             moved[index] = start[: len(index)]
             found.append(np.concatenate([moved, start[len(index) :]]))
+        if self.moves:
+            found.insert(0, self._in_place(x, healthy))
         return found if self.own else [x.copy(), *found]
+
+    def _in_place(self, x: np.ndarray, healthy: Sequence[Coordinate]) -> np.ndarray:
+        """Of the points that predict what x does the likeliest beforehand: tolerances give back what they had taken."""
+        (own,), along, count = self.own, self.along(healthy), len(healthy)
+        means, spreads = np.array([(one.mean, one.spread) for one in healthy]).T
+        weight = np.sum((along / spreads) ** 2) + own.spread**-2
+        size = (along @ ((x[:count] - means) / spreads**2) + own.mean / own.spread**2) / weight
+        return np.r_[x[:count] - size * along, x[count:], size]
+
+    def along(self, healthy: Sequence[Coordinate]) -> np.ndarray:
+        """(coordinates,) how far its own coordinate moves each healthy one."""
+        rates = dict(self.moves)
+        return np.array([rates.get(one.name, 0.0) for one in healthy])
 
 
 @dataclass(frozen=True)
@@ -169,6 +185,22 @@ class Hypothesis:
         """Those of the system, with the wide prior of the unknown."""
         wide, names = LogNormal(policy.unknown_median, policy.unknown_spread), {one.name for one in self.unknown}
         return tuple(replace(one, prior=wide) if one.name in names else one for one in healthy)
+
+
+def as_healthy(
+    points: np.ndarray, effects: tuple[Effect, ...], healthy: Sequence[Coordinate]
+) -> tuple[np.ndarray, tuple[Effect, ...]]:
+    """Points (..., coordinates) and effects with the same predictions, without effects that do what tolerances do."""
+    count = len(healthy)
+    column, base, kept = count, points[..., :count], [np.arange(count)]
+    for one in effects:
+        if one.moves:
+            base = base + points[..., column, None] * one.along(healthy)
+        else:
+            kept.append(np.arange(column, column + len(one.own)))
+        column += len(one.own)
+    others = points[..., np.concatenate(kept)[count:]]
+    return np.concatenate([base, others], axis=-1), tuple(one for one in effects if not one.moves)
 
 
 @dataclass(frozen=True)

@@ -94,8 +94,13 @@ class _Screen:
 
     def rough(self, effect: Effect) -> float:
         """As `rough_gains` says."""
-        if not effect.own:
-            return self._value(self._problem(effect), self.base.x, self.residual, self.slopes[:0]) - self.without
+        if effect.moves or not effect.own:
+            healthy = self.base.system.coordinates
+            begin, *_ = effect.begins(self.base.x, healthy)
+            own = self.slopes[:0]
+            if effect.moves:
+                own = effect.along(healthy)[None] @ self.slopes[: len(healthy)]
+            return self._value(self._problem(effect), begin, self.residual, own) - self.without
         if effect.shown is None:
             return math.inf
         push, alone = self._of_changes(effect.shown)

@@ -172,10 +172,9 @@ def covered(case: Case, found: Answer, names: list[str | None]) -> dict[str, flo
         true = case.effects[names.index(effect.name)]
         values = [getattr(true, name) for name in found.found.installed[effect.name].fields]
         if effect.name in found.found.twins:
-            places, values = [columns.index(effect.faults[0].name)], [found.found.twins[effect.name].value(values[0])]
-        else:
-            places = list(range(column, column + len(effect.own)))
-            column += len(effect.own)
+            values = [found.found.twins[effect.name].value(values[0])]
+        places = [*(columns.index(one.name) for one in effect.faults), *range(column, column + len(effect.own))]
+        column += len(effect.own)
         for place, value, field in zip(places, values, found.found.installed[effect.name].fields, strict=True):
             off = fit.x[place] - value
             if type(true).role(field) == "distance":  # of any of those that come again

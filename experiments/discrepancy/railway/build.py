@@ -1,6 +1,6 @@
 """Coordinates of a healthy vehicle and its sensors: build within tolerance, payload, alignment, mounting."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from experiments.discrepancy.core.model import DIFFERENCE, Coordinate
 from experiments.discrepancy.railway.creep_law import as_run
 from experiments.discrepancy.railway.record import Record
-from experiments.discrepancy.railway.tolerances import SPRINGS, Tolerance, tolerances, within
+from experiments.discrepancy.railway.tolerances import REAR, SPRINGS, Tolerance, tolerances, within
 from railsim.effects.interface import Effect as Plugin
 from railsim.effects.interface import Setup
 from railsim.effects.payload import Payload
@@ -40,6 +40,13 @@ def built_coordinates(vehicle: Vehicle) -> list[Coordinate]:
         for one in tolerances(vehicle)
     ]
     return [*logs, Coordinate("load", "kg", 0.0, PAYLOAD)]
+
+
+def leading_alone(coordinates: Sequence[Coordinate]) -> list[tuple[tuple[str, float], ...]]:
+    """Coordinates that together are a number of the leading bogie alone: that of both, less the rear one's factor."""
+    names = [one.name for one in coordinates]
+    pairs = [(name, name.replace("log ", f"log {REAR}.", 1)) for name in names]
+    return [((both, 1.0), (rear, -1.0)) for both, rear in pairs if rear != both and rear in names]
 
 
 def vehicle_at(vehicle: Vehicle, values: Mapping[str, float]) -> Any:

@@ -20,6 +20,7 @@ from experiments.discrepancy.core.model import Coordinate, Effect, Fit, Hypothes
 from experiments.discrepancy.core.policy import Policy
 from experiments.discrepancy.core.problem import Problem
 from experiments.discrepancy.railway.along import Along, placeable, prior_along
+from experiments.discrepancy.railway.build import leading_alone
 from experiments.discrepancy.railway.laws import Law, laws
 from experiments.discrepancy.railway.makers import Installed, Maker
 from experiments.discrepancy.railway.system import Railway
@@ -44,8 +45,8 @@ UNIFORM = (1.0, 1.0)
 
 @dataclass(frozen=True)
 class Twin:
-    """An effect that does what a tolerance does: how it is made from the value of that coordinate. `factor` : whether
-    that is the log of a factor; `share` : whether the factor may be anything from 0 to 1.
+    """An effect that does what a tolerance does, or several together: how it is made from the value of its coordinate.
+    `factor` : whether that is the log of a factor; `share` : whether the factor may be anything from 0 to 1.
     """
 
     installed: Installed
@@ -103,9 +104,9 @@ class Found:
             twin, place = self.twins.get(effect.listed), slice(column, column + len(effect.own))
             numbers = [about(*one) for one in zip(fit.x[place], spreads[place], strict=True)]
             if twin:
-                (fault,) = effect.faults
-                at = names.index(fault.name)
-                numbers = [twin.known(fit.x[at], spreads[at], fault)]
+                (one,) = (*effect.faults, *effect.own)
+                at = column if effect.own else names.index(one.name)
+                numbers = [twin.known(fit.x[at], spreads[at], one)]
             found.append((effect, numbers))
             column += len(effect.own)
         return found
@@ -189,6 +190,10 @@ class Signature:
     plain: tuple[np.ndarray, ...]
 
 
+_Moved = tuple[tuple[tuple[str, float], ...], float]
+"""Coordinates with the rates at which they move together, and how far."""
+
+
 @dataclass
 class _Maker:
     """What all effects are compared with: signatures of the healthy coordinates."""
@@ -200,7 +205,11 @@ class _Maker:
         weights = np.exp(2.0 * middles(self.system.levels))
         components, problem = self.system.covariances(x, ()), Problem(self.system, Hypothesis(), Policy())
         self.roots = [np.linalg.inv(np.linalg.cholesky(np.tensordot(weights, one, 1))) for one in components]
-        self.slopes = self.white(problem.slopes(x, problem.groups(x, components)))
+        slopes = self.white(problem.slopes(x, problem.groups(x, components)))
+        alone = [((one.name, 1.0),) for one in self.system.coordinates]
+        self.moves = [*alone, *leading_alone(self.system.coordinates)]
+        names = [one.name for one in self.system.coordinates]
+        self.slopes = np.array([sum(rate * slopes[names.index(name)] for name, rate in one) for one in self.moves])
         self.nominal = [one[0] for one in self.system.shown([(self.system.nominal, 0.0)])]
 
     def white(self, sections: Sequence[np.ndarray]) -> np.ndarray:
@@ -225,12 +234,13 @@ class _Maker:
                     found[place] = Signature(white.astype(np.float32), plain)
         return found
 
-    def twin(self, first: np.ndarray) -> tuple[int, float] | None:
-        """The coordinate of which this is the signature, and its size."""
+    def twin(self, first: np.ndarray) -> _Moved | None:
+        """The coordinates of which this is the signature, and how far they are moved."""
         size, sizes = np.linalg.norm(first), np.linalg.norm(self.slopes, axis=1)
         alike = self.slopes @ first / np.maximum(size * sizes, 1e-300)
         best = int(np.argmax(np.abs(alike)))
-        return (best, float(self.slopes[best] @ first / sizes[best] ** 2)) if abs(alike[best]) > ALIKE else None
+        moved = self.moves[best], float(self.slopes[best] @ first / sizes[best] ** 2)
+        return moved if abs(alike[best]) > ALIKE else None
 
 
 _Entry = tuple[str, type[Plugin], dict[str, Any], dict[str, Parameter]]
@@ -341,11 +351,15 @@ def _setup(
         return None
 
 
-def _twin(installed: Installed, one: Parameter, twin: tuple[int, float], system: Railway) -> Twin:
+def _twin(installed: Installed, one: Parameter, twin: _Moved, system: Railway) -> Twin:
     assert one.absent is not None
     rate = twin[1] / (FIRST * (one.default - one.absent))
-    factor = _is_factor(one, system.coordinates[twin[0]])
+    factor = _is_factor(one, _first_moved(twin, system))
     return Twin(installed, one.absent, rate, factor, factor and _is_share(one))
+
+
+def _first_moved(twin: _Moved, system: Railway) -> Coordinate:
+    return next(one for one in system.coordinates if one.name == twin[0][0][0])
 
 
 def _is_factor(one: Parameter, healthy: Coordinate) -> bool:
@@ -359,13 +373,13 @@ def _is_share(one: Parameter) -> bool:
 
 def _effect(
     name: str, plugin: type[Plugin], choices: dict[str, Any], numbers: dict[str, Parameter],
-    twin: tuple[int, float] | None, system: Railway,
+    twin: _Moved | None, system: Railway,
 ) -> Effect | None:  # fmt: skip
     place = next((channel for channel in system.record.channels
                   if channel.partition(" [")[0] == choices.get("channel")), None)  # fmt: skip
     if twin is not None:
-        one, (index, moved) = next(iter(numbers.values())), twin
-        healthy = system.coordinates[index]
+        one, (moves, moved) = next(iter(numbers.values())), twin
+        healthy = _first_moved(twin, system)
         assert one.absent is not None
         rate = moved / (FIRST * (one.default - one.absent))
         mean = rate * (one.default - one.absent)
@@ -377,8 +391,11 @@ def _effect(
         fault = Coordinate(healthy.name, healthy.unit, 0.0 if both else mean, (1.5 if both else HALF) * abs(mean))
         if _is_factor(one, healthy) and _is_share(one):
             fault = replace(fault, mean=math.copysign(UNIFORM[0], mean), spread=UNIFORM[1])
-        return Effect(name, plugin.equivalence(), (fault,), place=place,
-                      starts=((mean,), (-mean,)) if both else ((mean,), (2.0 * mean,)))  # fmt: skip
+        found = Effect(name, plugin.equivalence(), (fault,), place=place,
+                       starts=((mean,), (-mean,)) if both else ((mean,), (2.0 * mean,)))  # fmt: skip
+        if len(moves) == 1:
+            return found
+        return replace(found, faults=(), own=(replace(fault, name=f"{fault.name} alone"),), moves=moves)
     own = tuple(prior(key, one) for key, one in numbers.items())
     healthy = _healthy_size(plugin, numbers, system)
     return Effect(name, plugin.equivalence(), own=own, starts=starts(numbers), place=place, healthy=healthy)

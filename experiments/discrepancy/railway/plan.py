@@ -134,7 +134,7 @@ def _change(effect: Effect, system: Railway, found: Found) -> Predicted | None:
     """(1, F, T, C) of each section, of its default size (empty for a tolerance: by that coordinate); None where its run
     fails.
     """
-    if not effect.own:
+    if effect.moves or not effect.own:
         return ()
     if effect.shown is not None:
         return tuple(one[:1] for one in effect.shown)
@@ -178,9 +178,10 @@ class _Space:
         if change:
             whole = np.concatenate([self.whiten(change)[0], np.zeros(count)])
         else:
-            place = self.names.index(effect.faults[0].name)
-            others[place] = False
-            whole = np.concatenate([self.rows[place, :-count], np.zeros(count)])
+            moves = effect.moves or ((effect.faults[0].name, 1.0),)
+            others[[self.names.index(one.name) for one in effect.faults]] = False
+            moved = sum(rate * self.rows[self.names.index(name), :-count] for name, rate in moves)
+            whole = np.concatenate([moved, np.zeros(count)])
         taken = np.linalg.solve(self.square[np.ix_(others, others)], self.rows[others] @ whole)
         return whole - taken @ self.rows[others]
 
@@ -209,8 +210,8 @@ class _Sized:
         number, least = numbers[name], _odds(effect, found)
         absent = number.absent or 0.0
         if twin:
-            fault = effect.faults[0]
-            healthy = next(one.spread for one in system.coordinates if one.name == fault.name)
+            (fault,) = (*effect.faults, *effect.own)
+            healthy = next((one.spread for one in system.coordinates if one.name == fault.name), 0.0)
             scale = twin.value(number.default)
             absent_there = 0.0
             value: Callable[[float], float] = lambda size: float(getattr(twin.make(size * scale), name))  # noqa: E731

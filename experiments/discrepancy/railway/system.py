@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from experiments.discrepancy.core.levels import fit_levels, sums
-from experiments.discrepancy.core.model import Coordinate, Effect, Group, Level, T
+from experiments.discrepancy.core.model import Coordinate, Effect, Group, Level, T, as_healthy
 from experiments.discrepancy.core.priors import HalfNormal, LogNormal
 from experiments.discrepancy.core.problem import raised
 from experiments.discrepancy.railway.answers import Answers
@@ -173,6 +173,7 @@ class Railway:
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
         """(points, F, frames, channels) of each section; not finite where a run has failed."""
+        points, effects = as_healthy(points, effects, self.coordinates)
         still = points.copy()
         still[:, self._after_runs] = 0.0
         moved, back = np.unique(still, axis=0, return_inverse=True)
@@ -181,6 +182,7 @@ class Railway:
 
     def predict_each(self, points: Sequence[tuple[np.ndarray, tuple[Effect, ...]]]) -> list[tuple[np.ndarray, ...]]:
         """`predict` of several hypotheses, all runs at once."""
+        points = [as_healthy(at, effects, self.coordinates) for at, effects in points]
         ends = np.cumsum([len(at) for at, _ in points])
         raw = self._raw([(x, effects) for at, effects in points for x in at])
         parts = zip(points, np.split(raw, ends[:-1]), strict=True)
@@ -364,8 +366,7 @@ class Railway:
     @property
     def alignment(self) -> list[int]:
         """Places of the coordinates of the alignment with the track."""
-        names = [one.name for one in along_coordinates(self.record)]
-        return [self._index[name] for name in names]
+        return [self._index[one.name] for one in along_coordinates(self.record)]
 
     @cached_property
     def _of_sensors(self) -> slice:
@@ -466,6 +467,7 @@ class Railway:
         """Setup of a hypothesis at x, and how far ahead of the registered start it begins [m], not finite where there
         is no such vehicle.
         """
+        x, effects = as_healthy(x, effects, self.coordinates)
         values = dict(zip([one.name for one in self.coordinates], x, strict=False))
         column, made = len(self.coordinates), []
         ahead = self.ahead(values)
