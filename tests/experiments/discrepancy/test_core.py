@@ -8,7 +8,7 @@ import pytest
 from experiments.discrepancy.core.fitting import fit, with_unknown
 from experiments.discrepancy.core.healthy import learned_scales
 from experiments.discrepancy.core.levels import Sums, cost, fit_levels, middles, slopes
-from experiments.discrepancy.core.model import Coordinate, Effect, Group, Hypothesis, Level, Library
+from experiments.discrepancy.core.model import Coordinate, Effect, Group, Hypothesis, Level, Library, as_healthy
 from experiments.discrepancy.core.policy import Policy
 from experiments.discrepancy.core.priors import HalfNormal, LogNormal
 from experiments.discrepancy.core.problem import Problem
@@ -143,6 +143,40 @@ def test_a_verdict_without_time_says_what_it_did_not_try():
     verdict = infer(Line(line(5, bend=0.6)), LIBRARY, limit=0.0)
     assert [row.fit.hypothesis.name for row in verdict.rows] == ["none"]
     assert {"bend: no time left", "steep: no time left"} <= set(verdict.not_tried)
+
+
+def test_an_effect_that_does_what_a_tolerance_does_beside_it_is_that_tolerance_with_both_variances():
+    system, wide = Line(line(6, slope=2.0)), Coordinate("slope alone", "1/s", 1.0, 3.0)
+    beside = Effect("beside", "steep", own=(wide,), moves=(("slope", 1.0),))
+    both = Effect("both", "steep", faults=(Coordinate("slope", "1/s", 1.0, np.hypot(3.0, 0.1)),))
+    fits = [fit(Problem(system, Hypothesis((one,)), POLICY), one.begins(np.zeros(2), system.coordinates)[0])
+            for one in (beside, both)]  # fmt: skip
+    assert fits[0] is not None and fits[1] is not None
+    assert fits[0].evidence == pytest.approx(fits[1].evidence, abs=1e-3)
+    assert fits[0].x[1:].sum() == pytest.approx(fits[1].x[1], abs=1e-4)
+
+
+@pytest.mark.parametrize("candidates", [1, 9])
+def test_an_effect_that_two_tolerances_have_taken_begins_where_they_give_it_back(candidates: int):
+    ramp = Effect("ramp", "ramp", own=(Coordinate("ramp", "-", 0.5, 1.0),), moves=(("offset", 1.0), ("slope", 1.0)))
+    system = Line(line(6, slope=2.05) + 2.0)
+    none = fit(Problem(system, Hypothesis(), POLICY), np.zeros(2))
+    assert none is not None
+    begin = ramp.begins(none.x, system.coordinates)[0]
+    same = system.predict(begin[None], (ramp,))[0] - system.predict(none.x[None], ())[0]
+    assert np.abs(same).max() < 1e-12
+    before = [Problem(system, Hypothesis((ramp,)), POLICY).prior(begin + step * np.array([-1.0, -1.0, 1.0]))
+              for step in (-0.1, 0.0, 0.1)]  # fmt: skip
+    assert before[1] < min(before[0], before[2])
+    verdict = infer(system, Library((BEND, ramp)), replace(POLICY, candidates=candidates))
+    assert str(verdict.action) == "ramp"
+    assert verdict.rows[0].fit.x == pytest.approx([0.3, 0.05, 2.0], abs=0.15)
+
+
+def test_effects_by_tolerances_leave_the_numbers_of_others_where_they_are():
+    lift = Effect("lift", "lift", own=(Coordinate("lift", "-", 0.0, 1.0),), moves=(("offset", 2.0),))
+    points, effects = as_healthy(np.array([[1.0, 2.0, 3.0, 4.0]]), (lift, BEND), Line(line(1)).coordinates)
+    assert effects == (BEND,) and points.tolist() == [[7.0, 2.0, 4.0]]
 
 
 def test_order_of_the_library_units_and_signs_do_not_matter():

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from experiments.discrepancy.railway.build import vehicle_at
+from experiments.discrepancy.core.model import Coordinate
+from experiments.discrepancy.railway.build import leading_alone, vehicle_at
 from experiments.discrepancy.railway.tolerances import WIDEST, tolerances
 from railsim import load_scenario
 from railsim.vehicles.class175_whole import Class175Whole
@@ -90,6 +91,11 @@ def test_two_bogies_differ_by_parts_that_are_drawn_each_alone():
     for name in ("yaw_damper_damping", "primary_vertical_stiffness"):
         assert found[f"rear.{name}"].spread == pytest.approx(math.sqrt(2.0) * found[name].spread)
     assert "rear.yaw_damper_damping" not in {one.key for one in tolerances(ManchesterWhole())}  # it has none
+    parts = [Coordinate(f"log {key}", "-", 0.0, one.spread) for key, one in found.items()]
+    alone = next(one for one in leading_alone(parts) if one[0][0] == "log yaw_damper_damping")
+    leading = vehicle_at(whole, {name: rate * math.log(0.5) for name, rate in alone})
+    assert leading.yaw_damper_damping == pytest.approx(3e5)
+    assert leading.rear.yaw_damper_damping * leading.yaw_damper_damping == pytest.approx(6e5)  # of the rear one
     moved = vehicle_at(whole, {"log rear.yaw_damper_damping": math.log(1.1), "log yaw_damper_damping": math.log(0.9)})
     assert moved.rear.yaw_damper_damping == pytest.approx(1.1)
     assert moved.yaw_damper_damping == pytest.approx(0.9 * 6e5)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from experiments.discrepancy.core.model import Coordinate, Effect, Level, Library, Still
+from experiments.discrepancy.core.model import Coordinate, Effect, Level, Library, Still, as_healthy
 from experiments.discrepancy.core.priors import HalfNormal, LogNormal
 
 BEND = Effect("bend", "bend", own=(Coordinate("bend", "1/s2", 0.0, 1.0),), starts=((0.5,), (-0.5,)), place="drift")
@@ -37,6 +37,7 @@ class Line(Still):
         return np.zeros((1, 2))
 
     def predict(self, points: np.ndarray, effects: tuple[Effect, ...]) -> tuple[np.ndarray, ...]:
+        points, effects = as_healthy(points, effects, self.coordinates)
         bend = points[:, 2:3] if any(effect.family == "bend" for effect in effects) else 0.0
         lines = points[:, :1] + points[:, 1:2] * self.time + bend * self.time**2
         return (self.gain * lines[:, None, None],)
