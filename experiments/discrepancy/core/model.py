@@ -181,6 +181,15 @@ class Hypothesis:
         base = tuple(faults.get(one.name, one) for one in healthy)
         return base + tuple(one for effect in self.effects for one in effect.own)
 
+    def places(self, healthy: Sequence[Coordinate]) -> list[list[int]]:
+        """Of each effect: where its faults and its own coordinates stand in x."""
+        names, column, found = [one.name for one in healthy], len(healthy), []
+        for effect in self.effects:
+            own = range(column, column + len(effect.own))
+            found.append([*(names.index(one.name) for one in effect.faults), *own])
+            column += len(effect.own)
+        return found
+
     def levels(self, healthy: Sequence[Level], policy: Policy) -> tuple[Level, ...]:
         """Those of the system, with the wide prior of the unknown."""
         wide, names = LogNormal(policy.unknown_median, policy.unknown_spread), {one.name for one in self.unknown}
@@ -191,6 +200,8 @@ def as_healthy(
     points: np.ndarray, effects: tuple[Effect, ...], healthy: Sequence[Coordinate]
 ) -> tuple[np.ndarray, tuple[Effect, ...]]:
     """Points (..., coordinates) and effects with the same predictions, without effects that do what tolerances do."""
+    if not any(one.moves for one in effects):
+        return points, effects
     count = len(healthy)
     column, base, kept = count, points[..., :count], [np.arange(count)]
     for one in effects:

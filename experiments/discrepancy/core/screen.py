@@ -97,9 +97,8 @@ class _Screen:
         if effect.moves or not effect.own:
             healthy = self.base.system.coordinates
             begin, *_ = effect.begins(self.base.x, healthy)
-            own = self.slopes[:0]
-            if effect.moves:
-                own = effect.along(healthy)[None] @ self.slopes[: len(healthy)]
+            moved = [effect.along(healthy)] if effect.moves else np.zeros((0, len(healthy)))
+            own = moved @ self.slopes[: len(healthy)]
             return self._value(self._problem(effect), begin, self.residual, own) - self.without
         if effect.shown is None:
             return math.inf

@@ -166,15 +166,12 @@ def covered(case: Case, found: Answer, names: list[str | None]) -> dict[str, flo
                 and sorted(e.name for e in one.fit.hypothesis.effects) == sorted(map(str, names))), None)  # fmt: skip
     if row is None:
         return {}
-    fit, columns = row.fit, [one.name for one in found.system.coordinates]
-    spreads, errors, column = np.sqrt(np.diag(np.linalg.inv(fit.precision))), {}, len(columns)
-    for effect in fit.hypothesis.effects:
+    fit, spreads, errors = row.fit, np.sqrt(np.diag(np.linalg.inv(row.fit.precision))), {}
+    for effect, places in zip(fit.hypothesis.effects, fit.hypothesis.places(found.system.coordinates), strict=True):
         true = case.effects[names.index(effect.name)]
         values = [getattr(true, name) for name in found.found.installed[effect.name].fields]
         if effect.name in found.found.twins:
             values = [found.found.twins[effect.name].value(values[0])]
-        places = [*(columns.index(one.name) for one in effect.faults), *range(column, column + len(effect.own))]
-        column += len(effect.own)
         for place, value, field in zip(places, values, found.found.installed[effect.name].fields, strict=True):
             off = fit.x[place] - value
             if type(true).role(field) == "distance":  # of any of those that come again

@@ -97,18 +97,11 @@ class Found:
     def known(self, fit: Fit) -> list[tuple[Effect, list[Known]]]:
         """Of each effect of a fit its numbers: sizes of the plug-in, or coordinates of a law."""
         spreads = np.sqrt(np.diag(np.linalg.inv(fit.precision)))
-        effects = fit.hypothesis.effects
-        column, names = len(fit.x) - sum(len(one.own) for one in effects), [one.name for one in fit.system.coordinates]
         found = []
-        for effect in effects:
-            twin, place = self.twins.get(effect.listed), slice(column, column + len(effect.own))
-            numbers = [about(*one) for one in zip(fit.x[place], spreads[place], strict=True)]
-            if twin:
-                (one,) = (*effect.faults, *effect.own)
-                at = column if effect.own else names.index(one.name)
-                numbers = [twin.known(fit.x[at], spreads[at], one)]
-            found.append((effect, numbers))
-            column += len(effect.own)
+        for effect, places in zip(fit.hypothesis.effects, fit.hypothesis.places(fit.system.coordinates), strict=True):
+            numbers = list(zip(fit.x[places], spreads[places], (*effect.faults, *effect.own), strict=True))
+            twin = self.twins.get(effect.listed)
+            found.append((effect, [twin.known(*one) if twin else about(*one[:2]) for one in numbers]))
         return found
 
     def fields(self, effect: Effect) -> list[tuple[str, str]]:

@@ -11,11 +11,10 @@ import numpy as np
 from experiments.discrepancy.core.counting import dealt, judged
 from experiments.discrepancy.core.healthy import learned_scales
 from experiments.discrepancy.core.intervals import covariance
-from experiments.discrepancy.core.model import Coordinate
 from experiments.discrepancy.core.policy import Policy
 from experiments.discrepancy.core.search import healthy_fit, infer
 from experiments.discrepancy.core.verdict import Row, Verdict
-from experiments.discrepancy.systems.half_car import COUNT, INDEX, HalfCar
+from experiments.discrepancy.systems.half_car import COORDINATES, HalfCar
 from experiments.discrepancy.systems.half_car_library import LIBRARY
 from experiments.discrepancy.systems.half_car_truth import SETTINGS, Case, make
 from railsim.errors import InputError
@@ -91,12 +90,9 @@ def covered(case: Case, rows: Sequence[Row], rng: np.random.Generator) -> dict[s
     row = next((one for one in rows if _is(one, case)), None)
     if row is None:
         return {}
-    spreads, errors, column = np.sqrt(np.diag(covariance(row.fit, rng))), {}, COUNT
-    for effect in row.fit.hypothesis.effects:
-        places: list[tuple[Coordinate, int]] = [(one, INDEX[one.name]) for one in effect.faults]
-        places += [(one, column + k) for k, one in enumerate(effect.own)]
-        column += len(effect.own)
-        for one, place in places:
+    spreads, errors, hypothesis = np.sqrt(np.diag(covariance(row.fit, rng))), {}, row.fit.hypothesis
+    for effect, places in zip(hypothesis.effects, hypothesis.places(COORDINATES), strict=True):
+        for one, place in zip((*effect.faults, *effect.own), places, strict=True):
             if one.name in case.sizes:
                 errors[one.name] = float((row.fit.x[place] - case.sizes[one.name]) / spreads[place])
     return errors
